@@ -3,7 +3,7 @@ DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsql
 	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libc6-dev
 STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev
 TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox $(if $(shell command -v npm),,npm)
+	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox clang-format $(if $(shell command -v npm),,npm)
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 # And to decode a candump log beside matrig.

@@ -4,9 +4,9 @@
 
 #include "common/wire.h"
 
-#define SHARP 3.0f         /* a sudden change over what went before and after */
-#define STAYS 0.5f         /* of a sudden change */
-#define SURE 3.0f          /* standard errors */
+#define SHARP         3.0f /* a sudden change over what went before and after */
+#define STAYS         0.5f /* of a sudden change */
+#define SURE          3.0f /* standard errors */
 #define NO_STATION_FT 1e6f
 
 float mr_bands_error(const struct mr_channel_config *gage, float tension_lb)
@@ -42,7 +42,8 @@ static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
     float sum = 0.0f;
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
-        float length_ft = station_of(bands, band->gage[after]) - station_of(bands, band->gage[before]);
+        float length_ft = station_of(bands, band->gage[after]) -
+                          station_of(bands, band->gage[before]);
         if (after - before == 1) /* at an end */
             length_ft *= 2.0f;
         band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
@@ -83,19 +84,23 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
         bands->active |= each->gages > 0;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
-        bands->group_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] = bands->before_noise_lb[g] = MR_NAN;
+        bands->group_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] =
+            bands->before_noise_lb[g] = MR_NAN;
     start_group(bands);
 }
 
 /* ---- findings ---- */
 
-static void find(struct mr_bands *bands, unsigned band, unsigned gage, unsigned other, enum mr_band_reason reason,
-                 float value_lb, uint32_t block)
+static void find(struct mr_bands *bands, unsigned band, unsigned gage, unsigned other,
+                 enum mr_band_reason reason, float value_lb, uint32_t block)
 {
     if (bands->findings < MR_BANDS_EVENTS)
-        bands->finding[bands->findings++] =
-            (struct mr_band_finding){.band = (uint8_t)(band + 1), .gage = (uint8_t)gage, .other = (uint8_t)other,
-                                     .reason = (uint8_t)reason, .value_lb = value_lb, .block = block};
+        bands->finding[bands->findings++] = (struct mr_band_finding){.band = (uint8_t)(band + 1),
+                                                                     .gage = (uint8_t)gage,
+                                                                     .other = (uint8_t)other,
+                                                                     .reason = (uint8_t)reason,
+                                                                     .value_lb = value_lb,
+                                                                     .block = block};
 }
 
 /* Mean of a band, weighted by length, over those gages that are valid. */
@@ -117,15 +122,17 @@ static float past(const struct mr_bands *bands, unsigned gage, unsigned age)
     return bands->history[(bands->newest + MR_BANDS_HISTORY - age) % MR_BANDS_HISTORY][gage];
 }
 
-/* Neighbours that went opposite ways and differ by less than before: the place of the first in the band; band->gages:
- * none. */
-static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band *band, const float *step_lb)
+/* Neighbours that went opposite ways and differ by less than before: the place of the first in the
+ * band; band->gages: none. */
+static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band *band,
+                             const float *step_lb)
 {
     unsigned found = band->gages;
     float most_lb = 0.0f;
     for (unsigned i = 0; i + 1 < band->gages; i++) {
         float a = step_lb[i], b = step_lb[i + 1];
-        float large = __builtin_fabsf(a) > __builtin_fabsf(b) ? __builtin_fabsf(a) : __builtin_fabsf(b);
+        float large = __builtin_fabsf(a) > __builtin_fabsf(b) ? __builtin_fabsf(a)
+                                                              : __builtin_fabsf(b);
         float small = __builtin_fabsf(a) + __builtin_fabsf(b) - large;
         if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_SHARE * large)
             continue;
@@ -144,29 +151,36 @@ static unsigned beside(const struct mr_band *band, const float *step_lb, unsigne
 {
     if (place == 0 || place + 1 == band->gages)
         return band->gages;
-    return __builtin_fabsf(step_lb[place - 1]) > __builtin_fabsf(step_lb[place + 1]) ? place - 1 : place + 1;
+    return __builtin_fabsf(step_lb[place - 1]) > __builtin_fabsf(step_lb[place + 1]) ? place - 1
+                                                                                     : place + 1;
 }
 
-/* No pair of neighbours: a slip when several gages dropped and none rose, a load that moved on when any rose, a step when one
- * gage dropped alone. `trend_lb`: what each gage would do in two steps anyway. */
-static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const float *step_lb, const float *trend_lb,
-                       uint32_t block)
+/* No pair of neighbours: a slip when several gages dropped and none rose, a load that moved on when
+ * any rose, a step when one gage dropped alone. `trend_lb`: what each gage would do in two steps
+ * anyway. */
+static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const float *step_lb,
+                       const float *trend_lb, uint32_t block)
 {
     unsigned worst = 0, drops = 0, rises = 0;
     float from_lb[MR_GAGES];
     for (unsigned i = 1; i < band->gages; i++) {
-        if (__builtin_fabsf(step_lb[i]) > __builtin_fabsf(step_lb[worst]) || __builtin_isnan(step_lb[worst]))
+        if (__builtin_fabsf(step_lb[i]) > __builtin_fabsf(step_lb[worst]) ||
+            __builtin_isnan(step_lb[worst]))
             worst = i;
     }
     float least_lb = MR_BANDS_SHARE * __builtin_fabsf(step_lb[worst]);
     for (unsigned i = 0; i < band->gages; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
-        from_lb[i] = past(bands, band->gage[i], 4) + trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD + 4u));
+        from_lb[i] = past(bands, band->gage[i], 4) +
+                     trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD + 4u));
     }
     struct mr_band_doubt *doubt = &band->doubt;
-    *doubt = (struct mr_band_doubt){.place = (uint8_t)worst, .change_lb = step_lb[worst], .block = block,
-                                    .least_lb = STAYS * step_lb[worst], .from_lb = from_lb[worst]};
+    *doubt = (struct mr_band_doubt){.place = (uint8_t)worst,
+                                    .change_lb = step_lb[worst],
+                                    .block = block,
+                                    .least_lb = STAYS * step_lb[worst],
+                                    .from_lb = from_lb[worst]};
     if (rises) {
         doubt->reason = MR_BAND_PULLOUT;
     } else if (drops == 1) {
@@ -189,11 +203,13 @@ static void judge_doubt(struct mr_bands *bands, unsigned number)
     band->doubt.reason = 0;
     for (unsigned i = 0; i < band->gages; i++)
         now_lb[i] = past(bands, band->gage[i], 0);
-    float left_lb = (doubt.reason == MR_BAND_SLIP ? weighted(band, now_lb) : now_lb[doubt.place]) - doubt.from_lb;
+    float left_lb = (doubt.reason == MR_BAND_SLIP ? weighted(band, now_lb) : now_lb[doubt.place]) -
+                    doubt.from_lb;
     if (!(doubt.least_lb < 0.0f ? left_lb <= doubt.least_lb : left_lb >= doubt.least_lb))
         return;
     band->frozen = true;
-    find(bands, number, band->gage[doubt.place] + 1u, doubt.other, (enum mr_band_reason)doubt.reason,
+    find(bands, number, band->gage[doubt.place] + 1u, doubt.other,
+         (enum mr_band_reason)doubt.reason,
          doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
 }
 
@@ -205,8 +221,11 @@ static void look_at_step(struct mr_bands *bands, unsigned number, uint32_t block
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         if (past(bands, g, 6) < band->slack_lb || past(bands, g, 0) < band->slack_lb)
-            return; /* C.5 holds while all is in tension: what a slack band does as it tightens is sudden too */
-        trend_lb[i] = 0.5f * (past(bands, g, 4) - past(bands, g, 6) + past(bands, g, 0) - past(bands, g, 2));
+            /* C.5 holds while all is in tension: what a slack band does as it tightens is sudden
+             * too */
+            return;
+        trend_lb[i] =
+            0.5f * (past(bands, g, 4) - past(bands, g, 6) + past(bands, g, 0) - past(bands, g, 2));
         step_lb[i] = past(bands, g, 2) - past(bands, g, 4) - trend_lb[i];
     }
     band->hold = MR_BANDS_HOLD;
@@ -225,13 +244,16 @@ static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, 
 {
     float at2 = past(bands, gage, 2), at4 = past(bands, gage, 4);
     float step_lb = __builtin_fabsf(at2 - at4);
-    if (!(step_lb >= band->step_lb) || __builtin_fabsf(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
+    if (!(step_lb >= band->step_lb) ||
+        __builtin_fabsf(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
         return false; /* none, or the next step shows more of it: it fell within a mean */
-    float before_lb = __builtin_fabsf(at4 - past(bands, gage, 6)), after_lb = __builtin_fabsf(past(bands, gage, 0) - at2);
+    float before_lb = __builtin_fabsf(at4 - past(bands, gage, 6)),
+          after_lb = __builtin_fabsf(past(bands, gage, 0) - at2);
     return step_lb >= SHARP * before_lb && step_lb >= SHARP * after_lb;
 }
 
-static void judge_low(struct mr_bands *bands, unsigned number, unsigned gage, float lb, float wheel_ft, uint32_t block)
+static void judge_low(struct mr_bands *bands, unsigned number, unsigned gage, float lb,
+                      float wheel_ft, uint32_t block)
 {
     const struct mr_band *band = &bands->band[number];
     if (!(lb < band->slack_lb)) {
@@ -256,8 +278,8 @@ static void extend(struct mr_band *band, unsigned gage, float lb, uint32_t block
         band->most = here;
 }
 
-static void step_band(struct mr_bands *bands, unsigned number, const float *tension_lb, bool quiet, float wheel_ft,
-                      uint32_t block)
+static void step_band(struct mr_bands *bands, unsigned number, const float *tension_lb, bool quiet,
+                      float wheel_ft, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
     bool sudden = false;
@@ -325,7 +347,8 @@ static void end_group(struct mr_bands *bands, uint32_t block)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
         bands->group_lb[g] = bands->sum_lb[g] / (float)MR_BANDS_GROUP;
-        bands->group_noise_lb[g] = __builtin_sqrtf(bands->square[g] / (float)(2u * (MR_BANDS_GROUP - 1u)));
+        bands->group_noise_lb[g] =
+            __builtin_sqrtf(bands->square[g] / (float)(2u * (MR_BANDS_GROUP - 1u)));
     }
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band *band = &bands->band[b];
@@ -340,7 +363,8 @@ static void end_group(struct mr_bands *bands, uint32_t block)
     start_group(bands);
 }
 
-unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet, float wheel_ft, uint32_t block)
+unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
+                       float wheel_ft, uint32_t block)
 {
     bands->findings = 0;
     if (!bands->active)
@@ -371,11 +395,13 @@ static float extreme_error(const struct mr_bands *bands, const struct mr_band_ex
     if (!extreme->gage)
         return MR_NAN;
     unsigned g = extreme->gage - 1u;
-    float error_lb = mr_bands_error(&bands->channel[g], extreme->lb), noise_lb = bands->before_noise_lb[g];
+    float error_lb = mr_bands_error(&bands->channel[g], extreme->lb),
+          noise_lb = bands->before_noise_lb[g];
     return __builtin_sqrtf(error_lb * error_lb + noise_lb * noise_lb);
 }
 
-void mr_bands_figures(const struct mr_bands *bands, unsigned number, struct mr_band_figures *figures)
+void mr_bands_figures(const struct mr_bands *bands, unsigned number,
+                      struct mr_band_figures *figures)
 {
     const struct mr_band *band = &bands->band[number];
     float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
@@ -407,8 +433,8 @@ void mr_bands_figures(const struct mr_bands *bands, unsigned number, struct mr_b
     figures->most_error_lb = extreme_error(bands, &band->most);
 }
 
-unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
-                      float *mean_lb, float *most_lb)
+unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
+                      unsigned band, float *least_lb, float *mean_lb, float *most_lb)
 {
     unsigned count = 0;
     float sum_lb = 0.0f;

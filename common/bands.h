@@ -1,45 +1,57 @@
-/* Bands: what the gages of each tension band say of it in one landing, and which of its known failures they show.
+/* Bands: what the gages of each tension band say of it in one landing, and which of its known
+ * failures they show.
  *
- * Input is the tension of every gage each MR_BANDS_STEP_BLOCKS blocks (means of four: the message tension_*). The gages of a
- * band are taken in order of their stations. A gage that is not valid at the time (NaN) takes no part.
+ * Input is the tension of every gage each MR_BANDS_STEP_BLOCKS blocks (means of four: the message
+ * tension_*). The gages of a band are taken in order of their stations. A gage that is not valid at
+ * the time (NaN) takes no part.
  *
- * Figures of a band: pretension (mean of its gages over the last MR_BANDS_GROUP steps that passed while armed and nothing
- * moved), least and most tension from the first movement on, with gage and block, tension after (mean over the last whole
- * group of steps), and what it recovered: after less before. Standard errors from the calibration's (zero, gain and
- * linearity of each gage are independent of the others') and from the noise seen at rest; in a difference the zero cancels and
+ * Figures of a band: pretension (mean of its gages over the last MR_BANDS_GROUP steps that passed
+ * while armed and nothing moved), least and most tension from the first movement on, with gage and
+ * block, tension after (mean over the last whole group of steps), and what it recovered: after less
+ * before. Standard errors from the calibration's (zero, gain and linearity of each gage are
+ * independent of the others') and from the noise seen at rest; in a difference the zero cancels and
  * the gain counts for the change alone.
  *
- * Findings rest on the free body of report appendix C: a band of segments L_j between connections, springs K at the anchors.
- * Fixed ends ask that the changes of length cancel (C.5),
+ * Findings rest on the free body of report appendix C: a band of segments L_j between connections,
+ * springs K at the anchors. Fixed ends ask that the changes of length cancel (C.5),
  *     sum of dT_j L_j / AE + (dT_first + dT_last) / K = 0,
- * wherever the mats push. A connection that takes the force R from the mats is a step of it, dT_n + R - dT_(n-1) = 0 (before
- * C.6): R (1 - a ...) more behind (C.7), less ahead (C.6). So, each "recognised as", never proven:
+ * wherever the mats push. A connection that takes the force R from the mats is a step of it, dT_n +
+ * R - dT_(n-1) = 0 (before C.6): R (1 - a ...) more behind (C.7), less ahead (C.6). So, each
+ * "recognised as", never proven:
  *
- *   slack      T_0 - nF' + dT_n >= 0 (before C.8) is about to fail: a gage ahead of the wheel below MR_BANDS_SLACK of the
- *              band's pretension for MR_BANDS_LOW_STEPS steps. Value: the tension.
- *   loose      the same where no wheel is behind the gage: there C.7 asks for more tension, not less. Value: the tension.
- *   slip       the sum of C.5 falls at once and stays down: within two steps a gage drops by MR_BANDS_STEP of the
- *              pretension (5 lb at least), another drops with it (MR_BANDS_SHARE of that), none rises as much, and
- *              MR_BANDS_HOLD steps later the mean of the band, weighted by length, is still down by half of its step. An end, a
- *              splice or an anchor gave way; the step is largest beside it. Value: the drop of the gage.
- *   pull-out   the sum of C.5 stays and a step of force vanishes. Within the same steps two neighbouring gages go opposite
- *              ways (the smaller change MR_BANDS_SHARE of the larger) and what they differed by shrinks: the connection
- *              between them no longer takes R. Value: the load it let go, as far as the two gages see it. Or gages rise and
- *              none beside them drops: a band that grew longer has less tension everywhere, so the load moved on from a
- *              connection whose other side has no gage; no other gage is named. Value: the rise. Also a rivet that slips
- *              in its hole.
- *   step       one gage alone drops so and stays: a connection beside it slipped or pulled out, but what the band did on its
- *              other side no gage shows. Value: the change.
- *   unequal    at rest before the landing the gages of a band spread over more than MR_BANDS_SPREAD of their mean, beyond
- *              three standard errors. Friction of earlier landings does that too (figure C.2 b). Value: the spread.
- *   overload   T_max = T_0 + R/2 <= A f_y (before C.9) failed: a gage at or above band.yield_lb. Value: the tension.
+ *   slack      T_0 - nF' + dT_n >= 0 (before C.8) is about to fail: a gage ahead of the wheel below
+ *              MR_BANDS_SLACK of the band's pretension for MR_BANDS_LOW_STEPS steps. Value: the
+ *              tension.
+ *   loose      the same where no wheel is behind the gage: there C.7 asks for more tension, not
+ *              less. Value: the tension.
+ *   slip       the sum of C.5 falls at once and stays down: within two steps a gage drops by
+ *              MR_BANDS_STEP of the pretension (5 lb at least), another drops with it
+ *              (MR_BANDS_SHARE of that), none rises as much, and MR_BANDS_HOLD steps later the mean
+ *              of the band, weighted by length, is still down by half of its step. An end, a splice
+ *              or an anchor gave way; the step is largest beside it. Value: the drop of the gage.
+ *   pull-out   the sum of C.5 stays and a step of force vanishes. Within the same steps two
+ *              neighbouring gages go opposite ways (the smaller change MR_BANDS_SHARE of the
+ *              larger) and what they differed by shrinks: the connection between them no longer
+ *              takes R. Value: the load it let go, as far as the two gages see it. Or gages rise
+ *              and none beside them drops: a band that grew longer has less tension everywhere, so
+ *              the load moved on from a connection whose other side has no gage; no other gage is
+ *              named. Value: the rise. Also a rivet that slips in its hole.
+ *   step       one gage alone drops so and stays: a connection beside it slipped or pulled out, but
+ *              what the band did on its other side no gage shows. Value: the change.
+ *   unequal    at rest before the landing the gages of a band spread over more than MR_BANDS_SPREAD
+ *              of their mean, beyond three standard errors. Friction of earlier landings does that
+ *              too (figure C.2 b). Value: the spread.
+ *   overload   T_max = T_0 + R/2 <= A f_y (before C.9) failed: a gage at or above band.yield_lb.
+ *              Value: the tension.
  *
- * A change counts as sudden when it happens within two steps of 4 ms and is three times what the two steps before and after it
- * brought: what the gear does, 1.5 lb in 8 ms at most in tests/runs, does not. While a gage of the band is slack none is named:
- * C.5 holds for a band in tension. tests/common/test_bands.c has the rates at which
- * damage to a chain of segments, rivets and friction is named right, or only as a step.
+ * A change counts as sudden when it happens within two steps of 4 ms and is three times what the
+ * two steps before and after it brought: what the gear does, 1.5 lb in 8 ms at most in tests/runs,
+ * does not. While a gage of the band is slack none is named: C.5 holds for a band in tension.
+ * tests/common/test_bands.c has the rates at which damage to a chain of segments, rivets and
+ * friction is named right, or only as a step.
  *
- * Single precision, no library calls, no heap, no globals. About 250 instructions a block on the board. */
+ * Single precision, no library calls, no heap, no globals. About 250 instructions a block on the
+ * board. */
 #ifndef MATRIG_COMMON_BANDS_H
 #define MATRIG_COMMON_BANDS_H
 
@@ -51,21 +63,23 @@
 #include "common/config.h"
 
 #define MR_BANDS_STEP_BLOCKS 4u
-#define MR_BANDS_GROUP 64u     /* steps, 256 ms */
-#define MR_BANDS_HISTORY 7u    /* steps: two before, two during, two after a sudden change */
-#define MR_BANDS_HOLD 10u      /* steps, 40 ms, that a sudden change must stay; a band's next one is another one after that */
-#define MR_BANDS_LOW_STEPS 3u  /* steps, 12 ms */
-#define MR_BANDS_SLACK 0.10f   /* of the pretension */
-#define MR_BANDS_STEP 0.05f    /* of the pretension */
-#define MR_BANDS_STEP_LB 5.0f  /* at least */
-#define MR_BANDS_SHARE 0.15f   /* of the largest sudden change: less is none */
-#define MR_BANDS_SPREAD 0.20f  /* of the mean */
-#define MR_BANDS_EVENTS 16u    /* of one step */
+#define MR_BANDS_GROUP       64u /* steps, 256 ms */
+#define MR_BANDS_HISTORY     7u  /* steps: two before, two during, two after a sudden change */
+/* steps, 40 ms, that a sudden change must stay; a band's next one is another one after that */
+#define MR_BANDS_HOLD        10u
+#define MR_BANDS_LOW_STEPS   3u    /* steps, 12 ms */
+#define MR_BANDS_SLACK       0.10f /* of the pretension */
+#define MR_BANDS_STEP        0.05f /* of the pretension */
+#define MR_BANDS_STEP_LB     5.0f  /* at least */
+#define MR_BANDS_SHARE       0.15f /* of the largest sudden change: less is none */
+#define MR_BANDS_SPREAD      0.20f /* of the mean */
+#define MR_BANDS_EVENTS      16u   /* of one step */
 
 struct mr_band_finding {
     uint8_t band, gage; /* from 1 */
-    uint8_t other;      /* gage on the other side of the connection; of unequal, the tightest; 0: none */
-    uint8_t reason;     /* enum mr_band_reason */
+    /* gage on the other side of the connection; of unequal, the tightest; 0: none */
+    uint8_t other;
+    uint8_t reason; /* enum mr_band_reason */
     float value_lb;
     uint32_t block;
 };
@@ -79,19 +93,20 @@ struct mr_band_extreme {
 struct mr_band_doubt { /* a sudden change that has not stayed long enough yet */
     uint8_t reason;    /* 0: none */
     uint8_t place, other;
-    float change_lb;   /* of the gage */
-    float least_lb;    /* the change that must be left: of the weighted mean (slip), of the gage (others) */
-    float from_lb;     /* what it was, carried on as it went before and after the change */
+    float change_lb; /* of the gage */
+    /* the change that must be left: of the weighted mean (slip), of the gage (others) */
+    float least_lb;
+    float from_lb; /* what it was, carried on as it went before and after the change */
     uint32_t block;
 };
 
 struct mr_band {
     uint8_t gages;
-    uint8_t gage[MR_GAGES];   /* from 0, by station */
-    float weight[MR_GAGES];   /* length of band that each stands for, of 1 in all */
+    uint8_t gage[MR_GAGES]; /* from 0, by station */
+    float weight[MR_GAGES]; /* length of band that each stands for, of 1 in all */
     float step_lb, slack_lb, yield_lb;
     struct mr_band_extreme least, most;
-    uint8_t hold;             /* steps until another sudden change is looked for */
+    uint8_t hold;              /* steps until another sudden change is looked for */
     bool unequal_told, frozen; /* frozen: something gave way; the baseline stands */
     struct mr_band_doubt doubt;
 };
@@ -102,7 +117,8 @@ struct mr_bands {
     struct mr_band band[MR_CONFIG_BANDS];
     float history[MR_BANDS_HISTORY][MR_GAGES];
     unsigned newest, filled;
-    float sum_lb[MR_GAGES], square[MR_GAGES]; /* of the group: tensions, squares of their differences from step to step */
+    /* of the group: tensions, squares of their differences from step to step */
+    float sum_lb[MR_GAGES], square[MR_GAGES];
     unsigned in_group;
     bool group_quiet;
     float group_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* of the last whole group; NaN: none */
@@ -114,21 +130,22 @@ struct mr_bands {
 };
 
 struct mr_band_figures {
-    unsigned gages;             /* that have both a before and an after */
+    unsigned gages; /* that have both a before and an after */
     float before_lb, before_error_lb, spread_lb;
     float after_lb, change_lb, change_error_lb;
     struct mr_band_extreme least, most;
     float least_error_lb, most_error_lb;
 };
 
-/* Forgets all and watches the bands that have a gage. `gages`: the MR_GAGES channels, which must outlive it. Both are
- * constant until mr_bands_end. */
+/* Forgets all and watches the bands that have a gage. `gages`: the MR_GAGES channels, which must
+ * outlive it. Both are constant until mr_bands_end. */
 void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
                   const struct mr_band_config band[MR_CONFIG_BANDS]);
 
-/* One step, up to block `block`. `quiet`: nothing rolls, the mat is at rest. `wheel_ft`: NaN when there is none.
- * Returns how many of `finding` are new. */
-unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet, float wheel_ft, uint32_t block);
+/* One step, up to block `block`. `quiet`: nothing rolls, the mat is at rest. `wheel_ft`: NaN when
+ * there is none. Returns how many of `finding` are new. */
+unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
+                       float wheel_ft, uint32_t block);
 
 /* The landing is over; the figures stay. */
 void mr_bands_end(struct mr_bands *bands);
@@ -137,8 +154,8 @@ void mr_bands_end(struct mr_bands *bands);
 void mr_bands_figures(const struct mr_bands *bands, unsigned band, struct mr_band_figures *figures);
 
 /* Least, mean and most of a band's valid gages now; returns how many there are. NaN with none. */
-unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
-                      float *mean_lb, float *most_lb);
+unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
+                      unsigned band, float *least_lb, float *mean_lb, float *most_lb);
 
 /* Standard error of a tension by its calibration, without noise. */
 float mr_bands_error(const struct mr_channel_config *gage, float tension_lb);

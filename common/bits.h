@@ -1,5 +1,5 @@
-/* Bits put one after the other into words of 32, from the lowest on; words in memory are little-endian, so the bits fill bytes from
- * the lowest on. Pure. */
+/* Bits put one after the other into words of 32, from the lowest on; words in memory are
+ * little-endian, so the bits fill bytes from the lowest on. Pure. */
 #ifndef MATRIG_COMMON_BITS_H
 #define MATRIG_COMMON_BITS_H
 

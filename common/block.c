@@ -5,9 +5,10 @@
 
 #include "common/wire.h"
 
-/* Two codes at a time, one in each half of a word: 8 codes of 12 bits add up to 15 bits, so nothing carries over. */
-#define BOTH(code) ((uint32_t)(code) * 0x00010001u)
-#define CODES 4096u
+/* Two codes at a time, one in each half of a word: 8 codes of 12 bits add up to 15 bits, so nothing
+ * carries over. */
+#define BOTH(code) ((uint32_t)(code)*0x00010001u)
+#define CODES      4096u
 
 /* The codes of two neighbouring channels in one scan. */
 static inline uint32_t pair_at(const uint16_t *code)
@@ -22,8 +23,8 @@ static inline void put_pair(uint16_t *sums, uint32_t pair)
     __builtin_memcpy(sums, &pair, sizeof pair);
 }
 
-/* The bit of value CODES is set in a half whose code is saturated. A half that borrows from its neighbour is saturated itself: a word
- * has such a bit when, and only when, one of its codes is. */
+/* The bit of value CODES is set in a half whose code is saturated. A half that borrows from its
+ * neighbour is saturated itself: a word has such a bit when, and only when, one of its codes is. */
 static inline uint32_t extremes(uint32_t pair)
 {
     return (pair - BOTH(MR_CODE_LOW + 1u)) | (pair + BOTH(CODES - MR_CODE_HIGH));
@@ -34,7 +35,8 @@ static inline bool any_saturated(uint32_t extreme)
     return (extreme & BOTH(CODES)) != 0;
 }
 
-static void count_saturation(struct mr_block *block, unsigned channel, const uint16_t *code, unsigned stride)
+static void count_saturation(struct mr_block *block, unsigned channel, const uint16_t *code,
+                             unsigned stride)
 {
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++, code += stride) {
         if (*code <= MR_CODE_LOW)
@@ -44,7 +46,8 @@ static void count_saturation(struct mr_block *block, unsigned channel, const uin
     }
 }
 
-static inline void count_pair(struct mr_block *block, unsigned channel, const uint16_t *code, unsigned stride)
+static inline void count_pair(struct mr_block *block, unsigned channel, const uint16_t *code,
+                              unsigned stride)
 {
     count_saturation(block, channel, code, stride);
     count_saturation(block, channel + 1, code + 1, stride);
@@ -63,7 +66,8 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
         uint32_t plus = 0, minus = 0, extreme = 0;
 #pragma GCC unroll 4
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
-            uint32_t forward = pair_at(&transducers[scan][i]), reversed = pair_at(&transducers[scan + 1][i]);
+            uint32_t forward = pair_at(&transducers[scan][i]),
+                     reversed = pair_at(&transducers[scan + 1][i]);
             plus += forward;
             minus += reversed;
             extreme |= extremes(forward) | extremes(reversed);
@@ -101,9 +105,11 @@ void mr_scan_plan(struct mr_scan *scan, uint32_t absent)
     scan->others = (uint8_t)(count - scan->transducers);
 }
 
-/* The sums of a converter's even and odd scans, a pair of columns at a time; saturated codes are counted on the way. */
-static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned count, const uint16_t *code,
-                        uint16_t even[MR_ADC1_CHANNELS], uint16_t odd[MR_ADC1_CHANNELS])
+/* The sums of a converter's even and odd scans, a pair of columns at a time; saturated codes are
+ * counted on the way. */
+static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned count,
+                        const uint16_t *code, uint16_t even[MR_ADC1_CHANNELS],
+                        uint16_t odd[MR_ADC1_CHANNELS])
 {
     unsigned i = 0;
     for (; i + 1 < count; i += 2) {
@@ -132,8 +138,8 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
     count_saturation(block, channel[i], code + i, count);
 }
 
-void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index, uint32_t tick,
-                        const uint16_t *transducers, const uint16_t *others)
+void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
+                        uint32_t tick, const uint16_t *transducers, const uint16_t *others)
 {
     uint16_t even[MR_ADC1_CHANNELS], odd[MR_ADC1_CHANNELS];
     const uint8_t *channel = scan->channel;

@@ -1,19 +1,22 @@
 /* The block record: one millisecond of acquisition as integers. What replay rests on.
  *
- * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8 transducers while the excitation
- * reverses from scan to scan, so each transducer has one sum per polarity (4 codes each); converter 1 scans 16 channels (14
- * gages, staircase, reference; 8 codes each). Everything the board says is a function of these records, the edges and the
- * commands: any codes with equal sums and counts replay bit for bit. A landing's record begins four blocks before the one in
- * which it was armed, as far back as the first means reach.
+ * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8
+ * transducers while the excitation reverses from scan to scan, so each transducer has one sum per
+ * polarity (4 codes each); converter 1 scans 16 channels (14 gages, staircase, reference; 8 codes
+ * each). Everything the board says is a function of these records, the edges and the commands: any
+ * codes with equal sums and counts replay bit for bit. A landing's record begins four blocks before
+ * the one in which it was armed, as far back as the first means reach.
  *
- * A channel that is not fitted is neither converted nor stored: its sums and counts are 0 here and left out there. Staircase and
- * reference are always there.
+ * A channel that is not fitted is neither converted nor stored: its sums and counts are 0 here and
+ * left out there. Staircase and reference are always there.
  *
- * On the wire and on disk (little-endian, 78 bytes when all is fitted and nothing saturated, at most 102; 18 of switches alone):
- *     index u32 | tick u32 | absent u24 | plus[8] u16 | minus[8] u16 | sum[16] u16 | mask u24 | one byte per set bit of mask
- * Bit c of `absent`: channel c is not fitted, its sums are left out. Bit c of the mask: channel c has saturated codes; its byte is
- * low count << 4 | high count, from bit 0 on. Channels 0..7 are the transducers, 8..23 the channels of converter 1 in scan order.
- * Layout version: MR_LAYOUT. */
+ * On the wire and on disk (little-endian, 78 bytes when all is fitted and nothing saturated, at
+ * most 102; 18 of switches alone):
+ *     index u32 | tick u32 | absent u24 | plus[8] u16 | minus[8] u16 | sum[16] u16 | mask u24 | one
+ *     byte per set bit of mask
+ * Bit c of `absent`: channel c is not fitted, its sums are left out. Bit c of the mask: channel c
+ * has saturated codes; its byte is low count << 4 | high count, from bit 0 on. Channels 0..7 are
+ * the transducers, 8..23 the channels of converter 1 in scan order. Layout version: MR_LAYOUT. */
 #ifndef MATRIG_COMMON_BLOCK_H
 #define MATRIG_COMMON_BLOCK_H
 
@@ -22,38 +25,38 @@
 
 #include "common/status.h"
 
-#define MR_SCANS_PER_BLOCK 8u
-#define MR_TRANSDUCERS 8u
-#define MR_GAGES 14u
-#define MR_ADC1_CHANNELS 16u
-#define MR_ADC1_STAIRCASE 14u /* place in converter 1's scan */
-#define MR_ADC1_REFERENCE 15u
-#define MR_CHANNELS (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
-#define MR_BLOCK_SUMS (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
-#define MR_BLOCK_BYTES_MIN (8u + 3u + 2u * 2u + 3u)
-#define MR_BLOCK_BYTES_MAX (8u + 3u + 2u * MR_BLOCK_SUMS + 3u + MR_CHANNELS)
+#define MR_SCANS_PER_BLOCK  8u
+#define MR_TRANSDUCERS      8u
+#define MR_GAGES            14u
+#define MR_ADC1_CHANNELS    16u
+#define MR_ADC1_STAIRCASE   14u /* place in converter 1's scan */
+#define MR_ADC1_REFERENCE   15u
+#define MR_CHANNELS         (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
+#define MR_BLOCK_SUMS       (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
+#define MR_BLOCK_BYTES_MIN  (8u + 3u + 2u * 2u + 3u)
+#define MR_BLOCK_BYTES_MAX  (8u + 3u + 2u * MR_BLOCK_SUMS + 3u + MR_CHANNELS)
 /* Bits of the channels that can be absent. */
 #define MR_BITS_TRANSDUCERS ((1u << MR_TRANSDUCERS) - 1u)
-#define MR_BITS_GAGES (((1u << MR_GAGES) - 1u) << MR_TRANSDUCERS)
-#define MR_BITS_OPTIONAL (MR_BITS_TRANSDUCERS | MR_BITS_GAGES)
+#define MR_BITS_GAGES       (((1u << MR_GAGES) - 1u) << MR_TRANSDUCERS)
+#define MR_BITS_OPTIONAL    (MR_BITS_TRANSDUCERS | MR_BITS_GAGES)
 
 #define MR_TICKS_PER_BLOCK 84000u /* TIM2 at 84 MHz */
-#define MR_CODE_LOW 8u            /* a code at or below is counted as saturated low */
-#define MR_CODE_HIGH 4087u        /* a code at or above is counted as saturated high */
+#define MR_CODE_LOW        8u     /* a code at or below is counted as saturated low */
+#define MR_CODE_HIGH       4087u  /* a code at or above is counted as saturated high */
 
 struct mr_block {
-    uint32_t index;                     /* blocks since the scans began; a jump is a loss */
-    uint32_t tick;                      /* TIM2 at the first trigger of the block, 1/84 us */
+    uint32_t index; /* blocks since the scans began; a jump is a loss */
+    uint32_t tick;  /* TIM2 at the first trigger of the block, 1/84 us */
     union {
         struct {
             uint16_t plus[MR_TRANSDUCERS];  /* sum of 4 codes, excitation forward */
             uint16_t minus[MR_TRANSDUCERS]; /* sum of 4 codes, excitation reversed */
             uint16_t sum[MR_ADC1_CHANNELS]; /* sum of 8 codes */
         };
-        uint16_t sums[MR_BLOCK_SUMS];   /* the same one after the other */
+        uint16_t sums[MR_BLOCK_SUMS]; /* the same one after the other */
     };
-    uint32_t absent;                    /* bit c: channel c is not fitted */
-    uint8_t low[MR_CHANNELS];           /* saturated codes, 0..8 */
+    uint32_t absent;          /* bit c: channel c is not fitted */
+    uint8_t low[MR_CHANNELS]; /* saturated codes, 0..8 */
     uint8_t high[MR_CHANNELS];
 };
 
@@ -61,10 +64,12 @@ struct mr_block {
 static inline uint32_t mr_block_absent_sums(uint32_t absent)
 {
     uint32_t transducers = absent & MR_BITS_TRANSDUCERS;
-    return transducers | transducers << MR_TRANSDUCERS | absent >> MR_TRANSDUCERS << 2 * MR_TRANSDUCERS;
+    return transducers | transducers << MR_TRANSDUCERS |
+           absent >> MR_TRANSDUCERS << 2 * MR_TRANSDUCERS;
 }
 
-/* What the converters scan: the channels that are fitted, in order, transducers (converter 3) before the others (converter 1). */
+/* What the converters scan: the channels that are fitted, in order, transducers (converter 3)
+ * before the others (converter 1). */
 struct mr_scan {
     uint32_t absent;
     uint8_t transducers, others; /* conversions of a scan */
@@ -73,20 +78,21 @@ struct mr_scan {
 /* `absent`: bits of MR_BITS_OPTIONAL; others have no effect. */
 void mr_scan_plan(struct mr_scan *scan, uint32_t absent);
 
-/* Sum 8 scans of all channels. `transducers` and `adc1` are the converters' results in scan order, of 12 bits; even scans of the block were taken
- * with the excitation forward. */
+/* Sum 8 scans of all channels. `transducers` and `adc1` are the converters' results in scan order,
+ * of 12 bits; even scans of the block were taken with the excitation forward. */
 void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS]);
 
 /* The same of those in `scan`: rows of scan->transducers and of scan->others codes. */
-void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index, uint32_t tick,
-                        const uint16_t *transducers, const uint16_t *others);
+void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
+                        uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 
 /* Returns the length written, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
 size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);
 
-/* MR_OK; MR_TRUNCATED, MR_TOO_LONG: not the length its masks ask for; MR_MALFORMED: impossible masks or counts. */
+/* MR_OK; MR_TRUNCATED, MR_TOO_LONG: not the length its masks ask for; MR_MALFORMED: impossible
+ * masks or counts. */
 enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t length);
 
 #endif

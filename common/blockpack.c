@@ -7,9 +7,9 @@
 enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
 enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
 #define OTHER(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
-#define OTHER_BITS 5u
-#define ESCAPE 8u        /* zeroes that say: 16 bits follow */
-#define MEAN_START 128u  /* a mean of 8: the sum of 8 codes with 2 LSB of noise differs by that */
+#define OTHER_BITS  5u
+#define ESCAPE      8u   /* zeroes that say: 16 bits follow */
+#define MEAN_START  128u /* a mean of 8: the sum of 8 codes with 2 LSB of noise differs by that */
 
 /* The sums that are there, one after the other: `four` of 4 codes each, then the rest, of 8. */
 struct sums {
@@ -68,10 +68,12 @@ void mr_pack_forget(struct mr_pack *pack)
 
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block)
 {
-    return pack->keyed && block->index == pack->index && block->tick == pack->tick && block->absent == pack->absent;
+    return pack->keyed && block->index == pack->index && block->tick == pack->tick &&
+           block->absent == pack->absent;
 }
 
-size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX])
+size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
+                   uint8_t out[MR_PACK_BYTES_MAX])
 {
     struct mr_bits w = {.next = out};
     mr_pack_forget(pack);
@@ -115,7 +117,8 @@ static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct
 }
 
 /* All sums as differences. Returns the bits. */
-static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value, unsigned count)
+static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value,
+                         unsigned count)
 {
     struct mr_bits w = *to; /* kept in registers */
     mr_bits_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
@@ -128,7 +131,8 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
         remember(pack, i, z, value[i]);
         uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
         unsigned length = q + 1u + k;
-        if (__builtin_expect(q >= ESCAPE, 0)) { /* z has 17 bits only after or in a block that is sent wide */
+        if (__builtin_expect(q >= ESCAPE, 0)) {
+            /* z has 17 bits only after or in a block that is sent wide */
             code = z << ESCAPE;
             length = ESCAPE + 16u;
         }
@@ -154,7 +158,8 @@ static bool is_wide(const struct sums *sums)
     return ((of_four & 0xc000c000u) | (of_eight & 0x80008000u)) != 0;
 }
 
-size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX])
+size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
+                     uint8_t out[MR_PACK_BYTES_MAX])
 {
     struct mr_bits w = {.next = out};
     put_saturation(&w, pack, block);
@@ -180,7 +185,8 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block, uint8_t
     return mr_bits_end(&w, out);
 }
 
-size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length, uint8_t out[MR_PACK_BYTES_MAX])
+size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length,
+                       uint8_t out[MR_PACK_BYTES_MAX])
 {
     struct mr_bits w = {.next = out};
     mr_bits_put(&w, OTHER(OTHER_MESSAGE), OTHER_BITS);
@@ -285,9 +291,7 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
         pack->tick = get(r, 16);
         pack->tick |= get(r, 16) << 16;
         return MR_OK;
-    case OTHER_SATURATION:
-        get_saturation(r, pack);
-        return MR_OK;
+    case OTHER_SATURATION: get_saturation(r, pack); return MR_OK;
     case OTHER_WIDE:
         record->kind = MR_RECORD_BLOCK;
         if (!pack->keyed)
@@ -297,15 +301,13 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
     case OTHER_ABSENT:
         pack->absent = get(r, 24);
         return pack->keyed && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
-    case OTHER_PADDING:
-        r->at = (r->at + 7) / 8 * 8;
-        return MR_OK;
-    default:
-        return MR_MALFORMED;
+    case OTHER_PADDING: r->at = (r->at + 7) / 8 * 8; return MR_OK;
+    default: return MR_MALFORMED;
     }
 }
 
-enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bits, size_t *at, struct mr_record *record)
+enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bits, size_t *at,
+                         struct mr_record *record)
 {
     struct reader r = {.stream = stream, .bits = bits, .at = *at};
     struct mr_pack before = *pack;

@@ -81,7 +81,8 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_star
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end)
 {
     uint8_t *p = begin(page, MR_BOXPAGE_END);
-    mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->blocks), end->lost), end->notes_lost);
+    mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->blocks), end->lost),
+               end->notes_lost);
 }
 
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end)

@@ -4,14 +4,16 @@
  *
  *     seq     counts the pages ever written; consecutive within a record
  *     record  the recording it belongs to, counts on from 1
- *     kind    0x80 | enum mr_boxpage_kind. The uppermost bit is programmed to 0 when the record is freed; the CRC is that of the
- *             page with the bit set
- *     first   stream: byte of the payload at which a reader may begin (a key, or the first message); 0xff: none
+ *     kind    0x80 | enum mr_boxpage_kind. The uppermost bit is programmed to 0 when the record is
+ *             freed; the CRC is that of the page with the bit set
+ *     first   stream: byte of the payload at which a reader may begin (a key, or the first
+ *             message); 0xff: none
  *     CRC     of everything before it
  *
- * A record is a start page, stream pages (common/blockpack.h; their payloads follow each other without a gap, so records of the
- * stream may cross from page to page) and an end page, which is missing when the power went. After an end tag, or a page that is missing,
- * the stream goes on at the next `first`. */
+ * A record is a start page, stream pages (common/blockpack.h; their payloads follow each other
+ * without a gap, so records of the stream may cross from page to page) and an end page, which is
+ * missing when the power went. After an end tag, or a page that is missing, the stream goes on at
+ * the next `first`. */
 #ifndef MATRIG_COMMON_BOXPAGE_H
 #define MATRIG_COMMON_BOXPAGE_H
 
@@ -20,12 +22,12 @@
 
 #include "common/status.h"
 
-#define MR_BOXPAGE 256u
-#define MR_BOXPAGE_HEADER 8u
-#define MR_BOXPAGE_PAYLOAD 244u
-#define MR_BOXPAGE_KIND 6u /* offsets */
-#define MR_BOXPAGE_FIRST 7u
-#define MR_BOXPAGE_LIVE 0x80u
+#define MR_BOXPAGE          256u
+#define MR_BOXPAGE_HEADER   8u
+#define MR_BOXPAGE_PAYLOAD  244u
+#define MR_BOXPAGE_KIND     6u /* offsets */
+#define MR_BOXPAGE_FIRST    7u
+#define MR_BOXPAGE_LIVE     0x80u
 #define MR_BOXPAGE_NO_FIRST 0xffu
 
 enum mr_boxpage_kind { MR_BOXPAGE_START = 1, MR_BOXPAGE_STREAM = 2, MR_BOXPAGE_END = 3 };
@@ -59,8 +61,9 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_star
 struct mr_boxpage_end {
     uint32_t first_block; /* of the stream */
     uint32_t blocks;      /* stored */
-    uint32_t lost;        /* blocks since the first that found no room, or that the board had lost before */
-    uint32_t notes_lost;  /* messages likewise */
+    /* blocks since the first that found no room, or that the board had lost before */
+    uint32_t lost;
+    uint32_t notes_lost; /* messages likewise */
 };
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end);
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end);

@@ -4,7 +4,8 @@
 
 #define PAGE_BITS (MR_BOXPAGE_PAYLOAD * 8u)
 
-void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uint8_t *present, size_t count)
+void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uint8_t *present,
+                      size_t count)
 {
     memset(reader, 0, sizeof *reader);
     reader->pages = pages;
@@ -56,7 +57,8 @@ enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *reco
         if (next)
             memcpy(window + MR_BOXPAGE_PAYLOAD, next + MR_BOXPAGE_HEADER, MR_BOXPAGE_PAYLOAD);
         size_t at = reader->bit;
-        enum mr_status status = mr_unpack(&reader->pack, window, next ? 2 * PAGE_BITS : PAGE_BITS, &at, record);
+        enum mr_status status = mr_unpack(&reader->pack, window, next ? 2 * PAGE_BITS : PAGE_BITS,
+                                          &at, record);
         if (status != MR_OK) {
             lose_step(reader, 1);
             continue;

@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#define N MR_BRAKING_UNKNOWNS
-#define ROUNDS 10
+#define N             MR_BRAKING_UNKNOWNS
+#define ROUNDS        10
 #define DELAY_LEAST_S (-0.5) /* nonsense, but the search may pass there */
-#define DELAY_MOST_S 0.5
+#define DELAY_MOST_S  0.5
 
 /* Station and its derivatives by the unknowns at a time. */
 struct at {
@@ -15,9 +15,11 @@ struct at {
     double slope[N];
 };
 
-/* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The shape counts after
- * the rise: within it nothing but a switch at the very touchdown would be concerned. */
-static void loss(double since_s, double delay_s, double shape, double *value, double *rate, double *by_delay)
+/* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
+ * shape counts after the rise: within it nothing but a switch at the very touchdown would be
+ * concerned. */
+static void loss(double since_s, double delay_s, double shape, double *value, double *rate,
+                 double *by_delay)
 {
     double rise_s = 2.0 * delay_s;
     if (since_s < rise_s) { /* twice the integral of 3 u^2 - 2 u^3 */
@@ -44,8 +46,9 @@ static void motion_at(const struct mr_braking *fit, double t_s, struct at *at)
     at->slope[MR_BRAKING_SPEED] = since_s;
     at->slope[MR_BRAKING_DECELERATION] = -lost;
     at->slope[MR_BRAKING_DELAY] = -fit->deceleration_ft_s2 * by_delay;
-    at->slope[MR_BRAKING_SHAPE] =
-        since_s > 2.0 * fit->delay_s ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s : 0.0;
+    at->slope[MR_BRAKING_SHAPE] = since_s > 2.0 * fit->delay_s
+                                    ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s
+                                    : 0.0;
 }
 
 static bool factor_normal(double matrix[N][N])
@@ -100,8 +103,8 @@ static bool uses(const struct mr_braking *fit, size_t gate)
     return !(fit->left_out & 1u << gate);
 }
 
-/* A start good enough to converge from: the parabola through the gates (three of them at least), on the track's line where
- * there is one. */
+/* A start good enough to converge from: the parabola through the gates (three of them at least), on
+ * the track's line where there is one. */
 static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr_braking *fit)
 {
     struct mr_gate used[MR_GATES_MAX];
@@ -129,7 +132,8 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
         fit->touchdown_s = first->t_s + (fit->touchdown_ft - first->station_ft) / fit->speed_ft_s;
     } else { /* back from the first gate beyond at that deceleration */
         mr_gates_at(&parabola, used[skip].t_s, &there);
-        double back_ft = used[skip].station_ft - fit->touchdown_ft, speed_ft_s = there.speed_ft_s.value;
+        double back_ft = used[skip].station_ft - fit->touchdown_ft,
+               speed_ft_s = there.speed_ft_s.value;
         double square = speed_ft_s * speed_ft_s + 2.0 * fit->deceleration_ft_s2 * back_ft;
         fit->speed_ft_s = square > 0.0 ? sqrt(square) : speed_ft_s;
         fit->touchdown_s = used[skip].t_s - 2.0 * back_ft / (fit->speed_ft_s + speed_ft_s);
@@ -138,7 +142,8 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
     fit->shape = MR_BRAKE_SHAPE;
     double since_s = last->t_s - fit->touchdown_s - fit->delay_s;
     if (on_track >= 2 && since_s > 0.0) {
-        double lost_ft = fit->touchdown_ft + fit->speed_ft_s * (last->t_s - fit->touchdown_s) - last->station_ft;
+        double lost_ft = fit->touchdown_ft + fit->speed_ft_s * (last->t_s - fit->touchdown_s) -
+                         last->station_ft;
         fit->deceleration_ft_s2 = 2.0 * lost_ft / (since_s * since_s);
     }
     fit->freedom = (unsigned)total - 3;
@@ -146,8 +151,8 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
 }
 
 /* An unknown that was measured beforehand. */
-static void known_before(double value, double error, double now, unsigned unknown, struct mr_braking *fit,
-                         double matrix[N][N], double right[N])
+static void known_before(double value, double error, double now, unsigned unknown,
+                         struct mr_braking *fit, double matrix[N][N], double right[N])
 {
     double off = (value - now) / error;
     matrix[unknown][unknown] = 1.0 / (error * error);
@@ -156,15 +161,17 @@ static void known_before(double value, double error, double now, unsigned unknow
 }
 
 /* Normal equations about the present values, in units of the position error. */
-static void equations(const struct mr_gate *gates, size_t count, double position_error_ft, struct mr_braking *fit,
-                      double matrix[N][N], double right[N])
+static void equations(const struct mr_gate *gates, size_t count, double position_error_ft,
+                      struct mr_braking *fit, double matrix[N][N], double right[N])
 {
     double weight = 1.0 / position_error_ft;
     memset(matrix, 0, N * sizeof matrix[0]);
     memset(right, 0, N * sizeof right[0]);
     fit->chi_square = 0.0;
-    known_before(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit, matrix, right);
-    known_before(MR_BRAKE_SHAPE, MR_BRAKE_SHAPE_ERROR, fit->shape, MR_BRAKING_SHAPE, fit, matrix, right);
+    known_before(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit,
+                 matrix, right);
+    known_before(MR_BRAKE_SHAPE, MR_BRAKE_SHAPE_ERROR, fit->shape, MR_BRAKING_SHAPE, fit, matrix,
+                 right);
     for (size_t g = 0; g < count; g++) {
         struct at at;
         if (!uses(fit, g))
@@ -186,8 +193,8 @@ static double within(double value, double least, double most)
     return value < least ? least : value > most ? most : value;
 }
 
-enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft, double position_error_ft,
-                              uint32_t left_out, struct mr_braking *fit)
+enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                              double position_error_ft, uint32_t left_out, struct mr_braking *fit)
 {
     double matrix[N][N], step[N];
     memset(fit, 0, sizeof *fit);
@@ -198,7 +205,8 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
         return status;
     for (unsigned round = 0;; round++) {
         equations(gates, count, position_error_ft, fit, matrix, step);
-        if (round == ROUNDS) /* as near as it gets: gates that contradict each other, and chi-square says so */
+        /* as near as it gets: gates that contradict each other, and chi-square says so */
+        if (round == ROUNDS)
             break;
         if (!factor_normal(matrix))
             return MR_NUMERICS;
@@ -241,7 +249,8 @@ bool mr_braking_holds(const struct mr_braking *fit)
     return fit->freedom == 0 || fit->chi_square <= mr_chi_square(fit->freedom, MR_ONE_IN_1000);
 }
 
-/* The gate that chi-square would lose most without (exact where the model is linear), and by how much. */
+/* The gate that chi-square would lose most without (exact where the model is linear), and by how
+ * much. */
 static double find_worst(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
                          double position_error_ft, size_t *worst)
 {
@@ -261,8 +270,8 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
     return most;
 }
 
-enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count, double position_error_ft,
-                                    struct mr_braking *fit)
+enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
+                                    double position_error_ft, struct mr_braking *fit)
 {
     size_t worst = 0, out = 0;
     for (size_t g = 0; g < count; g++)
@@ -271,7 +280,8 @@ enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count, d
         find_worst(fit, gates, count, position_error_ft, &worst) < MR_GATE_ALIEN * MR_GATE_ALIEN)
         return MR_LIMIT;
     double touchdown_ft = fit->touchdown_ft;
-    return mr_braking_fit(gates, count, touchdown_ft, position_error_ft, fit->left_out | 1u << worst, fit);
+    return mr_braking_fit(gates, count, touchdown_ft, position_error_ft,
+                          fit->left_out | 1u << worst, fit);
 }
 
 double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate)
@@ -291,14 +301,19 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
     const double of_speed[N] = {[MR_BRAKING_SPEED] = 1.0};
     const double of_touchdown[N] = {[MR_BRAKING_TIME] = 1.0};
     const double of_stop[N] = {1.0, 1.0 / a, -v / (a * a), 1.0, 0.0};
-    const double of_station[N] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d, v - k * a * d, -0.5 * a * d * d};
-    const double of_mean[N] = {0.0, 1.0 / after_s - v / (a * after_s * after_s), v * v / (a * a * after_s * after_s),
-                               -v / (after_s * after_s), 0.0};
+    const double of_station[N] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d,
+                                  v - k * a * d, -0.5 * a * d * d};
+    const double of_mean[N] = {0.0, 1.0 / after_s - v / (a * after_s * after_s),
+                               v * v / (a * a * after_s * after_s), -v / (after_s * after_s), 0.0};
     summary->touchdown_speed_ft_s = (struct mr_estimate){v, standard_error(fit, of_speed)};
-    summary->touchdown_t_s = (struct mr_estimate){fit->touchdown_s, standard_error(fit, of_touchdown)};
-    summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s, standard_error(fit, of_stop)};
+    summary->touchdown_t_s = (struct mr_estimate){fit->touchdown_s,
+                                                  standard_error(fit, of_touchdown)};
+    summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s,
+                                             standard_error(fit, of_stop)};
     summary->stop_station_ft =
-        (struct mr_estimate){fit->touchdown_ft + v * d + 0.5 * v * v / a - 0.5 * k * a * d * d, standard_error(fit, of_station)};
-    summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s, standard_error(fit, of_mean)};
+        (struct mr_estimate){fit->touchdown_ft + v * d + 0.5 * v * v / a - 0.5 * k * a * d * d,
+                             standard_error(fit, of_station)};
+    summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s,
+                                                            standard_error(fit, of_mean)};
     return MR_OK;
 }

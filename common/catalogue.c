@@ -5,19 +5,22 @@
 #include "common/wire.h"
 
 /* put: field by field, in the order of the table. */
-#define MESSAGE(name, NAME, id, direction, text)                                       \
+/* clang-format off */
+#define MESSAGE(name, NAME, id, direction, text)                                         \
     size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_MAX]) \
-    {                                                                                  \
+    {                                                                                    \
         uint8_t *p = out;
 #define INTEGER(name, type, field, unit, text) p = mr_put_##type(p, message->field);
-#define REAL(name, type, field, per_unit, unit, text) p = mr_put_real_##type(p, message->field, per_unit);
+#define REAL(name, type, field, per_unit, unit, text) \
+    p = mr_put_real_##type(p, message->field, per_unit);
 #define FLOAT(name, field, unit, text) p = mr_put_f32(p, message->field);
-#define END(name, NAME)         \
+#define END(name, NAME)           \
         return (size_t)(p - out); \
     }
 #include "common/catalogue.def"
 
-/* Wire image of a message: only its size and offsets are used, so a struct of byte arrays needs no packing. */
+/* Wire image of a message: only its size and offsets are used, so a struct of byte arrays needs no
+ * packing. */
 #define SIZE_u8 1
 #define SIZE_i8 1
 #define SIZE_u16 2
@@ -28,19 +31,21 @@
 #define INTEGER(name, type, field, unit, text) uint8_t field[SIZE_##type];
 #define REAL(name, type, field, per_unit, unit, text) uint8_t field[SIZE_##type];
 #define FLOAT(name, field, unit, text) uint8_t field[4];
-#define END(name, NAME)                                                                       \
-    };                                                                                        \
-    _Static_assert(sizeof(struct name##_wire) <= MR_MESSAGE_MAX, "message " #name " is longer than a CAN frame");
+#define END(name, NAME)                                          \
+    };                                                           \
+    _Static_assert(sizeof(struct name##_wire) <= MR_MESSAGE_MAX, \
+        "message " #name " is longer than a CAN frame");
 #include "common/catalogue.def"
 
-#define MESSAGE(name, NAME, id, direction, text)                                                    \
-    enum mr_status mr_##name##_get(struct mr_##name *message, const uint8_t *bytes, size_t length)  \
-    {                                                                                               \
-        const uint8_t *p = bytes;                                                                   \
-        if (length != sizeof(struct name##_wire))                                                   \
+#define MESSAGE(name, NAME, id, direction, text)                                                   \
+    enum mr_status mr_##name##_get(struct mr_##name *message, const uint8_t *bytes, size_t length) \
+    {                                                                                              \
+        const uint8_t *p = bytes;                                                                  \
+        if (length != sizeof(struct name##_wire))                                                  \
             return length < sizeof(struct name##_wire) ? MR_TRUNCATED : MR_TOO_LONG;
 #define INTEGER(name, type, field, unit, text) message->field = mr_get_##type(&p);
-#define REAL(name, type, field, per_unit, unit, text) message->field = mr_get_real_##type(&p, per_unit);
+#define REAL(name, type, field, per_unit, unit, text) \
+    message->field = mr_get_real_##type(&p, per_unit);
 #define FLOAT(name, field, unit, text) message->field = mr_get_f32(&p);
 #define END(name, NAME) \
         return MR_OK;   \
@@ -53,9 +58,9 @@
 #define END_ENUM(values) {0, NULL}};
 #include "common/catalogue.def"
 
-#define ENUM(values)                              \
+#define ENUM(values)                               \
     const char *mr_##values##_text(unsigned value) \
-    {                                             \
+    {                                              \
         switch (value) {
 #define VALUE(values, NAME, number, word) case number: return word;
 #define WORDED(values, NAME, number, word, text) case number: return text;
@@ -65,28 +70,40 @@
     }
 #include "common/catalogue.def"
 
-#define MESSAGE(name, NAME, id, direction, text) static const struct mr_field_info name##_fields[] = {
-#define CODED(name, type, field, values, coding, text) \
-    {#field, "", text, values, coding, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, 0.0f},
-#define CODE(name, type, field, values, text) CODED(name, type, field, values##_values, MR_CODING_CODE, text)
-#define BITS(name, type, field, values, text) CODED(name, type, field, values##_values, MR_CODING_BITS, text)
-#define PAIRS(name, type, field, values, text) CODED(name, type, field, values##_values, MR_CODING_PAIRS, text)
-#define INTEGER(name, type, field, unit, text) \
-    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, 0.0f},
-#define REAL(name, type, field, per_unit, unit, text) \
-    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, per_unit},
-#define FLOAT(name, field, unit, text) \
-    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_f32, offsetof(struct name##_wire, field), 4, 0.0f},
+#define MESSAGE(name, NAME, id, direction, text) \
+    static const struct mr_field_info name##_fields[] = {
+#define CODED(name, type, field, values, coding, text)                                      \
+    {#field, "", text, values, coding, MR_WIRE_##type, offsetof(struct name##_wire, field), \
+     SIZE_##type, 0.0f},
+#define CODE(name, type, field, values, text) \
+    CODED(name, type, field, values##_values, MR_CODING_CODE, text)
+#define BITS(name, type, field, values, text) \
+    CODED(name, type, field, values##_values, MR_CODING_BITS, text)
+#define PAIRS(name, type, field, values, text) \
+    CODED(name, type, field, values##_values, MR_CODING_PAIRS, text)
+#define INTEGER(name, type, field, unit, text)                                              \
+    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, \
+     field), SIZE_##type, 0.0f},
+#define REAL(name, type, field, per_unit, unit, text)                                       \
+    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, \
+     field), SIZE_##type, per_unit},
+#define FLOAT(name, field, unit, text)                                                           \
+    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_f32, offsetof(struct name##_wire, field), \
+     4, 0.0f},
 #define END(name, NAME) };
+/* clang-format on */
 #include "common/catalogue.def"
 
 static const struct mr_message_info messages[] = {
+/* clang-format off */
 #define MESSAGE(this, NAME, number, way, words)                                                 \
     [MR_PLACE_##NAME] = {.name = #this, .text = words, .id = number,                            \
                          .direction = MR_DIRECTION_##way, .length = sizeof(struct this##_wire), \
-                         .field_count = sizeof this##_fields / sizeof this##_fields[0], .fields = this##_fields,
+                         .field_count = sizeof this##_fields / sizeof this##_fields[0],         \
+                             .fields = this##_fields,
 #define EVERY(name, NAME, ms) .every_ms = ms,
 #define END(name, NAME) },
+/* clang-format on */
 #include "common/catalogue.def"
 };
 
@@ -105,7 +122,9 @@ const struct mr_message_info *mr_message_find(uint16_t id)
 unsigned mr_message_place(uint16_t id)
 {
     switch (id) {
+/* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text) case id: return MR_PLACE_##NAME;
+/* clang-format on */
 #include "common/catalogue.def"
     case MR_ID_BLOCK: return MR_PLACE_BLOCK;
     case MR_ID_BOX_PART: return MR_PLACE_BOX_PART;
@@ -119,7 +138,8 @@ uint16_t mr_message_at(unsigned place)
     static const uint16_t ids[] = {
 #define MESSAGE(name, NAME, id, direction, text) id,
 #include "common/catalogue.def"
-        MR_ID_BLOCK, MR_ID_BOX_PART,
+        MR_ID_BLOCK,
+        MR_ID_BOX_PART,
     };
     return place < MR_PLACES ? ids[place] : 0;
 }
@@ -156,7 +176,8 @@ static void add_values(char **out, const char *end, const struct mr_field_info *
         long number = value->number;
         if (!value->word[0])
             continue;
-        for (number = field->coding == MR_CODING_BITS ? 0 : number; field->coding == MR_CODING_BITS && value->number >> number > 1;)
+        for (number = field->coding == MR_CODING_BITS ? 0 : number;
+             field->coding == MR_CODING_BITS && value->number >> number > 1;)
             number++;
         add(out, end, first ? "" : ", ");
         add_number(out, end, number);

@@ -11,7 +11,8 @@ float mr_channels_ratio(const struct mr_block *block)
 {
     unsigned channel = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
     float code = (float)block->sum[MR_ADC1_REFERENCE] / CODES_PER_SUM;
-    if (block->low[channel] || block->high[channel] || code < MR_REFERENCE_CODE * (1.0f - MR_REFERENCE_SPAN) ||
+    if (block->low[channel] || block->high[channel] ||
+        code < MR_REFERENCE_CODE * (1.0f - MR_REFERENCE_SPAN) ||
         code > MR_REFERENCE_CODE * (1.0f + MR_REFERENCE_SPAN))
         return MR_NAN;
     return MR_REFERENCE_CODE / code;
@@ -31,7 +32,8 @@ static uint8_t wiring(const struct mr_channel_config *config, float common_mode,
 {
     if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH)
         return __builtin_fabsf(code) < MR_FLOATING_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
-    if (__builtin_fabsf(code) < MR_UNEXCITED_CODES && __builtin_fabsf(config->zero_code) >= MR_ZERO_OFF_CODES)
+    if (__builtin_fabsf(code) < MR_UNEXCITED_CODES &&
+        __builtin_fabsf(config->zero_code) >= MR_ZERO_OFF_CODES)
         return MR_INVALID_EXCITATION;
     return MR_VALID;
 }
@@ -45,12 +47,13 @@ float mr_channel_linearise(const struct mr_channel_config *config, float straigh
     while (to < last - 1 && straight > config->point_reading[to])
         to++;
     float from_reading = config->point_reading[to - 1], from_value = config->point_value[to - 1];
-    float slope = (config->point_value[to] - from_value) / (config->point_reading[to] - from_reading);
+    float slope = (config->point_value[to] - from_value) /
+                  (config->point_reading[to] - from_reading);
     return from_value + slope * (straight - from_reading);
 }
 
-struct mr_reading mr_channel_read(const struct mr_channel_config *config, const struct mr_block *block,
-                                  unsigned channel, float ratio)
+struct mr_reading mr_channel_read(const struct mr_channel_config *config,
+                                  const struct mr_block *block, unsigned channel, float ratio)
 {
     struct mr_reading reading = {MR_NAN, MR_NAN, MR_INVALID_NOT_FITTED};
 
@@ -74,7 +77,8 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config, const 
             reading.validity = MR_INVALID_REFERENCE;
             return reading;
         }
-        value = mr_channel_linearise(config, (reading.code * ratio - config->zero_code) * config->unit_per_code);
+        value = mr_channel_linearise(config, (reading.code * ratio - config->zero_code) *
+                                                 config->unit_per_code);
         if (config->low < config->high && !(value >= config->low && value <= config->high)) {
             reading.validity = MR_INVALID_RANGE;
             return reading;
@@ -101,8 +105,9 @@ static size_t offset_of(unsigned item)
         return single[item];
     if (item >= MR_CALIBRATION_ITEMS)
         return 0;
-    size_t table = (item - MR_CALIBRATION_TABLE) % 2 ? offsetof(struct mr_channel_config, point_value)
-                                                     : offsetof(struct mr_channel_config, point_reading);
+    size_t table = (item - MR_CALIBRATION_TABLE) % 2
+                     ? offsetof(struct mr_channel_config, point_value)
+                     : offsetof(struct mr_channel_config, point_reading);
     return table + (item - MR_CALIBRATION_TABLE) / 2 * sizeof(float);
 }
 

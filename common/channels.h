@@ -4,29 +4,38 @@
  *     code         = (plus - minus) / 8            of a transducer; plus, minus: sums of 4 codes
  *     code         = sum / 8                       of a gage; sum: of 8 codes
  *     ratio        = MR_REFERENCE_CODE / (reference sum / 8)
- *     value        = straight through the table of points: straight lines between them, the first and last one carried on
+ *     value        = straight through the table of points: straight lines between them, the first
+ *                  and last one carried on
  *
- * The transducers are excited with alternating polarity, so half the difference of the two polarities is the synchronous
- * demodulation: offsets of amplifier and converter cancel. The reference channel takes the converter's scale out of both,
- * zero included: zero_code is what a converter of the nominal scale reads. A reading that is not valid has value NaN.
+ * The transducers are excited with alternating polarity, so half the difference of the two
+ * polarities is the synchronous demodulation: offsets of amplifier and converter cancel. The
+ * reference channel takes the converter's scale out of both, zero included: zero_code is what a
+ * converter of the nominal scale reads. A reading that is not valid has value NaN.
  *
- * What a fault of the wiring looks like to the two polarities, and what is said of it (codes; a driven transducer swings about
- * mid-scale, 2048, which is its common mode):
+ * What a fault of the wiring looks like to the two polarities, and what is said of it (codes; a
+ * driven transducer swings about mid-scale, 2048, which is its common mode):
  *
  *     plus and minus                              said          because
- *     both at the lower end                       OPEN          the signal lead is pulled to ground when it is off; shorted to
- *                                                               ground it looks the same
+ *     both at the lower end                       OPEN          the signal lead is pulled to ground
+ *                                                               when it is off; shorted to ground
+ *                                                               it looks the same
  *     common mode off, no difference between them OPEN          the signal lead floats
  *     both at the upper end                       SHORT         signal at the supply
- *     common mode off, but they differ            SHORT         leak from the signal to a supply: the signal still comes through
- *     both at mid-scale                           EXCITATION    no amplitude: both excitation leads off, or shorted together; found
- *                                                               where the zero is set off mid-scale. A movement to just there
- *                                                               (0.1 in upfield as built in, +- MR_UNEXCITED_CODES) looks the same
- *     at opposite ends                            SATURATED     one excitation lead off: the cell follows the other; or too far
+ *     common mode off, but they differ            SHORT         leak from the signal to a supply:
+ *                                                               the signal still comes through
+ *     both at mid-scale                           EXCITATION    no amplitude: both excitation leads
+ *                                                               off, or shorted together; found
+ *                                                               where the zero is set off
+ *                                                               mid-scale. A movement to just there
+ *                                                               (0.1 in upfield as built in, +-
+ *                                                               MR_UNEXCITED_CODES) looks the same
+ *     at opposite ends                            SATURATED     one excitation lead off: the cell
+ *                                                               follows the other; or too far
  *     inside a range, but low..high exceeded      RANGE
  *
- * A bridge has one polarity: a whole block at the lower end is OPEN (the amplifier's output when the bridge is off), at the upper
- * end SHORT (which an arm that is open can do too). What needs more than one block (RATE, STUCK): common/watch.h.
+ * A bridge has one polarity: a whole block at the lower end is OPEN (the amplifier's output when
+ * the bridge is off), at the upper end SHORT (which an arm that is open can do too). What needs
+ * more than one block (RATE, STUCK): common/watch.h.
  *
  * Single precision, no library calls: host and board agree bit for bit. */
 #ifndef MATRIG_COMMON_CHANNELS_H
@@ -37,17 +46,21 @@
 #include "common/block.h"
 #include "common/config.h"
 
-#define MR_REFERENCE_CODE 3103.0f   /* 2.500 V of 3.300 V, 4096 codes */
-#define MR_REFERENCE_SPAN 0.02f     /* relative; beyond it nothing measured against it is valid */
-#define MR_COMMON_MODE_LOW 1638.0f  /* mean of both polarities, codes: a driven transducer sits at mid-scale, 2048; */
+#define MR_REFERENCE_CODE   3103.0f /* 2.500 V of 3.300 V, 4096 codes */
+#define MR_REFERENCE_SPAN   0.02f   /* relative; beyond it nothing measured against it is valid */
+/* mean of both polarities, codes: a driven transducer sits at mid-scale, 2048; */
+#define MR_COMMON_MODE_LOW  1638.0f
 #define MR_COMMON_MODE_HIGH 2458.0f /* beyond these (a fifth off) it is open or shorted */
-#define MR_FLOATING_CODES 20.0f     /* half difference of the polarities: less is no signal, but pick-up */
-/* Amplitude below this is none; told only of a transducer whose zero is at least MR_ZERO_OFF_CODES off mid-scale. Six standard
- * deviations of a block's mean at 2 LSB of noise (2 / sqrt(8) = 0.71). */
-#define MR_UNEXCITED_CODES 4.0f
-#define MR_ZERO_OFF_CODES 20.0f
+/* half difference of the polarities: less is no signal, but pick-up */
+#define MR_FLOATING_CODES   20.0f
+/* Amplitude below this is none; told only of a transducer whose zero is at least MR_ZERO_OFF_CODES
+ * off mid-scale. Six standard deviations of a block's mean at 2 LSB of noise (2 / sqrt(8) =
+ * 0.71). */
+#define MR_UNEXCITED_CODES  4.0f
+#define MR_ZERO_OFF_CODES   20.0f
 
-/* Kinds of channels and validities of readings: enum mr_channel_kind and enum mr_validity (common/catalogue_values.def). */
+/* Kinds of channels and validities of readings: enum mr_channel_kind and enum mr_validity
+ * (common/catalogue_values.def). */
 #define MR_VALIDITIES (MR_INVALID_EXCITATION + 1u)
 
 struct mr_reading {
@@ -56,15 +69,18 @@ struct mr_reading {
     uint8_t validity;
 };
 
-/* Scale correction of a block, MR_REFERENCE_CODE over its reference; NaN when the reference is out of range. */
+/* Scale correction of a block, MR_REFERENCE_CODE over its reference; NaN when the reference is out
+ * of range. */
 float mr_channels_ratio(const struct mr_block *block);
 
-/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` from mr_channels_ratio of the same block. Staircase and
- * reference read as mean codes, without ratio. low and high are checked where low is less than high. */
-struct mr_reading mr_channel_read(const struct mr_channel_config *config, const struct mr_block *block,
-                                  unsigned channel, float ratio);
+/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` from mr_channels_ratio of the same block.
+ * Staircase and reference read as mean codes, without ratio. low and high are checked where low is
+ * less than high. */
+struct mr_reading mr_channel_read(const struct mr_channel_config *config,
+                                  const struct mr_block *block, unsigned channel, float ratio);
 
-/* What is true where the straight line says `straight`, in or lb. Fewer than two points: the same. */
+/* What is true where the straight line says `straight`, in or lb. Fewer than two points: the
+ * same. */
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
 /* The channel measures inches or pounds. */
@@ -73,8 +89,8 @@ static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
     return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
 }
 
-/* Values of a channel's calibration as the message `calibration` numbers them: enum mr_calibration_item, then point_reading and
- * point_value in turn. */
+/* Values of a channel's calibration as the message `calibration` numbers them: enum
+ * mr_calibration_item, then point_reading and point_value in turn. */
 enum {
     MR_CALIBRATION_TABLE = MR_CALIBRATION_POINTS + 1,
     MR_CALIBRATION_ITEMS = MR_CALIBRATION_TABLE + 2 * MR_CONFIG_POINTS

@@ -19,9 +19,11 @@ static float overlap(unsigned segment, float from_ft, float to_ft)
     return high > low ? (high - low) / MR_SEGMENT_LENGTH_FT : 0.0f;
 }
 
-/* Gives `closure_in` to the segments inside [from_ft, to_ft], from the upfield end on, each up to its slack there: a segment
- * that reaches across a station gives each side the part that lies on it. */
-static void plough(const float *slack_in, float *remaining_in, float from_ft, float to_ft, float closure_in)
+/* Gives `closure_in` to the segments inside [from_ft, to_ft], from the upfield end on, each up to
+ * its slack there: a segment that reaches across a station gives each side the part that lies on
+ * it. */
+static void plough(const float *slack_in, float *remaining_in, float from_ft, float to_ft,
+                   float closure_in)
 {
     for (unsigned s = 0; s < MR_SEGMENTS && closure_in > 0.0f; s++) {
         float available_in = slack_in[s] * overlap(s, from_ft, to_ft);
@@ -35,8 +37,9 @@ static void plough(const float *slack_in, float *remaining_in, float from_ft, fl
     }
 }
 
-/* Closes joints by what the transducers say, interval by interval. The wheel's own displacement is not measured; behind the
- * wheel the mat keeps what it had when the wheel passed, so the last station passed stands for it. */
+/* Closes joints by what the transducers say, interval by interval. The wheel's own displacement is
+ * not measured; behind the wheel the mat keeps what it had when the wheel passed, so the last
+ * station passed stands for it. */
 static void close_by_movement(const struct mr_closure_input *input, float *remaining_in)
 {
     unsigned from = MR_TRANSDUCERS;
@@ -80,7 +83,8 @@ float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_
     return 2.0f * distance_ft / (speed_ft_s + __builtin_sqrtf(discriminant));
 }
 
-void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone, float *remaining_out)
+void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone,
+                     float *remaining_out)
 {
     float remaining_in[MR_SEGMENTS];
     float wheel_ft = __builtin_isnan(input->wheel_ft) ? 0.0f : input->wheel_ft;
@@ -117,7 +121,8 @@ void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zon
         float measured_ft = to_ft > from_ft ? to_ft - from_ft : 0.0f;
         zone->inferred = 1.0f - measured_ft / (zone->end_ft - zone->start_ft);
         if (!__builtin_isnan(input->wheel_ft))
-            zone->lead_s = mr_closure_lead_s(zone->start_ft - wheel_ft, input->speed_ft_s, input->deceleration_ft_s2);
+            zone->lead_s = mr_closure_lead_s(zone->start_ft - wheel_ft, input->speed_ft_s,
+                                             input->deceleration_ft_s2);
     }
     if (remaining_out) {
         for (unsigned s = 0; s < MR_SEGMENTS; s++)

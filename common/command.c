@@ -10,7 +10,8 @@ struct command_row {
 };
 
 static const struct command_row rows[] = {
-#define MR_COMMAND_ROW(NAME, code, text, indexed, per_unit, meaning) {code, text, indexed, per_unit},
+#define MR_COMMAND_ROW(NAME, code, text, indexed, per_unit, meaning) \
+    {code, text, indexed, per_unit},
     MR_COMMAND_TABLE(MR_COMMAND_ROW)
 #undef MR_COMMAND_ROW
 };
@@ -31,12 +32,13 @@ static const char *match_word(const char *words, const char *name)
         words++;
         name++;
     }
-    bool ends = *words == '\0' || *words == ' ' || *words == '\t' || *words == '\r' || *words == '\n';
+    bool ends = *words == '\0' || *words == ' ' || *words == '\t' || *words == '\r' ||
+              *words == '\n';
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* Decimal number with up to `per_unit` steps to one; exact in integers, so every platform agrees. Rounds half up. Where
- * `per_unit` is 1 the number counts something and has no fraction. */
+/* Decimal number with up to `per_unit` steps to one; exact in integers, so every platform agrees.
+ * Rounds half up. Where `per_unit` is 1 the number counts something and has no fraction. */
 static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 {
     bool negative = *p == '-';
@@ -93,7 +95,8 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
             if (!p || *skip_blanks(p))
                 return MR_USAGE;
         }
-        *command = (struct mr_command){.code = rows[i].code, .index = (uint8_t)index, .tag = tag, .argument = argument};
+        *command = (struct mr_command){
+            .code = rows[i].code, .index = (uint8_t)index, .tag = tag, .argument = argument};
         return MR_OK;
     }
     return MR_UNKNOWN;

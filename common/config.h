@@ -1,6 +1,8 @@
-/* Configuration of the instrument: site, channels with their calibration, switches, bands, predictor. Fields, units and limits: config.def.
+/* Configuration of the instrument: site, channels with their calibration, switches, bands,
+ * predictor. Fields, units and limits: config.def.
  *
- * Stored form, of MR_CONFIG_IMAGE bytes, little-endian, the same in flash, on the links and in the database:
+ * Stored form, of MR_CONFIG_IMAGE bytes, little-endian, the same in flash, on the links and in the
+ * database:
  *
  *      0  "MRCF"
  *      4  format u16 (MR_CONFIG_FORMAT) | 0 u16
@@ -23,11 +25,11 @@
 #include "common/status.h"
 
 #define MR_CONFIG_SWITCHES 24u
-#define MR_CONFIG_BANDS 4u
-#define MR_CONFIG_POINTS 8u
-
+#define MR_CONFIG_BANDS    4u
+#define MR_CONFIG_POINTS   8u
 
 /* struct mr_site_config, mr_channel_config, mr_gate_config, mr_band_config. */
+/* clang-format off */
 #define MR_CONFIG_u8 uint8_t
 #define MR_CONFIG_u16 uint16_t
 #define MR_CONFIG_u32 uint32_t
@@ -37,6 +39,7 @@
 #define REALS(group, field, count, least, most, unit, text) float field[count];
 #define TEXT(group, field, size, text) char field[size];
 #define END(name) };
+/* clang-format on */
 #include "common/config.def"
 
 struct mr_config {
@@ -50,25 +53,27 @@ enum mr_config_group_number {
 #include "common/config.def"
     MR_CONFIG_GROUPS
 };
+/* clang-format off */
 #define GROUP(name, count) enum mr_config_##name##_field {
 #define INTEGER(group, type, field, least, most, unit, text) MR_FIELD_##group##_##field,
 #define REAL(group, field, least, most, unit, text) MR_FIELD_##group##_##field,
 #define REALS(group, field, count, least, most, unit, text) MR_FIELD_##group##_##field,
 #define TEXT(group, field, size, text) MR_FIELD_##group##_##field,
 #define END(name) MR_FIELDS_##name };
+/* clang-format on */
 #include "common/config.def"
 
 /* Bytes of the fields: the sum over the table. */
 enum {
     MR_CONFIG_FIELD_BYTES = 0
-#define SIZE_u8 1u
+#define SIZE_u8  1u
 #define SIZE_u16 2u
 #define SIZE_u32 4u
 #define GROUP(name, count) + (count) * (0u
-#define INTEGER(group, type, field, least, most, unit, text) + SIZE_##type
-#define REAL(group, field, least, most, unit, text) + 4u
-#define REALS(group, field, count, least, most, unit, text) + 4u * (count)
-#define TEXT(group, field, size, text) + (size)
+#define INTEGER(group, type, field, least, most, unit, text) +SIZE_##type
+#define REAL(group, field, least, most, unit, text)          +4u
+#define REALS(group, field, count, least, most, unit, text)  +4u * (count)
+#define TEXT(group, field, size, text)                       +(size)
 #define END(name) )
 #include "common/config.def"
 #undef SIZE_u8
@@ -78,24 +83,30 @@ enum {
 
 #define MR_CONFIG_FORMAT 1u
 #define MR_CONFIG_HEADER 20u
-#define MR_CONFIG_IMAGE ((MR_CONFIG_HEADER + (unsigned)MR_CONFIG_FIELD_BYTES + 3u) / 4u * 4u + 4u)
-#define MR_CONFIG_WORDS (MR_CONFIG_IMAGE / 4u)
+#define MR_CONFIG_IMAGE  ((MR_CONFIG_HEADER + (unsigned)MR_CONFIG_FIELD_BYTES + 3u) / 4u * 4u + 4u)
+#define MR_CONFIG_WORDS  (MR_CONFIG_IMAGE / 4u)
 
-enum mr_config_type { MR_CONFIG_TYPE_u8, MR_CONFIG_TYPE_u16, MR_CONFIG_TYPE_u32, MR_CONFIG_TYPE_REAL, MR_CONFIG_TYPE_OPTIONAL,
-                      MR_CONFIG_TYPE_TEXT };
+enum mr_config_type {
+    MR_CONFIG_TYPE_u8,
+    MR_CONFIG_TYPE_u16,
+    MR_CONFIG_TYPE_u32,
+    MR_CONFIG_TYPE_REAL,
+    MR_CONFIG_TYPE_OPTIONAL,
+    MR_CONFIG_TYPE_TEXT
+};
 
 struct mr_config_field {
     const char *name;
-    uint8_t type;      /* enum mr_config_type */
-    uint8_t count;     /* elements; of a text: bytes */
-    uint16_t offset;   /* in the struct of its group */
+    uint8_t type;         /* enum mr_config_type */
+    uint8_t count;        /* elements; of a text: bytes */
+    uint16_t offset;      /* in the struct of its group */
     uint32_t least, most; /* of integers */
-    float low, high;   /* of reals */
+    float low, high;      /* of reals */
 };
 
 struct mr_config_group {
     const char *name;
-    uint8_t count;       /* members */
+    uint8_t count; /* members */
     uint8_t field_count;
     uint16_t offset, size; /* of the first in struct mr_config; of one */
     const struct mr_config_field *fields;
@@ -104,7 +115,8 @@ struct mr_config_group {
 /* MR_CONFIG_GROUPS of them. Static storage. */
 extern const struct mr_config_group mr_config_groups[];
 
-/* Station of the main bogie's lead wheel when switch `i` (from 0) opens: what every station of the gear means. */
+/* Station of the main bogie's lead wheel when switch `i` (from 0) opens: what every station of the
+ * gear means. */
 static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i)
 {
     return config->gate[i].station_ft - config->site[0].wheel_ahead_ft;
@@ -113,59 +125,63 @@ static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i
 uint32_t mr_config_layout(void);
 /* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which stands in the last four. */
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);
-/* Is it a whole configuration of this table? MR_OK; MR_MALFORMED: none; MR_TRUNCATED: `length` bytes are not all of it; MR_CRC;
- * MR_VERSION: intact, but of another format or table. Says nothing of what is in it: mr_config_check does. */
+/* Is it a whole configuration of this table? MR_OK; MR_MALFORMED: none; MR_TRUNCATED: `length`
+ * bytes are not all of it; MR_CRC; MR_VERSION: intact, but of another format or table. Says nothing
+ * of what is in it: mr_config_check does. */
 enum mr_status mr_config_examine(const uint8_t *image, size_t length);
 /* mr_config_examine, and when it is MR_OK the configuration; else `config` stays as it is. */
 enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_config *config);
-/* Swap the fields of a whole image and of `config`: what the image says is in `config` and the other way round; doing it twice
- * changes nothing. The image's revision and CRC are not kept up. */
+/* Swap the fields of a whole image and of `config`: what the image says is in `config` and the
+ * other way round; doing it twice changes nothing. The image's revision and CRC are not kept up. */
 void mr_config_exchange(uint8_t *image, struct mr_config *config);
 
 /* What makes a configuration unusable. `other`: see the rule. */
-#define MR_CONFIG_RULE_TABLE(X)                                                                                          \
-    X(TOO_SMALL,    1, "below its least value")                                                                          \
-    X(TOO_LARGE,    2, "above its greatest value")                                                                       \
-    X(NOT_A_NUMBER, 3, "not a number")                                                                                   \
-    X(NOT_TEXT,     4, "printable ASCII, filled up with 0, is wanted")                                                   \
-    X(NOT_ABOVE,    5, "must be more than another field [other: its number in the group]")                               \
-    X(NOT_RISING,   6, "must be more than the one before it [other: which, from 0]")                                     \
-    X(SUM,          7, "the zero and all steps up to this one exceed the converter")                                     \
-    X(ALIKE,        8, "steps of two switches cannot be told apart [other: the switch, from 0]")                         \
-    X(ZERO,         9, "must not be 0 where something is fitted")                                                        \
-    X(TAKEN,       10, "the number is another's of the same kind [other: its channel, from 0]")                          \
-    X(PLACE,       11, "no channel for that kind")                                                                       \
-    X(NO_BAND,     12, "there is no such band: its pretension is 0")                                                     \
-    X(ONE_POINT,   13, "a linearisation has two points or more, or none")                                                \
-    X(NO_STATION,  14, "a station is needed")                                                                            \
-    X(REVISION,    15, "not one more than the revision in force: somebody else changed it")                              \
-    X(UNSTABLE,    16, "beyond the stability limit of mats so light with joints so stiff")                               \
-    X(COARSE,      17, "more in a code than any sensor of the rig gives")                                       \
-    X(FINE,        18, "less in a code than any sensor of the rig gives")                                       \
-    X(NARROW,      19, "all of low to high would be too few codes")                                             \
+/* clang-format off */
+#define MR_CONFIG_RULE_TABLE(X)                                                                  \
+    X(TOO_SMALL,    1, "below its least value")                                                  \
+    X(TOO_LARGE,    2, "above its greatest value")                                               \
+    X(NOT_A_NUMBER, 3, "not a number")                                                           \
+    X(NOT_TEXT,     4, "printable ASCII, filled up with 0, is wanted")                           \
+    X(NOT_ABOVE,    5, "must be more than another field [other: its number in the group]")       \
+    X(NOT_RISING,   6, "must be more than the one before it [other: which, from 0]")             \
+    X(SUM,          7, "the zero and all steps up to this one exceed the converter")             \
+    X(ALIKE,        8, "steps of two switches cannot be told apart [other: the switch, from 0]") \
+    X(ZERO,         9, "must not be 0 where something is fitted")                                \
+    X(TAKEN,       10, "the number is another's of the same kind [other: its channel, from 0]")  \
+    X(PLACE,       11, "no channel for that kind")                                               \
+    X(NO_BAND,     12, "there is no such band: its pretension is 0")                             \
+    X(ONE_POINT,   13, "a linearisation has two points or more, or none")                        \
+    X(NO_STATION,  14, "a station is needed")                                                    \
+    X(REVISION,    15, "not one more than the revision in force: somebody else changed it")      \
+    X(UNSTABLE,    16, "beyond the stability limit of mats so light with joints so stiff")       \
+    X(COARSE,      17, "more in a code than any sensor of the rig gives")                        \
+    X(FINE,        18, "less in a code than any sensor of the rig gives")                        \
+    X(NARROW,      19, "all of low to high would be too few codes")                              \
     X(UNREACHED,   20, "the converter ends before most of low to high")
+/* clang-format on */
 
 enum mr_config_rule {
     MR_RULE_NONE = 0,
 #define MR_CONFIG_RULE_ENUM(NAME, number, text) MR_RULE_##NAME = (number),
-    MR_CONFIG_RULE_TABLE(MR_CONFIG_RULE_ENUM)
-#undef MR_CONFIG_RULE_ENUM
-    MR_RULE_COUNT
+    MR_CONFIG_RULE_TABLE(MR_CONFIG_RULE_ENUM) MR_RULE_COUNT
 };
+#undef MR_CONFIG_RULE_ENUM
 
 struct mr_config_reason {
     uint8_t group, index, field, element; /* numbers from 0 */
     uint8_t rule, other;
 };
 
-/* Steps of the staircase must be so far from 0 and from each other: twice the tolerance of naming one. */
+/* Steps of the staircase must be so far from 0 and from each other: twice the tolerance of naming
+ * one. */
 #define MR_CONFIG_STEP_CODES 8u
 
-/* MR_OK, or MR_LIMIT: `reason` says where the first thing that is wrong is, and what. Limits of all fields first, then what fields
- * must be to each other. */
+/* MR_OK, or MR_LIMIT: `reason` says where the first thing that is wrong is, and what. Limits of all
+ * fields first, then what fields must be to each other. */
 enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason);
 
-/* What the predictor (common/predictor.h) is started with: groups site and predict, and where transducers stand. */
+/* What the predictor (common/predictor.h) is started with: groups site and predict, and where
+ * transducers stand. */
 struct mr_predictor_config;
 void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor);
 

@@ -10,36 +10,50 @@
 #include "common/staircase.h"
 #include "common/wire.h"
 
-#define MAGIC 0x4643524du /* "MRCF" */
+#define MAGIC        0x4643524du /* "MRCF" */
 #define MISSING_BITS 0x7fc00000u
-#define CODES 4095u
-#define G_FT_S2 32.174f
-#define IN_PER_FT 12.0f
-#define MS_PER_S 1000.0f
+#define CODES        4095u
+#define G_FT_S2      32.174f
+#define IN_PER_FT    12.0f
+#define MS_PER_S     1000.0f
 
-_Static_assert(MR_CONFIG_STEP_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES, "two steps within the tolerance of one name");
+_Static_assert(MR_CONFIG_STEP_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES,
+               "two steps within the tolerance of one name");
 
+/* clang-format off */
 #define GROUP(name, count) static const struct mr_config_field name##_fields[] = {
-#define INTEGER(group, type, field, least, most, unit, text) \
-    {#field, MR_CONFIG_TYPE_##type, 1, offsetof(struct mr_##group##_config, field), least, most, 0.0f, 0.0f},
-#define REAL(group, field, least, most, unit, text) \
-    {#field, MR_CONFIG_TYPE_REAL, 1, offsetof(struct mr_##group##_config, field), 0, 0, (float)(least), (float)(most)},
-#define OPTIONAL(group, field, least, most, unit, text) \
-    {#field, MR_CONFIG_TYPE_OPTIONAL, 1, offsetof(struct mr_##group##_config, field), 0, 0, (float)(least), (float)(most)},
-#define REALS(group, field, count, least, most, unit, text) \
-    {#field, MR_CONFIG_TYPE_REAL, count, offsetof(struct mr_##group##_config, field), 0, 0, (float)(least), (float)(most)},
-#define TEXT(group, field, size, text) \
-    {#field, MR_CONFIG_TYPE_TEXT, size, offsetof(struct mr_##group##_config, field), 0, 0, 0.0f, 0.0f},
+#define INTEGER(group, type, field, least, most, unit, text)                                     \
+    {#field, MR_CONFIG_TYPE_##type, 1, offsetof(struct mr_##group##_config, field), least, most, \
+     0.0f, 0.0f},
+#define REAL(group, field, least, most, unit, text)                                     \
+    {#field, MR_CONFIG_TYPE_REAL, 1, offsetof(struct mr_##group##_config, field), 0, 0, \
+     (float)(least), (float)(most)},
+#define OPTIONAL(group, field, least, most, unit, text)                                     \
+    {#field, MR_CONFIG_TYPE_OPTIONAL, 1, offsetof(struct mr_##group##_config, field), 0, 0, \
+     (float)(least), (float)(most)},
+#define REALS(group, field, count, least, most, unit, text)                                 \
+    {#field, MR_CONFIG_TYPE_REAL, count, offsetof(struct mr_##group##_config, field), 0, 0, \
+     (float)(least), (float)(most)},
+#define TEXT(group, field, size, text)                                                           \
+    {#field, MR_CONFIG_TYPE_TEXT, size, offsetof(struct mr_##group##_config, field), 0, 0, 0.0f, \
+     0.0f},
 #define END(name) };
+/* clang-format on */
 #include "common/config.def"
 
 const struct mr_config_group mr_config_groups[] = {
-#define GROUP(name, count) \
-    {#name, count, MR_FIELDS_##name, offsetof(struct mr_config, name), sizeof(struct mr_##name##_config), name##_fields},
+#define GROUP(name, count)              \
+    {#name,                             \
+     count,                             \
+     MR_FIELDS_##name,                  \
+     offsetof(struct mr_config, name),  \
+     sizeof(struct mr_##name##_config), \
+     name##_fields},
 #include "common/config.def"
 };
 
-_Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS, "a row for each group");
+_Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS,
+               "a row for each group");
 
 /* What is in the name, without its end. */
 static uint32_t add_name(uint32_t crc, const char *name)
@@ -69,12 +83,9 @@ static unsigned element_size(const struct mr_config_field *field)
 {
     switch (field->type) {
     case MR_CONFIG_TYPE_u8:
-    case MR_CONFIG_TYPE_TEXT:
-        return 1;
-    case MR_CONFIG_TYPE_u16:
-        return 2;
-    default:
-        return 4;
+    case MR_CONFIG_TYPE_TEXT: return 1;
+    case MR_CONFIG_TYPE_u16: return 2;
+    default: return 4;
     }
 }
 
@@ -106,7 +117,9 @@ static void set_element(uint8_t *at, unsigned size, uint32_t bits)
 
 static uint8_t *put_bits(uint8_t *p, unsigned size, uint32_t bits)
 {
-    return size == 1 ? mr_put_u8(p, (uint8_t)bits) : size == 2 ? mr_put_u16(p, (uint16_t)bits) : mr_put_u32(p, bits);
+    return size == 1 ? mr_put_u8(p, (uint8_t)bits)
+         : size == 2 ? mr_put_u16(p, (uint16_t)bits)
+                     : mr_put_u32(p, bits);
 }
 
 static uint32_t get_bits(const uint8_t **p, unsigned size)
@@ -114,12 +127,14 @@ static uint32_t get_bits(const uint8_t **p, unsigned size)
     return size == 1 ? mr_get_u8(p) : size == 2 ? mr_get_u16(p) : mr_get_u32(p);
 }
 
-static uint8_t *member(struct mr_config *config, const struct mr_config_group *group, unsigned index)
+static uint8_t *member(struct mr_config *config, const struct mr_config_group *group,
+                       unsigned index)
 {
     return (uint8_t *)config + group->offset + index * group->size;
 }
 
-/* Each element of the fields in their order: `to_image` from `config` into `fields`, `to_config` the other way. Both: exchanged. */
+/* Each element of the fields in their order: `to_image` from `config` into `fields`, `to_config`
+ * the other way. Both: exchanged. */
 static void walk(uint8_t *fields, struct mr_config *config, bool to_image, bool to_config)
 {
     uint8_t *p = fields;
@@ -174,7 +189,8 @@ enum mr_status mr_config_examine(const uint8_t *image, size_t length)
     p = image + own_length - 4;
     if (mr_get_u32(&p) != mr_crc32(0, image, own_length - 4))
         return MR_CRC;
-    if (format != MR_CONFIG_FORMAT || reserved || own_length != MR_CONFIG_IMAGE || layout != mr_config_layout())
+    if (format != MR_CONFIG_FORMAT || reserved || own_length != MR_CONFIG_IMAGE ||
+        layout != mr_config_layout())
         return MR_VERSION;
     return MR_OK;
 }
@@ -198,8 +214,12 @@ static enum mr_config_rule check_real(const struct mr_config_field *field, const
     float value;
     memcpy(&value, &bits, sizeof value);
     if (__builtin_isnan(value)) /* missing has one form, so that a configuration has */
-        return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_BITS ? MR_RULE_NONE : MR_RULE_NOT_A_NUMBER;
-    return value < field->low ? MR_RULE_TOO_SMALL : value > field->high ? MR_RULE_TOO_LARGE : MR_RULE_NONE;
+        return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_BITS
+                 ? MR_RULE_NONE
+                 : MR_RULE_NOT_A_NUMBER;
+    return value < field->low  ? MR_RULE_TOO_SMALL
+         : value > field->high ? MR_RULE_TOO_LARGE
+                               : MR_RULE_NONE;
 }
 
 static enum mr_config_rule check_text(const struct mr_config_field *field, const uint8_t *at)
@@ -219,10 +239,13 @@ static enum mr_config_rule check_element(const struct mr_config_field *field, co
     if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
         return check_real(field, at);
     uint32_t value = get_element(at, element_size(field));
-    return value < field->least ? MR_RULE_TOO_SMALL : value > field->most ? MR_RULE_TOO_LARGE : MR_RULE_NONE;
+    return value < field->least ? MR_RULE_TOO_SMALL
+         : value > field->most  ? MR_RULE_TOO_LARGE
+                                : MR_RULE_NONE;
 }
 
-static enum mr_config_rule check_field(const struct mr_config_field *field, const uint8_t *at, uint8_t *element)
+static enum mr_config_rule check_field(const struct mr_config_field *field, const uint8_t *at,
+                                       uint8_t *element)
 {
     enum mr_config_rule rule = MR_RULE_NONE;
     *element = 0;
@@ -241,8 +264,10 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
         const struct mr_config_group *group = &mr_config_groups[g];
         for (unsigned n = 0; n < group->count * group->field_count; n++) {
             unsigned f = n % group->field_count, index = n / group->field_count;
-            const uint8_t *at = (const uint8_t *)config + group->offset + index * group->size + group->fields[f].offset;
-            *reason = (struct mr_config_reason){.group = (uint8_t)g, .index = (uint8_t)index, .field = (uint8_t)f};
+            const uint8_t *at = (const uint8_t *)config + group->offset + index * group->size +
+                                group->fields[f].offset;
+            *reason = (struct mr_config_reason){
+                .group = (uint8_t)g, .index = (uint8_t)index, .field = (uint8_t)f};
             reason->rule = (uint8_t)check_field(&group->fields[f], at, &reason->element);
             if (reason->rule)
                 return false;
@@ -251,10 +276,13 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
     return true;
 }
 
-/* Say what is wrong with a field: REFUSE(reason, channel, i, kind, MR_RULE_PLACE). Further members: .element, .other. */
-#define REFUSE(reason, name, n, which, ...)                                                                       \
-    (*(reason) = (struct mr_config_reason){.group = MR_GROUP_##name, .index = (uint8_t)(n),                         \
-                                           .field = MR_FIELD_##name##_##which, .rule = (uint8_t)__VA_ARGS__},         \
+/* Say what is wrong with a field: REFUSE(reason, channel, i, kind, MR_RULE_PLACE). Further members:
+ * .element, .other. */
+#define REFUSE(reason, name, n, which, ...)                                    \
+    (*(reason) = (struct mr_config_reason){.group = MR_GROUP_##name,           \
+                                           .index = (uint8_t)(n),              \
+                                           .field = MR_FIELD_##name##_##which, \
+                                           .rule = (uint8_t)__VA_ARGS__},      \
      false)
 
 static bool any_switch(const struct mr_config *config)
@@ -266,19 +294,22 @@ static bool any_switch(const struct mr_config *config)
     return false;
 }
 
-/* What is wired to a converter input is fixed: transducers to ADC3, gages, staircase and reference to ADC1. */
+/* What is wired to a converter input is fixed: transducers to ADC3, gages, staircase and reference
+ * to ADC1. */
 static bool check_place(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
 {
     unsigned kind = config->channel[i].kind;
-    bool right = i < MR_TRANSDUCERS                       ? kind == MR_KIND_DISPLACEMENT || kind == MR_KIND_NONE
-                 : i < MR_TRANSDUCERS + MR_ADC1_STAIRCASE ? kind == MR_KIND_TENSION || kind == MR_KIND_NONE
-                 : i == MR_TRANSDUCERS + MR_ADC1_STAIRCASE
-                     ? kind == MR_KIND_STAIRCASE || (kind == MR_KIND_NONE && !any_switch(config))
-                     : kind == MR_KIND_REFERENCE;
+    bool right = i < MR_TRANSDUCERS ? kind == MR_KIND_DISPLACEMENT || kind == MR_KIND_NONE
+               : i < MR_TRANSDUCERS + MR_ADC1_STAIRCASE
+                   ? kind == MR_KIND_TENSION || kind == MR_KIND_NONE
+               : i == MR_TRANSDUCERS + MR_ADC1_STAIRCASE
+                   ? kind == MR_KIND_STAIRCASE || (kind == MR_KIND_NONE && !any_switch(config))
+                   : kind == MR_KIND_REFERENCE;
     return right || REFUSE(reason, channel, i, kind, MR_RULE_PLACE);
 }
 
-static bool check_number(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
+static bool check_number(const struct mr_config *config, unsigned i,
+                         struct mr_config_reason *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
     if (channel->kind != MR_KIND_DISPLACEMENT && channel->kind != MR_KIND_TENSION)
@@ -286,14 +317,16 @@ static bool check_number(const struct mr_config *config, unsigned i, struct mr_c
     if (channel->number == 0)
         return REFUSE(reason, channel, i, number, MR_RULE_ZERO);
     for (unsigned k = 0; k < i; k++) {
-        if (config->channel[k].kind == channel->kind && config->channel[k].number == channel->number)
+        if (config->channel[k].kind == channel->kind &&
+            config->channel[k].number == channel->number)
             return REFUSE(reason, channel, i, number, MR_RULE_TAKEN, .other = (uint8_t)k);
     }
     return true;
 }
 
 /* Transducers stand along the runway in the order of their channels: closure brackets with them. */
-static bool check_station(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
+static bool check_station(const struct mr_config *config, unsigned i,
+                          struct mr_config_reason *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
     if (channel->kind != MR_KIND_DISPLACEMENT)
@@ -301,33 +334,39 @@ static bool check_station(const struct mr_config *config, unsigned i, struct mr_
     if (__builtin_isnan(channel->station_ft))
         return REFUSE(reason, channel, i, station_ft, MR_RULE_NO_STATION);
     for (unsigned k = 0; k < i; k++) {
-        if (config->channel[k].kind == MR_KIND_DISPLACEMENT && !(channel->station_ft > config->channel[k].station_ft))
+        if (config->channel[k].kind == MR_KIND_DISPLACEMENT &&
+            !(channel->station_ft > config->channel[k].station_ft))
             return REFUSE(reason, channel, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
     }
     return true;
 }
 
-static bool check_points(const struct mr_channel_config *channel, unsigned i, struct mr_config_reason *reason)
+static bool check_points(const struct mr_channel_config *channel, unsigned i,
+                         struct mr_config_reason *reason)
 {
     if (channel->points == 1)
         return REFUSE(reason, channel, i, points, MR_RULE_ONE_POINT);
     for (unsigned k = 1; k < channel->points; k++) {
         if (!(channel->point_reading[k] > channel->point_reading[k - 1]))
-            return REFUSE(reason, channel, i, point_reading, MR_RULE_NOT_RISING, .element = (uint8_t)k, .other = (uint8_t)(k - 1));
+            return REFUSE(reason, channel, i, point_reading, MR_RULE_NOT_RISING,
+                          .element = (uint8_t)k, .other = (uint8_t)(k - 1));
         if (!(channel->point_value[k] > channel->point_value[k - 1]))
-            return REFUSE(reason, channel, i, point_value, MR_RULE_NOT_RISING, .element = (uint8_t)k, .other = (uint8_t)(k - 1));
+            return REFUSE(reason, channel, i, point_value, MR_RULE_NOT_RISING,
+                          .element = (uint8_t)k, .other = (uint8_t)(k - 1));
     }
     return true;
 }
 
 /* Physically possible with this rig's sensors and electronics? */
-static bool check_gain(const struct mr_channel_config *channel, unsigned i, struct mr_config_reason *reason)
+static bool check_gain(const struct mr_channel_config *channel, unsigned i,
+                       struct mr_config_reason *reason)
 {
     enum mr_config_rule rule = mr_channel_measures(channel) ? mr_gain_check(channel) : MR_RULE_NONE;
     return rule == MR_RULE_NONE || REFUSE(reason, channel, i, unit_per_code, rule);
 }
 
-static bool check_channel(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
+static bool check_channel(const struct mr_config *config, unsigned i,
+                          struct mr_config_reason *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
     if (!check_place(config, i, reason))
@@ -340,13 +379,14 @@ static bool check_channel(const struct mr_config *config, unsigned i, struct mr_
     if (ranged && !(channel->high > channel->low))
         return REFUSE(reason, channel, i, high, MR_RULE_NOT_ABOVE, .other = MR_FIELD_channel_low);
     if (channel->expires_day && channel->expires_day <= channel->calibrated_day)
-        return REFUSE(reason, channel, i, expires_day, MR_RULE_NOT_ABOVE, .other = MR_FIELD_channel_calibrated_day);
+        return REFUSE(reason, channel, i, expires_day, MR_RULE_NOT_ABOVE,
+                      .other = MR_FIELD_channel_calibrated_day);
     if (channel->expires_day && !channel->calibrated_day)
         return REFUSE(reason, channel, i, calibrated_day, MR_RULE_ZERO);
     if (channel->band && !(config->band[channel->band - 1].pretension_lb > 0.0f))
         return REFUSE(reason, channel, i, band, MR_RULE_NO_BAND);
-    return check_number(config, i, reason) && check_station(config, i, reason) && check_points(channel, i, reason) &&
-           check_gain(channel, i, reason);
+    return check_number(config, i, reason) && check_station(config, i, reason) &&
+           check_points(channel, i, reason) && check_gain(channel, i, reason);
 }
 
 static bool check_gate(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
@@ -356,11 +396,13 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
         return true;
     if (gate->step_codes < MR_CONFIG_STEP_CODES)
         return REFUSE(reason, gate, i, step_codes, MR_RULE_TOO_SMALL);
-    float sum_codes = config->channel[MR_TRANSDUCERS + MR_ADC1_STAIRCASE].zero_code + (float)gate->step_codes;
+    float sum_codes = config->channel[MR_TRANSDUCERS + MR_ADC1_STAIRCASE].zero_code +
+                      (float)gate->step_codes;
     for (unsigned k = 0; k < i; k++) {
         const struct mr_gate_config *before = &config->gate[k];
-        unsigned apart = before->step_codes > gate->step_codes ? before->step_codes - gate->step_codes
-                                                               : gate->step_codes - before->step_codes;
+        unsigned apart = before->step_codes > gate->step_codes
+                           ? before->step_codes - gate->step_codes
+                           : gate->step_codes - before->step_codes;
         sum_codes += (float)before->step_codes;
         if (before->step_codes && !(gate->station_ft > before->station_ft))
             return REFUSE(reason, gate, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
@@ -374,10 +416,14 @@ void mr_config_predictor(const struct mr_config *config, struct mr_predictor_con
 {
     const struct mr_predict_config *p = &config->predict[0];
     *predictor = (struct mr_predictor_config){
-        .chain = {.mats = config->site[0].mats, .mat_length_ft = config->site[0].mat_length_ft,
-                  .mass_slug = p->mat_weight_lb / G_FT_S2, .friction_lb = p->friction * p->mat_weight_lb,
-                  .kl_lb_ft = p->joint_stiffness_lb_ft, .cl_lb_s_ft = p->joint_damping_lb_s_ft,
-                  .slack_ft = p->slack_in / IN_PER_FT, .step_s = p->step_ms / MS_PER_S},
+        .chain = {.mats = config->site[0].mats,
+                  .mat_length_ft = config->site[0].mat_length_ft,
+                  .mass_slug = p->mat_weight_lb / G_FT_S2,
+                  .friction_lb = p->friction * p->mat_weight_lb,
+                  .kl_lb_ft = p->joint_stiffness_lb_ft,
+                  .cl_lb_s_ft = p->joint_damping_lb_s_ft,
+                  .slack_ft = p->slack_in / IN_PER_FT,
+                  .step_s = p->step_ms / MS_PER_S},
         .grit_lb = p->grit_lb,
         .thrust_lb_per_g = p->thrust_lb_per_g,
         .deceleration_ft_s2 = p->deceleration_ft_s2,
@@ -387,14 +433,17 @@ void mr_config_predictor(const struct mr_config *config, struct mr_predictor_con
         .level = (enum mr_predictor_level)p->level,
     };
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        predictor->station_ft[i] = config->channel[i].kind == MR_KIND_DISPLACEMENT ? config->channel[i].station_ft : MR_NAN;
+        predictor->station_ft[i] = config->channel[i].kind == MR_KIND_DISPLACEMENT
+                                     ? config->channel[i].station_ft
+                                     : MR_NAN;
 }
 
 static bool check_band(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
 {
     const struct mr_band_config *band = &config->band[i];
     bool right = band->yield_lb == 0.0f || band->yield_lb > band->pretension_lb;
-    return right || REFUSE(reason, band, i, yield_lb, MR_RULE_NOT_ABOVE, .other = MR_FIELD_band_pretension_lb);
+    return right || REFUSE(reason, band, i, yield_lb, MR_RULE_NOT_ABOVE,
+                           .other = MR_FIELD_band_pretension_lb);
 }
 
 /* One that does not run may hold anything within the limits. */
@@ -404,7 +453,8 @@ static bool check_predictor(const struct mr_config *config, struct mr_config_rea
     if (!config->predict[0].fitted)
         return true;
     mr_config_predictor(config, &predictor);
-    return predictor.chain.step_s <= MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(&predictor.chain) ||
+    return predictor.chain.step_s <=
+               MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(&predictor.chain) ||
            REFUSE(reason, predict, 0, step_ms, MR_RULE_UNSTABLE);
 }
 

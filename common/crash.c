@@ -28,7 +28,9 @@ const char *mr_crash_kind_text(unsigned kind)
 const char *mr_task_text(unsigned task)
 {
     switch (task) {
+/* clang-format off */
 #define MR_TASK_CASE(NAME, number, limit, text) case number: return text;
+        /* clang-format on */
         MR_TASK_TABLE(MR_TASK_CASE)
 #undef MR_TASK_CASE
     default: return "unknown task";
@@ -38,7 +40,9 @@ const char *mr_task_text(unsigned task)
 const char *mr_self_test_text(unsigned test)
 {
     switch (test) {
+/* clang-format off */
 #define MR_SELF_TEST_CASE(NAME, number, text) case number: return text;
+        /* clang-format on */
         MR_SELF_TEST_TABLE(MR_SELF_TEST_CASE)
 #undef MR_SELF_TEST_CASE
     default: return "unknown self-test";
@@ -47,7 +51,13 @@ const char *mr_self_test_text(unsigned test)
 
 const char *mr_can_state_text(unsigned state)
 {
-    static const char *const texts[] = {"good", "many errors", "error passive", "nobody acknowledges: unplugged, or no other node",
-                                        "nothing passes", "bus-off", "silent: the clock is not exact enough", "missing"};
+    static const char *const texts[] = {"good",
+                                        "many errors",
+                                        "error passive",
+                                        "nobody acknowledges: unplugged, or no other node",
+                                        "nothing passes",
+                                        "bus-off",
+                                        "silent: the clock is not exact enough",
+                                        "missing"};
     return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown state";
 }

@@ -5,7 +5,8 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size_t length, uint8_t out[MR_FRAME_MAX])
+size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size_t length,
+                       uint8_t out[MR_FRAME_MAX])
 {
     uint8_t content[MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD];
     uint8_t *p = content;

@@ -16,8 +16,10 @@ struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel)
     if (channel->kind == MR_KIND_DISPLACEMENT)
         return (struct mr_gain_limits){MR_TRANSDUCER_HALF_RANGE_LEAST_IN / MR_TRANSDUCER_HALF_CODES,
                                        MR_TRANSDUCER_HALF_RANGE_MOST_IN / MR_TRANSDUCER_HALF_CODES,
-                                       -MR_TRANSDUCER_HALF_CODES * corrected, MR_TRANSDUCER_HALF_CODES * corrected};
-    return (struct mr_gain_limits){MR_GAGE_RANGE_LEAST_LB / MR_GAGE_CODES, MR_GAGE_RANGE_MOST_LB / MR_GAGE_CODES, 0.0f,
+                                       -MR_TRANSDUCER_HALF_CODES * corrected,
+                                       MR_TRANSDUCER_HALF_CODES * corrected};
+    return (struct mr_gain_limits){MR_GAGE_RANGE_LEAST_LB / MR_GAGE_CODES,
+                                   MR_GAGE_RANGE_MOST_LB / MR_GAGE_CODES, 0.0f,
                                    MR_GAGE_CODES * corrected};
 }
 
@@ -26,13 +28,16 @@ float mr_channel_gain(const struct mr_channel_config *channel)
     unsigned last = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
     if (last < 2)
         return channel->unit_per_code;
-    return channel->unit_per_code * ((channel->point_value[last - 1] - channel->point_value[0]) /
-                                     (channel->point_reading[last - 1] - channel->point_reading[0]));
+    return channel->unit_per_code *
+           ((channel->point_value[last - 1] - channel->point_value[0]) /
+            (channel->point_reading[last - 1] - channel->point_reading[0]));
 }
 
 float mr_channel_range_codes(const struct mr_channel_config *channel)
 {
-    return channel->low < channel->high ? (channel->high - channel->low) / __builtin_fabsf(mr_channel_gain(channel)) : 0.0f;
+    return channel->low < channel->high
+             ? (channel->high - channel->low) / __builtin_fabsf(mr_channel_gain(channel))
+             : 0.0f;
 }
 
 static float value_at(const struct mr_channel_config *channel, float code)
@@ -46,7 +51,8 @@ float mr_channel_reached(const struct mr_channel_config *channel)
     float one = value_at(channel, limits.low_code), other = value_at(channel, limits.high_code);
     if (!(channel->low < channel->high))
         return 1.0f;
-    float from = larger(smaller(one, other), channel->low), to = smaller(larger(one, other), channel->high);
+    float from = larger(smaller(one, other), channel->low),
+          to = smaller(larger(one, other), channel->high);
     return to > from ? (to - from) / (channel->high - channel->low) : 0.0f;
 }
 

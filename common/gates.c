@@ -10,7 +10,8 @@
 #define TERMS (MR_GATES_ORDER_MAX + 1)
 
 /* Quantile 0.975 of Student's t for 1 to 10 degrees of freedom. */
-static const double student_975[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+static const double student_975[] = {12.706, 4.303, 3.182, 2.776, 2.571,
+                                     2.447,  2.365, 2.306, 2.262, 2.228};
 
 double mr_gates_student(unsigned freedom)
 {
@@ -20,7 +21,8 @@ double mr_gates_student(unsigned freedom)
     return freedom <= known ? student_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
 }
 
-/* Chebyshev polynomials T_0..T_order of scaled time and their first two derivatives by time, in 1, 1/s, 1/s^2. */
+/* Chebyshev polynomials T_0..T_order of scaled time and their first two derivatives by time, in 1,
+ * 1/s, 1/s^2. */
 struct basis {
     double value[TERMS];
     double rate[TERMS];
@@ -37,9 +39,10 @@ static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *b
     basis->rate[1] = per_s;
     for (unsigned k = 2; k <= fit->order; k++) {
         basis->value[k] = 2.0 * tau * basis->value[k - 1] - basis->value[k - 2];
-        basis->rate[k] = 2.0 * per_s * basis->value[k - 1] + 2.0 * tau * basis->rate[k - 1] - basis->rate[k - 2];
-        basis->curvature[k] = 4.0 * per_s * basis->rate[k - 1] + 2.0 * tau * basis->curvature[k - 1] -
-                              basis->curvature[k - 2];
+        basis->rate[k] = 2.0 * per_s * basis->value[k - 1] + 2.0 * tau * basis->rate[k - 1] -
+                         basis->rate[k - 2];
+        basis->curvature[k] = 4.0 * per_s * basis->rate[k - 1] +
+                              2.0 * tau * basis->curvature[k - 1] - basis->curvature[k - 2];
     }
 }
 
@@ -68,7 +71,8 @@ static double error_of(const struct mr_gates_fit *fit, const double *gradient)
     return variance > 0.0 ? sqrt(variance) : 0.0;
 }
 
-/* Cholesky factor in place (lower triangle). False when the matrix is not positive definite to working accuracy. */
+/* Cholesky factor in place (lower triangle). False when the matrix is not positive definite to
+ * working accuracy. */
 static bool factor(double matrix[TERMS][TERMS], unsigned n)
 {
     for (unsigned i = 0; i < n; i++) {
@@ -102,8 +106,8 @@ static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
     }
 }
 
-enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned order, double position_error_ft,
-                            struct mr_gates_fit *fit)
+enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned order,
+                            double position_error_ft, struct mr_gates_fit *fit)
 {
     double matrix[TERMS][TERMS] = {{0}};
     double right[TERMS] = {0};
@@ -145,7 +149,8 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
 
     double deviation = position_error_ft;
-    if (count > terms && squares > mr_chi_square((unsigned)count - terms, MR_ONE_IN_100) * deviation * deviation)
+    if (count > terms &&
+        squares > mr_chi_square((unsigned)count - terms, MR_ONE_IN_100) * deviation * deviation)
         deviation = fit->residual_ft * mr_gates_student((unsigned)count - terms);
     for (unsigned column = 0; column < terms; column++) {
         double unit[TERMS] = {0};
@@ -162,17 +167,19 @@ static double sum_of_squares(const struct mr_gates_fit *fit)
     return fit->residual_ft * fit->residual_ft * (double)(fit->count - fit->order - 1);
 }
 
-enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count, double position_error_ft,
-                                 struct mr_gates_fit *fit)
+enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
+                                 double position_error_ft, struct mr_gates_fit *fit)
 {
     enum mr_status status = mr_gates_fit(gates, count, count > 2 ? 2 : 1, position_error_ft, fit);
     if (status != MR_OK)
         return status;
-    for (unsigned order = fit->order + 1; order <= MR_GATES_ORDER_MAX && count >= order + 4; order++) {
+    for (unsigned order = fit->order + 1; order <= MR_GATES_ORDER_MAX && count >= order + 4;
+         order++) {
         struct mr_gates_fit higher;
         if (mr_gates_fit(gates, count, order, position_error_ft, &higher) != MR_OK)
             break;
-        double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) / (position_error_ft * position_error_ft);
+        double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) /
+                      (position_error_ft * position_error_ft);
         if (gain > mr_chi_square(order - fit->order, MR_ONE_IN_100))
             *fit = higher;
     }
@@ -188,20 +195,21 @@ void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_es
     motion->speed_ft_s = (struct mr_estimate){dot(fit, basis.rate), error_of(fit, basis.rate)};
     motion->deceleration_ft_s2 = (struct mr_estimate){NAN, NAN};
     if (fit->order >= 2)
-        motion->deceleration_ft_s2 =
-            (struct mr_estimate){-dot(fit, basis.curvature), error_of(fit, basis.curvature)};
+        motion->deceleration_ft_s2 = (struct mr_estimate){-dot(fit, basis.curvature),
+                                                          error_of(fit, basis.curvature)};
 }
 
 static bool parabola_holds(const struct mr_gates_fit *fit, double position_error_ft)
 {
     unsigned freedom = fit->count - 3;
-    return freedom == 0 ||
-           sum_of_squares(fit) <= mr_chi_square(freedom, MR_ONE_IN_100) * position_error_ft * position_error_ft;
+    return freedom == 0 || sum_of_squares(fit) <= mr_chi_square(freedom, MR_ONE_IN_100) *
+                                                      position_error_ft * position_error_ft;
 }
 
 /* One of the last gates without which all the others lie on a parabola; MR_LIMIT: there is none. */
-static enum mr_status fit_without_one(const struct mr_gate *gates, size_t count, double position_error_ft,
-                                      struct mr_gates_fit *best, size_t *alien)
+static enum mr_status fit_without_one(const struct mr_gate *gates, size_t count,
+                                      double position_error_ft, struct mr_gates_fit *best,
+                                      size_t *alien)
 {
     double least = -1.0;
     for (size_t out = 0; out < count && count > 5; out++) {
@@ -210,7 +218,8 @@ static enum mr_status fit_without_one(const struct mr_gate *gates, size_t count,
         struct mr_motion_estimate there;
         memcpy(rest, gates, out * sizeof gates[0]);
         memcpy(rest + out, gates + out + 1, (count - out - 1) * sizeof gates[0]);
-        if (mr_gates_fit(rest, count - 1, 2, position_error_ft, &fit) != MR_OK || !parabola_holds(&fit, position_error_ft))
+        if (mr_gates_fit(rest, count - 1, 2, position_error_ft, &fit) != MR_OK ||
+            !parabola_holds(&fit, position_error_ft))
             continue;
         mr_gates_at(&fit, gates[out].t_s, &there);
         double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
@@ -231,7 +240,8 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
     size_t used = count < MR_GATES_LOCAL ? count : MR_GATES_LOCAL;
     if (used < 2)
         return MR_TOO_FEW;
-    enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1, position_error_ft, &fit);
+    enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1,
+                                         position_error_ft, &fit);
     size_t alien = 0;
     if (status == MR_OK && used == MR_GATES_LOCAL && !parabola_holds(&fit, position_error_ft))
         (void)fit_without_one(gates + (count - used), used, position_error_ft, &fit, &alien);
@@ -240,10 +250,10 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
     return status;
 }
 
-/* Bisects for the time at which term `terms` of the fit crosses `target`, rising when `sign` is 1, falling when -1.
- * 60 halvings take any interval to the last bit. */
-static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, double target, double low_s, double high_s,
-                   double *t_s)
+/* Bisects for the time at which term `terms` of the fit crosses `target`, rising when `sign` is 1,
+ * falling when -1. 60 halvings take any interval to the last bit. */
+static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, double target,
+                   double low_s, double high_s, double *t_s)
 {
     for (int i = 0; i < 60; i++) {
         struct basis basis;
@@ -267,9 +277,10 @@ static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, doub
     return true;
 }
 
-/* The search reaches one mean interval and a half beyond the gates on the side that lies outside them. */
-static enum mr_status at_station(const struct mr_gates_fit *fit, double station_ft, bool beyond_last,
-                                 struct mr_motion_estimate *motion)
+/* The search reaches one mean interval and a half beyond the gates on the side that lies outside
+ * them. */
+static enum mr_status at_station(const struct mr_gates_fit *fit, double station_ft,
+                                 bool beyond_last, struct mr_motion_estimate *motion)
 {
     double first_s = fit->mid_s - fit->half_s, last_s = fit->mid_s + fit->half_s;
     double margin_s = 3.0 * fit->half_s / (double)(fit->count - 1);
@@ -281,7 +292,8 @@ static enum mr_status at_station(const struct mr_gates_fit *fit, double station_
                 last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
     mr_gates_at(fit, t_s, motion);
-    /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc = T' + a_dec T/v. */
+    /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc =
+     * T' + a_dec T/v. */
     basis_at(fit, t_s, &basis);
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->order; k++)
@@ -290,13 +302,15 @@ static enum mr_status at_station(const struct mr_gates_fit *fit, double station_
     return MR_OK;
 }
 
-enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion)
+enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft,
+                                   struct mr_motion_estimate *motion)
 {
     return at_station(fit, station_ft, false, motion);
 }
 
 /* Time and station of rest by extrapolation of a fit beyond its last gate. */
-static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s, struct mr_estimate *station_ft)
+static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s,
+                      struct mr_estimate *station_ft)
 {
     struct mr_motion_estimate last, stop;
     double last_s = fit->mid_s + fit->half_s;
@@ -328,8 +342,9 @@ static void note_aliens(const struct mr_braking *fit, const struct mr_gate *gate
 }
 
 /* Touchdown where braking was even nowhere. */
-static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track, double touchdown_ft,
-                                     double position_error_ft, struct mr_gates_summary *summary)
+static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track,
+                                     double touchdown_ft, double position_error_ft,
+                                     struct mr_gates_summary *summary)
 {
     struct mr_gates_fit fit;
     struct mr_motion_estimate touchdown;
@@ -346,10 +361,11 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     if (status != MR_OK)
         return status;
     summary->touchdown_speed_ft_s = touchdown.speed_ft_s;
-    summary->touchdown_t_s =
-        (struct mr_estimate){touchdown.t_s, touchdown.position_ft.error / touchdown.speed_ft_s.value};
+    summary->touchdown_t_s = (struct mr_estimate){touchdown.t_s, touchdown.position_ft.error /
+                                                                     touchdown.speed_ft_s.value};
     double braked_ft_s2 = touchdown.deceleration_ft_s2.value;
-    if (on_track < 2 && braked_ft_s2 > 0.0) { /* the polynomial brakes from touchdown on, the gear a delay later */
+    if (on_track < 2 && braked_ft_s2 > 0.0) {
+        /* the polynomial brakes from touchdown on, the gear a delay later */
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
             root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
@@ -372,8 +388,8 @@ static enum mr_status find_rest(const struct mr_gate *gates, size_t count, doubl
         size_t g = summary->before_touchdown + count - used + alien;
         mr_gates_at(&fit, gates[count - used + alien].t_s, &there);
         summary->alien |= 1u << g;
-        summary->late_s[g] =
-            (there.position_ft.value - gates[count - used + alien].station_ft) / there.speed_ft_s.value;
+        summary->late_s[g] = (there.position_ft.value - gates[count - used + alien].station_ft) /
+                             there.speed_ft_s.value;
         used--;
     } else {
         while (status == MR_OK && used > 4 && !parabola_holds(&fit, position_error_ft)) {
@@ -386,13 +402,16 @@ static enum mr_status find_rest(const struct mr_gate *gates, size_t count, doubl
     if (!find_stop(&fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
     summary->used_for_stop = (unsigned)used;
-    /* Braking that visibly changes may go on changing: the other extreme is a cubic through the last gates. */
+    /* Braking that visibly changes may go on changing: the other extreme is a cubic through the
+     * last gates. */
     if (used < MR_GATES_END && count > MR_GATES_LOCAL &&
-        mr_gates_fit(gates + (count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3, position_error_ft, &fit) == MR_OK &&
+        mr_gates_fit(gates + (count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3, position_error_ft,
+                     &fit) == MR_OK &&
         find_stop(&fit, &cubic_s, &cubic_ft)) {
-        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error, cubic_s.value - summary->stop_t_s.value);
-        summary->stop_station_ft.error =
-            root_sum_square(summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
+        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error,
+                                                  cubic_s.value - summary->stop_t_s.value);
+        summary->stop_station_ft.error = root_sum_square(
+            summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
     }
     return MR_OK;
 }
@@ -401,8 +420,9 @@ static enum mr_status find_rest(const struct mr_gate *gates, size_t count, doubl
 static void widen(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double factor = sqrt(fit->chi_square / (double)fit->freedom) * mr_gates_student(fit->freedom);
-    struct mr_estimate *const estimate[] = {&summary->touchdown_speed_ft_s, &summary->touchdown_t_s, &summary->stop_t_s,
-                                            &summary->stop_station_ft, &summary->mean_deceleration_ft_s2};
+    struct mr_estimate *const estimate[] = {&summary->touchdown_speed_ft_s, &summary->touchdown_t_s,
+                                            &summary->stop_t_s, &summary->stop_station_ft,
+                                            &summary->mean_deceleration_ft_s2};
     for (size_t i = 0; i < sizeof estimate / sizeof estimate[0]; i++)
         estimate[i]->error *= factor;
 }
@@ -412,13 +432,14 @@ static void find_mean(struct mr_gates_summary *summary)
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
     double duration_s = summary->stop_t_s.value - summary->touchdown_t_s.value;
     double time_error_s = root_sum_square(summary->stop_t_s.error, summary->touchdown_t_s.error);
-    double relative = root_sum_square(summary->touchdown_speed_ft_s.error / speed_ft_s, time_error_s / duration_s);
+    double relative = root_sum_square(summary->touchdown_speed_ft_s.error / speed_ft_s,
+                                      time_error_s / duration_s);
     summary->mean_deceleration_ft_s2.value = speed_ft_s / duration_s;
     summary->mean_deceleration_ft_s2.error = summary->mean_deceleration_ft_s2.value * relative;
 }
 
-void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count, double touchdown_ft,
-                        double position_error_ft)
+void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count,
+                        double touchdown_ft, double position_error_ft)
 {
     memset(work, 0, sizeof *work);
     work->gates = gates;
@@ -446,14 +467,15 @@ static void end(struct mr_final_fit *work, enum mr_status status)
     work->stage = MR_FINAL_OVER;
 }
 
-/* One fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds; MR_TOO_FEW: ask again, with the
- * worst gate left out; MR_LIMIT: not even. */
+/* One fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds;
+ * MR_TOO_FEW: ask again, with the worst gate left out; MR_LIMIT: not even. */
 static enum mr_status try_even(struct mr_final_fit *work)
 {
     size_t count = work->on_track + work->used;
     enum mr_status status;
     if (!work->fitted)
-        status = mr_braking_fit(work->gates, count, work->touchdown_ft, work->position_error_ft, 0, &work->braking);
+        status = mr_braking_fit(work->gates, count, work->touchdown_ft, work->position_error_ft, 0,
+                                &work->braking);
     else
         status = mr_braking_leave_out(work->gates, count, work->position_error_ft, &work->braking);
     if (status != MR_OK)
@@ -475,7 +497,8 @@ static void fit_whole(struct mr_final_fit *work)
         summary->used_for_stop = work->braking.freedom + 3;
         end(work, mr_braking_summarise(&work->braking, summary));
     } else if (work->used < 4) {
-        status = mr_braking_fit(work->gates, work->count, work->touchdown_ft, work->position_error_ft, 0, &work->braking);
+        status = mr_braking_fit(work->gates, work->count, work->touchdown_ft,
+                                work->position_error_ft, 0, &work->braking);
         summary->used_for_stop = (unsigned)work->count;
         if (status == MR_OK)
             status = mr_braking_summarise(&work->braking, summary);
@@ -504,8 +527,8 @@ static void fit_start(struct mr_final_fit *work)
         note_aliens(&work->braking, work->gates, work->on_track + work->used, &work->summary);
         status = mr_braking_summarise(&work->braking, &work->summary);
     } else {
-        status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft, work->position_error_ft,
-                                &work->summary);
+        status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft,
+                                work->position_error_ft, &work->summary);
     }
     work->stage = MR_FINAL_REST;
     if (status != MR_OK)
@@ -515,20 +538,15 @@ static void fit_start(struct mr_final_fit *work)
 bool mr_final_fit_step(struct mr_final_fit *work)
 {
     switch (work->stage) {
-    case MR_FINAL_WHOLE:
-        fit_whole(work);
-        break;
-    case MR_FINAL_START:
-        fit_start(work);
-        break;
+    case MR_FINAL_WHOLE: fit_whole(work); break;
+    case MR_FINAL_START: fit_start(work); break;
     case MR_FINAL_REST:
-        end(work, find_rest(work->gates + work->on_track, work->count - work->on_track, work->position_error_ft,
-                            &work->summary));
+        end(work, find_rest(work->gates + work->on_track, work->count - work->on_track,
+                            work->position_error_ft, &work->summary));
         if (work->status == MR_OK)
             find_mean(&work->summary);
         break;
-    case MR_FINAL_OVER:
-        break;
+    case MR_FINAL_OVER: break;
     }
     return work->stage != MR_FINAL_OVER;
 }

@@ -4,7 +4,7 @@
 #include "common/wire.h"
 
 #define CRC_PLACE (MR_IMAGE_HEAD - 4u)
-#define DIGITS 12u
+#define DIGITS    12u
 
 static bool in_flash(const struct mr_image *image)
 {
@@ -60,7 +60,8 @@ static const char *find_digit(char c)
     return *p ? p : NULL;
 }
 
-void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed, char text[MR_IMAGE_COMMIT_TEXT])
+void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
+                          char text[MR_IMAGE_COMMIT_TEXT])
 {
     static const char digits[] = "0123456789abcdef";
     uint64_t value = (uint64_t)commit << 16 | commit_more;

@@ -1,12 +1,15 @@
-/* The header of a firmware image: what it is and whether it is whole. At a fixed place in flash, right behind the vectors, in
- * the sector that is programmed last; so the .elf, .hex and .bin carry it too. Written after linking by firmware/stamp/stamp.c.
+/* The header of a firmware image: what it is and whether it is whole. At a fixed place in flash,
+ * right behind the vectors, in the sector that is programmed last; so the .elf, .hex and .bin carry
+ * it too. Written after linking by firmware/stamp/stamp.c.
  *
  *     0x08000200  u32  magic, the bytes "MRIG"
  *             +4  u16  format of this header, 1; u16 its bytes, 36
  *             +8  u32  first byte of the program, u32 the byte after its last
  *            +16  u32  CRC-32 of the program (common/crc32.h)
- *            +20  u8   major, minor, patch of the version; u8 1: built from sources that differ from the commit
- *            +24  u32  first eight hexadecimal digits of the commit, u16 the next four; 0: not known
+ *            +20  u8   major, minor, patch of the version; u8 1: built from sources that differ
+ *                      from the commit
+ *            +24  u32  first eight hexadecimal digits of the commit, u16 the next four; 0: not
+ *                      known
  *            +30  u16  0
  *            +32  u32  CRC-32 of the flash from its start, the vectors, up to here
  *
@@ -21,33 +24,36 @@
 #include "common/catalogue.h"
 #include "common/status.h"
 
-#define MR_IMAGE_MAGIC 0x4749524du
-#define MR_IMAGE_FORMAT 1u
-#define MR_IMAGE_FLASH 0x08000000u   /* where flash begins */
+#define MR_IMAGE_MAGIC       0x4749524du
+#define MR_IMAGE_FORMAT      1u
+#define MR_IMAGE_FLASH       0x08000000u /* where flash begins */
 #define MR_IMAGE_FLASH_BYTES 0x100000u
-#define MR_IMAGE_PLACE 0x200u        /* of the header, from there */
-#define MR_IMAGE_BYTES 36u
-#define MR_IMAGE_HEAD (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* vectors and header */
+#define MR_IMAGE_PLACE       0x200u /* of the header, from there */
+#define MR_IMAGE_BYTES       36u
+#define MR_IMAGE_HEAD        (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* vectors and header */
 #define MR_IMAGE_COMMIT_TEXT 24u
 
 struct mr_image {
     uint8_t major, minor, patch;
-    bool changed;           /* built from sources that differ from the commit */
-    uint32_t commit;        /* eight hexadecimal digits of its hash */
-    uint16_t commit_more;   /* and four more; both 0: not known */
+    bool changed;                        /* built from sources that differ from the commit */
+    uint32_t commit;                     /* eight hexadecimal digits of its hash */
+    uint16_t commit_more;                /* and four more; both 0: not known */
     uint32_t program_start, program_end; /* addresses */
     uint32_t program_crc;
     uint32_t header_crc;
 };
 
-/* The header from the first MR_IMAGE_HEAD bytes of flash. MR_OK; MR_UNKNOWN: there is none; MR_VERSION: of another format; MR_CRC:
- * vectors or header are damaged, or were never stamped (`image` is filled all the same); MR_MALFORMED: a program out of flash. */
+/* The header from the first MR_IMAGE_HEAD bytes of flash. MR_OK; MR_UNKNOWN: there is none;
+ * MR_VERSION: of another format; MR_CRC: vectors or header are damaged, or were never stamped
+ * (`image` is filled all the same); MR_MALFORMED: a program out of flash. */
 enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD]);
-/* Put the header into the first MR_IMAGE_HEAD bytes of flash, which hold the vectors; header_crc is computed. */
+/* Put the header into the first MR_IMAGE_HEAD bytes of flash, which hold the vectors; header_crc is
+ * computed. */
 void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD]);
 
 /* "c7a3136ab3a3", "c7a3136ab3a3-dirty" or "unknown". */
-void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed, char text[MR_IMAGE_COMMIT_TEXT]);
+void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
+                          char text[MR_IMAGE_COMMIT_TEXT]);
 /* And back. MR_MALFORMED: not 12 hexadecimal digits, "-dirty" or not behind them, nor "unknown". */
 enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text);
 

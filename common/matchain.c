@@ -24,12 +24,13 @@ static bool not_negative(float x)
     return x >= 0.0f && x < 1e30f;
 }
 
-enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_params *params, unsigned group,
-                              const float *gap_ft, const float *grit_lb)
+enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_params *params,
+                              unsigned group, const float *gap_ft, const float *grit_lb)
 {
-    if (params->mats < 1 || params->mats > MR_CHAIN_MATS || (group != 1 && group != 2 && group != 4) ||
-        !positive(params->mat_length_ft) || !positive(params->mass_slug) || !positive(params->kl_lb_ft) ||
-        !positive(params->step_s) || !not_negative(params->friction_lb) || !not_negative(params->cl_lb_s_ft) ||
+    if (params->mats < 1 || params->mats > MR_CHAIN_MATS ||
+        (group != 1 && group != 2 && group != 4) || !positive(params->mat_length_ft) ||
+        !positive(params->mass_slug) || !positive(params->kl_lb_ft) || !positive(params->step_s) ||
+        !not_negative(params->friction_lb) || !not_negative(params->cl_lb_s_ft) ||
         !not_negative(params->slack_ft))
         return MR_USAGE;
     if (params->step_s > MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(params))
@@ -54,13 +55,16 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
             unsigned single = (j - 1u) * group + i; /* joint single + 1 */
             if (single > params->mats)
                 break;
-            opening_ft += __builtin_isnan(gap_ft[single]) ? 0.5f * params->slack_ft : gap_ft[single];
+            opening_ft += __builtin_isnan(gap_ft[single]) ? 0.5f * params->slack_ft
+                                                          : gap_ft[single];
             held_lb += __builtin_isnan(grit_lb[single]) ? 0.0f : grit_lb[single];
             inside++;
         }
         chain->gap_ft[j] = opening_ft;
         chain->grit_lb[j] = inside ? held_lb / (float)inside : 0.0f;
-        chain->reach_ft[j] = opening_ft < 0.0f ? 0.0f : opening_ft > chain->slack_ft ? chain->slack_ft : opening_ft;
+        chain->reach_ft[j] = opening_ft < 0.0f            ? 0.0f
+                           : opening_ft > chain->slack_ft ? chain->slack_ft
+                                                          : opening_ft;
     }
     return MR_OK;
 }
@@ -72,11 +76,15 @@ struct law {
 
 static inline struct law law_of(const struct mr_chain *chain)
 {
-    return (struct law){chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft, chain->friction_lb, chain->per_lb, chain->step_s};
+    return (struct law){chain->kl_lb_ft, chain->params.cl_lb_s_ft,
+                        chain->slack_ft, chain->friction_lb,
+                        chain->per_lb,   chain->step_s};
 }
 
-/* Tension of joint j that is open by g_ft and opens at opening_ft_s, tension positive; moves its reach. */
-static inline float pull(struct mr_chain *chain, const struct law *law, unsigned j, float g_ft, float opening_ft_s)
+/* Tension of joint j that is open by g_ft and opens at opening_ft_s, tension positive; moves its
+ * reach. */
+static inline float pull(struct mr_chain *chain, const struct law *law, unsigned j, float g_ft,
+                         float opening_ft_s)
 {
     float reach_ft = chain->reach_ft[j];
     if (g_ft >= reach_ft && g_ft <= law->slack_ft) {
@@ -105,7 +113,8 @@ static inline float pull(struct mr_chain *chain, const struct law *law, unsigned
 
 static inline float pull_now(struct mr_chain *chain, const struct law *law, unsigned j)
 {
-    return pull(chain, law, j, chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]), chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
+    return pull(chain, law, j, chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
+                chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
 }
 
 /* Speed after a step under the force X without friction. */
@@ -123,7 +132,8 @@ static inline float slip(float v_ft_s, float x_lb, float friction_lb, float per_
         return after_ft_s;
     if (x_lb <= friction_lb && x_lb >= -friction_lb)
         return 0.0f;
-    /* It stops within the step and is thrown back: what is left of the step with friction the other way. */
+    /* It stops within the step and is thrown back: what is left of the step with friction the other
+     * way. */
     float braking = x_lb - (v_ft_s > 0.0f ? friction_lb : -friction_lb);
     float left = 1.0f + v_ft_s / (braking * per_lb);
     float back_lb = x_lb > 0.0f ? x_lb - friction_lb : x_lb + friction_lb;
@@ -145,14 +155,16 @@ static unsigned last_of(const struct mr_chain *chain, unsigned bay)
     return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
 }
 
-/* Moves the mats of a bay on; `left_lb` is the tension of its first joint; that of the next bay's is returned. */
+/* Moves the mats of a bay on; `left_lb` is the tension of its first joint; that of the next bay's
+ * is returned. */
 static float step_bay(struct mr_chain *chain, const struct law *law, unsigned bay, float left_lb)
 {
     unsigned first = first_of(bay), last = last_of(chain, bay);
     float u_ft = chain->u_ft[first], v_ft_s = chain->v_ft_s[first];
     for (unsigned n = first; n <= last; n++) {
         float next_ft = chain->u_ft[n + 1u], next_ft_s = chain->v_ft_s[n + 1u];
-        float right_lb = pull(chain, law, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft), next_ft_s - v_ft_s);
+        float right_lb = pull(chain, law, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft),
+                              next_ft_s - v_ft_s);
         float x_lb = right_lb - left_lb + chain->push_lb[n];
         if (v_ft_s != 0.0f || x_lb > law->friction_lb || x_lb < -law->friction_lb) {
             v_ft_s = slip(v_ft_s, x_lb, law->friction_lb, law->per_lb);
@@ -179,9 +191,12 @@ static void wake(struct mr_chain *chain, unsigned bay)
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
 {
     const struct law law = law_of(chain);
-    unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats ? place_of(chain, mat) : 0;
+    unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats
+                       ? place_of(chain, mat)
+                       : 0;
     float left_lb = 0.0f;
-    bool carried = false; /* left_lb is the tension of the bay's first joint, of before the bay on its left moved */
+    /* left_lb is the tension of the bay's first joint, of before the bay on its left moved */
+    bool carried = false;
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {
         wake(chain, (wheel - 1u) / MR_CHAIN_BAY + 1u);
@@ -189,7 +204,8 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
     }
     for (unsigned bay = chain->low; bay <= chain->high; bay++) {
         if (chain->awake[bay])
-            left_lb = step_bay(chain, &law, bay, carried ? left_lb : pull_now(chain, &law, first_of(bay)));
+            left_lb = step_bay(chain, &law, bay,
+                               carried ? left_lb : pull_now(chain, &law, first_of(bay)));
         carried = chain->awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;
@@ -198,7 +214,8 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
             continue;
         if (bay > 1u && !chain->awake[bay - 1u] && chain->v_ft_s[first_of(bay)] != 0.0f)
             wake(chain, bay - 1u);
-        if (bay < chain->bays && !chain->awake[bay + 1u] && chain->v_ft_s[last_of(chain, bay)] != 0.0f)
+        if (bay < chain->bays && !chain->awake[bay + 1u] &&
+            chain->v_ft_s[last_of(chain, bay)] != 0.0f)
             wake(chain, bay + 1u);
     }
 }
@@ -224,8 +241,8 @@ bool mr_chain_settle(struct mr_chain *chain)
         for (unsigned n = first; n <= last; n++) {
             float u_ft = chain->u_ft[n], v_ft_s = chain->v_ft_s[n];
             moves = moves || v_ft_s != 0.0f;
-            if (!(u_ft < MR_CHAIN_RUNAWAY_FT && u_ft > -MR_CHAIN_RUNAWAY_FT && v_ft_s < MR_CHAIN_RUNAWAY_FT_S &&
-                  v_ft_s > -MR_CHAIN_RUNAWAY_FT_S))
+            if (!(u_ft < MR_CHAIN_RUNAWAY_FT && u_ft > -MR_CHAIN_RUNAWAY_FT &&
+                  v_ft_s < MR_CHAIN_RUNAWAY_FT_S && v_ft_s > -MR_CHAIN_RUNAWAY_FT_S))
                 chain->runaway = true;
         }
         chain->awake[bay] = moves;

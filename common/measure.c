@@ -7,7 +7,8 @@ static float square(float x)
 
 static float near_the_zero(const struct mr_channel_config *config, float value)
 {
-    float segment = (config->high - config->low) * (0.816497f / (float)MR_CONFIG_POINTS); /* sqrt(2 / 3) */
+    /* sqrt(2 / 3) */
+    float segment = (config->high - config->low) * (0.816497f / (float)MR_CONFIG_POINTS);
     float size = value < 0.0f ? -value : value;
     return size < segment ? size / segment : 1.0f;
 }
@@ -18,7 +19,8 @@ float mr_reading_error(const struct mr_channel_config *config, const struct mr_e
     float scaled = c->value;
     if (square(c->noise) < square(MR_QUANTISATION_NOISE_CODES * config->unit_per_code))
         variance += square(MR_QUANTISATION_CODES * config->unit_per_code);
-    variance += square(config->linearity_error * near_the_zero(config, c->value)) + square(config->gain_error * c->value);
+    variance += square(config->linearity_error * near_the_zero(config, c->value)) +
+                square(config->gain_error * c->value);
     variance += square(config->drift_error_per_h * c->hours);
     if (c->baseline_blocks > 0.0f) {
         variance += square(c->noise) / c->baseline_blocks;

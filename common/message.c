@@ -6,7 +6,8 @@
 #include "common/wire.h"
 
 /* `block16` or `block`, in which it happened, is the last field where there is one. */
-static void take_block(struct mr_message *message, const struct mr_message_info *info, const uint8_t *payload)
+static void take_block(struct mr_message *message, const struct mr_message_info *info,
+                       const uint8_t *payload)
 {
     const struct mr_field_info *last = &info->fields[info->field_count - 1];
     const uint8_t *p = payload + last->offset;
@@ -15,7 +16,8 @@ static void take_block(struct mr_message *message, const struct mr_message_info 
     message->block = all ? (int64_t)mr_get_u32(&p) : -1;
 }
 
-enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload, size_t length)
+enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload,
+                               size_t length)
 {
     unsigned place = mr_message_place(id);
     const struct mr_message_info *info = mr_message_find(id);
@@ -29,8 +31,10 @@ enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const ui
     take_block(message, info, payload);
     memcpy(message->payload, payload, length);
     switch (place) {
+/* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text) \
     case MR_PLACE_##NAME: return mr_##name##_get(&message->as.name, payload, length);
+/* clang-format on */
 #include "common/catalogue.def"
     default: return MR_UNKNOWN;
     }

@@ -1,4 +1,5 @@
-/* A message of the catalogue, read once: who gets it need not know how it stood on the wire. Pure. */
+/* A message of the catalogue, read once: who gets it need not know how it stood on the wire.
+ * Pure. */
 #ifndef MATRIG_COMMON_MESSAGE_H
 #define MATRIG_COMMON_MESSAGE_H
 
@@ -6,8 +7,9 @@
 
 struct mr_message {
     const struct mr_message_info *info;
-    unsigned place;                  /* enum mr_message_place: which member of `as` it is */
-    int32_t block16;                 /* low 16 bits of the block that it belongs to; -1: it has no such field */
+    unsigned place; /* enum mr_message_place: which member of `as` it is */
+    /* low 16 bits of the block that it belongs to; -1: it has no such field */
+    int32_t block16;
     int64_t block;                   /* all of it; -1: it has no such field */
     uint8_t payload[MR_MESSAGE_MAX]; /* as it came, info->length bytes */
     union {
@@ -16,8 +18,9 @@ struct mr_message {
     } as;
 };
 
-/* MR_OK; MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED, MR_TOO_LONG: its length is another one. Then `message` says
- * nothing. */
-enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload, size_t length);
+/* MR_OK; MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED, MR_TOO_LONG: its length is
+ * another one. Then `message` says nothing. */
+enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload,
+                               size_t length);
 
 #endif

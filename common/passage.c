@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-#define UNCLEAR_BLOCKS 3000u       /* 5 ft at 2 ft/s take 2.5 s */
-#define REVERSE_MOST_FT_S 20.0     /* nobody pushes faster: then a switch was late */
-#define FASTER 1.25                /* than it came in, no gear gets, nor */
-#define FASTER_FT_S 3.0            /* by more than this besides */
+#define UNCLEAR_BLOCKS    3000u /* 5 ft at 2 ft/s take 2.5 s */
+#define REVERSE_MOST_FT_S 20.0  /* nobody pushes faster: then a switch was late */
+#define FASTER            1.25  /* than it came in, no gear gets, nor */
+#define FASTER_FT_S       3.0   /* by more than this besides */
 
 void mr_passage_start(struct mr_passage *passage)
 {
@@ -21,11 +21,12 @@ void mr_passage_clear(struct mr_passage *passage)
     passage->pushing = false;
 }
 
-static void note(struct mr_passage *passage, const struct mr_passage_edge *edge, enum mr_switch_reason reason)
+static void note(struct mr_passage *passage, const struct mr_passage_edge *edge,
+                 enum mr_switch_reason reason)
 {
     if (passage->notes < MR_PASSAGE_NOTES)
-        passage->note[passage->notes++] =
-            (struct mr_passage_note){.number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
+        passage->note[passage->notes++] = (struct mr_passage_note){
+            .number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
 }
 
 /* Mean speed from one edge to a later one; the tick of the later may be less by a wrap. */
@@ -40,8 +41,8 @@ static bool rolls(double speed_ft_s)
     return speed_ft_s >= MR_PASSAGE_LEAST_FT_S && speed_ft_s <= MR_PASSAGE_MOST_FT_S;
 }
 
-static void note_missing(struct mr_passage *passage, double from_ft, double to_ft, const float *stations_ft,
-                         unsigned switches)
+static void note_missing(struct mr_passage *passage, double from_ft, double to_ft,
+                         const float *stations_ft, unsigned switches)
 {
     for (unsigned i = 0; i < switches; i++) {
         double station_ft = (double)stations_ft[i];
@@ -56,7 +57,8 @@ static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *e
     uint32_t first_tick = passage->gates ? passage->source[0].tick : edge->tick;
     passage->source[passage->gates] = *edge;
     passage->gate[passage->gates++] =
-        (struct mr_gate){.t_s = (double)(uint32_t)(edge->tick - first_tick) * MR_S_PER_TICK, .station_ft = edge->station_ft};
+        (struct mr_gate){.t_s = (double)(uint32_t)(edge->tick - first_tick) * MR_S_PER_TICK,
+                         .station_ft = edge->station_ft};
 }
 
 static void give_up_held(struct mr_passage *passage, enum mr_switch_reason reason)
@@ -76,8 +78,9 @@ static void hold(struct mr_passage *passage, const struct mr_passage_edge *edge)
     passage->held[passage->held_count++] = *edge;
 }
 
-static void start_rolling(struct mr_passage *passage, unsigned first, const struct mr_passage_edge *edge,
-                          const float *stations_ft, unsigned switches)
+static void start_rolling(struct mr_passage *passage, unsigned first,
+                          const struct mr_passage_edge *edge, const float *stations_ft,
+                          unsigned switches)
 {
     struct mr_passage_edge from = passage->held[first];
     for (unsigned i = 0; i < passage->held_count; i++) {
@@ -109,7 +112,8 @@ static bool push(struct mr_passage *passage, const struct mr_passage_edge *edge,
 }
 
 /* Not yet known what passes. */
-static struct mr_passage_news take_first(struct mr_passage *passage, const struct mr_passage_edge *edge,
+static struct mr_passage_news take_first(struct mr_passage *passage,
+                                         const struct mr_passage_edge *edge,
                                          const float *stations_ft, unsigned switches)
 {
     struct mr_passage_news news = {0};
@@ -139,14 +143,16 @@ static bool fits(const struct mr_passage *passage, double speed_ft_s)
                                     speed_ft_s <= FASTER * passage->entry_ft_s + FASTER_FT_S;
 }
 
-static struct mr_passage_news take_rolling(struct mr_passage *passage, const struct mr_passage_edge *edge,
-                                           double speed_ft_s, const float *stations_ft, unsigned switches)
+static struct mr_passage_news take_rolling(struct mr_passage *passage,
+                                           const struct mr_passage_edge *edge, double speed_ft_s,
+                                           const float *stations_ft, unsigned switches)
 {
     struct mr_passage_news news = {0};
     const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
     double since_ft_s = speed_between(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_LEAST_FT_S;
-    if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_LEAST_FT_S) || (since_ft_s < 0.0 && at_rest)) {
+    if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_LEAST_FT_S) ||
+        (since_ft_s < 0.0 && at_rest)) {
         news.pushed = push(passage, edge, since_ft_s);
         note(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
     } else if (fits(passage, since_ft_s)) {
@@ -169,13 +175,15 @@ static struct mr_passage_news take_rolling(struct mr_passage *passage, const str
     return news;
 }
 
-struct mr_passage_news mr_passage_edge(struct mr_passage *passage, const struct mr_passage_edge *edge, double speed_ft_s,
+struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
+                                       const struct mr_passage_edge *edge, double speed_ft_s,
                                        const float *stations_ft, unsigned switches)
 {
     passage->notes = 0;
     passage->quiet_since_block = edge->block;
-    return passage->state == MR_PASSAGE_ROLLING ? take_rolling(passage, edge, speed_ft_s, stations_ft, switches)
-                                                : take_first(passage, edge, stations_ft, switches);
+    return passage->state == MR_PASSAGE_ROLLING
+             ? take_rolling(passage, edge, speed_ft_s, stations_ft, switches)
+             : take_first(passage, edge, stations_ft, switches);
 }
 
 bool mr_passage_block(struct mr_passage *passage, uint32_t block)
@@ -196,5 +204,6 @@ bool mr_passage_block(struct mr_passage *passage, uint32_t block)
 bool mr_passage_unclear(const struct mr_passage *passage, uint32_t block)
 {
     return passage->state == MR_PASSAGE_PUSHED ||
-           (passage->state == MR_PASSAGE_HELD_UP && block - passage->quiet_since_block < UNCLEAR_BLOCKS);
+           (passage->state == MR_PASSAGE_HELD_UP &&
+            block - passage->quiet_since_block < UNCLEAR_BLOCKS);
 }

@@ -1,12 +1,15 @@
-/* Passage: what rolls over the switches - a landing, or the model pushed back - and which of the named edges are its gates.
+/* Passage: what rolls over the switches - a landing, or the model pushed back - and which of the
+ * named edges are its gates.
  *
- * A landing is under way once two edges have followed each other along the runway at 2 ft/s or more. The model pushed back by
- * hand passes backward or slower than 2 ft/s (report 2.7.1 pushes it back over the same switches): that is counted as one
- * push-back until MR_PASSAGE_QUIET_BLOCKS go by without an edge, and never becomes a gate. In a landing an edge that no
- * gear could have made - faster than it came in, or behind - is refused, or the edge before it is taken back when without it
- * the new one fits: then that one was late.
+ * A landing is under way once two edges have followed each other along the runway at 2 ft/s or
+ * more. The model pushed back by hand passes backward or slower than 2 ft/s (report 2.7.1 pushes it
+ * back over the same switches): that is counted as one push-back until MR_PASSAGE_QUIET_BLOCKS go
+ * by without an edge, and never becomes a gate. In a landing an edge that no gear could have made -
+ * faster than it came in, or behind - is refused, or the edge before it is taken back when without
+ * it the new one fits: then that one was late.
  *
- * Times are differences of ticks of edges at most 30 s apart, so that TIM2 may wrap (51.13 s). Pure, no heap. */
+ * Times are differences of ticks of edges at most 30 s apart, so that TIM2 may wrap (51.13 s).
+ * Pure, no heap. */
 #ifndef MATRIG_COMMON_PASSAGE_H
 #define MATRIG_COMMON_PASSAGE_H
 
@@ -16,14 +19,20 @@
 #include "common/gates.h"
 #include "common/switches.h"
 
-#define MR_PASSAGE_LEAST_FT_S 2.0   /* slower is pushed */
-#define MR_PASSAGE_MOST_FT_S 80.0   /* faster was no gear: 46 ft/s at most is reached (report 2.4) */
-#define MR_PASSAGE_HELD 4u
+#define MR_PASSAGE_LEAST_FT_S   2.0 /* slower is pushed */
+/* faster was no gear: 46 ft/s at most is reached (report 2.4) */
+#define MR_PASSAGE_MOST_FT_S    80.0
+#define MR_PASSAGE_HELD         4u
 #define MR_PASSAGE_QUIET_BLOCKS 30000u
-#define MR_PASSAGE_NOTES 40u        /* of one edge: it, those held, and each switch of the table */
-#define MR_S_PER_TICK (1.0 / 84.0e6)
+#define MR_PASSAGE_NOTES        40u /* of one edge: it, those held, and each switch of the table */
+#define MR_S_PER_TICK           (1.0 / 84.0e6)
 
-enum mr_passage_state { MR_PASSAGE_NONE, MR_PASSAGE_HELD_UP, MR_PASSAGE_PUSHED, MR_PASSAGE_ROLLING };
+enum mr_passage_state {
+    MR_PASSAGE_NONE,
+    MR_PASSAGE_HELD_UP,
+    MR_PASSAGE_PUSHED,
+    MR_PASSAGE_ROLLING
+};
 
 struct mr_passage_edge {
     uint32_t tick;
@@ -35,9 +44,9 @@ struct mr_passage_edge {
 
 /* Something to tell of a switch. */
 struct mr_passage_note {
-    uint8_t number;   /* of the edge; 0: none */
+    uint8_t number; /* of the edge; 0: none */
     uint8_t position;
-    uint8_t reason;   /* enum mr_switch_reason */
+    uint8_t reason; /* enum mr_switch_reason */
 };
 
 struct mr_passage {
@@ -62,24 +71,27 @@ struct mr_passage {
 
 /* What the last edge did. */
 struct mr_passage_news {
-    bool started;  /* a landing: there are two gates */
-    bool gate;     /* one more gate, or another one */
-    bool pushed;   /* one more push-back */
+    bool started; /* a landing: there are two gates */
+    bool gate;    /* one more gate, or another one */
+    bool pushed;  /* one more push-back */
 };
 
 void mr_passage_start(struct mr_passage *passage);
 /* Forget gates and held edges, for the next landing; the count of push-backs stays. */
 void mr_passage_clear(struct mr_passage *passage);
 
-/* The next named edge. `speed_ft_s`: what the gear should have by the last estimate, NaN when not known. `switches`: how many
- * the table has, `stations_ft` where they are. */
-struct mr_passage_news mr_passage_edge(struct mr_passage *passage, const struct mr_passage_edge *edge, double speed_ft_s,
+/* The next named edge. `speed_ft_s`: what the gear should have by the last estimate, NaN when not
+ * known. `switches`: how many the table has, `stations_ft` where they are. */
+struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
+                                       const struct mr_passage_edge *edge, double speed_ft_s,
                                        const float *stations_ft, unsigned switches);
 
-/* Each block: when nothing has followed for long, what was held is given up. True: that happened; notes tell. */
+/* Each block: when nothing has followed for long, what was held is given up. True: that happened;
+ * notes tell. */
 bool mr_passage_block(struct mr_passage *passage, uint32_t block);
 
-/* Something may be coming that is not known yet, or is being pushed: no time for warnings or zeros. */
+/* Something may be coming that is not known yet, or is being pushed: no time for warnings or
+ * zeros. */
 bool mr_passage_unclear(const struct mr_passage *passage, uint32_t block);
 
 #endif

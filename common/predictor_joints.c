@@ -1,9 +1,11 @@
 #include "common/predictor_parts.h"
 
-#define LAID_GAP_IN 0.036f          /* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
+/* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
+#define LAID_GAP_IN     0.036f
 #define SURVEY_ERROR_IN 0.005f
-#define FOLLOW_BLOCKS 4u            /* in that time a wheel comes half a mat further; 8 double the error */
-#define FOLLOW_VISITS 3u            /* what a group costs then, in joints looked at */
+/* in that time a wheel comes half a mat further; 8 double the error */
+#define FOLLOW_BLOCKS   4u
+#define FOLLOW_VISITS   3u /* what a group costs then, in joints looked at */
 
 /* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
 static float spread(uint32_t i, uint32_t multiplier)
@@ -23,7 +25,8 @@ void mr_predictor_lay(struct mr_predictor *p)
 {
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
-        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread(j + 1u, 1779033704u); /* 2^32 (sqrt 2 - 1) */
+        /* 2^32 (sqrt 2 - 1) */
+        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread(j + 1u, 1779033704u);
         p->gap_ft[j] = gap_ft < slack_ft ? gap_ft : slack_ft;
     }
 }
@@ -42,15 +45,17 @@ static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, 
         gap_ft[j] += part * (slack_ft - gap_ft[j]);
 }
 
-/* Joints that have been pushed come to differ by `missing_ft` in sum: those of least resistance close first, those of most
- * are the open ones, for a few wide gaps are likelier there than many narrow ones. */
+/* Joints that have been pushed come to differ by `missing_ft` in sum: those of least resistance
+ * close first, those of most are the open ones, for a few wide gaps are likelier there than many
+ * narrow ones. */
 static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_ft, float slack_ft)
 {
     bool taken[MR_MATS_PER_SEGMENT] = {false};
     for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
         unsigned pick = count;
         for (unsigned j = 0; j < count; j++) {
-            bool better = pick == count || (missing_ft < 0.0f) == (grit_share(first + j + 1u) < grit_share(first + pick + 1u));
+            bool better = pick == count || (missing_ft < 0.0f) == (grit_share(first + j + 1u) <
+                                                                   grit_share(first + pick + 1u));
             if (!taken[j] && better)
                 pick = j;
         }
@@ -82,7 +87,8 @@ static float sum_ft(const struct mr_predictor *p, unsigned segment)
 static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
     float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
-    return joints_in(p, segment) > 0 && between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
+    return joints_in(p, segment) > 0 &&
+           between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
 }
 
 void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
@@ -113,7 +119,8 @@ void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
 {
     float error_in = 2.0f * SURVEY_ERROR_IN + 1e-3f;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float have_in = IN_PER_FT * sum_ft(p, s), most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
+        float have_in = IN_PER_FT * sum_ft(p, s),
+              most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
         float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
         bool holds = can_be(p, s, sum_in[s]) && between(have_in - said_in, -error_in, error_in);
         p->surveyed_in[s] = holds ? sum_in[s] : MR_NAN;
@@ -121,15 +128,20 @@ void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
 }
 
 /* What transducers and survey say without the model. */
-void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone, float *left_in)
+void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
+                                 float *left_in)
 {
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        moved_in[i] = p->last_in[i] - p->base_in[i]; /* what it had moved before, the joints have taken already */
+        /* what it had moved before, the joints have taken already */
+        moved_in[i] = p->last_in[i] - p->base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * sum_ft(p, s) : MR_NAN;
-    const struct mr_closure_input input = {.station_ft = p->config.station_ft, .displacement_in = moved_in, .slack_in = slack_in,
-                                           .wheel_ft = p->wheel_ft, .speed_ft_s = p->speed_ft_s,
+    const struct mr_closure_input input = {.station_ft = p->config.station_ft,
+                                           .displacement_in = moved_in,
+                                           .slack_in = slack_in,
+                                           .wheel_ft = p->wheel_ft,
+                                           .speed_ft_s = p->speed_ft_s,
                                            .deceleration_ft_s2 = p->deceleration_ft_s2};
     mr_closure_find(&input, zone, left_in);
 }
@@ -143,7 +155,8 @@ void mr_predictor_fold_kinematic(struct mr_predictor *p)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float off_ft = left_in[s] / IN_PER_FT - sum_ft(p, s);
         if (off_ft < 0.0f)
-            reopen(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft, p->config.chain.slack_ft);
+            reopen(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft,
+                   p->config.chain.slack_ft);
     }
 }
 
@@ -163,15 +176,17 @@ void mr_predictor_fold_chain(struct mr_predictor *p)
             have_ft += p->gap_ft[first + i];
         if (__builtin_isnan(to_ft))
             continue; /* as it was */
-        to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft * (float)count ? slack_ft * (float)count : to_ft;
+        to_ft = to_ft < 0.0f                    ? 0.0f
+              : to_ft > slack_ft * (float)count ? slack_ft * (float)count
+                                                : to_ft;
         reopen(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
     }
 }
 
 /* --- resistances --- */
 
-/* What resists in a group of joints now, over the mean: the weakest closes first, so that of the weakest which is still open, as far as
- * the group has closed. */
+/* What resists in a group of joints now, over the mean: the weakest closes first, so that of the
+ * weakest which is still open, as far as the group has closed. */
 static float open_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group, first = (j - 1u) * group, last = joints_of(p) - 1u;
@@ -193,8 +208,8 @@ static float open_share(const struct mr_predictor *p, unsigned j)
     return best > 0.0f ? best : most;
 }
 
-/* What must be overcome for a group to count as closed: four are when the last of them is; of two, as the score has it, either
- * stands for both. */
+/* What must be overcome for a group to count as closed: four are when the last of them is; of two,
+ * as the score has it, either stands for both. */
 static float shut_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group;

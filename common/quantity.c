@@ -4,11 +4,14 @@
 
 /* A row of its own for each member: MEAN says one of what QUANTITY begins. */
 static const struct mr_quantity_info quantities[MR_QUANTITIES] = {
-#define QUANTITY(name_, NAME, quantity, suffix, text, sign, digits, value, error)                                                      \
-    [MR_QUANTITY_##quantity].name = #quantity, [MR_QUANTITY_##quantity].key = #quantity "_" #suffix,                                   \
-    [MR_QUANTITY_##quantity].error_key = #quantity "_error_" #suffix, [MR_QUANTITY_##quantity].words = text,                           \
-    [MR_QUANTITY_##quantity].unit = sign, [MR_QUANTITY_##quantity].decimals = digits, [MR_QUANTITY_##quantity].id = MR_ID_##NAME,
-#define MEAN(name_, NAME, quantity, table, column, error, reason) [MR_QUANTITY_##quantity].why = reason,
+#define QUANTITY(name_, NAME, quantity, suffix, text, sign, digits, value, error) \
+    [MR_QUANTITY_##quantity].name = #quantity,                                    \
+    [MR_QUANTITY_##quantity].key = #quantity "_" #suffix,                         \
+    [MR_QUANTITY_##quantity].error_key = #quantity "_error_" #suffix,             \
+    [MR_QUANTITY_##quantity].words = text, [MR_QUANTITY_##quantity].unit = sign,  \
+    [MR_QUANTITY_##quantity].decimals = digits, [MR_QUANTITY_##quantity].id = MR_ID_##NAME,
+#define MEAN(name_, NAME, quantity, table, column, error, reason) \
+    [MR_QUANTITY_##quantity].why = reason,
 #include "common/catalogue.def"
 };
 
@@ -19,10 +22,11 @@ const struct mr_quantity_info *mr_quantity_at(unsigned quantity)
 
 void mr_quantity_take(struct mr_quantity_value *values, const struct mr_message *message)
 {
-#define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value_, error_)                \
-    if (message->place == MR_PLACE_##NAME) {                                                         \
-        const struct mr_##name *m = &message->as.name;                                               \
-        values[MR_QUANTITY_##quantity] = (struct mr_quantity_value){.value = value_, .error = error_}; \
+#define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value_, error_) \
+    if (message->place == MR_PLACE_##NAME) {                                          \
+        const struct mr_##name *m = &message->as.name;                                \
+        values[MR_QUANTITY_##quantity] = (struct mr_quantity_value){.value = value_,  \
+                                                                    .error = error_}; \
     }
 #include "common/catalogue.def"
 }

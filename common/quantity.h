@@ -1,11 +1,13 @@
-/* Numbers of the board that people watch, as the QUANTITY and MEAN rows of the catalogue have them. Pure. */
+/* Numbers of the board that people watch, as the QUANTITY and MEAN rows of the catalogue have them.
+ * Pure. */
 #ifndef MATRIG_COMMON_QUANTITY_H
 #define MATRIG_COMMON_QUANTITY_H
 
 #include "common/message.h"
 
 enum mr_quantity {
-#define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value, error) MR_QUANTITY_##quantity,
+#define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value, error) \
+    MR_QUANTITY_##quantity,
 #include "common/catalogue.def"
     MR_QUANTITIES
 };
@@ -14,9 +16,10 @@ struct mr_quantity_info {
     const char *name;            /* "temperature" */
     const char *key, *error_key; /* "temperature_c", "temperature_error_c" */
     const char *words, *unit;    /* "mat temperature", in UTF-8 */
-    const char *why;             /* there may be no reading; NULL: its mean over a landing is not told */
+    /* there may be no reading; NULL: its mean over a landing is not told */
+    const char *why;
     int decimals;
-    uint16_t id;                 /* of the message that tells it */
+    uint16_t id; /* of the message that tells it */
 };
 
 /* `quantity` below MR_QUANTITIES. Static storage. */

@@ -22,7 +22,8 @@ void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, 
     mr_put_u32(image + MR_RUNWAY_IMAGE - 4, mr_crc32(0, image, MR_RUNWAY_IMAGE - 4));
 }
 
-enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence, const uint8_t image[MR_RUNWAY_IMAGE])
+enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
+                              const uint8_t image[MR_RUNWAY_IMAGE])
 {
     const uint8_t *p = image, *end = image + MR_RUNWAY_IMAGE - 4;
     if (mr_get_u32(&p) != MAGIC)
@@ -69,7 +70,9 @@ static uint16_t gap_at(const struct mr_predictor_state *state, unsigned j)
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n)
 {
     unsigned j = n * MR_RUNWAY_PER_MESSAGE;
-    return (struct mr_runway_joints){.index = (uint16_t)(j + 1u), .gap_1 = gap_at(state, j), .gap_2 = gap_at(state, j + 1u),
+    return (struct mr_runway_joints){.index = (uint16_t)(j + 1u),
+                                     .gap_1 = gap_at(state, j),
+                                     .gap_2 = gap_at(state, j + 1u),
                                      .gap_3 = gap_at(state, j + 2u)};
 }
 
@@ -90,7 +93,8 @@ void mr_runway_take(struct mr_predictor_state *state, const struct mr_runway_joi
 
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index)
 {
-    return (int32_t)((uint32_t)gap_at(state, 2u * index) | (uint32_t)gap_at(state, 2u * index + 1u) << 16);
+    return (int32_t)((uint32_t)gap_at(state, 2u * index) | (uint32_t)gap_at(state, 2u * index + 1u)
+                                                               << 16);
 }
 
 void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int32_t argument)
@@ -103,7 +107,9 @@ int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned
 {
     int32_t bits;
     memcpy(&bits, &state->scale, sizeof bits);
-    return index == 0 ? bits : index == 1 ? (int32_t)state->landings : (int32_t)state->gap_hmil[MR_RUNWAY_JOINTS - 1u];
+    return index == 0 ? bits
+         : index == 1 ? (int32_t)state->landings
+                      : (int32_t)state->gap_hmil[MR_RUNWAY_JOINTS - 1u];
 }
 
 bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument)
@@ -122,8 +128,8 @@ bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32
 float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
 {
     unsigned n = 0;
-#define ITEM(field, text, unit)      \
-    if (item == n++)                 \
+#define ITEM(field, text, unit) \
+    if (item == n++)            \
         return (float)config->field;
     MR_PREDICT_ITEM_TABLE(ITEM)
 #undef ITEM
@@ -147,8 +153,14 @@ void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, floa
         return;
     }
     const float *p = real;
-    config->chain = (struct mr_chain_params){.mats = (uint16_t)whole(p[0]), .mat_length_ft = p[1], .mass_slug = p[2], .friction_lb = p[3],
-                                             .kl_lb_ft = p[4], .cl_lb_s_ft = p[5], .slack_ft = p[6], .step_s = p[7]};
+    config->chain = (struct mr_chain_params){.mats = (uint16_t)whole(p[0]),
+                                             .mat_length_ft = p[1],
+                                             .mass_slug = p[2],
+                                             .friction_lb = p[3],
+                                             .kl_lb_ft = p[4],
+                                             .cl_lb_s_ft = p[5],
+                                             .slack_ft = p[6],
+                                             .step_s = p[7]};
     config->grit_lb = p[8];
     config->thrust_lb_per_g = p[9];
     config->deceleration_ft_s2 = p[10];

@@ -1,29 +1,34 @@
-/* What the predictor knows of the runway (struct mr_predictor_state) and what it is started with (struct mr_predictor_config), in
- * the forms in which they are stored, told and given: board and host agree on every bit.
+/* What the predictor knows of the runway (struct mr_predictor_state) and what it is started with
+ * (struct mr_predictor_config), in the forms in which they are stored, told and given: board and
+ * host agree on every bit.
  *
  * Stored form, MR_RUNWAY_IMAGE bytes, little-endian:
  *
  *      0  "MRRW"
  *      4  sequence u32: the higher of two copies is the newer
- *      8  mats u16 | landings u16 | scale IEEE 754 single | openings of joints 1..513 in 0.01 mil, u16 each, 0 beyond the last
+ *      8  mats u16 | landings u16 | scale IEEE 754 single | openings of joints 1..513 in 0.01 mil,
+ *         u16 each, 0 beyond the last
  *     -4  CRC-32 of everything before it
  *
- * The CRC by which a state is known (message runway_store, command runway-take) is that of the third line alone. Pure functions. */
+ * The CRC by which a state is known (message runway_store, command runway-take) is that of the
+ * third line alone. Pure functions. */
 #ifndef MATRIG_COMMON_RUNWAY_H
 #define MATRIG_COMMON_RUNWAY_H
 
 #include "common/catalogue.h"
 #include "common/predictor.h"
 
-#define MR_RUNWAY_JOINTS (MR_CHAIN_MATS + 1u)
-#define MR_RUNWAY_BODY (8u + 2u * MR_RUNWAY_JOINTS)
-#define MR_RUNWAY_IMAGE (8u + MR_RUNWAY_BODY + 4u)
+#define MR_RUNWAY_JOINTS      (MR_CHAIN_MATS + 1u)
+#define MR_RUNWAY_BODY        (8u + 2u * MR_RUNWAY_JOINTS)
+#define MR_RUNWAY_IMAGE       (8u + MR_RUNWAY_BODY + 4u)
 #define MR_RUNWAY_PER_MESSAGE 3u
 
 /* Writes MR_RUNWAY_IMAGE bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
-/* MR_OK; MR_MALFORMED: no such image; MR_CRC: damaged. Whether the state fits a runway, mr_predictor_load says. */
-enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence, const uint8_t image[MR_RUNWAY_IMAGE]);
+/* MR_OK; MR_MALFORMED: no such image; MR_CRC: damaged. Whether the state fits a runway,
+ * mr_predictor_load says. */
+enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
+                              const uint8_t image[MR_RUNWAY_IMAGE]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
 /* Messages that tell the joints of a state, and the n-th of them, n from 0. */
 unsigned mr_runway_messages(const struct mr_predictor_state *state);
@@ -31,7 +36,8 @@ struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state
 /* Joints beyond the last are left out. */
 void mr_runway_take(struct mr_predictor_state *state, const struct mr_runway_joints *message);
 
-/* What a state is given by: commands runway-joints (index 0..255) and runway-word. False: no such word. */
+/* What a state is given by: commands runway-joints (index 0..255) and runway-word. False: no such
+ * word. */
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index);
 void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
 #define MR_RUNWAY_WORDS 3u
@@ -39,25 +45,36 @@ int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned
 bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
 
 /* Parameters as the message predict_item tells them, then a station for each transducer. */
-#define MR_PREDICT_ITEM_TABLE(X)                                                                                           \
-    X(chain.mats, "mats", "mats") X(chain.mat_length_ft, "mat length", "ft") X(chain.mass_slug, "mass of a mat", "slug")     \
-    X(chain.friction_lb, "friction of a mat", "lb") X(chain.kl_lb_ft, "joint stiffness", "lb/ft")                            \
-    X(chain.cl_lb_s_ft, "joint damping", "lb s/ft") X(chain.slack_ft, "slack of a joint", "ft") X(chain.step_s, "step", "s") \
-    X(grit_lb, "closing resistance", "lb") X(thrust_lb_per_g, "thrust at 1 g", "lb")                                         \
-    X(deceleration_ft_s2, "deceleration assumed", "ft/s2") X(bump_ft, "irregularity assumed", "ft")                          \
-    X(mat_weight_lb, "weight of a mat", "lb") X(updates_per_block, "budget of a block", "mats") X(level, "best level", "")
+/* clang-format off */
+#define MR_PREDICT_ITEM_TABLE(X)                           \
+    X(chain.mats, "mats", "mats")                          \
+    X(chain.mat_length_ft, "mat length", "ft")             \
+    X(chain.mass_slug, "mass of a mat", "slug")            \
+    X(chain.friction_lb, "friction of a mat", "lb")        \
+    X(chain.kl_lb_ft, "joint stiffness", "lb/ft")          \
+    X(chain.cl_lb_s_ft, "joint damping", "lb s/ft")        \
+    X(chain.slack_ft, "slack of a joint", "ft")            \
+    X(chain.step_s, "step", "s")                           \
+    X(grit_lb, "closing resistance", "lb")                 \
+    X(thrust_lb_per_g, "thrust at 1 g", "lb")              \
+    X(deceleration_ft_s2, "deceleration assumed", "ft/s2") \
+    X(bump_ft, "irregularity assumed", "ft")               \
+    X(mat_weight_lb, "weight of a mat", "lb")              \
+    X(updates_per_block, "budget of a block", "mats")      \
+    X(level, "best level", "")
+/* clang-format on */
 
 enum {
     MR_PREDICT_PLAIN_ITEMS = 0
 #define MR_PREDICT_COUNT(field, text, unit) +1
-    MR_PREDICT_ITEM_TABLE(MR_PREDICT_COUNT)
-#undef MR_PREDICT_COUNT
-    ,
+    MR_PREDICT_ITEM_TABLE(MR_PREDICT_COUNT),
     MR_PREDICT_ITEMS = MR_PREDICT_PLAIN_ITEMS + (int)MR_TRANSDUCERS
 };
+#undef MR_PREDICT_COUNT
 
 float mr_predict_item(const struct mr_predictor_config *config, unsigned item);
-/* Items beyond the table are left out; counts that are none become 0, which mr_predictor_start refuses. */
+/* Items beyond the table are left out; counts that are none become 0, which mr_predictor_start
+ * refuses. */
 void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value);
 
 #endif

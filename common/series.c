@@ -3,7 +3,8 @@
 #include "common/wire.h"
 
 static const struct mr_series all_series[MR_SERIES_COUNT] = {
-#define SERIES(series, NAME, letter, unit, per_unit, readings, blocks, what, text) {MR_KIND_##NAME, #letter[0], readings, blocks, per_unit},
+#define SERIES(series, NAME, letter, unit, per_unit, readings, blocks, what, text) \
+    {MR_KIND_##NAME, #letter[0], readings, blocks, per_unit},
 #include "common/catalogue.def"
 };
 
@@ -44,7 +45,8 @@ static uint16_t missing_of(const float *readings, unsigned count)
     return mask;
 }
 
-size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readings, uint32_t index, uint8_t out[MR_MESSAGE_MAX])
+size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readings, uint32_t index,
+                          uint8_t out[MR_MESSAGE_MAX])
 {
     const struct mr_series *series = &all_series[pack->series];
     uint8_t *p = out;
@@ -56,7 +58,8 @@ size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readin
     return (size_t)(p - out);
 }
 
-unsigned mr_series_pack_get(const struct mr_series_pack *pack, const uint8_t *payload, float readings[MR_PACK_READINGS])
+unsigned mr_series_pack_get(const struct mr_series_pack *pack, const uint8_t *payload,
+                            float readings[MR_PACK_READINGS])
 {
     for (unsigned i = 0; i < pack->count; i++)
         readings[i] = mr_get_real_i16(&payload, all_series[pack->series].per_unit);

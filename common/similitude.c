@@ -52,8 +52,9 @@ double mr_similitude_ratio(enum mr_similitude_rule rule, double n, struct mr_dim
     return pow(n, 0.5 * mr_similitude_half_powers(rule, dimension));
 }
 
-const char *const mr_pi_inputs[MR_PI_INPUTS] = {"weight",  "density",  "gravity",  "length",   "acceleration",
-                                                "modulus", "velocity", "pressure", "friction", "landings"};
+const char *const mr_pi_inputs[MR_PI_INPUTS] = {"weight",       "density", "gravity",  "length",
+                                                "acceleration", "modulus", "velocity", "pressure",
+                                                "friction",     "landings"};
 
 const struct mr_pi_term mr_pi_terms[] = {
     {"W/(rho g l^3)", {1, -1, -1, -3, 0, 0, 0, 0, 0, 0}},

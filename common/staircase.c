@@ -51,7 +51,8 @@ static uint32_t place(const struct mr_staircase *staircase, uint32_t age)
 bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes)
 {
     struct side before = {0};
-    for (uint32_t age = 0; age < known_blocks(staircase) && before.count < MR_STAIRCASE_SIDE; age++) {
+    for (uint32_t age = 0; age < known_blocks(staircase) && before.count < MR_STAIRCASE_SIDE;
+         age++) {
         uint32_t at = place(staircase, age);
         if ((int32_t)(staircase->tick[at] + MR_TICKS_PER_BLOCK - edge_tick) <= 0)
             take(&before, staircase->code[at]);
@@ -62,12 +63,14 @@ bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tic
     return true;
 }
 
-enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes)
+enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick,
+                                  float *codes)
 {
     struct side after = {0};
     uint32_t count = 0;
     while (count < known_blocks(staircase) &&
-           (int32_t)(staircase->tick[place(staircase, count)] - edge_tick) >= (int32_t)MR_STAIRCASE_SETTLE_TICKS)
+           (int32_t)(staircase->tick[place(staircase, count)] - edge_tick) >=
+               (int32_t)MR_STAIRCASE_SETTLE_TICKS)
         count++;
     if (count < MR_STAIRCASE_SIDE)
         return MR_TOO_FEW;
@@ -79,7 +82,8 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
     return MR_OK;
 }
 
-enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick, float *step_codes)
+enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick,
+                                 float *step_codes)
 {
     float before, after;
     enum mr_status status = mr_staircase_after(staircase, edge_tick, &after);
@@ -91,7 +95,8 @@ enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t 
     return MR_OK;
 }
 
-unsigned mr_staircase_name(float step_codes, const uint16_t *steps_codes, unsigned count, uint32_t opened)
+unsigned mr_staircase_name(float step_codes, const uint16_t *steps_codes, unsigned count,
+                           uint32_t opened)
 {
     float nearest = MR_STAIRCASE_TOLERANCE_CODES;
     unsigned position = 0;

@@ -1,32 +1,35 @@
 /* Status codes of every matrig part: board, emulated board and host.
  *
- * 0 is success; errors are negative, so a count or a length can share the return value. Each has one text
- * (mr_status_text) and one process exit code (mr_status_exit_code), so that the same failure reads and ends the
- * same wherever it happens. Run-time faults of the board are counters (wire catalogue, `health`), not statuses. */
+ * 0 is success; errors are negative, so a count or a length can share the return value. Each has
+ * one text (mr_status_text) and one process exit code (mr_status_exit_code), so that the same
+ * failure reads and ends the same wherever it happens. Run-time faults of the board are counters
+ * (wire catalogue, `health`), not statuses. */
 #ifndef MATRIG_COMMON_STATUS_H
 #define MATRIG_COMMON_STATUS_H
 
 /*        name             value  exit  text */
-#define MR_STATUS_TABLE(X)                                                           \
-    X(MR_OK,                 0,   0,   "ok")                                         \
-    X(MR_LIMIT,             -1,   1,   "a comparison or a limit failed")             \
-    X(MR_USAGE,             -2,   2,   "wrong usage")                                \
-    X(MR_IO,                -3,   3,   "input or output failed")                     \
-    X(MR_TIMEOUT,           -4,   3,   "nothing came within the time allowed")       \
-    X(MR_CLOSED,            -5,   3,   "the other side closed the link")             \
-    X(MR_MALFORMED,         -6,   4,   "malformed input")                            \
-    X(MR_TRUNCATED,         -7,   4,   "input ends too early")                       \
-    X(MR_CRC,               -8,   4,   "checksum does not match")                    \
-    X(MR_VERSION,           -9,   4,   "made by another version")                    \
-    X(MR_TOO_LONG,         -10,   4,   "longer than the format allows")              \
-    X(MR_NUMERICS,         -11,   5,   "numerics refused or failed")                 \
-    X(MR_TOO_FEW,          -12,   5,   "too few values for an answer")               \
-    X(MR_NOT_NOW,          -13,   2,   "not allowed in the present state")           \
-    X(MR_UNKNOWN,          -14,   2,   "unknown name or number")                     \
-    X(MR_FULL,             -15,   3,   "no room left")                               \
-    X(MR_UNMODELLED,       -16,   3,   "the emulated board does not model this")     \
-    X(MR_HALTED,           -17,   3,   "the processor cannot go on")                 \
+/* clang-format off */
+#define MR_STATUS_TABLE(X)                                                       \
+    X(MR_OK,                 0,   0,   "ok")                                     \
+    X(MR_LIMIT,             -1,   1,   "a comparison or a limit failed")         \
+    X(MR_USAGE,             -2,   2,   "wrong usage")                            \
+    X(MR_IO,                -3,   3,   "input or output failed")                 \
+    X(MR_TIMEOUT,           -4,   3,   "nothing came within the time allowed")   \
+    X(MR_CLOSED,            -5,   3,   "the other side closed the link")         \
+    X(MR_MALFORMED,         -6,   4,   "malformed input")                        \
+    X(MR_TRUNCATED,         -7,   4,   "input ends too early")                   \
+    X(MR_CRC,               -8,   4,   "checksum does not match")                \
+    X(MR_VERSION,           -9,   4,   "made by another version")                \
+    X(MR_TOO_LONG,         -10,   4,   "longer than the format allows")          \
+    X(MR_NUMERICS,         -11,   5,   "numerics refused or failed")             \
+    X(MR_TOO_FEW,          -12,   5,   "too few values for an answer")           \
+    X(MR_NOT_NOW,          -13,   2,   "not allowed in the present state")       \
+    X(MR_UNKNOWN,          -14,   2,   "unknown name or number")                 \
+    X(MR_FULL,             -15,   3,   "no room left")                           \
+    X(MR_UNMODELLED,       -16,   3,   "the emulated board does not model this") \
+    X(MR_HALTED,           -17,   3,   "the processor cannot go on")             \
     X(MR_WAIT,             -18,   3,   "not ready yet: try again later")
+/* clang-format on */
 
 enum mr_status {
 #define MR_STATUS_ENUM(name, value, exit_code, text) name = (value),
@@ -34,10 +37,12 @@ enum mr_status {
 #undef MR_STATUS_ENUM
 };
 
-/* Text of a status, without capital or full stop; "unknown status" for a value not in the table. Static storage. */
+/* Text of a status, without capital or full stop; "unknown status" for a value not in the table.
+ * Static storage. */
 const char *mr_status_text(enum mr_status status);
 
-/* Process exit code of a status (0..5, the command line's contract); 3 for a value not in the table. */
+/* Process exit code of a status (0..5, the command line's contract); 3 for a value not in the
+ * table. */
 int mr_status_exit_code(enum mr_status status);
 
 #endif

@@ -44,19 +44,21 @@ static bool follows(const struct mr_switches *switches, uint32_t tick, uint32_t 
     return switches->answered && tick - switches->answered_tick < within_ticks;
 }
 
-static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count, float step_codes,
-                 struct mr_switch_edge *edge)
+static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
+                 float step_codes, struct mr_switch_edge *edge)
 {
     edge->step_codes = step_codes;
     if (no_step(step_codes)) {
-        edge->reason = follows(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS) ? MR_SWITCH_BOUNCE : MR_SWITCH_NO_STEP;
+        edge->reason = follows(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS) ? MR_SWITCH_BOUNCE
+                                                                             : MR_SWITCH_NO_STEP;
         return;
     }
     edge->position = (uint8_t)mr_staircase_name(step_codes, steps_codes, count, 0);
     if (!edge->position) {
         edge->reason = MR_SWITCH_OTHER_STEP;
     } else if (switches->opened & 1u << (edge->position - 1)) {
-        bool bounced = edge->position == switches->named && edge->tick - switches->named_tick < MR_SWITCH_REOPEN_TICKS;
+        bool bounced = edge->position == switches->named &&
+                       edge->tick - switches->named_tick < MR_SWITCH_REOPEN_TICKS;
         edge->reason = bounced ? MR_SWITCH_BOUNCE : MR_SWITCH_DOUBLE;
     }
 }
@@ -65,15 +67,18 @@ static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsi
 static unsigned cluster(const struct mr_switches *switches)
 {
     unsigned n = 1;
-    while (n < switches->count && switches->waiting[n].tick - switches->waiting[n - 1].tick < MR_SWITCH_BOUNCE_TICKS)
+    while (n < switches->count &&
+           switches->waiting[n].tick - switches->waiting[n - 1].tick < MR_SWITCH_BOUNCE_TICKS)
         n++;
     return n;
 }
 
-/* Several edges, or a level that does not hold still: the step of all the edges near the oldest, when they are over. A contact
- * that bounces every 2 ms is half open in each block, which looks steady: no step within them is to be trusted. Only where all
- * of them together are no switch the oldest may be one by itself. False: not yet. */
-static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count, float own_step)
+/* Several edges, or a level that does not hold still: the step of all the edges near the oldest,
+ * when they are over. A contact that bounces every 2 ms is half open in each block, which looks
+ * steady: no step within them is to be trusted. Only where all of them together are no switch the
+ * oldest may be one by itself. False: not yet. */
+static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes,
+                           unsigned count, float own_step)
 {
     unsigned n = cluster(switches);
     struct mr_switch_edge *first = &switches->waiting[0], *last = &switches->waiting[n - 1];
@@ -83,7 +88,8 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
     if (n < MR_SWITCHES_WAITING && (int32_t)(now - last->tick) < (int32_t)MR_SWITCH_BOUNCE_TICKS)
         return false;
     enum mr_status status = mr_staircase_after(staircase, last->tick, &after);
-    if (!first->level_known && switches->left_known && follows(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
+    if (!first->level_known && switches->left_known &&
+        follows(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
         first->level_known = true;
         first->level_codes = switches->left_codes;
     }
@@ -117,7 +123,8 @@ static void answer(struct mr_switches *switches, struct mr_switch_edge *edge)
 {
     *edge = switches->waiting[0];
     switches->count--;
-    memmove(switches->waiting, switches->waiting + 1, switches->count * sizeof switches->waiting[0]);
+    memmove(switches->waiting, switches->waiting + 1,
+            switches->count * sizeof switches->waiting[0]);
     /* A bounce leaves the level that the edge before it did. */
     if (edge->reason != MR_SWITCH_BOUNCE) {
         switches->left_known = edge->level_known && edge->step_codes == edge->step_codes;
@@ -145,7 +152,8 @@ bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes,
             return false;
         if (status == MR_OK && cluster(switches) == 1)
             name(switches, steps_codes, count, step_codes, oldest);
-        else if (!decide_cluster(switches, steps_codes, count, status == MR_OK ? step_codes : MR_NAN))
+        else if (!decide_cluster(switches, steps_codes, count,
+                                 status == MR_OK ? step_codes : MR_NAN))
             return false;
     }
     answer(switches, edge);

@@ -3,9 +3,9 @@
 #include <stdbool.h>
 #include <string.h>
 
-#define HEADER_BYTES 52u
-#define SECTION_BYTES 40u
-#define SYMBOL_BYTES 16u
+#define HEADER_BYTES    52u
+#define SECTION_BYTES   40u
+#define SYMBOL_BYTES    16u
 #define SECTION_SYMBOLS 2u
 #define SYMBOL_FUNCTION 2u
 
@@ -16,10 +16,17 @@ struct table {
     uint64_t names, names_bytes; /* place in the file */
 };
 
-static uint32_t u16(const uint8_t *p) { return (uint32_t)p[0] | (uint32_t)p[1] << 8; }
-static uint32_t u32(const uint8_t *p) { return u16(p) | u16(p + 2) << 16; }
+static uint32_t u16(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8;
+}
+static uint32_t u32(const uint8_t *p)
+{
+    return u16(p) | u16(p + 2) << 16;
+}
 
-static enum mr_status table_of(const uint8_t *file, size_t length, const uint8_t *section, const uint8_t *strings, struct table *table)
+static enum mr_status table_of(const uint8_t *file, size_t length, const uint8_t *section,
+                               const uint8_t *strings, struct table *table)
 {
     uint64_t at = u32(section + 16), bytes = u32(section + 20);
     uint64_t names = u32(strings + 16), names_bytes = u32(strings + 20);
@@ -42,7 +49,8 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
     for (uint32_t i = 0; i < count; i++) {
         const uint8_t *section = file + sections + (uint64_t)i * step;
         if (u32(section + 4) == SECTION_SYMBOLS && u32(section + 24) < count)
-            return table_of(file, length, section, file + sections + (uint64_t)u32(section + 24) * step, table);
+            return table_of(file, length, section,
+                            file + sections + (uint64_t)u32(section + 24) * step, table);
     }
     return MR_OK;
 }
@@ -86,7 +94,8 @@ static void sort_out(struct mr_symbols *symbols)
     symbols->count = kept;
     for (size_t i = 0; i < kept; i++) {
         struct mr_symbol *symbol = &symbols->all[i];
-        uint32_t room = i + 1 < kept ? symbol[1].address - symbol->address : symbol->size + 2u * !symbol->size;
+        uint32_t room = i + 1 < kept ? symbol[1].address - symbol->address
+                                     : symbol->size + 2u * !symbol->size;
         if (!symbol->size || symbol->size > room)
             symbol->size = room;
     }
@@ -100,7 +109,8 @@ enum mr_status mr_symbols_room(const uint8_t *file, size_t length, size_t *room)
     return status;
 }
 
-enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_symbol *all, struct mr_symbols *symbols)
+enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_symbol *all,
+                               struct mr_symbols *symbols)
 {
     struct table table;
     enum mr_status status = find_table(file, length, &table);
@@ -114,7 +124,8 @@ enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_sym
         if (!memchr(name, 0, length - (size_t)(name - file)))
             status = MR_TRUNCATED;
         else
-            all[symbols->count++] = (struct mr_symbol){u32(s + 4) & ~1u, u32(s + 8), (const char *)name};
+            all[symbols->count++] = (struct mr_symbol){u32(s + 4) & ~1u, u32(s + 8),
+                                                       (const char *)name};
     }
     if (status == MR_OK)
         sort_out(symbols);

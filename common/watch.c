@@ -4,11 +4,13 @@
 
 #include "common/wire.h"
 
-#define BLOCK_S 0.001f
-/* What counts of one second difference at most, in variances so far, and beside them a code: a jump is no noise. */
+#define BLOCK_S    0.001f
+/* What counts of one second difference at most, in variances so far, and beside them a code: a jump
+ * is no noise. */
 #define NOISE_MOST 36.0f
 #define NOISE_FREE 8u
-#define TURNS 8u /* blocks until it is a channel's turn again: noise in three of them, its neighbours in the third */
+/* blocks until it is a channel's turn again: noise in three of them, its neighbours in the third */
+#define TURNS      8u
 
 static bool moves(const struct mr_channel_config *config)
 {
@@ -22,7 +24,8 @@ static bool on_one_line(const struct mr_channel_config *a, const struct mr_chann
     return mr_channel_measures(a) && a->kind == b->kind && a->band == b->band;
 }
 
-static void find_neighbours(struct mr_watch_channel *channel, const struct mr_channel_config *config, unsigned c)
+static void find_neighbours(struct mr_watch_channel *channel,
+                            const struct mr_channel_config *config, unsigned c)
 {
     channel->up = channel->down = MR_WATCH_NOBODY;
     for (unsigned other = 0; other < MR_WATCHED; other++) {
@@ -45,7 +48,8 @@ void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *conf
     watch->recording = true;
     for (unsigned c = 0; c < MR_WATCHED; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
-        channel->last = channel->before_last = channel->good = channel->anchor = channel->rest_noise = MR_NAN;
+        channel->last = channel->before_last = channel->good = channel->anchor =
+            channel->rest_noise = MR_NAN;
         find_neighbours(channel, config, c);
         channel->anchor_up_is = channel->anchor_down_is = MR_WATCH_NOBODY;
     }
@@ -89,7 +93,8 @@ static void follow_noise(struct mr_watch_channel *channel, float value, float un
 
 /* ---- rate ---- */
 
-static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
+static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_config *config,
+                     float value, uint32_t index)
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
     if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good) > allowed)
@@ -104,7 +109,8 @@ static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_c
 /* The nearest channel on a side that is valid, from `next` on. */
 static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
-    while (next != MR_WATCH_NOBODY && (watch->channel[next].seen != MR_VALID || watch->channel[next].stuck))
+    while (next != MR_WATCH_NOBODY &&
+           (watch->channel[next].seen != MR_VALID || watch->channel[next].stuck))
         next = upfield ? watch->channel[next].up : watch->channel[next].down;
     return next;
 }
@@ -114,7 +120,8 @@ static float reading_of(const struct mr_watch *watch, uint8_t c)
     return c == MR_WATCH_NOBODY ? MR_NAN : watch->channel[c].last;
 }
 
-static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value, uint32_t index)
+static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value,
+                        uint32_t index)
 {
     channel->anchor = value;
     channel->anchor_block = index;
@@ -132,7 +139,8 @@ static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_chan
            !__builtin_isnan(reading_of(watch, channel->anchor_down_is) - channel->anchor_down);
 }
 
-static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel, float by)
+static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel,
+                             float by)
 {
     return __builtin_fabsf(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) > by &&
            __builtin_fabsf(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
@@ -153,7 +161,8 @@ static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *
 }
 
 /* The codes have not changed for long; not the values: those follow the reference's noise too. */
-static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
+static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config,
+                          float value, uint32_t index)
 {
     if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * __builtin_fabsf(config->unit_per_code)))
         return;
@@ -177,7 +186,9 @@ static void follow_validity(struct mr_watch *watch, unsigned c, uint8_t validity
     }
     if (channel->run < UINT8_MAX)
         channel->run++;
-    unsigned enough = validity == MR_INVALID_RATE ? 1 : validity == MR_VALID ? MR_WATCH_SETTLE_VALID : MR_WATCH_SETTLE;
+    unsigned enough = validity == MR_INVALID_RATE ? 1
+                    : validity == MR_VALID        ? MR_WATCH_SETTLE_VALID
+                                                  : MR_WATCH_SETTLE;
     bool paused = channel->ever_told && index - channel->told_block < MR_WATCH_PAUSE_BLOCKS;
     if (validity != channel->told && channel->run >= enough && !paused)
         watch->changed |= 1u << c;
@@ -196,8 +207,8 @@ bool mr_watch_take(struct mr_watch *watch, unsigned c, uint32_t index, struct mr
     return true;
 }
 
-static void judge(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c, uint32_t index,
-                  struct mr_reading *reading)
+static void judge(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
+                  uint32_t index, struct mr_reading *reading)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     unsigned turn = (index + c) % TURNS;
@@ -226,8 +237,8 @@ static void judge(struct mr_watch *watch, const struct mr_channel_config *config
     reading->value = MR_NAN;
 }
 
-void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c, uint32_t index,
-                      struct mr_reading *reading)
+void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
+                      uint32_t index, struct mr_reading *reading)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     if (!mr_channel_measures(config))
@@ -235,7 +246,8 @@ void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *co
     if (watch->recording)
         judge(watch, config, c, index, reading);
     channel->code = reading->code;
-    bool news = reading->validity != channel->seen || reading->validity != channel->told || channel->run == 0;
+    bool news = reading->validity != channel->seen || reading->validity != channel->told ||
+                channel->run == 0;
     if (news || reading->validity != MR_VALID)
         follow_validity(watch, c, reading->validity, index);
 }

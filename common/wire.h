@@ -1,11 +1,13 @@
-/* Byte order of everything matrig sends or stores: little-endian, put and got byte by byte, never a packed struct.
+/* Byte order of everything matrig sends or stores: little-endian, put and got byte by byte, never a
+ * packed struct.
  *
- * A put writes its bytes and returns the first byte after them; a get reads and advances the caller's pointer. Neither
- * checks lengths: the catalogue knows the length of every message before it gets one.
+ * A put writes its bytes and returns the first byte after them; a get reads and advances the
+ * caller's pointer. Neither checks lengths: the catalogue knows the length of every message before
+ * it gets one.
  *
- * A real quantity travels as an integer count of its least digit, `per_unit` counts to one unit, rounded to nearest and
- * clipped at the ends of the range. One code of each type means "missing" and is NaN on both sides: missing data stays
- * missing. */
+ * A real quantity travels as an integer count of its least digit, `per_unit` counts to one unit,
+ * rounded to nearest and clipped at the ends of the range. One code of each type means "missing"
+ * and is NaN on both sides: missing data stays missing. */
 #ifndef MATRIG_COMMON_WIRE_H
 #define MATRIG_COMMON_WIRE_H
 
@@ -16,15 +18,34 @@
 
 #define MR_NAN (__builtin_nanf(""))
 
-static inline uint8_t *mr_put_u8(uint8_t *p, uint8_t v) { *p = v; return p + 1; }
-static inline uint8_t *mr_put_i8(uint8_t *p, int8_t v) { *p = (uint8_t)v; return p + 1; }
-static inline uint8_t *mr_put_u16(uint8_t *p, uint16_t v) { p[0] = (uint8_t)v; p[1] = (uint8_t)(v >> 8); return p + 2; }
-static inline uint8_t *mr_put_i16(uint8_t *p, int16_t v) { return mr_put_u16(p, (uint16_t)v); }
+static inline uint8_t *mr_put_u8(uint8_t *p, uint8_t v)
+{
+    *p = v;
+    return p + 1;
+}
+static inline uint8_t *mr_put_i8(uint8_t *p, int8_t v)
+{
+    *p = (uint8_t)v;
+    return p + 1;
+}
+static inline uint8_t *mr_put_u16(uint8_t *p, uint16_t v)
+{
+    p[0] = (uint8_t)v;
+    p[1] = (uint8_t)(v >> 8);
+    return p + 2;
+}
+static inline uint8_t *mr_put_i16(uint8_t *p, int16_t v)
+{
+    return mr_put_u16(p, (uint16_t)v);
+}
 static inline uint8_t *mr_put_u32(uint8_t *p, uint32_t v)
 {
     return mr_put_u16(mr_put_u16(p, (uint16_t)v), (uint16_t)(v >> 16));
 }
-static inline uint8_t *mr_put_i32(uint8_t *p, int32_t v) { return mr_put_u32(p, (uint32_t)v); }
+static inline uint8_t *mr_put_i32(uint8_t *p, int32_t v)
+{
+    return mr_put_u32(p, (uint32_t)v);
+}
 static inline uint8_t *mr_put_f32(uint8_t *p, float v)
 {
     uint32_t bits;
@@ -32,21 +53,33 @@ static inline uint8_t *mr_put_f32(uint8_t *p, float v)
     return mr_put_u32(p, bits);
 }
 
-static inline uint8_t mr_get_u8(const uint8_t **p) { return *(*p)++; }
-static inline int8_t mr_get_i8(const uint8_t **p) { return (int8_t)*(*p)++; }
+static inline uint8_t mr_get_u8(const uint8_t **p)
+{
+    return *(*p)++;
+}
+static inline int8_t mr_get_i8(const uint8_t **p)
+{
+    return (int8_t) * (*p)++;
+}
 static inline uint16_t mr_get_u16(const uint8_t **p)
 {
     uint16_t v = (uint16_t)((*p)[0] | (*p)[1] << 8);
     *p += 2;
     return v;
 }
-static inline int16_t mr_get_i16(const uint8_t **p) { return (int16_t)mr_get_u16(p); }
+static inline int16_t mr_get_i16(const uint8_t **p)
+{
+    return (int16_t)mr_get_u16(p);
+}
 static inline uint32_t mr_get_u32(const uint8_t **p)
 {
     uint32_t low = mr_get_u16(p);
     return low | (uint32_t)mr_get_u16(p) << 16;
 }
-static inline int32_t mr_get_i32(const uint8_t **p) { return (int32_t)mr_get_u32(p); }
+static inline int32_t mr_get_i32(const uint8_t **p)
+{
+    return (int32_t)mr_get_u32(p);
+}
 static inline float mr_get_f32(const uint8_t **p)
 {
     uint32_t bits = mr_get_u32(p);
@@ -61,8 +94,10 @@ static inline float mr_get_f32(const uint8_t **p)
 static inline uint8_t *mr_put_real_u16(uint8_t *p, float value, float per_unit)
 {
     float counts = value * per_unit + 0.5f;
-    if (__builtin_isnan(value)) return mr_put_u16(p, MR_MISSING_U16);
-    if (counts < 0.0f) return mr_put_u16(p, 0);
+    if (__builtin_isnan(value))
+        return mr_put_u16(p, MR_MISSING_U16);
+    if (counts < 0.0f)
+        return mr_put_u16(p, 0);
     return mr_put_u16(p, counts > 65534.0f ? 65534u : (uint16_t)counts);
 }
 static inline float mr_get_real_u16(const uint8_t **p, float per_unit)
@@ -74,8 +109,10 @@ static inline uint8_t *mr_put_real_i16(uint8_t *p, float value, float per_unit)
 {
     float counts = value * per_unit;
     counts += counts < 0.0f ? -0.5f : 0.5f;
-    if (__builtin_isnan(value)) return mr_put_i16(p, MR_MISSING_I16);
-    if (counts < -32767.0f) return mr_put_i16(p, -32767);
+    if (__builtin_isnan(value))
+        return mr_put_i16(p, MR_MISSING_I16);
+    if (counts < -32767.0f)
+        return mr_put_i16(p, -32767);
     return mr_put_i16(p, counts > 32767.0f ? 32767 : (int16_t)counts);
 }
 static inline float mr_get_real_i16(const uint8_t **p, float per_unit)

@@ -27,7 +27,8 @@ static void begin_place(struct mr_zonescan *scan)
         scan->last_open = 0;
 }
 
-void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain, const struct mr_zonescan_order *order)
+void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
+                       const struct mr_zonescan_order *order)
 {
     memset(scan, 0, sizeof *scan);
     scan->order = *order;
@@ -48,8 +49,9 @@ static void leave_place(struct mr_zonescan *scan)
     begin_place(scan);
 }
 
-/* The first joint that closes ahead of a place. When the search for the last place's end began no further and has gone beyond it,
- * it goes on from there: of two places the further one closes all that the nearer does. Else it begins anew. */
+/* The first joint that closes ahead of a place. When the search for the last place's end began no
+ * further and has gone beyond it, it goes on from there: of two places the further one closes all
+ * that the nearer does. Else it begins anew. */
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
@@ -72,7 +74,8 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
         return;
     }
     if (scan->last_open <= scan->order.place || closes(scan, chain, scan->last_open)) {
-        scan->last_closed = scan->last_open > scan->last_closed ? scan->last_open : scan->last_closed;
+        scan->last_closed = scan->last_open > scan->last_closed ? scan->last_open
+                                                                : scan->last_closed;
         scan->last_open = 0;
         scan->visits++;
     }
@@ -82,7 +85,8 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 /* The end of the zone of a place, as far as the visits reach. */
 static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed, beyond = chain->count + 2u;
+    unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed,
+             beyond = chain->count + 2u;
     uint32_t visits = scan->visits;
     bool ended = false;
     for (; visits < until && !ended; visits++) {
@@ -107,7 +111,8 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
 /* The chain as it is, as far as the visits reach: the longest zone, and the largest compression. */
 static void lie(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start, last_open = scan->last_open, best = scan->found.groups;
+    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start,
+             last_open = scan->last_open, best = scan->found.groups;
     unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
     float most_lb = scan->found.compression_lb, limit_ft = closed_ft(chain);
     scan->visits += stop > j ? stop - j : 1u;
@@ -115,7 +120,8 @@ static void lie(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t
         float press_lb = mr_chain_compression_lb(chain, j);
         most_lb = press_lb > most_lb ? press_lb : most_lb;
         if (mr_chain_opening_ft(chain, j) > limit_ft) {
-            if (last_open && j - last_open < scan->tally) /* only what follows the last open joint may go on */
+            /* only what follows the last open joint may go on */
+            if (last_open && j - last_open < scan->tally)
                 first = j - last_open > 1u ? last_open + 1u : 0;
             last_open = j;
             continue;

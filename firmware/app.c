@@ -13,7 +13,8 @@
 #include "firmware/tasks.h"
 #include "firmware/zero.h"
 
-#define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE) /* supervision ticks without a block: the scans have stopped */
+/* supervision ticks without a block: the scans have stopped */
+#define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE)
 
 /* A row of the histories whose block there is not. */
 static void miss_block(struct app *app, uint32_t index)
@@ -95,11 +96,13 @@ void app_start(struct app *app)
     board_warn(false);
 }
 
-/* The blocks just before the one to come, as far as there is no gap: what follows is a function of the record alone. */
+/* The blocks just before the one to come, as far as there is no gap: what follows is a function of
+ * the record alone. */
 static void tell_blocks_before(struct app *app)
 {
     uint32_t first = app->next_index;
-    while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE && app->blocks_in_row > app->next_index - first)
+    while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE &&
+           app->blocks_in_row > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
         landinglink_block(&app->telemetry, &app->newest[first % APP_NEWEST]);
@@ -131,10 +134,12 @@ static void read_channels(struct app *app, const struct mr_block *block)
 /* While nothing is recorded only those blocks are read whose means are told. */
 static bool is_told_while_idle(uint32_t index)
 {
-    return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS || BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
+    return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS ||
+           BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
 }
 
-/* The first means after arming reach back. Blocks that are missing are so in the histories already, and no mean goes beyond them. */
+/* The first means after arming reach back. Blocks that are missing are so in the histories already,
+ * and no mean goes beyond them. */
 static void read_blocks_before(struct app *app)
 {
     for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
@@ -145,11 +150,13 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
-    if (app->ticks_without_block >= STALL_TICKS) /* nothing is measured: it would be armed for nothing */
+    /* nothing is measured: it would be armed for nothing */
+    if (app->ticks_without_block >= STALL_TICKS)
         return MR_NOT_NOW;
     if (calibrate_busy(&app->calibrate))
         return MR_WAIT;
-    enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
+    enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW
+                                                             : blackbox_ready(&app->box);
     if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
         status = MR_WAIT;
     if (status == MR_WAIT || status == MR_FULL)
@@ -186,7 +193,8 @@ static void end_prediction(struct app *app, uint32_t index)
 static enum mr_status obey_runway(struct app *app, const struct mr_command *command)
 {
     bool forgotten = false;
-    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command, landing_recording(&app->landing), app->next_index,
+    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command,
+                                         landing_recording(&app->landing), app->next_index,
                                          &forgotten);
     if (forgotten)
         forget_survey(app);
@@ -197,8 +205,8 @@ static enum mr_status mark(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
-    TELL(&app->telemetry, TO_RECORD, mark, MARK, .number = (uint16_t)command->argument, .landing = app->landing.number,
-         .block = app->next_index);
+    TELL(&app->telemetry, TO_RECORD, mark, MARK, .number = (uint16_t)command->argument,
+         .landing = app->landing.number, .block = app->next_index);
     return MR_OK;
 }
 
@@ -219,7 +227,9 @@ static enum mr_status read_slow_log(struct app *app, const struct mr_command *co
 {
     if (command->argument < 0)
         return MR_USAGE;
-    return landing_recording(&app->landing) ? MR_NOT_NOW : slowlog_read(&app->slowlog, (uint32_t)command->argument);
+    return landing_recording(&app->landing)
+             ? MR_NOT_NOW
+             : slowlog_read(&app->slowlog, (uint32_t)command->argument);
 }
 
 /* What would end the last landing's record before its last pages are written has to wait. */
@@ -244,7 +254,8 @@ static enum mr_status apply_configuration(struct app *app, const struct mr_comma
     bool locked = landing_recording(&app->landing);
     if (calibrate_busy(&app->calibrate) || box_closing(app))
         return MR_WAIT;
-    enum mr_status status = configstore_apply(&app->configstore, &app->telemetry, (uint32_t)command->argument, locked);
+    enum mr_status status = configstore_apply(&app->configstore, &app->telemetry,
+                                              (uint32_t)command->argument, locked);
     if (status == MR_OK) {
         landing_reconfigure(&app->landing);
         app_configured(app);
@@ -268,42 +279,30 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         configround_burst(&app->telemetry, &app->landing);
         healthlink_tell_crash(&app->healthlink);
         break;
-    case MR_COMMAND_ARM:
-        status = arm(app, &command);
-        break;
+    case MR_COMMAND_ARM: status = arm(app, &command); break;
     case MR_COMMAND_DISARM:
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, app->next_index);
         landing_disarm(&app->landing, app->next_index);
         landinglink_state(&app->telemetry, &app->landing);
         break;
-    case MR_COMMAND_MARK:
-        status = mark(app, &command);
-        break;
-    case MR_COMMAND_SURVEY:
-        status = survey(app, &command);
-        break;
-    case MR_COMMAND_SLOW_READ:
-        status = read_slow_log(app, &command);
-        break;
+    case MR_COMMAND_MARK: status = mark(app, &command); break;
+    case MR_COMMAND_SURVEY: status = survey(app, &command); break;
+    case MR_COMMAND_SLOW_READ: status = read_slow_log(app, &command); break;
     case MR_COMMAND_LIVE:
         status = live_begin(&app->live, &app->landing, &command, app->next_index);
         break;
-    case MR_COMMAND_CAMERA:
-        status = camera_command(&app->camera);
-        break;
-    case MR_COMMAND_BOOTROM:
-        status = enter_rom(app);
-        break;
-    case MR_COMMAND_CONFIG_APPLY:
-        status = apply_configuration(app, &command);
-        break;
+    case MR_COMMAND_CAMERA: status = camera_command(&app->camera); break;
+    case MR_COMMAND_BOOTROM: status = enter_rom(app); break;
+    case MR_COMMAND_CONFIG_APPLY: status = apply_configuration(app, &command); break;
     case MR_COMMAND_CONFIG_READ:
-        status = configstore_read(&app->configstore, (uint32_t)command.argument, landing_recording(&app->landing));
+        status = configstore_read(&app->configstore, (uint32_t)command.argument,
+                                  landing_recording(&app->landing));
         break;
     case MR_COMMAND_ZERO:
     case MR_COMMAND_SHUNT:
-        status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command, app->next_index);
+        status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command,
+                                 app->next_index);
         if (status == MR_OK && calibrate_busy(&app->calibrate))
             return MR_OK; /* answered when it is over */
         follow_zeros(app);
@@ -313,24 +312,21 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_RUNWAY_READ:
     case MR_COMMAND_RUNWAY_JOINTS:
     case MR_COMMAND_RUNWAY_WORD:
-    case MR_COMMAND_RUNWAY_TAKE:
-        status = obey_runway(app, &command);
-        break;
+    case MR_COMMAND_RUNWAY_TAKE: status = obey_runway(app, &command); break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
         status = command.code == MR_COMMAND_RESET && box_closing(app)
-                     ? MR_WAIT
-                     : healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
+                   ? MR_WAIT
+                   : healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
         break;
-    default:
-        status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
-        break;
+    default: status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command); break;
     }
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    if (command.code != MR_COMMAND_BACKLOG || status != MR_OK) /* an input of a replay: the landing had no answer to it */
-        TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status, .tag = command.tag,
-             .block = app->next_index);
+    /* an input of a replay: the landing had no answer to it */
+    if (command.code != MR_COMMAND_BACKLOG || status != MR_OK)
+        TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status,
+             .tag = command.tag, .block = app->next_index);
     return MR_OK;
 }
 
@@ -345,7 +341,8 @@ static void take_commands(struct app *app)
         if (can.id == MR_ID_COMMAND)
             (void)obey(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
-            configstore_word(&app->configstore, &app->telemetry, can.data, can.length, landing_recording(&app->landing));
+            configstore_word(&app->configstore, &app->telemetry, can.data, can.length,
+                             landing_recording(&app->landing));
     }
     app->configstore.by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
@@ -355,7 +352,8 @@ static void take_commands(struct app *app)
         if (status == MR_OK && frame.type == MR_ID_COMMAND)
             status = obey(app, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_CONFIG_WORD)
-            configstore_word(&app->configstore, &app->telemetry, frame.payload, frame.length, landing_recording(&app->landing));
+            configstore_word(&app->configstore, &app->telemetry, frame.payload, frame.length,
+                             landing_recording(&app->landing));
         if (status != MR_OK && status != MR_TOO_FEW) {
             if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;
@@ -366,7 +364,8 @@ static void take_commands(struct app *app)
 }
 
 /* Mean of the last `count` rows of a history of 4; NaN when one is missing. `row` is the newest. */
-static void mean_of_last(const float *history, unsigned width, unsigned row, unsigned count, float *mean)
+static void mean_of_last(const float *history, unsigned width, unsigned row, unsigned count,
+                         float *mean)
 {
     for (unsigned c = 0; c < width; c++) {
         float sum = 0.0f;
@@ -385,13 +384,21 @@ static void take_slow(struct app *app, uint32_t index)
     uint16_t id;
     uint8_t payload[MR_MESSAGE_MAX];
     if (thermometer_block(&app->thermometer, index, config.site[0].thermometer))
-        TELL(&app->telemetry, TO_RECORD, temperature, TEMPERATURE, .temperature_c = thermometer->temperature_c,
-             .error_c = thermometer->error_c, .block = index);
-    unsigned state = landing->state == LANDING_ARMED ? 1u : landing->state == LANDING_DONE ? 2u : 0u;
-    slowlog_block(&app->slowlog,
-                  &(struct slowlog_block){.index = index, .displacement_in = app->displacement_in[row], .tension_lb = app->tension_lb[row],
-                                          .temperature_c = thermometer->last_c, .quiet = landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING,
-                                          .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)});
+        TELL(&app->telemetry, TO_RECORD, temperature, TEMPERATURE,
+             .temperature_c = thermometer->temperature_c, .error_c = thermometer->error_c,
+             .block = index);
+    unsigned state = landing->state == LANDING_ARMED ? 1u
+                   : landing->state == LANDING_DONE  ? 2u
+                                                     : 0u;
+    slowlog_block(
+        &app->slowlog,
+        &(struct slowlog_block){
+            .index = index,
+            .displacement_in = app->displacement_in[row],
+            .tension_lb = app->tension_lb[row],
+            .temperature_c = thermometer->last_c,
+            .quiet = landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING,
+            .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)});
     for (unsigned i = 0; i < APP_SLOW_PARTS; i++) {
         size_t length = slowlog_take_part(&app->slowlog, &id, payload);
         if (!length)
@@ -403,7 +410,8 @@ static void take_slow(struct app *app, uint32_t index)
 static void take_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING];
-    size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks, MR_SWITCHES_WAITING);
+    size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks,
+                                    MR_SWITCHES_WAITING);
     float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
@@ -414,8 +422,8 @@ static void take_block(struct app *app, const struct mr_block *block)
     timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
     if (__builtin_isnan(mr_channels_ratio(block)))
         health_count(MR_FAULT_REFERENCE, 0);
-    struct landing_news news =
-        landing_block(&app->landing, &config, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
+    struct landing_news news = landing_block(&app->landing, &config, block->index, block->tick,
+                                             staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 
@@ -425,25 +433,31 @@ static void take_block(struct app *app, const struct mr_block *block)
         read_channels(app, block);
     if (was_recording || recording)
         landinglink_block(&app->telemetry, block);
-    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline.in,
-                  app->tension_lb[row]);
-    if (news.state && app->landing.state == LANDING_DONE) { /* before the message that ends the landing */
+    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index,
+                  app->displacement_in[row], app->baseline.in, app->tension_lb[row]);
+    if (news.state && app->landing.state == LANDING_DONE) {
+        /* before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, block->index);
     }
     live_block(&app->live, &app->landing, &app->telemetry, block);
     landinglink_news(&app->telemetry, &app->landing, &news, block->index);
-    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + LANDING_EDGE_TICKS);
+    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
+                 block->tick + LANDING_EDGE_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
-        baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index),
+        baseline_follow(&app->baseline, app->displacement_in[row],
+                        landing_quiet(&app->landing, block->index),
                         predict_held(&app->predict.predictor, &app->landing));
-    if (app->fitted & MR_BITS_TRANSDUCERS && (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
+    if (app->fitted & MR_BITS_TRANSDUCERS &&
+        (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
-        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS, mean_in);
+        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS,
+                     mean_in);
         landinglink_displacements(&app->telemetry, mean_in, app->fitted, block->index);
     }
-    if (app->fitted & MR_BITS_GAGES && (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
+    if (app->fitted & MR_BITS_GAGES &&
+        (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
         float mean_lb[MR_GAGES];
         mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
         landinglink_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
@@ -460,8 +474,11 @@ static void take_block(struct app *app, const struct mr_block *block)
     tasks_begin(MR_TASK_PREDICTOR);
     predict_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
     predict_block(&app->predict, &app->telemetry, &app->landing,
-                  &(struct predict_block){.index = block->index, .tick = block->tick, .displacement_in = app->displacement_in[row],
-                                          .baseline_in = app->baseline.in, .waiting = board_blocks_waiting()});
+                  &(struct predict_block){.index = block->index,
+                                          .tick = block->tick,
+                                          .displacement_in = app->displacement_in[row],
+                                          .baseline_in = app->baseline.in,
+                                          .waiting = board_blocks_waiting()});
     tasks_done(MR_TASK_PREDICTOR);
 }
 
@@ -469,7 +486,8 @@ static void miss_blocks(struct app *app, uint32_t next_index)
 {
     uint32_t lost = next_index - app->next_index;
     uint32_t total = app->telemetry.blocks_lost + lost;
-    app->telemetry.blocks_lost = lost > UINT16_MAX || total > UINT16_MAX ? UINT16_MAX : (uint16_t)total;
+    app->telemetry.blocks_lost = lost > UINT16_MAX || total > UINT16_MAX ? UINT16_MAX
+                                                                         : (uint16_t)total;
     for (uint32_t i = 0; i < lost && i < 4; i++)
         miss_block(app, next_index - 1 - i);
     if (lost)
@@ -477,7 +495,8 @@ static void miss_blocks(struct app *app, uint32_t next_index)
     app->next_index = next_index;
 }
 
-/* The next block, in its place among the newest, where one stands that nobody asks for any more. NULL: none. */
+/* The next block, in its place among the newest, where one stands that nobody asks for any more.
+ * NULL: none. */
 static struct mr_block *next_block(struct app *app)
 {
     struct mr_block *expected = &app->newest[app->next_index % APP_NEWEST];
@@ -504,8 +523,9 @@ bool app_poll(struct app *app)
         tasks_done(MR_TASK_BLOCKS);
     }
     tasks_begin(MR_TASK_BOX);
-    norshare_poll(&(struct norshare){&app->box, &app->slowlog, &app->runwaystore, &app->predict, app->slack_in}, app->next_index,
-                  !landing_recording(&app->landing));
+    norshare_poll(&(struct norshare){&app->box, &app->slowlog, &app->runwaystore, &app->predict,
+                                     app->slack_in},
+                  app->next_index, !landing_recording(&app->landing));
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);
     healthlink_idle(&app->healthlink);
@@ -513,7 +533,8 @@ bool app_poll(struct app *app)
     return any;
 }
 
-/* Without scans there is no block to take, no landing to follow: those whose work that is are not late. */
+/* Without scans there is no block to take, no landing to follow: those whose work that is are not
+ * late. */
 static void excuse_tasks(void)
 {
     tasks_done(MR_TASK_BLOCKS);
@@ -522,8 +543,8 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
-/* With no scans at all the block index stands still: one round of the regular messages each second instead, all but those that need a
- * block; there is no time base. */
+/* With no scans at all the block index stands still: one round of the regular messages each second
+ * instead, all but those that need a block; there is no time base. */
 static void tell_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {

@@ -16,12 +16,14 @@ static void tell_findings(const struct mr_bands *bands, struct telemetry *teleme
 {
     for (unsigned i = 0; i < bands->findings; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
-        TELL(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band, .gage = finding->gage, .reason = finding->reason,
-             .other = finding->other, .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
+        TELL(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band,
+             .gage = finding->gage, .reason = finding->reason, .other = finding->other,
+             .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
     }
 }
 
-static float wheel_ft(struct bandwatch *watch, const struct landing *landing, const struct mr_block *block)
+static float wheel_ft(struct bandwatch *watch, const struct landing *landing,
+                      const struct mr_block *block)
 {
     if (!watch->wheel_known || block->index - watch->wheel_block >= BANDWATCH_WHEEL_BLOCKS) {
         watch->wheel = landing_wheel_at(landing, block->tick);
@@ -29,8 +31,9 @@ static float wheel_ft(struct bandwatch *watch, const struct landing *landing, co
         watch->wheel_known = true;
     }
     float since_s = (float)(block->index - watch->wheel_block) * S_PER_BLOCK;
-    return __builtin_isnan(watch->wheel.speed_ft_s) ? watch->wheel.station_ft
-                                                    : watch->wheel.station_ft + watch->wheel.speed_ft_s * since_s;
+    return __builtin_isnan(watch->wheel.speed_ft_s)
+             ? watch->wheel.station_ft
+             : watch->wheel.station_ft + watch->wheel.speed_ft_s * since_s;
 }
 
 static void tell_state(struct telemetry *telemetry, const float tension_lb[MR_GAGES])
@@ -39,14 +42,15 @@ static void tell_state(struct telemetry *telemetry, const float tension_lb[MR_GA
         struct mr_band_state state = {.band = (uint8_t)(b + 1)};
         if (!(config.band[b].pretension_lb > 0.0f))
             continue;
-        state.gages = (uint8_t)mr_bands_now(&config.channel[MR_TRANSDUCERS], tension_lb, b, &state.least_lb, &state.mean_lb,
-                                            &state.most_lb);
+        state.gages = (uint8_t)mr_bands_now(&config.channel[MR_TRANSDUCERS], tension_lb, b,
+                                            &state.least_lb, &state.mean_lb, &state.most_lb);
         TELL_THIS(telemetry, TO_LINKS, band_state, BAND_STATE, &state);
     }
 }
 
-void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry, const struct landing *landing,
-                        const float tension_lb[MR_GAGES], const struct mr_block *block)
+void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
+                        const struct landing *landing, const float tension_lb[MR_GAGES],
+                        const struct mr_block *block)
 {
     bool recording = landing_recording(landing);
     if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
@@ -70,13 +74,16 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
         if (!watch->bands.band[b].gages)
             continue;
         mr_bands_figures(&watch->bands, b, &f);
-        TELL(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band, .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
-             .error_lb = f.before_error_lb, .spread_lb = f.spread_lb);
-        TELL(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band, .gage = f.least.gage, .tension_lb = f.least.lb,
-             .error_lb = f.least_error_lb, .at_block16 = (uint16_t)f.least.block);
-        TELL(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.most.gage, .tension_lb = f.most.lb, .error_lb = f.most_error_lb,
+        TELL(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band,
+             .gages = (uint8_t)f.gages, .before_lb = f.before_lb, .error_lb = f.before_error_lb,
+             .spread_lb = f.spread_lb);
+        TELL(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band, .gage = f.least.gage,
+             .tension_lb = f.least.lb, .error_lb = f.least_error_lb,
+             .at_block16 = (uint16_t)f.least.block);
+        TELL(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.most.gage,
+             .tension_lb = f.most.lb, .error_lb = f.most_error_lb,
              .at_block16 = (uint16_t)f.most.block);
-        TELL(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages, .after_lb = f.after_lb,
-             .change_lb = f.change_lb, .error_lb = f.change_error_lb);
+        TELL(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages,
+             .after_lb = f.after_lb, .change_lb = f.change_lb, .error_lb = f.change_error_lb);
     }
 }

@@ -1,4 +1,5 @@
-/* The bands on the board: feeds common/bands.h with each message's tensions and tells what it found. */
+/* The bands on the board: feeds common/bands.h with each message's tensions and tells what it
+ * found. */
 #ifndef MATRIG_FIRMWARE_BANDWATCH_H
 #define MATRIG_FIRMWARE_BANDWATCH_H
 
@@ -6,19 +7,21 @@
 #include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
-#define BANDWATCH_WHEEL_BLOCKS 64u /* between two looks at where the wheel is; in between it rolls on */
+/* between two looks at where the wheel is; in between it rolls on */
+#define BANDWATCH_WHEEL_BLOCKS 64u
 
 struct bandwatch {
     struct mr_bands bands;
     struct landing_wheel wheel; /* at wheel_block */
     uint32_t wheel_block;
-    bool wheel_known;           /* looked for since arming */
+    bool wheel_known; /* looked for since arming */
 };
 
 void bandwatch_arm(struct bandwatch *watch);
 /* Means of the four blocks up to `block`; while nothing is recorded, only their state is told. */
-void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry, const struct landing *landing,
-                        const float tension_lb[MR_GAGES], const struct mr_block *block);
+void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
+                        const struct landing *landing, const float tension_lb[MR_GAGES],
+                        const struct mr_block *block);
 /* The landing ends: tells the figures of each band. Nothing unless it was armed. */
 void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry);
 

@@ -5,20 +5,27 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-#define STEPS 128u        /* of the memory in one poll; a read takes two polls or more */
+#define STEPS        128u /* of the memory in one poll; a read takes two polls or more */
 #define VERIFY_TRIES 2u
-#define ERASE_TRIES 2u
+#define ERASE_TRIES  2u
 #define FAILURES_MAX 64u
-#define LOOK_MS 20u        /* a sector that looked erased at start is looked at page by page: all of them in 22 min */
-#define ERASE_MS 60u      /* until one was timed */
+/* a sector that looked erased at start is looked at page by page: all of them in 22 min */
+#define LOOK_MS      20u
+#define ERASE_MS     60u /* until one was timed */
 
 uint32_t blackbox_address(unsigned sector, unsigned page)
 {
     return sector * NOR_SECTOR + page * NOR_PAGE;
 }
 
-static bool is_ready(uint8_t state) { return state == SECTOR_ERASED || state == SECTOR_BLANK; }
-static bool is_dirty(uint8_t state) { return state == SECTOR_DIRTY || state == SECTOR_LAST; }
+static bool is_ready(uint8_t state)
+{
+    return state == SECTOR_ERASED || state == SECTOR_BLANK;
+}
+static bool is_dirty(uint8_t state)
+{
+    return state == SECTOR_DIRTY || state == SECTOR_LAST;
+}
 
 void blackbox_set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 {
@@ -29,7 +36,8 @@ void blackbox_set_sector(struct blackbox *box, unsigned sector, uint8_t state)
     box->sector[sector] = state;
 }
 
-/* The next sector from `from` on, around the memory, whose state lies in [low, high]; NOR_SECTORS: none. */
+/* The next sector from `from` on, around the memory, whose state lies in [low, high]; NOR_SECTORS:
+ * none. */
 unsigned blackbox_find_sector(const struct blackbox *box, unsigned from, uint8_t low, uint8_t high)
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
@@ -73,9 +81,12 @@ void blackbox_trigger(struct blackbox *box, uint32_t block)
     box->config_got = 0;
     blackbox_begin_at_key(box);
     box->place = (unsigned)place;
-    box->records[place] = (struct blackbox_record){.used = true, .record = box->next_record++,
-                                                   .landing = box->start.landing, .first_sector = NOR_SECTORS,
-                                                   .first_seq = box->next_seq, .next_seq = box->next_seq};
+    box->records[place] = (struct blackbox_record){.used = true,
+                                                   .record = box->next_record++,
+                                                   .landing = box->start.landing,
+                                                   .first_sector = NOR_SECTORS,
+                                                   .first_seq = box->next_seq,
+                                                   .next_seq = box->next_seq};
     box->head_page = PAGES;
     box->failures = 0;
     box->end_written = false;
@@ -94,11 +105,13 @@ void blackbox_finish(struct blackbox *box)
 /* The rest of the stream and the end page, as soon as the ring has room for both. */
 static void write_end(struct blackbox *box)
 {
-    if (box->state != BLACKBOX_CLOSING || box->end_written || box->put + 3 - box->got >= BLACKBOX_RING)
+    if (box->state != BLACKBOX_CLOSING || box->end_written ||
+        box->put + 3 - box->got >= BLACKBOX_RING)
         return;
     blackbox_flush(box, &box->stream);
     box->end.blocks = box->first_open ? 0 : box->stored - box->first_stored;
-    box->end.lost = box->first_open ? 0 : box->last_block + 1 - box->end.first_block - box->end.blocks;
+    box->end.lost = box->first_open ? 0
+                                    : box->last_block + 1 - box->end.first_block - box->end.blocks;
     mr_boxpage_put_end(box->ring[box->put % BLACKBOX_RING], &box->end);
     box->put++;
     box->end_written = true;
@@ -150,7 +163,8 @@ static bool begin_program(struct blackbox *box)
     }
     if (box->head_page == PAGES) {
         unsigned sector = blackbox_find_sector(box, box->head, SECTOR_BLANK, SECTOR_ERASED);
-        if (sector == NOR_SECTORS) { /* full: what is in the ring stays there and what comes is lost */
+        if (sector == NOR_SECTORS) {
+            /* full: what is in the ring stays there and what comes is lost */
             if (box->state == BLACKBOX_CLOSING)
                 close_record(box, false);
             return false;
@@ -252,7 +266,8 @@ static bool begin_idle_work(struct blackbox *box)
     if (box->dirty) {
         sector = blackbox_find_sector(box, box->head, SECTOR_DIRTY, SECTOR_DIRTY);
         if (sector == NOR_SECTORS)
-            sector = blackbox_find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST, SECTOR_LAST);
+            sector = blackbox_find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST,
+                                          SECTOR_LAST);
         if (sector == box->newest_sector)
             sector = NOR_SECTORS;
     }
@@ -310,11 +325,9 @@ static void check_mark(struct blackbox *box)
 static bool begin_job(struct blackbox *box)
 {
     switch (box->state) {
-    case BLACKBOX_SCANNING:
-        return blackbox_begin_scan(box);
+    case BLACKBOX_SCANNING: return blackbox_begin_scan(box);
     case BLACKBOX_RECORDING:
-    case BLACKBOX_CLOSING:
-        return begin_program(box);
+    case BLACKBOX_CLOSING: return begin_program(box);
     case BLACKBOX_ROLLING:
         if (box->armed)
             return false;
@@ -325,8 +338,7 @@ static bool begin_job(struct blackbox *box)
         if (box->reading >= 0)
             return !box->read_ready && blackbox_begin_read_out(box);
         return begin_idle_work(box);
-    default:
-        return false;
+    default: return false;
     }
 }
 
@@ -412,7 +424,8 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
 
 bool blackbox_idle(const struct blackbox *box)
 {
-    return box->job == JOB_NONE && (box->state == BLACKBOX_ROLLING || box->state == BLACKBOX_FAILED);
+    return box->job == JOB_NONE &&
+           (box->state == BLACKBOX_ROLLING || box->state == BLACKBOX_FAILED);
 }
 
 enum mr_status blackbox_ready(const struct blackbox *box)
@@ -429,16 +442,14 @@ enum mr_status blackbox_ready(const struct blackbox *box)
 float blackbox_wait_s(const struct blackbox *box)
 {
     switch (blackbox_ready(box)) {
-    case MR_OK:
-        return 0.0f;
+    case MR_OK: return 0.0f;
     case MR_WAIT:
         if (box->state == BLACKBOX_SCANNING || box->freeing >= 0)
             return 1.0f;
         if (box->state != BLACKBOX_ROLLING)
             return 0.005f * (float)(box->put - box->got + 1);
         return 0.001f * (float)((BLACKBOX_RESERVE - box->ready) * (box->erase_ms + 1));
-    default:
-        return MR_NAN;
+    default: return MR_NAN;
     }
 }
 

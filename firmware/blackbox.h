@@ -1,19 +1,24 @@
-/* The black box: every landing complete in NOR memory, whatever becomes of the links and of the supply.
+/* The black box: every landing complete in NOR memory, whatever becomes of the links and of the
+ * supply.
  *
- * Blocks and messages are packed (common/blockpack.h) into pages (common/boxpage.h) in a ring in RAM. From arming until the first edge the ring
- * rolls: it holds what came before, 0.4 s of blocks that do not pack at all, 1.2 s of quiet ones. From the first edge
- * on pages go to the memory as they fill, behind a start page and the configuration as it was when armed.
+ * Blocks and messages are packed (common/blockpack.h) into pages (common/boxpage.h) in a ring in
+ * RAM. From arming until the first edge the ring rolls: it holds what came before, 0.4 s of blocks
+ * that do not pack at all, 1.2 s of quiet ones. From the first edge on pages go to the memory as
+ * they fill, behind a start page and the configuration as it was when armed.
  *
- * Space. Sectors are used in turn around the memory, so they wear evenly; a record that was not freed is passed over. Freed ones
- * are erased and looked at while idle. Arming waits until BLACKBOX_RESERVE sectors are erased: nothing is erased while a landing is
- * recorded. A block that does not pack takes 466 bits, so 10 s of them and configuration take 151 sectors, and the
- * box's 4064 hold 25 of those and the reserve for the 26th. Twenty-two seconds (landing.h) of real blocks take 120 sectors, of such
- * that do not pack 329: the last 2.8 s of those would not fit beyond the reserve, and would be told as lost.
+ * Space. Sectors are used in turn around the memory, so they wear evenly; a record that was not
+ * freed is passed over. Freed ones are erased and looked at while idle. Arming waits until
+ * BLACKBOX_RESERVE sectors are erased: nothing is erased while a landing is recorded. A block that
+ * does not pack takes 466 bits, so 10 s of them and configuration take 151 sectors, and the box's
+ * 4064 hold 25 of those and the reserve for the 26th. Twenty-two seconds (landing.h) of real blocks
+ * take 120 sectors, of such that do not pack 329: the last 2.8 s of those would not fit beyond the
+ * reserve, and would be told as lost.
  *
- * Every page is read back after it was programmed; one that does not hold goes once more into the next sector, and the rest of its
- * own is left. A sector that does not erase is not used until the next start. Nothing is ever appended to a sector that was there before
- * a start: what the power tore is behind us. At start the first pages of all sectors are read: 0.1 s of an
- * erased memory, below 1 s of a full one.
+ * Every page is read back after it was programmed; one that does not hold goes once more into the
+ * next sector, and the rest of its own is left. A sector that does not erase is not used until the
+ * next start. Nothing is ever appended to a sector that was there before a start: what the power
+ * tore is behind us. At start the first pages of all sectors are read: 0.1 s of an erased memory,
+ * below 1 s of a full one.
  *
  * Pure but for the calls of nor.h. Not reentrant; everything is called from the main loop. */
 #ifndef MATRIG_FIRMWARE_BLACKBOX_H
@@ -24,20 +29,25 @@
 #include "common/catalogue.h"
 #include "firmware/nor.h"
 
-#define BLACKBOX_RING 128u    /* pages, 32 KiB: the worst erase of 0.4 s takes 24 KiB, the worst page program 3 ms */
-#define BLACKBOX_CONFIG 40u   /* pages of start and configuration: tables of 8 points for all 22 channels take 6.7 KB, a runway of 512 mats 1.9 KB */
-#define BLACKBOX_RECORDS 64u
-#define BLACKBOX_RESERVE 288u /* sectors */
-#define BLACKBOX_KEY_PAGES 16u /* a reader that lost its way is back in so many pages */
-#define BLACKBOX_PART 128u    /* bytes of a page that travel in one frame */
+/* pages, 32 KiB: the worst erase of 0.4 s takes 24 KiB, the worst page program 3 ms */
+#define BLACKBOX_RING      128u
+/* pages of start and configuration: tables of 8 points for all 22 channels take 6.7 KB, a runway of
+ * 512 mats 1.9 KB */
+#define BLACKBOX_CONFIG    40u
+#define BLACKBOX_RECORDS   64u
+#define BLACKBOX_RESERVE   288u /* sectors */
+#define BLACKBOX_KEY_PAGES 16u  /* a reader that lost its way is back in so many pages */
+#define BLACKBOX_PART      128u /* bytes of a page that travel in one frame */
 
 enum blackbox_state {
-    BLACKBOX_MISSING = MR_BOX_MISSING, /* no memory, or not configured: landings are taken without it */
+    /* no memory, or not configured: landings are taken without it */
+    BLACKBOX_MISSING = MR_BOX_MISSING,
     BLACKBOX_SCANNING = MR_BOX_LOOKING,
-    BLACKBOX_ROLLING = MR_BOX_READY,   /* idle or armed */
+    BLACKBOX_ROLLING = MR_BOX_READY, /* idle or armed */
     BLACKBOX_RECORDING = MR_BOX_RECORDING,
     BLACKBOX_CLOSING = MR_BOX_CLOSING, /* a landing is over, its last pages are on their way */
-    BLACKBOX_FAILED = MR_BOX_FAILED,   /* page after page does not hold: given up until the next start */
+    /* page after page does not hold: given up until the next start */
+    BLACKBOX_FAILED = MR_BOX_FAILED,
 };
 
 struct blackbox_record {
@@ -56,11 +66,12 @@ struct blackbox_writer {
 
 struct blackbox {
     enum blackbox_state state;
-    bool left_out;    /* by the configuration */
+    bool left_out;   /* by the configuration */
     uint32_t now_ms; /* block index */
 
-    uint8_t sector[NOR_SECTORS]; /* a record's place in `records`, or what else it is (blackbox_parts.h) */
-    unsigned ready, dirty, bad;  /* sectors erased, to be erased, not to be used */
+    /* a record's place in `records`, or what else it is (blackbox_parts.h) */
+    uint8_t sector[NOR_SECTORS];
+    unsigned ready, dirty, bad; /* sectors erased, to be erased, not to be used */
     struct blackbox_record records[BLACKBOX_RECORDS];
     uint16_t next_record;
     uint32_t next_seq;
@@ -78,9 +89,9 @@ struct blackbox {
     struct mr_boxpage_start start;
     struct mr_boxpage_end end;
     bool armed;
-    bool first_open;      /* no key yet: the record's first block is still to come */
-    bool end_written;     /* the end page is in the ring */
-    uint32_t stored;      /* blocks ever packed */
+    bool first_open;       /* no key yet: the record's first block is still to come */
+    bool end_written;      /* the end page is in the ring */
+    uint32_t stored;       /* blocks ever packed */
     uint32_t first_stored; /* of them, before the record's first */
     uint32_t last_block;
     uint32_t key_block[BLACKBOX_RING], key_stored[BLACKBOX_RING]; /* at the first key of a page */
@@ -89,21 +100,22 @@ struct blackbox {
     /* What the memory is doing. */
     unsigned job, job_sector, job_page, tries;
     uint8_t buffer[MR_BOXPAGE];
-    unsigned place;             /* of the record being written */
-    unsigned head;              /* sector being written, or where to look for the next */
-    unsigned head_page;         /* NOR_PAGES_PER_SECTOR: none open */
-    unsigned failures;          /* pages in a row that did not hold */
+    unsigned place;     /* of the record being written */
+    unsigned head;      /* sector being written, or where to look for the next */
+    unsigned head_page; /* NOR_PAGES_PER_SECTOR: none open */
+    unsigned failures;  /* pages in a row that did not hold */
     uint32_t erase_begun_ms, erase_ms;
-    bool waits;                 /* for an erase of the slow log (norshare.h) */
-    int freeing;                /* place of a record; -1 */
-    unsigned look_sector, look_page; /* where one that looked erased is sought from, and its next page */
+    bool waits;  /* for an erase of the slow log (norshare.h) */
+    int freeing; /* place of a record; -1 */
+    /* where one that looked erased is sought from, and its next page */
+    unsigned look_sector, look_page;
     bool all_looked;
     uint32_t looked_ms;
     unsigned scan_sector, scan_place;
     bool freed[BLACKBOX_RECORDS];
 
     /* What is being read out. */
-    int reading;                /* place of a record; -1 */
+    int reading; /* place of a record; -1 */
     uint32_t read_page;
     unsigned read_sector, read_cursor, read_tries;
     bool read_ready, read_over; /* `read_buffer` holds page read_page; there is none behind it */
@@ -114,14 +126,15 @@ struct blackbox {
 void blackbox_start(struct blackbox *box);
 /* None is configured: nothing is put together, and the memory is left alone. */
 void blackbox_leave_out(struct blackbox *box);
-/* Go on with what the memory is doing, as far as it goes without waiting. `now_ms`: the newest block. */
+/* Go on with what the memory is doing, as far as it goes without waiting. `now_ms`: the newest
+ * block. */
 void blackbox_poll(struct blackbox *box, uint32_t now_ms);
 
 /* It has no use for the memory now. */
 bool blackbox_idle(const struct blackbox *box);
 
-/* MR_OK: a landing may be armed (or there is no memory: it is armed without); MR_WAIT: after blackbox_wait_s; MR_FULL: when
- * records were freed. */
+/* MR_OK: a landing may be armed (or there is no memory: it is armed without); MR_WAIT: after
+ * blackbox_wait_s; MR_FULL: when records were freed. */
 enum mr_status blackbox_ready(const struct blackbox *box);
 /* Seconds until blackbox_ready, as far as known; NaN: not by waiting. */
 float blackbox_wait_s(const struct blackbox *box);
@@ -138,17 +151,19 @@ void blackbox_trigger(struct blackbox *box, uint32_t block);
 /* The landing is over, or was broken off. Nothing happens when none was triggered. */
 void blackbox_finish(struct blackbox *box);
 
-/* Whether records can be listed, read and freed. MR_WAIT: soon, it is looking through its memory, closing a record or freeing one;
- * MR_NOT_NOW: a landing is armed or going on, or there is no memory. */
+/* Whether records can be listed, read and freed. MR_WAIT: soon, it is looking through its memory,
+ * closing a record or freeing one; MR_NOT_NOW: a landing is armed or going on, or there is no
+ * memory. */
 enum mr_status blackbox_at_rest(const struct blackbox *box);
 /* MR_OK; MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: see above. */
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record);
 /* Read a record out from page `page` on. Status as above. */
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page);
 enum blackbox_part { BLACKBOX_NO_PART, BLACKBOX_A_PART, BLACKBOX_LAST_READ };
-/* The next half page, when it is there. BLACKBOX_LAST_READ: the record is over, `*page` is the number of its pages. */
-enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page, uint8_t *part,
-                                      const uint8_t **bytes);
+/* The next half page, when it is there. BLACKBOX_LAST_READ: the record is over, `*page` is the
+ * number of its pages. */
+enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page,
+                                      uint8_t *part, const uint8_t **bytes);
 /* Record in place i, NULL when there is none. */
 const struct blackbox_record *blackbox_record(const struct blackbox *box, unsigned i);
 

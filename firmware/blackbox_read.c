@@ -7,7 +7,8 @@ bool blackbox_begin_read_out(struct blackbox *box)
     if (box->read_over)
         return false;
     blackbox_begin_job(box, JOB_READ, box->read_sector, box->read_cursor);
-    nor_begin_read(blackbox_address(box->read_sector, box->read_cursor), box->read_buffer, NOR_PAGE);
+    nor_begin_read(blackbox_address(box->read_sector, box->read_cursor), box->read_buffer,
+                   NOR_PAGE);
     return true;
 }
 
@@ -21,7 +22,8 @@ static void next_read(struct blackbox *box)
     if (box->read_sector == box->records[place].last_sector)
         box->read_over = true;
     else
-        box->read_sector = blackbox_find_sector(box, box->read_sector + 1, (uint8_t)place, (uint8_t)place);
+        box->read_sector = blackbox_find_sector(box, box->read_sector + 1, (uint8_t)place,
+                                                (uint8_t)place);
 }
 
 void blackbox_read_page(struct blackbox *box)
@@ -31,7 +33,8 @@ void blackbox_read_page(struct blackbox *box)
         return;
     const struct blackbox_record *record = &box->records[box->reading];
     enum mr_status status = mr_boxpage_check(box->read_buffer, &header);
-    if (status == MR_OK && header.record == record->record && header.seq - record->first_seq >= box->read_page) {
+    if (status == MR_OK && header.record == record->record &&
+        header.seq - record->first_seq >= box->read_page) {
         box->read_page = header.seq - record->first_seq;
         box->read_ready = true;
         box->read_part = 0;
@@ -52,10 +55,13 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
         return status;
     if (place < 0)
         return MR_UNKNOWN;
-    /* Every sector holds at most PAGES of them, so page n is in the record's sector n / PAGES or behind it. */
+    /* Every sector holds at most PAGES of them, so page n is in the record's sector n / PAGES or
+     * behind it. */
     box->read_sector = box->records[place].first_sector;
-    for (uint32_t n = 0; n < page / PAGES && box->read_sector != box->records[place].last_sector; n++)
-        box->read_sector = blackbox_find_sector(box, box->read_sector + 1, (uint8_t)place, (uint8_t)place);
+    for (uint32_t n = 0; n < page / PAGES && box->read_sector != box->records[place].last_sector;
+         n++)
+        box->read_sector = blackbox_find_sector(box, box->read_sector + 1, (uint8_t)place,
+                                                (uint8_t)place);
     box->reading = place;
     box->read_page = page;
     box->read_cursor = 0;
@@ -65,8 +71,8 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
     return MR_OK;
 }
 
-enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page, uint8_t *part,
-                                      const uint8_t **bytes)
+enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page,
+                                      uint8_t *part, const uint8_t **bytes)
 {
     if (box->reading < 0)
         return BLACKBOX_NO_PART;

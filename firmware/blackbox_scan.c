@@ -1,6 +1,6 @@
 #include "firmware/blackbox_parts.h"
 
-#define SCAN_TRIES 32u    /* each page of a sector twice */
+#define SCAN_TRIES 32u /* each page of a sector twice */
 
 static void scan_next(struct blackbox *box)
 {
@@ -17,7 +17,8 @@ static unsigned place_of(struct blackbox *box, uint16_t record)
     int place = blackbox_free_place(box);
     if (place < 0)
         return BLACKBOX_RECORDS;
-    box->records[place] = (struct blackbox_record){.used = true, .record = record, .first_seq = UINT32_MAX};
+    box->records[place] =
+        (struct blackbox_record){.used = true, .record = record, .first_seq = UINT32_MAX};
     return (unsigned)place;
 }
 

@@ -5,8 +5,9 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-#define SLACK 16u         /* pages of the ring: 8 of configuration at 4 ms each, 58 bytes per ms meanwhile, twice over */
-#define SLACK_ERASE 112u  /* 400 ms of the same, and those */
+/* pages of the ring: 8 of configuration at 4 ms each, 58 bytes per ms meanwhile, twice over */
+#define SLACK       16u
+#define SLACK_ERASE 112u /* 400 ms of the same, and those */
 
 static void open_page(struct blackbox_writer *writer, uint8_t *page)
 {
@@ -58,7 +59,8 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
 _Static_assert(MR_BOXPAGE_PAYLOAD % 4u == 0, "no word crosses the end of a page");
 
 /* By words: `bits` holds whole ones, zeroes beyond `count`. */
-static void append(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits, size_t count)
+static void append(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
+                   size_t count)
 {
     while (count) {
         unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->bit % 32u;
@@ -88,7 +90,8 @@ void blackbox_flush(struct blackbox *box, struct blackbox_writer *writer)
     mr_put_u32(ones, (1u << left) - 1u);
     append(box, writer, ones, left);
     if (writer->bit) {
-        memset(writer->page + MR_BOXPAGE_HEADER + writer->bit / 8, 0xff, MR_BOXPAGE_PAYLOAD - writer->bit / 8);
+        memset(writer->page + MR_BOXPAGE_HEADER + writer->bit / 8, 0xff,
+               MR_BOXPAGE_PAYLOAD - writer->bit / 8);
         close_page(box, writer);
     }
 }
@@ -163,23 +166,28 @@ void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payloa
         return;
     size_t count = mr_pack_message(id, payload, length, bits);
     unsigned left = (BLACKBOX_CONFIG - box->config_put) * MR_BOXPAGE_PAYLOAD * 8u - box->meta.bit;
-    if (count + MR_PACK_TAG_BITS + 32u <= left) { /* the end tag, and a word that flush may close the page with */
+    if (count + MR_PACK_TAG_BITS + 32u <= left) {
+        /* the end tag, and a word that flush may close the page with */
         append(box, &box->meta, bits, count);
         return;
     }
     health_count(MR_FAULT_BOX_LOST, 1);
-    blackbox_flush(box, &box->meta); /* what is there ends as it should: a reader would go on with the stream's bits otherwise */
+    /* what is there ends as it should: a reader would go on with the stream's bits otherwise */
+    blackbox_flush(box, &box->meta);
     box->configuring = false;
 }
 
-/* What precedes the first key in the ring cannot be read: it is left out. So is what would leave no room for the blocks that come
- * while the configuration is written, and while an erase that began before arming ends. */
+/* What precedes the first key in the ring cannot be read: it is left out. So is what would leave no
+ * room for the blocks that come while the configuration is written, and while an erase that began
+ * before arming ends. */
 void blackbox_begin_at_key(struct blackbox *box)
 {
-    uint32_t slack = box->waits || box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE : SLACK;
+    uint32_t slack = box->waits || box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE
+                                                                                 : SLACK;
     if (box->put + slack - box->got > BLACKBOX_RING)
         box->got = box->put + slack - BLACKBOX_RING;
-    while (box->got != box->put && box->ring[box->got % BLACKBOX_RING][MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
+    while (box->got != box->put &&
+           box->ring[box->got % BLACKBOX_RING][MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
         box->got++;
     uint32_t keyed = box->got;
     while (keyed != box->put && !box->key_valid[keyed % BLACKBOX_RING])

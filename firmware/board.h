@@ -1,8 +1,9 @@
 /* The seam between the application and the board: everything the application needs of hardware.
  *
- * firmware/f407/ implements it with the STM32F407's registers; tests link a fake. The application above it has no
- * registers and no clock: time is the block it is given. None of the calls waits without a bound, and none but the notes is
- * called from an interrupt. Faults met on the way are counted with health_count (health.h). */
+ * firmware/f407/ implements it with the STM32F407's registers; tests link a fake. The application
+ * above it has no registers and no clock: time is the block it is given. None of the calls waits
+ * without a bound, and none but the notes is called from an interrupt. Faults met on the way are
+ * counted with health_count (health.h). */
 #ifndef MATRIG_FIRMWARE_BOARD_H
 #define MATRIG_FIRMWARE_BOARD_H
 
@@ -15,7 +16,8 @@
 
 enum board_clock_source {
     BOARD_CLOCK_CRYSTAL = MR_CLOCK_CRYSTAL, /* HSE and PLL, 168 MHz */
-    BOARD_CLOCK_INTERNAL = MR_CLOCK_INTERNAL_PLL, /* HSI and PLL, 168 MHz within 1 %: CAN stays silent */
+    /* HSI and PLL, 168 MHz within 1 %: CAN stays silent */
+    BOARD_CLOCK_INTERNAL = MR_CLOCK_INTERNAL_PLL,
     BOARD_CLOCK_RAW = MR_CLOCK_INTERNAL, /* HSI alone, 16 MHz: nothing is measured */
 };
 
@@ -40,22 +42,23 @@ struct board_can_errors {
     uint8_t last_error; /* LEC, as in the message can_alarm */
     bool passive;
     bool bus_off;
-    bool missing;       /* the controller did not start */
-    bool pending;       /* a frame waits to be sent */
-    uint32_t passed;    /* frames that went out */
-    uint32_t removed;   /* frames that were queued and never went: board_can_clear */
+    bool missing;     /* the controller did not start */
+    bool pending;     /* a frame waits to be sent */
+    uint32_t passed;  /* frames that went out */
+    uint32_t removed; /* frames that were queued and never went: board_can_clear */
 };
 
 /* What went before this start. */
 struct board_restart {
-    uint8_t restarts;      /* by watchdog or processor fault, since power on */
-    uint8_t in_row;        /* of them, without ten good seconds in between */
-    bool quiet;            /* too many: no scans and no black box, the warning output warns */
-    uint8_t brown_out;     /* level of the option bytes, as in the message restarts */
-    uint8_t late_task;     /* that let the watchdog pass; 0: none */
+    uint8_t restarts;  /* by watchdog or processor fault, since power on */
+    uint8_t in_row;    /* of them, without ten good seconds in between */
+    bool quiet;        /* too many: no scans and no black box, the warning output warns */
+    uint8_t brown_out; /* level of the option bytes, as in the message restarts */
+    uint8_t late_task; /* that let the watchdog pass; 0: none */
     uint32_t late_pc;
-    const uint32_t *crash; /* MR_CRASH_ITEMS words that a processor fault left; NULL: none since power on */
-    uint16_t crash_age;    /* restarts since its own */
+    /* MR_CRASH_ITEMS words that a processor fault left; NULL: none since power on */
+    const uint32_t *crash;
+    uint16_t crash_age; /* restarts since its own */
 };
 
 /* What is watched in the background. */
@@ -75,25 +78,30 @@ void board_identify(struct board_identity *identity);
 bool board_block_take(struct mr_block *block);
 /* Blocks that are ready and wait to be taken. */
 unsigned board_blocks_waiting(void);
-/* Captured switch edges that happened at or before `until_tick` (TIM2, modulo 2^32), oldest first. Returns how many. */
+/* Captured switch edges that happened at or before `until_tick` (TIM2, modulo 2^32), oldest first.
+ * Returns how many. */
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 
 /* Capture the camera's frame pulses, or no longer. */
 void board_frames_capture(bool on);
-/* Captured frame pulses that happened at or before `until_tick`, oldest first; their filter's delay is taken off. */
+/* Captured frame pulses that happened at or before `until_tick`, oldest first; their filter's delay
+ * is taken off. */
 size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 /* Level of the camera's trigger output. Returns TIM2 at the moment it was set. */
 uint32_t board_camera(bool high);
 
-/* Queue one frame; false when the queue is full or the link is down (the caller counts the drop). */
+/* Queue one frame; false when the queue is full or the link is down (the caller counts the
+ * drop). */
 bool board_can_send(const struct board_can_frame *frame);
 bool board_can_receive(struct board_can_frame *frame);
-/* TIM2 when the last sync frame had left, end of frame acknowledged, if that was the one whose message says `block`; false: it
- * has not left. Late by what delays the interrupt: below 30 us. */
+/* TIM2 when the last sync frame had left, end of frame acknowledged, if that was the one whose
+ * message says `block`; false: it has not left. Late by what delays the interrupt: below 30 us. */
 bool board_can_sync_tick(uint32_t block, uint32_t *tick);
-/* Drop what waits, the controller's mailboxes included; a frame on the wire ends first: `pending` says when all are gone. */
+/* Drop what waits, the controller's mailboxes included; a frame on the wire ends first: `pending`
+ * says when all are gone. */
 void board_can_clear(void);
-/* The way out of bus-off: begin, and a tick later go on. The controller then waits for 128 times 11 recessive bits by itself. */
+/* The way out of bus-off: begin, and a tick later go on. The controller then waits for 128 times 11
+ * recessive bits by itself. */
 void board_can_rejoin(bool begin);
 void board_can_state(struct board_can_errors *errors);
 /* Queue `length` bytes, all or none. */
@@ -113,26 +121,30 @@ void board_enter_rom(void);
 /* Restart. Does not return on the board. */
 void board_reset(void);
 void board_restarted(struct board_restart *restart);
-/* For the time after the watchdog's reset: which task was late, and where; 0: it has come round. From an interrupt. */
+/* For the time after the watchdog's reset: which task was late, and where; 0: it has come round.
+ * From an interrupt. */
 void board_note_late(uint8_t task, uint32_t pc);
 /* Ten good seconds: the next restart is the first of a row. From an interrupt. */
 void board_note_good(void);
 
-/* Test the next piece of RAM and check the next of flash: 15 us, interrupts masked for less than 1 us at a time. What fails is
- * counted. */
+/* Test the next piece of RAM and check the next of flash: 15 us, interrupts masked for less than 1
+ * us at a time. What fails is counted. */
 void board_upkeep(void);
 /* Begin both at their beginning. */
 void board_upkeep_restart(void);
 void board_upkeep_state(struct board_upkeep *upkeep);
-/* Is flash, read now, the image that was built: vectors, header and program? Some 5 ms. False: it has no header that says. */
+/* Is flash, read now, the image that was built: vectors, header and program? Some 5 ms. False: it
+ * has no header that says. */
 bool board_image_check(bool *good);
 
-/* Sleep until the next interrupt. Returns true when a supervision tick (10 ms) has passed since the last call. */
+/* Sleep until the next interrupt. Returns true when a supervision tick (10 ms) has passed since the
+ * last call. */
 bool board_sleep(void);
 /* Time awake since the last call, in 1/1000. */
 uint16_t board_load_permille(void);
-/* Begin the scans, of the channels whose bits are set (staircase and reference always), or begin them again with others: blocks keep
- * their index and tick, one or two are missing. Bounded to about 2 ms. */
+/* Begin the scans, of the channels whose bits are set (staircase and reference always), or begin
+ * them again with others: blocks keep their index and tick, one or two are missing. Bounded to
+ * about 2 ms. */
 void board_scans_configure(uint32_t fitted);
 /* Begin the scans again after a stall; likewise. */
 void board_scans_restart(void);

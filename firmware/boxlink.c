@@ -23,15 +23,16 @@ enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct t
             *link = (struct boxlink){.listing = true};
         return status == MR_WAIT ? MR_WAIT : MR_OK;
     case MR_COMMAND_BOX_READ:
-        return blackbox_read(box, (uint16_t)(argument >> PAGE_BITS), argument & ((1u << PAGE_BITS) - 1u));
+        return blackbox_read(box, (uint16_t)(argument >> PAGE_BITS),
+                             argument & ((1u << PAGE_BITS) - 1u));
     case MR_COMMAND_BOX_FREE:
         return argument > UINT16_MAX ? MR_USAGE : blackbox_free(box, (uint16_t)argument);
-    default:
-        return MR_UNKNOWN;
+    default: return MR_UNKNOWN;
     }
 }
 
-void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing, const float *slack_in)
+void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
+                 const float *slack_in)
 {
     const struct board_identity *identity = &telemetry->identity;
     struct mr_boxpage_start start = {
@@ -55,9 +56,11 @@ void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry)
     unsigned records = 0;
     for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
         records += blackbox_record(box, i) != NULL;
-    TELL(telemetry, TO_LINKS, box_state, BOX_STATE, .state = (uint8_t)box->state, .records = (uint8_t)records,
-         .ready = (uint16_t)box->ready, .wait_s = blackbox_wait_s(box), .reserve = BLACKBOX_RESERVE);
-    TELL(telemetry, TO_LINKS, box_space, BOX_SPACE, .sectors = NOR_SECTORS, .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
+    TELL(telemetry, TO_LINKS, box_state, BOX_STATE, .state = (uint8_t)box->state,
+         .records = (uint8_t)records, .ready = (uint16_t)box->ready, .wait_s = blackbox_wait_s(box),
+         .reserve = BLACKBOX_RESERVE);
+    TELL(telemetry, TO_LINKS, box_space, BOX_SPACE, .sectors = NOR_SECTORS,
+         .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
          .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR));
 }
 
@@ -75,10 +78,12 @@ static void list(struct boxlink *link, const struct blackbox *box, struct teleme
     struct mr_box_record message = {0};
     struct mr_box_span span = {0};
     if (record) {
-        message = (struct mr_box_record){.record = record->record, .landing = record->landing,
+        message = (struct mr_box_record){.record = record->record,
+                                         .landing = record->landing,
                                          .pages = at_most_u16(record->next_seq - record->first_seq),
                                          .complete = record->complete};
-        span = (struct mr_box_span){.first_block = record->first_block, .blocks = at_most_u16(record->blocks),
+        span = (struct mr_box_span){.first_block = record->first_block,
+                                    .blocks = at_most_u16(record->blocks),
                                     .lost = at_most_u16(record->lost)};
     }
     TELL_THIS(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
@@ -104,8 +109,8 @@ static void read_out(struct blackbox *box, struct telemetry *telemetry)
     }
 }
 
-void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
-                   const struct mr_block *block, bool was_armed)
+void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
+                   const struct landing *landing, const struct mr_block *block, bool was_armed)
 {
     blackbox_block(box, block);
     if (was_armed && landing->state == LANDING_LANDING)

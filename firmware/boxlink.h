@@ -14,10 +14,12 @@ struct boxlink {
 enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                             const struct mr_command *command);
 /* A landing was armed: the box is given what is known of it. */
-void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing, const float *slack_in);
+void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
+                 const float *slack_in);
 void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry);
-/* What a block brings: the block itself, the landing's beginning and end, and what is to be said or read out. */
-void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
-                   const struct mr_block *block, bool was_armed);
+/* What a block brings: the block itself, the landing's beginning and end, and what is to be said or
+ * read out. */
+void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
+                   const struct landing *landing, const struct mr_block *block, bool was_armed);
 
 #endif

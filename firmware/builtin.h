@@ -1,5 +1,6 @@
-/* What is built in: the rig that a new board measures with, until somebody gives it a configuration. One constant or list for each thing that
- * another rig has otherwise. The lists call X once for each sensor that is fitted.
+/* What is built in: the rig that a new board measures with, until somebody gives it a
+ * configuration. One constant or list for each thing that another rig has otherwise. The lists call
+ * X once for each sensor that is fitted.
  *
  * Images of other rigs, for tests, are this one with some of it defined anew: tests/variant. */
 #ifndef MATRIG_FIRMWARE_BUILTIN_H
@@ -9,17 +10,22 @@
 #define BUILTIN_TRANSDUCER_V_PER_IN 0.5f
 
 /* X(number, station_ft) */
-#define BUILTIN_TRANSDUCERS(X)                                                                                            \
-    X(1, 40.0f) X(2, 50.0f) X(3, 60.0f) X(4, 70.0f) X(5, 80.0f) X(6, 90.0f) X(7, 100.0f) X(8, 110.0f)
+/* clang-format off */
+#define BUILTIN_TRANSDUCERS(X)                          \
+    X(1, 40.0f) X(2, 50.0f) X(3, 60.0f) X(4, 70.0f)     \
+    X(5, 80.0f) X(6, 90.0f) X(7, 100.0f) X(8, 110.0f)
 
 /* X(number, band, station_ft) */
-#define BUILTIN_GAGES(X)                                                                                                  \
-    X(1, 1, 15.0f) X(2, 1, 30.0f) X(3, 1, 45.0f) X(4, 1, 55.0f) X(5, 1, 65.0f) X(6, 1, 75.0f) X(7, 1, 85.0f)              \
-    X(8, 2, 15.0f) X(9, 2, 30.0f) X(10, 2, 45.0f) X(11, 2, 55.0f) X(12, 2, 65.0f) X(13, 2, 75.0f) X(14, 2, 85.0f)
+#define BUILTIN_GAGES(X)                                                       \
+    X(1, 1, 15.0f) X(2, 1, 30.0f) X(3, 1, 45.0f) X(4, 1, 55.0f)                \
+    X(5, 1, 65.0f) X(6, 1, 75.0f) X(7, 1, 85.0f)                               \
+    X(8, 2, 15.0f) X(9, 2, 30.0f) X(10, 2, 45.0f) X(11, 2, 55.0f)              \
+    X(12, 2, 65.0f) X(13, 2, 75.0f) X(14, 2, 85.0f)
+/* clang-format on */
 
-#define BUILTIN_BLACK_BOX 1
-#define BUILTIN_CAMERA 0
-#define BUILTIN_PREDICTOR 1
+#define BUILTIN_BLACK_BOX         1
+#define BUILTIN_CAMERA            0
+#define BUILTIN_PREDICTOR         1
 #define BUILTIN_UPDATES_PER_BLOCK MR_PREDICTOR_UPDATES_PER_BLOCK
 
 #endif

@@ -9,15 +9,21 @@
 #include "firmware/zero.h"
 
 #define ZERO_MOVES_IN 0.004f
-#define MOVES_LB 0.75f
-#define ZERO_FAR_LB 30.0f
-#define SPAN_OFF 0.01f  /* of what it should be; and three standard errors */
-#define SURE 3.0f
-#define HALF (CALIBRATE_BLOCKS / 2u)
+#define MOVES_LB      0.75f
+#define ZERO_FAR_LB   30.0f
+#define SPAN_OFF      0.01f /* of what it should be; and three standard errors */
+#define SURE          3.0f
+#define HALF          (CALIBRATE_BLOCKS / 2u)
 
 enum { PHASE_REST, PHASE_ON, PHASE_REST_AGAIN, PHASE_TELL };
-enum verdict { GOOD = MR_ZERO_GOOD, NOT_VALID = MR_ZERO_NOT_VALID, MOVES = MR_ZERO_MOVES, WRONG = MR_ZERO_TOO_FAR };
-_Static_assert(GOOD == (int)MR_SHUNT_GOOD && NOT_VALID == (int)MR_SHUNT_NOT_VALID && MOVES == (int)MR_SHUNT_MOVED && WRONG == (int)MR_SHUNT_WRONG,
+enum verdict {
+    GOOD = MR_ZERO_GOOD,
+    NOT_VALID = MR_ZERO_NOT_VALID,
+    MOVES = MR_ZERO_MOVES,
+    WRONG = MR_ZERO_TOO_FAR
+};
+_Static_assert(GOOD == (int)MR_SHUNT_GOOD && NOT_VALID == (int)MR_SHUNT_NOT_VALID &&
+                   MOVES == (int)MR_SHUNT_MOVED && WRONG == (int)MR_SHUNT_WRONG,
                "zero and shunt calibration share their verdicts");
 
 bool calibrate_busy(const struct calibrate *calibrate)
@@ -33,9 +39,11 @@ void calibrate_start(struct calibrate *calibrate)
     board_shunt(false);
 }
 
-static void answer(struct telemetry *telemetry, const struct calibrate *calibrate, enum mr_status status, uint32_t block)
+static void answer(struct telemetry *telemetry, const struct calibrate *calibrate,
+                   enum mr_status status, uint32_t block)
 {
-    TELL(telemetry, TO_RECORD, ack, ACK, .code = calibrate->command, .status = (int8_t)status, .tag = calibrate->tag, .block = block);
+    TELL(telemetry, TO_RECORD, ack, ACK, .code = calibrate->command, .status = (int8_t)status,
+         .tag = calibrate->tag, .block = block);
 }
 
 /* ---- which channels ---- */
@@ -50,17 +58,21 @@ static bool takes_part(const struct calibrate *calibrate, unsigned channel)
 {
     unsigned kind = config.channel[channel].kind;
     if (calibrate->command == MR_COMMAND_SHUNT)
-        return channel >= MR_TRANSDUCERS && channel < MR_TRANSDUCERS + MR_GAGES && has_shunt(channel - MR_TRANSDUCERS);
-    return (kind == MR_KIND_DISPLACEMENT && calibrate->what != 2) || (kind == MR_KIND_TENSION && calibrate->what != 1);
+        return channel >= MR_TRANSDUCERS && channel < MR_TRANSDUCERS + MR_GAGES &&
+               has_shunt(channel - MR_TRANSDUCERS);
+    return (kind == MR_KIND_DISPLACEMENT && calibrate->what != 2) ||
+           (kind == MR_KIND_TENSION && calibrate->what != 1);
 }
 
 /* ---- means of a phase ---- */
 
-/* The code that the zero stands against in common/channels.h: without the ratio there, so without it here. */
+/* The code that the zero stands against in common/channels.h: without the ratio there, so without
+ * it here. */
 static float code_of(const struct mr_block *block, unsigned channel)
 {
-    float sum = channel < MR_TRANSDUCERS ? (float)block->plus[channel] - (float)block->minus[channel]
-                                         : (float)block->sum[channel - MR_TRANSDUCERS];
+    float sum = channel < MR_TRANSDUCERS
+                  ? (float)block->plus[channel] - (float)block->minus[channel]
+                  : (float)block->sum[channel - MR_TRANSDUCERS];
     return sum / (float)MR_SCANS_PER_BLOCK;
 }
 
@@ -76,7 +88,8 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
             calibrate->bad |= 1u << c;
             continue;
         }
-        float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value : code_of(block, c) * ratio;
+        float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value
+                                                             : code_of(block, c) * ratio;
         if (calibrate->count == 0)
             *mean = (struct calibrate_mean){.origin = value};
         value -= mean->origin;
@@ -102,7 +115,8 @@ static float deviation_of(const struct calibrate_mean *mean)
 /* Standard deviation, or how far the halves are apart, whichever is more. */
 static float spread_of(const struct calibrate_mean *mean)
 {
-    float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half) / (float)HALF, deviation = deviation_of(mean);
+    float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half) / (float)HALF,
+          deviation = deviation_of(mean);
     return apart > deviation ? apart : deviation;
 }
 
@@ -118,10 +132,13 @@ static enum verdict judge_zero(const struct calibrate *calibrate, unsigned c)
         return NOT_VALID;
     if (!(spread_of(mean) * unit <= (tension ? MOVES_LB : ZERO_MOVES_IN)))
         return MOVES;
-    return tension && __builtin_fabsf(mean_of(mean) - zero_configured(c)) * unit > ZERO_FAR_LB ? WRONG : GOOD;
+    return tension && __builtin_fabsf(mean_of(mean) - zero_configured(c)) * unit > ZERO_FAR_LB
+             ? WRONG
+             : GOOD;
 }
 
-static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing, uint32_t block)
+static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
+                     const struct landing *landing, uint32_t block)
 {
     bool good = true;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -129,8 +146,10 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, c
             continue;
         enum verdict verdict = judge_zero(calibrate, c);
         bool valid = verdict != NOT_VALID;
-        struct mr_zero_result result = {.index = (uint8_t)c, .verdict = (uint8_t)verdict,
-                                        .spread_codes = valid ? spread_of(&calibrate->mean[c]) : MR_NAN,
+        struct mr_zero_result result = {.index = (uint8_t)c,
+                                        .verdict = (uint8_t)verdict,
+                                        .spread_codes = valid ? spread_of(&calibrate->mean[c])
+                                                              : MR_NAN,
                                         .zero_code = valid ? mean_of(&calibrate->mean[c]) : MR_NAN};
         TELL_THIS(telemetry, TO_LINKS, zero_result, ZERO_RESULT, &result);
         good &= verdict == GOOD;
@@ -188,8 +207,8 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* Noise of a mean over 256 blocks against one over 512. What the calibration says of the gain's error does not excuse it: the
- * shunt is there to tell. */
+/* Noise of a mean over 256 blocks against one over 512. What the calibration says of the gain's
+ * error does not excuse it: the shunt is there to tell. */
 static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];
@@ -200,7 +219,10 @@ static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, fl
         return NOT_VALID;
     if (calibrate->moved >> g & 1u)
         return MOVES;
-    return __builtin_fabsf(span_lb - channel->shunt_lb) > (error_lb > allowed_lb ? error_lb : allowed_lb) ? WRONG : GOOD;
+    return __builtin_fabsf(span_lb - channel->shunt_lb) >
+                   (error_lb > allowed_lb ? error_lb : allowed_lb)
+             ? WRONG
+             : GOOD;
 }
 
 static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
@@ -210,11 +232,15 @@ static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, 
     bool known = verdict == GOOD || verdict == WRONG;
     if (verdict == NOT_VALID)
         span_lb = MR_NAN;
-    struct mr_shunt_result result = {.gage = (uint8_t)(g + 1), .verdict = (uint8_t)verdict, .noise_lb = calibrate->noise_lb[g],
+    struct mr_shunt_result result = {.gage = (uint8_t)(g + 1),
+                                     .verdict = (uint8_t)verdict,
+                                     .noise_lb = calibrate->noise_lb[g],
                                      .span_lb = span_lb};
-    struct mr_shunt_check check = {.gage = (uint8_t)(g + 1), .expected_lb = config.channel[MR_TRANSDUCERS + g].shunt_lb,
-                                   .change_lb = known ? span_lb - calibrate->last_span_lb[g] : MR_NAN,
-                                   .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
+    struct mr_shunt_check check = {
+        .gage = (uint8_t)(g + 1),
+        .expected_lb = config.channel[MR_TRANSDUCERS + g].shunt_lb,
+        .change_lb = known ? span_lb - calibrate->last_span_lb[g] : MR_NAN,
+        .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
     TELL_THIS(telemetry, TO_LINKS, shunt_result, SHUNT_RESULT, &result);
     TELL_THIS(telemetry, TO_LINKS, shunt_check, SHUNT_CHECK, &check);
     calibrate->failed |= verdict != GOOD;
@@ -224,9 +250,11 @@ static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, 
     }
 }
 
-static void tell_begun(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing)
+static void tell_begun(struct calibrate *calibrate, struct telemetry *telemetry,
+                       const struct landing *landing)
 {
-    TELL(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number, .landing = landing->number, .block = calibrate->began_block);
+    TELL(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number,
+         .landing = landing->number, .block = calibrate->began_block);
 }
 
 /* One gage a block: no burst. */
@@ -243,7 +271,8 @@ static void tell_next(struct calibrate *calibrate, struct telemetry *telemetry, 
     calibrate->command = 0;
 }
 
-static void go_on(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing, uint32_t block)
+static void go_on(struct calibrate *calibrate, struct telemetry *telemetry,
+                  const struct landing *landing, uint32_t block)
 {
     if (calibrate->command == MR_COMMAND_ZERO) {
         end_zero(calibrate, telemetry, landing, block);
@@ -260,8 +289,9 @@ static void go_on(struct calibrate *calibrate, struct telemetry *telemetry, cons
 
 /* ---- commands and blocks ---- */
 
-enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing,
-                               const struct mr_command *command, uint32_t block)
+enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *telemetry,
+                               const struct landing *landing, const struct mr_command *command,
+                               uint32_t block)
 {
     if (landing_recording(landing) || calibrate_busy(calibrate))
         return MR_NOT_NOW;
@@ -284,8 +314,8 @@ enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *te
     return MR_OK;
 }
 
-void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing,
-                     const struct mr_block *block)
+void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry,
+                     const struct landing *landing, const struct mr_block *block)
 {
     if (!calibrate_busy(calibrate))
         return;

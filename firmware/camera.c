@@ -3,9 +3,9 @@
 #include "firmware/config.h"
 #include "firmware/health.h"
 
-#define LEAST_TICKS MR_TICKS_PER_BLOCK /* between two frames: a millisecond */
-#define LATELY_BLOCKS 1000u /* ticks compare within 25 s */
-#define TOO_FAST 2u                    /* detail of the fault */
+#define LEAST_TICKS   MR_TICKS_PER_BLOCK /* between two frames: a millisecond */
+#define LATELY_BLOCKS 1000u              /* ticks compare within 25 s */
+#define TOO_FAST      2u                 /* detail of the fault */
 
 enum mr_status camera_command(struct camera *camera)
 {
@@ -24,12 +24,14 @@ void camera_arm(struct camera *camera)
         camera->due = CAMERA_BY_ARMING;
 }
 
-static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index, uint32_t until_tick, bool recording)
+static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
+                        uint32_t until_tick, bool recording)
 {
     uint32_t ticks[CAMERA_FRAMES];
     size_t count = board_frames_take(until_tick, ticks, CAMERA_FRAMES);
     for (size_t i = 0; i < count && recording; i++) {
-        /* Captures that ran over each other come in any order; one from before the last is noise too. */
+        /* Captures that ran over each other come in any order; one from before the last is noise
+         * too. */
         if (camera->frame_known && index - camera->frame_block < LATELY_BLOCKS &&
             (int32_t)(ticks[i] - camera->frame_tick) < (int32_t)LEAST_TICKS) {
             health_count(MR_FAULT_EDGE_OVERRUN, TOO_FAST);
@@ -39,7 +41,8 @@ static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint
         camera->frame_tick = ticks[i];
         camera->frame_block = index;
         camera->frames++;
-        TELL(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = camera->frames, .tick = ticks[i], .block16 = (uint16_t)index);
+        TELL(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = camera->frames,
+             .tick = ticks[i], .block16 = (uint16_t)index);
     }
 }
 
@@ -47,20 +50,22 @@ static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint
 static bool at_station(const struct landing *landing, uint32_t tick)
 {
     return landing->state == LANDING_LANDING &&
-           landing_wheel_at(landing, tick + MR_TICKS_PER_BLOCK).station_ft >= config.site[0].camera_station_ft;
+           landing_wheel_at(landing, tick + MR_TICKS_PER_BLOCK).station_ft >=
+               config.site[0].camera_station_ft;
 }
 
 static void trigger(struct camera *camera, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t tick = board_camera(true);
-    TELL(telemetry, TO_RECORD, camera, CAMERA, .tick = tick, .cause = (uint8_t)camera->due, .block16 = (uint16_t)index);
+    TELL(telemetry, TO_RECORD, camera, CAMERA, .tick = tick, .cause = (uint8_t)camera->due,
+         .block16 = (uint16_t)index);
     camera->due = CAMERA_BY_NOTHING;
     camera->high = true;
     camera->high_block = index;
 }
 
-void camera_block(struct camera *camera, struct telemetry *telemetry, const struct landing *landing, uint32_t index,
-                  uint32_t tick, uint32_t until_tick)
+void camera_block(struct camera *camera, struct telemetry *telemetry, const struct landing *landing,
+                  uint32_t index, uint32_t tick, uint32_t until_tick)
 {
     bool fitted = config.site[0].camera != 0;
     if (fitted != camera->fitted) {

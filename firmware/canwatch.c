@@ -3,8 +3,8 @@
 #include <string.h>
 
 #define LEC_NO_ACKNOWLEDGE 3u
-#define WARNING_COUNT 96u
-#define OUTAGE_TICKS_MAX 65534u
+#define WARNING_COUNT      96u
+#define OUTAGE_TICKS_MAX   65534u
 
 static void count(uint16_t *counter, uint32_t more)
 {
@@ -29,10 +29,12 @@ static enum mr_can_state state_of(const struct canwatch *watch)
     if (stalled && watch->state == MR_CAN_OFF)
         return MR_CAN_OFF; /* until something passes: it comes and goes on a shorted bus */
     if (stalled)
-        return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED : MR_CAN_STUCK;
+        return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED
+                                                                           : MR_CAN_STUCK;
     if (errors->passive)
         return MR_CAN_PASSIVE;
-    return errors->tec >= WARNING_COUNT || errors->rec >= WARNING_COUNT ? MR_CAN_WARNING : MR_CAN_GOOD;
+    return errors->tec >= WARNING_COUNT || errors->rec >= WARNING_COUNT ? MR_CAN_WARNING
+                                                                        : MR_CAN_GOOD;
 }
 
 static bool is_outage(enum mr_can_state state)
@@ -127,7 +129,10 @@ void canwatch_full(struct canwatch *watch)
 
 struct mr_can_alarm canwatch_alarm(const struct canwatch *watch)
 {
-    return (struct mr_can_alarm){.state = (uint8_t)watch->state, .last_error = watch->errors.last_error, .tec = watch->errors.tec,
-                                 .rec = watch->errors.rec, .outages = watch->outages,
+    return (struct mr_can_alarm){.state = (uint8_t)watch->state,
+                                 .last_error = watch->errors.last_error,
+                                 .tec = watch->errors.tec,
+                                 .rec = watch->errors.rec,
+                                 .outages = watch->outages,
                                  .outage_s = (float)watch->outage_ticks / 100.0f};
 }

@@ -1,13 +1,16 @@
-/* Watches the CAN link every 10 ms: what state it is in, and what happens to frames while nothing passes.
+/* Watches the CAN link every 10 ms: what state it is in, and what happens to frames while nothing
+ * passes.
  *
- * Nothing passes when a frame waits and none has gone out for 20 ms. A cable that is unplugged is told apart from other troubles by
- * its error: nobody acknowledges, TEC stands at 128, and bus-off never comes (ISO 11898-1, fault confinement, exception 1). Frames
- * wait for 100 ms: a connector that bounces loses nothing. After that they would be stale, for serial and the black box have them:
- * what waits is dropped and counted, what is new too, and one frame, the alarm, is left to the controller, which repeats it until
- * somebody acknowledges it. When it has passed frames are taken again, and the first says how long the outage was.
+ * Nothing passes when a frame waits and none has gone out for 20 ms. A cable that is unplugged is
+ * told apart from other troubles by its error: nobody acknowledges, TEC stands at 128, and bus-off
+ * never comes (ISO 11898-1, fault confinement, exception 1). Frames wait for 100 ms: a connector
+ * that bounces loses nothing. After that they would be stale, for serial and the black box have
+ * them: what waits is dropped and counted, what is new too, and one frame, the alarm, is left to
+ * the controller, which repeats it until somebody acknowledges it. When it has passed frames are
+ * taken again, and the first says how long the outage was.
  *
- * Bus-off is left ten times a second at most: a board that is broken, or on a shorted bus, then disturbs it for a hundredth of the
- * time. Pure but for the calls of board.h. */
+ * Bus-off is left ten times a second at most: a board that is broken, or on a shorted bus, then
+ * disturbs it for a hundredth of the time. Pure but for the calls of board.h. */
 #ifndef MATRIG_FIRMWARE_CANWATCH_H
 #define MATRIG_FIRMWARE_CANWATCH_H
 
@@ -16,7 +19,7 @@
 #include "firmware/board.h"
 
 #define CANWATCH_OUTAGE_TICKS 2u
-#define CANWATCH_STALE_TICKS 10u
+#define CANWATCH_STALE_TICKS  10u
 #define CANWATCH_REJOIN_TICKS 10u
 
 enum canwatch_phase { CANWATCH_UP, CANWATCH_CLEARING, CANWATCH_PROBING };
@@ -31,8 +34,8 @@ struct canwatch {
     unsigned rejoin_ticks;  /* until bus-off may be left again */
     bool rejoining;
     uint16_t outages;
-    uint32_t outage_ticks;  /* of the one that goes on, or of the last */
-    uint32_t removed;       /* frames that were queued, and dropped */
+    uint32_t outage_ticks; /* of the one that goes on, or of the last */
+    uint32_t removed;      /* frames that were queued, and dropped */
     struct mr_can_drops drops;
 };
 

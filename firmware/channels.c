@@ -9,7 +9,7 @@
 #include "firmware/health.h"
 #include "firmware/schedule.h"
 
-#define BLOCKS_PER_H 3600000.0f
+#define BLOCKS_PER_H  3600000.0f
 #define QUALITY_ROUND 1000u /* blocks in which each channel has its turn */
 _Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCHED, "a turn for each channel");
 
@@ -31,26 +31,28 @@ void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index)
     }
 }
 
-float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel, float ratio)
+float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel,
+                    float ratio)
 {
     struct mr_reading reading = mr_channel_read(&config.channel[channel], block, channel, ratio);
     mr_watch_reading(&channels->watch, &config.channel[channel], channel, block->index, &reading);
     return reading.value;
 }
 
-static void tell_change(struct channels *channels, struct telemetry *telemetry, unsigned c, uint32_t index)
+static void tell_change(struct channels *channels, struct telemetry *telemetry, unsigned c,
+                        uint32_t index)
 {
     struct mr_watch_news news;
     if (!mr_watch_take(&channels->watch, c, index, &news))
         return;
     if (news.validity != MR_VALID)
         health_count(MR_FAULT_CHANNEL, (uint8_t)c);
-    TELL(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c, .validity = news.validity,
-         .code = channels->watch.channel[c].code, .block = news.block);
+    TELL(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c,
+         .validity = news.validity, .code = channels->watch.channel[c].code, .block = news.block);
 }
 
-static void tell_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c, uint32_t index, float value,
-                         float baseline)
+static void tell_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c,
+                         uint32_t index, float value, float baseline)
 {
     const struct mr_channel_config *channel = &config.channel[c];
     const struct mr_watch_channel *watched = &channels->watch.channel[c];
@@ -66,12 +68,14 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
     };
     float unit = __builtin_fabsf(channel->unit_per_code);
-    TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c, .validity = watched->told,
-         .noise_codes = c_now.noise / unit, .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
+    TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c,
+         .validity = watched->told, .noise_codes = c_now.noise / unit,
+         .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
 }
 
-void channels_tell(struct channels *channels, struct telemetry *telemetry, const struct landing *landing, uint32_t index,
-                   const float *displacement_in, const float *baseline_in, const float *tension_lb)
+void channels_tell(struct channels *channels, struct telemetry *telemetry,
+                   const struct landing *landing, uint32_t index, const float *displacement_in,
+                   const float *baseline_in, const float *tension_lb)
 {
     struct mr_watch *watch = &channels->watch;
     for (unsigned c = 0; watch->changed && c < MR_WATCHED; c++)
@@ -82,6 +86,7 @@ void channels_tell(struct channels *channels, struct telemetry *telemetry, const
     if (!watch->recording || !DUE(QUALITY, index) || c >= MR_WATCHED)
         return;
     bool moves = c < MR_TRANSDUCERS;
-    tell_quality(channels, telemetry, c, index, moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
+    tell_quality(channels, telemetry, c, index,
+                 moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
                  moves ? baseline_in[c] : MR_NAN);
 }

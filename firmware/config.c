@@ -4,43 +4,60 @@
 #include "common/predictor.h"
 #include "firmware/builtin.h"
 
-/* Transducers: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in. Their mechanical zero is set at 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
-#define IN_PER_CODE (3.3f / 4096.0f / BUILTIN_TRANSDUCER_V_PER_IN)
+/* Transducers: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in. Their mechanical zero is set at
+ * 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
+#define IN_PER_CODE            (3.3f / 4096.0f / BUILTIN_TRANSDUCER_V_PER_IN)
 #define DISPLACEMENT_ZERO_CODE (0.050f * 4096.0f / 3.3f)
 
 /* With all switches closed the staircase gives 0.050 V. */
 #define STAIRCASE_ZERO_CODE (0.050f * 4096.0f / 3.3f)
 
 /* Bridges through their amplifiers: 0.400 V at no tension, 5 mV/lb. */
-#define LB_PER_CODE (3.3f / 4096.0f / 0.005f)
+#define LB_PER_CODE       (3.3f / 4096.0f / 0.005f)
 #define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
 
 /* Errors and limits of sensors that nobody has calibrated yet: a calibration sheet replaces them.
- * Electrolytic transducer of 3 in travel, read better than 0.5 % (uniform: 0.5 % over the root of 3); its zero is set by hand to
- * 0.01 in; linear to 0.1 % of its travel; conductivity moves the zero with temperature, 0.002 in an hour. The mat under a braking
- * wheel moves at some 5 in/s in the standard series, 100 in/s is twenty times that.
- * Bridge: gage factor to 0.5 %, amplifier's zero to 1 lb and 0.5 lb an hour, linear to 0.1 lb; its output ends at 0 V, -80 lb, and
- * 3.3 V, 580 lb. Band tension rises within some 50 ms: 20000 lb/s is a hundred times what was seen there.
+ * Electrolytic transducer of 3 in travel, read better than 0.5 % (uniform: 0.5 % over the root of
+ * 3); its zero is set by hand to 0.01 in; linear to 0.1 % of its travel; conductivity moves the
+ * zero with temperature, 0.002 in an hour. The mat under a braking wheel moves at some 5 in/s in
+ * the standard series, 100 in/s is twenty times that. Bridge: gage factor to 0.5 %, amplifier's
+ * zero to 1 lb and 0.5 lb an hour, linear to 0.1 lb; its output ends at 0 V, -80 lb, and 3.3 V, 580
+ * lb. Band tension rises within some 50 ms: 20000 lb/s is a hundred times what was seen there.
  * Reference: 0.05 % (uniform). */
-#define TRANSDUCER_ERRORS                                                                                                 \
-    .gain_error = 0.0029f, .zero_error = 0.0058f, .linearity_error = 0.002f, .drift_error_per_h = 0.002f,                  \
-    .low = -0.5f, .high = 3.0f, .rate_limit_per_s = 100.0f
-#define BRIDGE_ERRORS                                                                                                     \
-    .gain_error = 0.0029f, .zero_error = 1.0f, .linearity_error = 0.1f, .drift_error_per_h = 0.5f,                         \
+#define TRANSDUCER_ERRORS                                                    \
+    .gain_error = 0.0029f, .zero_error = 0.0058f, .linearity_error = 0.002f, \
+    .drift_error_per_h = 0.002f, .low = -0.5f, .high = 3.0f, .rate_limit_per_s = 100.0f
+#define BRIDGE_ERRORS                                                                              \
+    .gain_error = 0.0029f, .zero_error = 1.0f, .linearity_error = 0.1f, .drift_error_per_h = 0.5f, \
     .low = -75.0f, .high = 575.0f, .rate_limit_per_s = 20000.0f
 #define REFERENCE_GAIN_ERROR 0.00029f
 
-#define TRANSDUCER(n, station)                                                                                            \
-    [(n) - 1] = {.kind = MR_KIND_DISPLACEMENT, .number = n, .station_ft = station, .unit_per_code = IN_PER_CODE,                       \
-     .zero_code = DISPLACEMENT_ZERO_CODE, TRANSDUCER_ERRORS},
+#define TRANSDUCER(n, station)                      \
+    [(n)-1] = {.kind = MR_KIND_DISPLACEMENT,        \
+               .number = n,                         \
+               .station_ft = station,               \
+               .unit_per_code = IN_PER_CODE,        \
+               .zero_code = DISPLACEMENT_ZERO_CODE, \
+               TRANSDUCER_ERRORS},
 /* The shunt of a bridge stands for 40 lb of tension. */
-#define GAGE(n, on_band, station)                                                                                         \
-    [MR_TRANSDUCERS + (n) - 1] = {.kind = MR_KIND_TENSION, .number = n, .band = on_band, .station_ft = station, .unit_per_code = LB_PER_CODE,           \
-     .zero_code = TENSION_ZERO_CODE, BRIDGE_ERRORS, .gage_factor = 2.0f, .shunt_lb = 40.0f},
+#define GAGE(n, on_band, station)                               \
+    [MR_TRANSDUCERS + (n)-1] = {.kind = MR_KIND_TENSION,        \
+                                .number = n,                    \
+                                .band = on_band,                \
+                                .station_ft = station,          \
+                                .unit_per_code = LB_PER_CODE,   \
+                                .zero_code = TENSION_ZERO_CODE, \
+                                BRIDGE_ERRORS,                  \
+                                .gage_factor = 2.0f,            \
+                                .shunt_lb = 40.0f},
 
-/* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge) and give its speed.
- * Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
-#define SWITCH(p) {-2.5f + 5.0f * (float)((p) - 1), 64 + 8 * (7 * ((p) - 1) % 24)}
+/* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge)
+ * and give its speed. Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along
+ * the runway differ by 56 codes or more. */
+#define SWITCH(p)                                                  \
+    {                                                              \
+        -2.5f + 5.0f * (float)((p)-1), 64 + 8 * (7 * ((p)-1) % 24) \
+    }
 
 struct mr_config config = {
     .site = {{
@@ -48,31 +65,42 @@ struct mr_config config = {
         .mats = 420,
         .mat_length_ft = MR_MAT_LENGTH_FT,
         .touchdown_ft = 3.0f,
-        .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
+        /* uniform within 0.02 in: half width over the root of 3 */
+        .switch_error_ft = 0.02f / 12.0f * 0.57735f,
         .wheel = MR_WHEEL_MAIN,
         .black_box = BUILTIN_BLACK_BOX,
         .camera = BUILTIN_CAMERA,
         .thermometer = 1,
         .camera_station_ft = __builtin_nanf(""),
     }},
-    .channel = {
-        BUILTIN_TRANSDUCERS(TRANSDUCER)
-        BUILTIN_GAGES(GAGE)
-        [MR_TRANSDUCERS + MR_ADC1_STAIRCASE] = {.kind = MR_KIND_STAIRCASE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .zero_code = STAIRCASE_ZERO_CODE},
-        [MR_TRANSDUCERS + MR_ADC1_REFERENCE] = {.kind = MR_KIND_REFERENCE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .gain_error = REFERENCE_GAIN_ERROR},
-    },
-    .gate = {
-        SWITCH(1), SWITCH(2), SWITCH(3), SWITCH(4), SWITCH(5), SWITCH(6),
-        SWITCH(7), SWITCH(8), SWITCH(9), SWITCH(10), SWITCH(11), SWITCH(12),
-        SWITCH(13), SWITCH(14), SWITCH(15), SWITCH(16), SWITCH(17), SWITCH(18),
-        SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
-    },
-    .band = { /* 3/8 x 0.020 in of mild steel yields at 33 ksi: 247 lb */
-        {.pretension_lb = 100.0f, .yield_lb = 240.0f},
-        {.pretension_lb = 100.0f, .yield_lb = 240.0f},
-    },
-    /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints as reproduce its movements (tests/runs/README.md);
-     * 1300 lb on twelve axles. Critical compression: w L / 2 h0 for an irregularity of 0.043 in. */
+    .channel =
+        {
+            BUILTIN_TRANSDUCERS(TRANSDUCER) BUILTIN_GAGES(
+                GAGE)[MR_TRANSDUCERS + MR_ADC1_STAIRCASE] = {.kind = MR_KIND_STAIRCASE,
+                                                             .station_ft = __builtin_nanf(""),
+                                                             .unit_per_code = 1.0f,
+                                                             .zero_code = STAIRCASE_ZERO_CODE},
+            [MR_TRANSDUCERS + MR_ADC1_REFERENCE] = {.kind = MR_KIND_REFERENCE,
+                                                    .station_ft = __builtin_nanf(""),
+                                                    .unit_per_code = 1.0f,
+                                                    .gain_error = REFERENCE_GAIN_ERROR},
+        },
+    .gate =
+        {
+            SWITCH(1),  SWITCH(2),  SWITCH(3),  SWITCH(4),  SWITCH(5),  SWITCH(6),
+            SWITCH(7),  SWITCH(8),  SWITCH(9),  SWITCH(10), SWITCH(11), SWITCH(12),
+            SWITCH(13), SWITCH(14), SWITCH(15), SWITCH(16), SWITCH(17), SWITCH(18),
+            SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
+        },
+    .band =
+        {
+            /* 3/8 x 0.020 in of mild steel yields at 33 ksi: 247 lb */
+            {.pretension_lb = 100.0f, .yield_lb = 240.0f},
+            {.pretension_lb = 100.0f, .yield_lb = 240.0f},
+        },
+    /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints as reproduce its
+     * movements (tests/runs/README.md); 1300 lb on twelve axles. Critical compression: w L / 2 h0
+     * for an irregularity of 0.043 in. */
     .predict = {{
         .fitted = BUILTIN_PREDICTOR,
         .updates_per_block = BUILTIN_UPDATES_PER_BLOCK,

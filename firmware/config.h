@@ -1,5 +1,5 @@
-/* The configuration in force: at reset what is built in, then what is stored (configstore.h); constant from arming to the end of
- * the landing. */
+/* The configuration in force: at reset what is built in, then what is stored (configstore.h);
+ * constant from arming to the end of the landing. */
 #ifndef MATRIG_FIRMWARE_CONFIG_H
 #define MATRIG_FIRMWARE_CONFIG_H
 

@@ -23,7 +23,9 @@ static uint32_t revision_of(unsigned copy)
 static uint8_t look_at_copy(unsigned copy)
 {
     const uint8_t *bytes = flash_copy(copy);
-    return mr_is_blank(bytes, MR_CONFIG_IMAGE) ? CONFIGSTORE_BLANK : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
+    return mr_is_blank(bytes, MR_CONFIG_IMAGE)
+             ? CONFIGSTORE_BLANK
+             : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
 }
 
 /* Takes a copy into force; false, and nothing changed, when it is not sound. */
@@ -60,15 +62,19 @@ void configstore_start(struct configstore *store)
     }
     if (store->source == CONFIGSTORE_BUILT_IN)
         store->crc = mr_config_encode(&config, store->image);
-    unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) | (is_damaged(store->copy[1]) ? 2u : 0u);
+    unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) |
+                       (is_damaged(store->copy[1]) ? 2u : 0u);
     if (damaged)
-        health_count(MR_FAULT_CONFIG, (uint8_t)(store->source == CONFIGSTORE_BUILT_IN ? BOTH_COPIES : damaged));
+        health_count(MR_FAULT_CONFIG,
+                     (uint8_t)(store->source == CONFIGSTORE_BUILT_IN ? BOTH_COPIES : damaged));
 }
 
 struct mr_config_state configstore_state(const struct configstore *store)
 {
-    return (struct mr_config_state){.revision = config.site[0].revision, .source = (uint8_t)store->source,
-                                    .copy_a = store->copy[0], .copy_b = store->copy[1]};
+    return (struct mr_config_state){.revision = config.site[0].revision,
+                                    .source = (uint8_t)store->source,
+                                    .copy_a = store->copy[0],
+                                    .copy_b = store->copy[1]};
 }
 
 static bool is_received(const struct configstore *store, unsigned word)
@@ -76,15 +82,18 @@ static bool is_received(const struct configstore *store, unsigned word)
     return store->received[word / 8u] >> (word % 8u) & 1u;
 }
 
-static void tell_staged(const struct configstore *store, struct telemetry *telemetry, uint16_t tag, bool locked)
+static void tell_staged(const struct configstore *store, struct telemetry *telemetry, uint16_t tag,
+                        bool locked)
 {
-    struct mr_config_staged staged = {.tag = tag, .words = (uint16_t)store->words, .locked = locked};
+    struct mr_config_staged staged = {
+        .tag = tag, .words = (uint16_t)store->words, .locked = locked};
     while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
         staged.missing++;
     TELL_THIS(telemetry, TO_LINKS, config_staged, CONFIG_STAGED, &staged);
 }
 
-void configstore_word(struct configstore *store, struct telemetry *telemetry, const uint8_t *payload, size_t length, bool locked)
+void configstore_word(struct configstore *store, struct telemetry *telemetry,
+                      const uint8_t *payload, size_t length, bool locked)
 {
     struct mr_config_word word;
     if (mr_config_word_get(&word, payload, length) != MR_OK || word.offset >= MR_CONFIG_WORDS)
@@ -100,9 +109,11 @@ void configstore_word(struct configstore *store, struct telemetry *telemetry, co
         if (!is_received(store, word.offset))
             store->words++;
         mr_put_u32(store->image + 4u * word.offset, word.value);
-        store->received[word.offset / 8u] = (uint8_t)(store->received[word.offset / 8u] | 1u << (word.offset % 8u));
+        store->received[word.offset / 8u] = (uint8_t)(store->received[word.offset / 8u] |
+                                                      1u << (word.offset % 8u));
     }
-    if (word.offset % CONFIGSTORE_STAGED_WORDS == CONFIGSTORE_STAGED_WORDS - 1 || word.offset == MR_CONFIG_WORDS - 1)
+    if (word.offset % CONFIGSTORE_STAGED_WORDS == CONFIGSTORE_STAGED_WORDS - 1 ||
+        word.offset == MR_CONFIG_WORDS - 1)
         tell_staged(store, telemetry, word.tag, locked);
 }
 
@@ -113,7 +124,8 @@ static enum mr_status check_staged(struct configstore *store, struct mr_config_r
     mr_config_exchange(store->image, &config);
     enum mr_status status = mr_config_check(&config, reason);
     if (status == MR_OK && config.site[0].revision != revision + 1u) {
-        *reason = (struct mr_config_reason){.group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
+        *reason = (struct mr_config_reason){
+            .group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
         status = MR_LIMIT;
     }
     mr_config_exchange(store->image, &config);
@@ -133,7 +145,8 @@ static bool write_copy(const struct configstore *store, unsigned copy)
     return written && memcmp(flash_copy(copy), store->image, MR_CONFIG_IMAGE) == 0;
 }
 
-enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry, uint32_t crc, bool locked)
+enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
+                                 uint32_t crc, bool locked)
 {
     struct mr_config_reason r;
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
@@ -147,8 +160,12 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     if (status != MR_OK)
         return status;
     if (check_staged(store, &r) != MR_OK) {
-        struct mr_config_refused refused = {.group = r.group, .index = r.index, .field = r.field, .element = r.element,
-                                            .rule = r.rule, .other = r.other};
+        struct mr_config_refused refused = {.group = r.group,
+                                            .index = r.index,
+                                            .field = r.field,
+                                            .element = r.element,
+                                            .rule = r.rule,
+                                            .other = r.other};
         TELL_THIS(telemetry, TO_LINKS, config_refused, CONFIG_REFUSED, &refused);
         return MR_LIMIT;
     }
@@ -183,8 +200,9 @@ void configstore_block(struct configstore *store, struct telemetry *telemetry, b
 {
     store->telling = store->telling && !locked;
     for (unsigned i = 0; store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK; i++) {
-        TELL(telemetry, store->tell_serial ? TO_SERIAL : TO_CAN, config_image, CONFIG_IMAGE, .offset = (uint16_t)store->tell_next,
-             .words = MR_CONFIG_WORDS, .value = word_at(store->image, store->tell_next));
+        TELL(telemetry, store->tell_serial ? TO_SERIAL : TO_CAN, config_image, CONFIG_IMAGE,
+             .offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
+             .value = word_at(store->image, store->tell_next));
         store->telling = ++store->tell_next < MR_CONFIG_WORDS;
     }
 }

@@ -1,15 +1,17 @@
-/* The seam to the two flash sectors that hold the configuration: 16 KiB each, erased to ones, programmed in words.
+/* The seam to the two flash sectors that hold the configuration: 16 KiB each, erased to ones,
+ * programmed in words.
  *
- * The flash has one bank: while an operation lasts, the processor stands still (a sector's erase: 0.25 to 0.5 s, a word: 16 to
- * 100 us). So sampling stops from flash_begin to flash_end, and the blocks lost show as a jump of the index; only while idle.
- * firmware/f407/flash.c implements it; tests link a memory that tears (fake_flash.h). */
+ * The flash has one bank: while an operation lasts, the processor stands still (a sector's erase:
+ * 0.25 to 0.5 s, a word: 16 to 100 us). So sampling stops from flash_begin to flash_end, and the
+ * blocks lost show as a jump of the index; only while idle. firmware/f407/flash.c implements it;
+ * tests link a memory that tears (fake_flash.h). */
 #ifndef MATRIG_FIRMWARE_FLASH_H
 #define MATRIG_FIRMWARE_FLASH_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define FLASH_COPIES 2u
+#define FLASH_COPIES     2u
 #define FLASH_COPY_BYTES 16384u
 
 /* What a copy's sector holds now, FLASH_COPY_BYTES. */

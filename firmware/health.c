@@ -43,9 +43,12 @@ uint32_t health_faults(void)
 struct health_counter health_take(enum mr_fault_code fault)
 {
     volatile struct health_counter *counter = &counters[fault];
-    /* Clear first: a fault counted by an interrupt in between is then told again rather than lost. */
+    /* Clear first: a fault counted by an interrupt in between is then told again rather than
+     * lost. */
     uint8_t changed = counter->changed;
     counter->changed = 0;
-    return (struct health_counter){
-        .count = counter->count, .detail = counter->detail, .changed = changed, .block = counter->block};
+    return (struct health_counter){.count = counter->count,
+                                   .detail = counter->detail,
+                                   .changed = changed,
+                                   .block = counter->block};
 }

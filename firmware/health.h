@@ -1,4 +1,5 @@
-/* Fault counters. Drivers and application count here; telemetry tells. May be called from interrupts. */
+/* Fault counters. Drivers and application count here; telemetry tells. May be called from
+ * interrupts. */
 #ifndef MATRIG_FIRMWARE_HEALTH_H
 #define MATRIG_FIRMWARE_HEALTH_H
 

@@ -53,21 +53,28 @@ static void send_upkeep(struct telemetry *telemetry)
 {
     struct board_upkeep upkeep;
     board_upkeep_state(&upkeep);
-    struct mr_upkeep message = {.stack_used = upkeep.stack_used, .stack_size = upkeep.stack_size,
-                                .ram_tested = upkeep.ram_rounds, .flash_checked = upkeep.flash_rounds};
+    struct mr_upkeep message = {.stack_used = upkeep.stack_used,
+                                .stack_size = upkeep.stack_size,
+                                .ram_tested = upkeep.ram_rounds,
+                                .flash_checked = upkeep.flash_rounds};
     TELL_THIS(telemetry, TO_LINKS, upkeep, UPKEEP, &message);
 }
 
 static void send_restarts(const struct board_restart *restart, struct telemetry *telemetry)
 {
-    struct mr_restarts message = {.restarts = restart->restarts, .in_row = restart->in_row, .brown_out = restart->brown_out,
-                                  .late_task = restart->late_task, .late_pc = restart->late_pc};
+    struct mr_restarts message = {.restarts = restart->restarts,
+                                  .in_row = restart->in_row,
+                                  .brown_out = restart->brown_out,
+                                  .late_task = restart->late_task,
+                                  .late_pc = restart->late_pc};
     TELL_THIS(telemetry, TO_LINKS, restarts, RESTARTS, &message);
 }
 
 static void send_crash(struct healthlink *link, struct telemetry *telemetry)
 {
-    struct mr_crash message = {.item = (uint8_t)link->crash_next, .items = MR_CRASH_ITEMS, .age = link->restart.crash_age,
+    struct mr_crash message = {.item = (uint8_t)link->crash_next,
+                               .items = MR_CRASH_ITEMS,
+                               .age = link->restart.crash_age,
                                .value = link->restart.crash[link->crash_next]};
     TELL_THIS(telemetry, TO_LINKS, crash, CRASH, &message);
     link->crash_next++;

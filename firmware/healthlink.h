@@ -1,13 +1,15 @@
-/* Health and the links: the state of CAN, what went before this start, background tests, the commands `reset` and `self-test`. None of
- * its messages follows from blocks and commands alone, so a replay does not compare them. */
+/* Health and the links: the state of CAN, what went before this start, background tests, the
+ * commands `reset` and `self-test`. None of its messages follows from blocks and commands alone, so
+ * a replay does not compare them. */
 #ifndef MATRIG_FIRMWARE_HEALTHLINK_H
 #define MATRIG_FIRMWARE_HEALTHLINK_H
 
 #include "firmware/selftest.h"
 #include "firmware/telemetry.h"
 
-#define HEALTHLINK_RESET_TICKS 5u  /* for the acknowledgement to get out */
-#define HEALTHLINK_SLICES 8u       /* of background tests for each block, while a self-test goes on */
+#define HEALTHLINK_RESET_TICKS 5u /* for the acknowledgement to get out */
+/* of background tests for each block, while a self-test goes on */
+#define HEALTHLINK_SLICES      8u
 
 struct healthlink {
     struct selftest test;
@@ -21,7 +23,8 @@ void healthlink_start(struct healthlink *link);
 /* Tell once more what a processor fault left behind, if one did. */
 void healthlink_tell_crash(struct healthlink *link);
 /* The commands reset and self-test; `idle`: nothing is recorded. */
-enum mr_status healthlink_obey(struct healthlink *link, const struct mr_command *command, bool idle);
+enum mr_status healthlink_obey(struct healthlink *link, const struct mr_command *command,
+                               bool idle);
 /* A landing is armed: a self-test ends here. The warning output is the caller's again. */
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry);
 void healthlink_block(struct healthlink *link, const struct mr_block *block);

@@ -17,42 +17,50 @@ static bool any_of(uint32_t fitted, unsigned first, unsigned count)
     return (fitted >> first & ((1u << count) - 1u)) != 0;
 }
 
-static void send_series(struct telemetry *telemetry, enum mr_series_number series, const float *readings, uint32_t fitted, uint32_t index)
+static void send_series(struct telemetry *telemetry, enum mr_series_number series,
+                        const float *readings, uint32_t fitted, uint32_t index)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     for (unsigned i = 0; i < MR_SERIES_PACKS; i++) {
         const struct mr_series_pack *pack = mr_series_pack_at(i);
         if (pack->series == series && any_of(fitted, pack->first - 1u, pack->count))
-            telemetry_send(telemetry, TO_CAN, pack->id, payload, mr_series_pack_put(pack, readings, index, payload));
+            telemetry_send(telemetry, TO_CAN, pack->id, payload,
+                           mr_series_pack_put(pack, readings, index, payload));
     }
 }
 
-void landinglink_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS], uint32_t fitted, uint32_t index)
+void landinglink_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS],
+                               uint32_t fitted, uint32_t index)
 {
     send_series(telemetry, MR_SERIES_DISPLACEMENT, v, fitted, index);
 }
 
-void landinglink_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t fitted, uint32_t index)
+void landinglink_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t fitted,
+                          uint32_t index)
 {
     send_series(telemetry, MR_SERIES_TENSION, v, fitted, index);
 }
 
 void landinglink_state(struct telemetry *telemetry, const struct landing *landing)
 {
-    TELL(telemetry, TO_RECORD, landing, LANDING, .state = (uint8_t)landing->state, .cause = (uint8_t)landing->cause,
-         .landing = landing->number, .block = landing->changed_block);
+    TELL(telemetry, TO_RECORD, landing, LANDING, .state = (uint8_t)landing->state,
+         .cause = (uint8_t)landing->cause, .landing = landing->number,
+         .block = landing->changed_block);
 }
 
-static void tell_pushback(struct telemetry *telemetry, const struct landing *landing, uint32_t index)
+static void tell_pushback(struct telemetry *telemetry, const struct landing *landing,
+                          uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
-    TELL(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushbacks, .position = passage->pushed_position,
-         .state = (uint8_t)landing->state, .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
+    TELL(telemetry, TO_RECORD, pushback, PUSHBACK, .count = passage->pushbacks,
+         .position = passage->pushed_position, .state = (uint8_t)landing->state,
+         .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
 }
 
-/* Standard error of a quantity that goes with the clock's error, once (speed) or twice (deceleration). The internal oscillator
- * may be 1 % out. */
-static float error_of(const struct telemetry *telemetry, const struct mr_estimate *estimate, double times)
+/* Standard error of a quantity that goes with the clock's error, once (speed) or twice
+ * (deceleration). The internal oscillator may be 1 % out. */
+static float error_of(const struct telemetry *telemetry, const struct mr_estimate *estimate,
+                      double times)
 {
     double error = estimate->error;
     if (telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL) {
@@ -62,19 +70,23 @@ static float error_of(const struct telemetry *telemetry, const struct mr_estimat
     return (float)error;
 }
 
-void landinglink_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index)
+void landinglink_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion,
+                        uint32_t index)
 {
     TELL(telemetry, TO_RECORD, motion, MOTION, .position_ft = (float)motion->position_ft.value,
          .speed_ft_s = (float)motion->speed_ft_s.value,
          .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.value, .block16 = (uint16_t)index);
-    TELL(telemetry, TO_RECORD, motion_error, MOTION_ERROR, .position_ft = (float)motion->position_ft.error,
+    TELL(telemetry, TO_RECORD, motion_error, MOTION_ERROR,
+         .position_ft = (float)motion->position_ft.error,
          .speed_ft_s = error_of(telemetry, &motion->speed_ft_s, 1.0),
-         .deceleration_ft_s2 = error_of(telemetry, &motion->deceleration_ft_s2, 2.0), .block16 = (uint16_t)index);
+         .deceleration_ft_s2 = error_of(telemetry, &motion->deceleration_ft_s2, 2.0),
+         .block16 = (uint16_t)index);
 }
 
 void landinglink_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
 {
-    TELL(telemetry, TO_RECORD, touchdown, TOUCHDOWN, .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
+    TELL(telemetry, TO_RECORD, touchdown, TOUCHDOWN,
+         .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
          .speed_error_ft_s = error_of(telemetry, &summary->touchdown_speed_ft_s, 1.0),
          .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
          .deceleration_error_ft_s2 = error_of(telemetry, &summary->mean_deceleration_ft_s2, 2.0));
@@ -84,7 +96,8 @@ void landinglink_summary(struct telemetry *telemetry, const struct mr_gates_summ
          .switches = (uint8_t)summary->count, .used = (uint8_t)summary->used_for_stop);
 }
 
-void landinglink_news(struct telemetry *telemetry, const struct landing *landing, const struct landing_news *news, uint32_t index)
+void landinglink_news(struct telemetry *telemetry, const struct landing *landing,
+                      const struct landing_news *news, uint32_t index)
 {
     for (unsigned i = 0; i < news->edges; i++)
         TELL_THIS(telemetry, TO_RECORD, edge, EDGE, &landing->edge[i]);

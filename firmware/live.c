@@ -3,7 +3,8 @@
 #include "firmware/landinglink.h"
 #include "firmware/schedule.h"
 
-enum mr_status live_begin(struct live *live, struct landing *landing, const struct mr_command *command, uint32_t index)
+enum mr_status live_begin(struct live *live, struct landing *landing,
+                          const struct mr_command *command, uint32_t index)
 {
     if (command->argument < 0 || command->argument > LIVE_MOST_S)
         return MR_USAGE;
@@ -14,7 +15,8 @@ enum mr_status live_begin(struct live *live, struct landing *landing, const stru
     return MR_OK;
 }
 
-void live_block(struct live *live, struct landing *landing, struct telemetry *telemetry, const struct mr_block *block)
+void live_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
+                const struct mr_block *block)
 {
     if (!landing->live)
         return;

@@ -21,7 +21,8 @@ void predict_configure(struct predict *p, const float *slack_in)
 {
     struct mr_predictor_config started;
     if (p->status == MR_OK && p->predictor.config.chain.mats)
-        mr_predictor_save(&p->predictor, &p->state); /* and there it waits while none is configured */
+        /* and there it waits while none is configured */
+        mr_predictor_save(&p->predictor, &p->state);
     p->telling = TOLD;
     p->warning = false;
     p->status = MR_NOT_NOW;
@@ -64,8 +65,9 @@ static uint32_t doubts_of(const struct mr_predictor *predictor)
 static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t blocks = index - p->told_block, updates = p->predictor.updates - p->updates;
-    TELL(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts, .resistance = p->predictor.scale,
-        .updates = blocks ? (float)updates / (float)blocks : 0.0f, .block16 = (uint16_t)index);
+    TELL(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts,
+         .resistance = p->predictor.scale,
+         .updates = blocks ? (float)updates / (float)blocks : 0.0f, .block16 = (uint16_t)index);
     p->told_block = index;
     p->updates = p->predictor.updates;
 }
@@ -76,7 +78,8 @@ static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, 
     struct mr_predictor_zone was = p->zone;
     mr_predictor_zone(&p->predictor, &p->zone);
     bool warning = p->zone.verdict == MR_PREDICTOR_WARNING && may_warn;
-    bool changed = warning != p->warning || p->zone.verdict != was.verdict || p->zone.level != was.level;
+    bool changed = warning != p->warning || p->zone.verdict != was.verdict ||
+                   p->zone.level != was.level;
     uint32_t doubts = doubts_of(&p->predictor);
     p->warning = warning;
     board_warn(warning);
@@ -90,16 +93,20 @@ static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, 
 
 static void say_runway(const struct predict *p, struct telemetry *telemetry, unsigned sinks)
 {
-    TELL(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
+    TELL(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings,
+         .resistance = p->state.scale);
 }
 
-static void say_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks, const uint8_t *copy)
+static void say_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
+                      const uint8_t *copy)
 {
-    TELL(telemetry, sinks, runway_store, RUNWAY_STORE, .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
+    TELL(telemetry, sinks, runway_store, RUNWAY_STORE,
+         .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
          .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
 }
 
-void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy, uint32_t index)
+void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy,
+                     uint32_t index)
 {
     if (p->status == MR_NOT_NOW || !(p->store_due || DUE(RUNWAY_STORE, index)))
         return;
@@ -107,7 +114,8 @@ void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8
     say_store(p, telemetry, TO_LINKS, copy);
 }
 
-static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned sinks, unsigned n)
+static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
+                       unsigned n)
 {
     struct mr_runway_joints message = mr_runway_message(&p->state, n);
     TELL_THIS(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
@@ -131,7 +139,8 @@ static void go_on_saying(struct predict *p, struct telemetry *telemetry)
 
 /* --- a landing --- */
 
-void predict_arm(struct predict *p, struct telemetry *telemetry, const float *slack_in, uint32_t index)
+void predict_arm(struct predict *p, struct telemetry *telemetry, const float *slack_in,
+                 uint32_t index)
 {
     if (p->status != MR_OK)
         return;
@@ -161,8 +170,10 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
         say_joints(p, telemetry, TO_CONFIGURATION, n);
 }
 
-/* A backlog is met once in a look: what it costs to catch up is over by then, or there is another. */
-static void mind_backlog(struct predict *p, struct telemetry *telemetry, const struct predict_block *block)
+/* A backlog is met once in a look: what it costs to catch up is over by then, or there is
+ * another. */
+static void mind_backlog(struct predict *p, struct telemetry *telemetry,
+                         const struct predict_block *block)
 {
     unsigned waiting = block->waiting >= PREDICT_BACKLOG_BLOCKS ? block->waiting : p->backlog_given;
     bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_LOOK_BLOCKS;
@@ -172,10 +183,12 @@ static void mind_backlog(struct predict *p, struct telemetry *telemetry, const s
     p->hurried = true;
     p->hurried_block = block->index;
     mr_predictor_hurry(&p->predictor);
-    TELL(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting, .block = block->index);
+    TELL(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting,
+         .block = block->index);
 }
 
-void predict_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block)
+void predict_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
+                   const struct predict_block *block)
 {
     struct mr_predictor_input input;
     go_on_saying(p, telemetry);
@@ -221,7 +234,8 @@ void predict_kept(struct predict *p, uint32_t crc)
     p->store_due = true;
 }
 
-bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing, uint32_t index)
+bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
+                 uint32_t index)
 {
     uint32_t held = predict_held(&p->predictor, landing);
     bool moved = landing->state != LANDING_ARMED || (held & (held - 1u)) != 0;
@@ -229,8 +243,11 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     if (p->status != MR_OK || !p->predictor.armed)
         return false;
     if (p->warning) { /* a warning ends with the landing, and that is told */
-        p->zone = (struct mr_predictor_zone){.level = p->zone.level, .critical_lb = p->zone.critical_lb, .lead_s = MR_NAN,
-                                             .distance_ft = MR_NAN, .coming_ft = MR_NAN};
+        p->zone = (struct mr_predictor_zone){.level = p->zone.level,
+                                             .critical_lb = p->zone.critical_lb,
+                                             .lead_s = MR_NAN,
+                                             .distance_ft = MR_NAN,
+                                             .coming_ft = MR_NAN};
         p->warning = false;
         board_warn(false);
         say_zone(p, telemetry, index);
@@ -274,8 +291,9 @@ static void forget(struct predict *p, uint32_t index)
     changed(p, MR_RUNWAY_UNKNOWN, index);
 }
 
-enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry, const struct mr_command *command, bool locked,
-                            uint32_t index, bool *forgotten)
+enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry,
+                            const struct mr_command *command, bool locked, uint32_t index,
+                            bool *forgotten)
 {
     if (p->status != MR_OK)
         return MR_NOT_NOW;
@@ -301,7 +319,6 @@ enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry, cons
         return MR_OK;
     case MR_COMMAND_RUNWAY_WORD:
         return mr_runway_word_take(&p->given, command->index, command->argument) ? MR_OK : MR_USAGE;
-    default:
-        return take(p, (uint32_t)command->argument, index);
+    default: return take(p, (uint32_t)command->argument, index);
     }
 }

@@ -11,7 +11,8 @@ static void send_can_health(struct telemetry *telemetry)
     struct board_can_errors errors;
     board_can_state(&errors);
     TELL(telemetry, TO_LINKS, can_health, CAN_HEALTH, .sent = telemetry->can_sent - errors.removed,
-         .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped, .tec = errors.tec, .rec = errors.rec);
+         .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped, .tec = errors.tec,
+         .rec = errors.rec);
 }
 
 static void send_faults(struct telemetry *telemetry, bool all)
@@ -19,29 +20,32 @@ static void send_faults(struct telemetry *telemetry, bool all)
     for (unsigned fault = 0; fault < MR_FAULT_COUNT; fault++) {
         struct health_counter counter = health_take((enum mr_fault_code)fault);
         if (counter.changed || (all && counter.count))
-            TELL(telemetry, TO_RECORD, fault, FAULT, .code = (uint8_t)fault, .detail = counter.detail, .count = counter.count,
-                 .block = counter.block);
+            TELL(telemetry, TO_RECORD, fault, FAULT, .code = (uint8_t)fault,
+                 .detail = counter.detail, .count = counter.count, .block = counter.block);
     }
 }
 
-/* By these counts the host knows which messages it lost, not only how many frames. Always as many, whatever was said: each link has its
- * own, as they stand before either is told. */
+/* By these counts the host knows which messages it lost, not only how many frames. Always as many,
+ * whatever was said: each link has its own, as they stand before either is told. */
 static void send_count(struct telemetry *telemetry)
 {
     unsigned place = telemetry->count_place;
     uint16_t id = mr_message_at(place);
-    TELL(telemetry, TO_CAN, message_count, MESSAGE_COUNT, .id = id, .count = telemetry->said[TELEMETRY_CAN][place]);
-    TELL(telemetry, TO_SERIAL, message_count, MESSAGE_COUNT, .id = id, .count = telemetry->said[TELEMETRY_SERIAL][place]);
+    TELL(telemetry, TO_CAN, message_count, MESSAGE_COUNT, .id = id,
+         .count = telemetry->said[TELEMETRY_CAN][place]);
+    TELL(telemetry, TO_SERIAL, message_count, MESSAGE_COUNT, .id = id,
+         .count = telemetry->said[TELEMETRY_SERIAL][place]);
     telemetry->count_place = (place + 1) % MR_PLACES;
 }
 
-void regular_block(struct telemetry *telemetry, const struct landing *landing, const float *slack_in, uint32_t index, uint32_t tick)
+void regular_block(struct telemetry *telemetry, const struct landing *landing,
+                   const float *slack_in, uint32_t index, uint32_t tick)
 {
     if (DUE(CLOCK, index))
         TELL(telemetry, TO_LINKS, clock, CLOCK, .block = index, .tick = tick);
     if (DUE(HEALTH, index))
-        TELL(telemetry, TO_LINKS, health, HEALTH, .faults = health_faults(), .load_permille = board_load_permille(),
-             .blocks_lost = telemetry->blocks_lost);
+        TELL(telemetry, TO_LINKS, health, HEALTH, .faults = health_faults(),
+             .load_permille = board_load_permille(), .blocks_lost = telemetry->blocks_lost);
     if (DUE(CAN_HEALTH, index))
         send_can_health(telemetry);
     if (DUE(SERIAL_HEALTH, index))

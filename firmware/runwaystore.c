@@ -54,12 +54,14 @@ static unsigned newest(const struct runwaystore *store)
     return a ? 0 : b ? 1 : RUNWAY_COPIES;
 }
 
-/* A copy has been read; one that is damaged is read again: a mistake in reading is not taken for one in the memory. */
+/* A copy has been read; one that is damaged is read again: a mistake in reading is not taken for
+ * one in the memory. */
 static void look_at_copy(struct runwaystore *store, struct predict *predict)
 {
     struct mr_predictor_state *state = &predict->state; /* nothing is armed before it is loaded */
     enum mr_status status = mr_runway_read(state, &store->sequence[store->at], store->image);
-    store->copy[store->at] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK : (uint8_t)-status;
+    store->copy[store->at] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK
+                                                                        : (uint8_t)-status;
     store->page = 0;
     if (is_damaged(store->copy[store->at]) && ++store->tries < TRIES)
         return;
@@ -79,7 +81,8 @@ static void look_at_copy(struct runwaystore *store, struct predict *predict)
 /* The newest is whole: it is the runway, unless it is of another one. */
 static void load(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
-    enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->at], store->image);
+    enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->at],
+                                           store->image);
     if (status == MR_OK)
         status = predict_load(predict, store->at ? MR_RUNWAY_COPY_B : MR_RUNWAY_COPY_A, slack_in);
     if (status != MR_OK)
@@ -184,14 +187,17 @@ static void begin_operation(struct runwaystore *store)
     }
 }
 
-bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet, uint32_t now_ms)
+bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet,
+                       uint32_t now_ms)
 {
     bool writing = store->step >= STEP_ERASE;
     if (store->missing || predict->status != MR_OK)
         return false;
-    if (writing && (!quiet || !predict->dirty)) /* written anew when it is quiet again: it will be another one */
+    /* written anew when it is quiet again: it will be another one */
+    if (writing && (!quiet || !predict->dirty))
         store->step = STEP_NONE;
-    if (store->step == STEP_NONE && store->loaded && quiet && predict->dirty && now_ms - predict->changed_block >= RUNWAYSTORE_QUIET_BLOCKS)
+    if (store->step == STEP_NONE && store->loaded && quiet && predict->dirty &&
+        now_ms - predict->changed_block >= RUNWAYSTORE_QUIET_BLOCKS)
         begin_writing(store, predict);
     if (store->step == STEP_NONE)
         return false;

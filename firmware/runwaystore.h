@@ -1,11 +1,14 @@
-/* The predictor's runway in two sectors of the black box's memory, so that it survives a reset: a runway remembers its landings.
+/* The predictor's runway in two sectors of the black box's memory, so that it survives a reset: a
+ * runway remembers its landings.
  *
- * A runway that has changed (a landing, a survey, the host's) is written half a second later, when nothing is armed and neither the black
- * box nor the slow log has the memory: the copy that does not hold the newest is erased and written, its first page last, and read
- * back. Whenever the power goes, one copy is whole, and the CRC over all of it (common/runway.h) lets no mixture of two pass. At
- * start the newer whole copy is loaded, before anything can be armed; a copy that holds something but no whole runway is told
- * (runway_store), and when that leaves none, it is a fault too, NOR_FAILED with RUNWAYSTORE_DETAIL: the runway then is one that
- * nobody has measured. Without the memory it is that after each reset.
+ * A runway that has changed (a landing, a survey, the host's) is written half a second later, when
+ * nothing is armed and neither the black box nor the slow log has the memory: the copy that does
+ * not hold the newest is erased and written, its first page last, and read back. Whenever the power
+ * goes, one copy is whole, and the CRC over all of it (common/runway.h) lets no mixture of two
+ * pass. At start the newer whole copy is loaded, before anything can be armed; a copy that holds
+ * something but no whole runway is told (runway_store), and when that leaves none, it is a fault
+ * too, NOR_FAILED with RUNWAYSTORE_DETAIL: the runway then is one that nobody has measured. Without
+ * the memory it is that after each reset.
  *
  * Pure but for the calls of nor.h. */
 #ifndef MATRIG_FIRMWARE_RUNWAYSTORE_H
@@ -14,20 +17,20 @@
 #include "firmware/nor.h"
 #include "firmware/predict.h"
 
-#define RUNWAYSTORE_DETAIL 6u         /* of MR_FAULT_NOR_FAILED */
+#define RUNWAYSTORE_DETAIL       6u   /* of MR_FAULT_NOR_FAILED */
 #define RUNWAYSTORE_QUIET_BLOCKS 500u /* a survey of 42 segments is one change */
-#define RUNWAYSTORE_BLANK 255u
-#define RUNWAYSTORE_NO_MEMORY 254u
-#define RUNWAYSTORE_NOT_READ 253u
+#define RUNWAYSTORE_BLANK        255u
+#define RUNWAYSTORE_NO_MEMORY    254u
+#define RUNWAYSTORE_NOT_READ     253u
 
 struct runwaystore {
-    bool missing, loaded;          /* no memory, or none configured; what there was to load is */
-    uint8_t copy[RUNWAY_COPIES];   /* as the message runway_store tells */
+    bool missing, loaded;        /* no memory, or none configured; what there was to load is */
+    uint8_t copy[RUNWAY_COPIES]; /* as the message runway_store tells */
     uint32_t sequence[RUNWAY_COPIES];
-    unsigned step, at, tries;      /* what is going on, and with which copy */
+    unsigned step, at, tries; /* what is going on, and with which copy */
     unsigned page;
-    bool under_way;                /* the memory has an operation of ours */
-    uint32_t crc;                  /* of the runway being written */
+    bool under_way; /* the memory has an operation of ours */
+    uint32_t crc;   /* of the runway being written */
     uint8_t image[MR_RUNWAY_IMAGE];
     uint8_t buffer[NOR_PAGE];
 };
@@ -38,7 +41,8 @@ void runwaystore_follow(struct runwaystore *store, bool memory);
 /* An operation that was begun: go on with it; true: it still holds the memory. */
 bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const float *slack_in);
 /* Begin the next one; false: there is none. `quiet`: neither armed nor in a landing. */
-bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet, uint32_t now_ms);
+bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet,
+                       uint32_t now_ms);
 bool runwaystore_erasing(const struct runwaystore *store);
 /* What there was to load is loaded: a landing may be armed. */
 bool runwaystore_loaded(const struct runwaystore *store);

@@ -1,4 +1,5 @@
-/* What runs when (schedule.def), as constants: SCHEDULE_CLOCK_PERIOD, SCHEDULE_CLOCK_PHASE, and the question DUE(CLOCK, index). */
+/* What runs when (schedule.def), as constants: SCHEDULE_CLOCK_PERIOD, SCHEDULE_CLOCK_PHASE, and the
+ * question DUE(CLOCK, index). */
 #ifndef MATRIG_FIRMWARE_SCHEDULE_H
 #define MATRIG_FIRMWARE_SCHEDULE_H
 
@@ -9,18 +10,23 @@
 #include "common/onboard/predict_feed.h"
 
 enum schedule_constants {
-#define BLOCKS(NAME, period, phase, stalled, who, why) SCHEDULE_##NAME##_PERIOD = (period), SCHEDULE_##NAME##_PHASE = (phase),
+#define BLOCKS(NAME, period, phase, stalled, who, why) \
+    SCHEDULE_##NAME##_PERIOD = (period), SCHEDULE_##NAME##_PHASE = (phase),
 #include "firmware/schedule.def"
 };
 
-#define BLOCKS(NAME, period, phase, stalled, who, why) _Static_assert((phase) < (period), #NAME " is never due");
+#define BLOCKS(NAME, period, phase, stalled, who, why) \
+    _Static_assert((phase) < (period), #NAME " is never due");
 #include "firmware/schedule.def"
 
 /* The row NAME is due in this block, or at this tick. */
-#define DUE(NAME, index) ((index) % (uint32_t)SCHEDULE_##NAME##_PERIOD == (uint32_t)SCHEDULE_##NAME##_PHASE)
+#define DUE(NAME, index) \
+    ((index) % (uint32_t)SCHEDULE_##NAME##_PERIOD == (uint32_t)SCHEDULE_##NAME##_PHASE)
 /* Blocks from this one until the row NAME is due; 0: in this one. */
-#define BLOCKS_UNTIL(NAME, index) \
-    (((uint32_t)SCHEDULE_##NAME##_PHASE + (uint32_t)SCHEDULE_##NAME##_PERIOD - (index) % (uint32_t)SCHEDULE_##NAME##_PERIOD) % (uint32_t)SCHEDULE_##NAME##_PERIOD)
+#define BLOCKS_UNTIL(NAME, index)                                              \
+    (((uint32_t)SCHEDULE_##NAME##_PHASE + (uint32_t)SCHEDULE_##NAME##_PERIOD - \
+      (index) % (uint32_t)SCHEDULE_##NAME##_PERIOD) %                          \
+     (uint32_t)SCHEDULE_##NAME##_PERIOD)
 
 #define SCHEDULE_ROUND 1000u /* phases: every period of what goes on without scans divides it */
 

@@ -6,7 +6,8 @@
 #include "firmware/health.h"
 #include "firmware/nor.h"
 
-/* A driven transducer at its mechanical zero reads 62 codes, one that is not driven none. Sums of four scans of each polarity. */
+/* A driven transducer at its mechanical zero reads 62 codes, one that is not driven none. Sums of
+ * four scans of each polarity. */
 #define DRIVEN_SUM (8 * 8)
 
 static void conclude(struct selftest *test, enum mr_self_test_number number, bool good)
@@ -28,7 +29,10 @@ enum mr_status selftest_begin(struct selftest *test, uint16_t tag)
         return MR_WAIT;
     board_upkeep_restart();
     board_upkeep_state(&upkeep);
-    *test = (struct selftest){.running = true, .tag = tag, .ram_rounds = upkeep.ram_rounds, .flash_rounds = upkeep.flash_rounds,
+    *test = (struct selftest){.running = true,
+                              .tag = tag,
+                              .ram_rounds = upkeep.ram_rounds,
+                              .flash_rounds = upkeep.flash_rounds,
                               .polarity_faults = health_counted(MR_FAULT_POLARITY)};
     if (board_image_check(&good))
         conclude(test, MR_SELF_TEST_IMAGE, good);
@@ -71,8 +75,9 @@ static bool has_transducers(void)
 /* What this board and its configuration have. */
 static uint16_t wanted(const struct selftest *test)
 {
-    unsigned tests = 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE |
-                     1u << MR_SELF_TEST_LAMP_ON | 1u << MR_SELF_TEST_LAMP_OFF;
+    unsigned tests = 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH |
+                     1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_LAMP_ON |
+                     1u << MR_SELF_TEST_LAMP_OFF;
     tests |= has_transducers() ? 1u << MR_SELF_TEST_EXCITATION : 0;
     tests |= config.site[0].black_box ? 1u << MR_SELF_TEST_NOR : 0;
     return (uint16_t)(tests | test->done);
@@ -104,7 +109,8 @@ void selftest_block(struct selftest *test, const struct mr_block *block)
     test->reference_bad |= __builtin_isnan(mr_channels_ratio(block));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int difference = (int)block->plus[i] - (int)block->minus[i];
-        if (config.channel[i].kind == MR_KIND_DISPLACEMENT && (difference > DRIVEN_SUM || difference < -DRIVEN_SUM))
+        if (config.channel[i].kind == MR_KIND_DISPLACEMENT &&
+            (difference > DRIVEN_SUM || difference < -DRIVEN_SUM))
             test->excited = true;
     }
     if (++test->blocks < SELFTEST_BLOCKS)

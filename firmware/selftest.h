@@ -1,6 +1,6 @@
-/* The self-test on command: everything that can be tested without moving the rig. RAM and program once through, the reference
- * channel, the excitation, the black box's memory, the warning output lit for 200 ms and read back. Not from arm to done; arming
- * breaks it off. */
+/* The self-test on command: everything that can be tested without moving the rig. RAM and program
+ * once through, the reference channel, the excitation, the black box's memory, the warning output
+ * lit for 200 ms and read back. Not from arm to done; arming breaks it off. */
 #ifndef MATRIG_FIRMWARE_SELFTEST_H
 #define MATRIG_FIRMWARE_SELFTEST_H
 
@@ -10,10 +10,10 @@
 #include "common/catalogue.h"
 #include "common/crash.h"
 
-#define SELFTEST_LAMP_TICKS 20u  /* 200 ms lit */
-#define SELFTEST_DARK_TICKS 5u   /* and 50 ms for its current to stop */
+#define SELFTEST_LAMP_TICKS  20u /* 200 ms lit */
+#define SELFTEST_DARK_TICKS  5u  /* and 50 ms for its current to stop */
 #define SELFTEST_LIMIT_TICKS 450u
-#define SELFTEST_BLOCKS 100u     /* looked at */
+#define SELFTEST_BLOCKS      100u /* looked at */
 
 struct selftest {
     bool running;

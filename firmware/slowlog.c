@@ -8,13 +8,13 @@
 
 enum job { JOB_NONE, JOB_SCAN, JOB_CHECK, JOB_PROGRAM, JOB_VERIFY, JOB_ERASE, JOB_LOOK, JOB_READ };
 
-#define PAGES NOR_PAGES_PER_SECTOR
-#define RING_PAGES (SLOWLOG_SECTORS * PAGES)
-#define READ_TRIES 4u
-#define PLACE_TRIES 8u  /* for a row that does not hold */
+#define PAGES       NOR_PAGES_PER_SECTOR
+#define RING_PAGES  (SLOWLOG_SECTORS * PAGES)
+#define READ_TRIES  4u
+#define PLACE_TRIES 8u /* for a row that does not hold */
 #define ERASE_TRIES 2u
-#define COUNT_LEAST 2u  /* readings that make a mean */
-#define NEWS_FAILED 5u  /* detail of MR_FAULT_NOR_FAILED */
+#define COUNT_LEAST 2u /* readings that make a mean */
+#define NEWS_FAILED 5u /* detail of MR_FAULT_NOR_FAILED */
 _Static_assert(SLOWLOG_SECTORS <= 32, "a bit each");
 _Static_assert(SLOWLOG_AHEAD + 2 <= SLOWLOG_SECTORS, "there must be room for rows");
 
@@ -23,8 +23,14 @@ static uint32_t address_of(unsigned page)
     return NOR_SECTORS * NOR_SECTOR + page * NOR_PAGE;
 }
 
-static unsigned sector_of(unsigned place) { return place / SLOWLOG_ROWS_PER_SECTOR; }
-static unsigned page_of(unsigned place) { return place / SLOWLOG_ROWS_PER_PAGE; }
+static unsigned sector_of(unsigned place)
+{
+    return place / SLOWLOG_ROWS_PER_SECTOR;
+}
+static unsigned page_of(unsigned place)
+{
+    return place / SLOWLOG_ROWS_PER_PAGE;
+}
 
 static uint8_t *row_at(struct slowlog *log, unsigned place)
 {
@@ -69,12 +75,16 @@ static float mean(const struct slowlog *log, unsigned i)
 
 static void make_row(struct slowlog *log, const struct slowlog_block *block)
 {
-    struct mr_slowrow row = {.block = block->index, .faults = health_faults(), .temperature_c = block->temperature_c, .state = block->state};
+    struct mr_slowrow row = {.block = block->index,
+                             .faults = health_faults(),
+                             .temperature_c = block->temperature_c,
+                             .state = block->state};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         row.displacement_in[i] = mean(log, i);
     for (unsigned i = 0; i < MR_GAGES; i++)
         row.tension_lb[i] = mean(log, MR_TRANSDUCERS + i);
-    if (log->missing || log->left_out) { /* told at once; one that comes while another is told is not */
+    if (log->missing || log->left_out) {
+        /* told at once; one that comes while another is told is not */
         log->news = row;
         log->has_news = true;
         return;
@@ -135,7 +145,10 @@ static void set_bit(uint32_t *bits, unsigned sector, bool on)
     *bits = on ? *bits | 1u << sector : *bits & ~(1u << sector);
 }
 
-static bool has_bit(uint32_t bits, unsigned sector) { return bits >> sector & 1u; }
+static bool has_bit(uint32_t bits, unsigned sector)
+{
+    return bits >> sector & 1u;
+}
 
 _Static_assert(MR_SLOWROW % 4 == 0 && NOR_PAGE % 4 == 0, "whole words");
 static unsigned next_sector(const struct slowlog *log, unsigned sector)
@@ -166,12 +179,14 @@ static void scan_ends(struct slowlog *log)
     }
 }
 
-/* A page whose rows are not all whole is read again: a mistake in reading is not taken for a row that the power tore. */
+/* A page whose rows are not all whole is read again: a mistake in reading is not taken for a row
+ * that the power tore. */
 static void scan_page(struct slowlog *log)
 {
     unsigned sector = log->page / PAGES;
     struct mr_slowrow row;
-    unsigned rows = mr_is_blank(log->buffer, NOR_PAGE) ? 0 : SLOWLOG_ROWS_PER_PAGE, whole = 0, torn = 0;
+    unsigned rows = mr_is_blank(log->buffer, NOR_PAGE) ? 0 : SLOWLOG_ROWS_PER_PAGE, whole = 0,
+             torn = 0;
     for (unsigned i = 0; i < rows; i++) {
         enum mr_status status = mr_slowrow_get(&row, log->buffer + MR_SLOWROW * i);
         whole += status == MR_OK;
@@ -186,7 +201,8 @@ static void scan_page(struct slowlog *log)
         set_bit(&log->blank, sector, false);
     log->rows_in[sector] = (uint8_t)(log->rows_in[sector] + whole);
     for (unsigned i = 0; i < rows; i++) {
-        if (mr_slowrow_get(&row, log->buffer + MR_SLOWROW * i) == MR_OK && row.seq > log->newest_seq) {
+        if (mr_slowrow_get(&row, log->buffer + MR_SLOWROW * i) == MR_OK &&
+            row.seq > log->newest_seq) {
             log->newest_seq = row.seq;
             log->newest_place = log->page * SLOWLOG_ROWS_PER_PAGE + i;
             log->boot = (uint8_t)(row.boot + 1);
@@ -211,7 +227,8 @@ static void row_ends(struct slowlog *log, bool kept)
     log->tries = 0;
 }
 
-/* The place was blank when it was looked at: the row alone, ones leave the rest of the page as it is. */
+/* The place was blank when it was looked at: the row alone, ones leave the rest of the page as it
+ * is. */
 static void program_row(struct slowlog *log)
 {
     struct mr_slowrow *row = &log->waiting[log->got % SLOWLOG_WAITING];
@@ -305,7 +322,8 @@ static bool has_room(const struct slowlog *log)
     return log->place % SLOWLOG_ROWS_PER_SECTOR || has_bit(log->blank, sector_of(log->place));
 }
 
-/* The sector of the next row when that would be its first, and those ahead of it. SLOWLOG_SECTORS: all are erased. */
+/* The sector of the next row when that would be its first, and those ahead of it. SLOWLOG_SECTORS:
+ * all are erased. */
 static unsigned sector_to_erase(const struct slowlog *log)
 {
     unsigned sector = sector_of(log->place);
@@ -412,8 +430,10 @@ size_t slowlog_take_part(struct slowlog *log, uint16_t *id, uint8_t payload[MR_M
                 return 0;
             log->end_due = false;
             *id = MR_ID_SLOW_END;
-            return mr_slow_end_put(&(struct mr_slow_end){.next_seq = log->next_seq, .rows = (uint16_t)slowlog_rows(log),
-                                                         .boot = log->boot}, payload);
+            return mr_slow_end_put(&(struct mr_slow_end){.next_seq = log->next_seq,
+                                                         .rows = (uint16_t)slowlog_rows(log),
+                                                         .boot = log->boot},
+                                   payload);
         }
     }
     return mr_slowrow_part(&log->telling, log->part++, id, payload);

@@ -1,14 +1,18 @@
-/* The slow log: a row a minute through the night - mat temperature, where the mat lies, what the bands hold - in the last sectors
- * of the black box's memory.
+/* The slow log: a row a minute through the night - mat temperature, where the mat lies, what the
+ * bands hold - in the last sectors of the black box's memory.
  *
- * A row (common/slowrow.h) is made at each full minute of the block index while no landing is going on, of the means of its last
- * four seconds, and told when it is kept (or at once when there is no memory, or none is configured). Rows fill the pages of a ring of SLOWLOG_SECTORS
- * sectors, four to a page; SLOWLOG_AHEAD of them ahead of the newest row are kept erased, so that rows go on for four hours of
- * standing armed, when nothing is erased. So 25 to 26 sectors of 64 rows are held: 26.7 hours at least.
+ * A row (common/slowrow.h) is made at each full minute of the block index while no landing is going
+ * on, of the means of its last four seconds, and told when it is kept (or at once when there is no
+ * memory, or none is configured). Rows fill the pages of a ring of SLOWLOG_SECTORS sectors, four to
+ * a page; SLOWLOG_AHEAD of them ahead of the newest row are kept erased, so that rows go on for
+ * four hours of standing armed, when nothing is erased. So 25 to 26 sectors of 64 rows are held:
+ * 26.7 hours at least.
  *
- * The black box comes first: norshare.h lets the log begin an operation only when the box has none, and an erase only when no
- * landing is armed or going on. A row is read back after it was programmed and goes once more into the next place when it does not hold. What the power
- * tears has no valid CRC and is passed over; rows before it are not touched. Looking through the sectors at start takes some 0.6 s; rows made meanwhile wait.
+ * The black box comes first: norshare.h lets the log begin an operation only when the box has none,
+ * and an erase only when no landing is armed or going on. A row is read back after it was
+ * programmed and goes once more into the next place when it does not hold. What the power tears has
+ * no valid CRC and is passed over; rows before it are not touched. Looking through the sectors at
+ * start takes some 0.6 s; rows made meanwhile wait.
  *
  * Pure but for the calls of nor.h. */
 #ifndef MATRIG_FIRMWARE_SLOWLOG_H
@@ -19,10 +23,11 @@
 #include "common/slowrow.h"
 #include "firmware/nor.h"
 
-#define SLOWLOG_AHEAD 4u
-#define SLOWLOG_WAITING 4u          /* rows that wait for the memory: four minutes of erasing for the box */
-#define SLOWLOG_MEAN_BLOCKS 4096u
-#define SLOWLOG_ROWS_PER_PAGE (NOR_PAGE / MR_SLOWROW)
+#define SLOWLOG_AHEAD           4u
+/* rows that wait for the memory: four minutes of erasing for the box */
+#define SLOWLOG_WAITING         4u
+#define SLOWLOG_MEAN_BLOCKS     4096u
+#define SLOWLOG_ROWS_PER_PAGE   (NOR_PAGE / MR_SLOWROW)
 #define SLOWLOG_ROWS_PER_SECTOR (NOR_SECTOR / MR_SLOWROW)
 
 /* What a block adds. */
@@ -31,8 +36,8 @@ struct slowlog_block {
     const float *displacement_in; /* MR_TRANSDUCERS; NaN: missing */
     const float *tension_lb;      /* MR_GAGES */
     float temperature_c;
-    uint8_t state;                /* as in the message slow_state */
-    bool quiet;                   /* no landing is going on */
+    uint8_t state; /* as in the message slow_state */
+    bool quiet;    /* no landing is going on */
 };
 
 struct slowlog {
@@ -45,31 +50,33 @@ struct slowlog {
 
     struct mr_slowrow waiting[SLOWLOG_WAITING];
     unsigned put, got;
-    struct mr_slowrow news;       /* kept, to be told */
+    struct mr_slowrow news; /* kept, to be told */
     bool has_news;
 
     /* the memory */
     bool missing, scanned;
-    bool left_out;                /* by the configuration, with the black box: the memory is left alone */
-    unsigned job, page, tries;    /* page: within the ring */
+    /* by the configuration, with the black box: the memory is left alone */
+    bool left_out;
+    unsigned job, page, tries; /* page: within the ring */
     uint8_t buffer[NOR_PAGE];
     uint32_t next_seq;
     uint8_t boot;
-    uint32_t blank, bad;          /* bit per sector of the ring: erased and looked at; does not erase */
-    bool ahead_erased;            /* nothing to erase until the next row or sector */
+    /* bit per sector of the ring: erased and looked at; does not erase */
+    uint32_t blank, bad;
+    bool ahead_erased; /* nothing to erase until the next row or sector */
     uint8_t rows_in[SLOWLOG_SECTORS];
-    unsigned place;               /* of the next row: sector * SLOWLOG_ROWS_PER_SECTOR + row */
-    uint32_t newest_seq;          /* while scanning */
+    unsigned place;      /* of the next row: sector * SLOWLOG_ROWS_PER_SECTOR + row */
+    uint32_t newest_seq; /* while scanning */
     unsigned newest_place;
 
     /* being read out */
     bool reading, page_read;
     uint32_t wanted;
-    unsigned read_pages;          /* of the ring, done */
+    unsigned read_pages; /* of the ring, done */
     unsigned read_page, read_row;
 
     struct mr_slowrow telling;
-    unsigned part;                /* of it, to be told; MR_SLOWROW_PARTS: none */
+    unsigned part; /* of it, to be told; MR_SLOWROW_PARTS: none */
     bool end_due;
 };
 
@@ -84,7 +91,8 @@ bool slowlog_busy(struct slowlog *log);
 void slowlog_begin(struct slowlog *log, bool may_erase);
 bool slowlog_erasing(const struct slowlog *log);
 
-/* Tell all rows from number `seq` on. MR_OK; MR_WAIT: it is still being looked through; MR_NOT_NOW: no memory, or none is configured. */
+/* Tell all rows from number `seq` on. MR_OK; MR_WAIT: it is still being looked through; MR_NOT_NOW:
+ * no memory, or none is configured. */
 enum mr_status slowlog_read(struct slowlog *log, uint32_t seq);
 void slowlog_read_stop(struct slowlog *log);
 /* The next message to be said. Its length; 0: none. */

@@ -32,7 +32,8 @@ void tasks_done(enum mr_task task)
 enum mr_task tasks_current(void)
 {
     uint32_t task = present.task;
-    return task < MR_TASK_COUNT && present.complement == ~task ? (enum mr_task)task : (enum mr_task)0;
+    return task < MR_TASK_COUNT && present.complement == ~task ? (enum mr_task)task
+                                                               : (enum mr_task)0;
 }
 
 void tasks_start(void)
@@ -62,7 +63,8 @@ void tasks_tick(uint32_t pc)
     unsigned task = first_late();
     if (task && !late) {
         /* When the loop itself stands, it stands in the part that runs. */
-        unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current() : task;
+        unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
+                                                                  : task;
         health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);
         board_note_late((uint8_t)blamed, pc);
     } else if (!task && late) {

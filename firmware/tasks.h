@@ -1,5 +1,6 @@
-/* Who has run: the parts of the main loop check in, and the watchdog is fed only while each did so within its own limit
- * (common/crash.h). A part that has nothing to do checks in when it has seen that: a board without scans goes on speaking. */
+/* Who has run: the parts of the main loop check in, and the watchdog is fed only while each did so
+ * within its own limit (common/crash.h). A part that has nothing to do checks in when it has seen
+ * that: a board without scans goes on speaking. */
 #ifndef MATRIG_FIRMWARE_TASKS_H
 #define MATRIG_FIRMWARE_TASKS_H
 
@@ -14,8 +15,8 @@
 void tasks_begin(enum mr_task task);
 /* It has done what was to do. */
 void tasks_done(enum mr_task task);
-/* 10 ms have passed; from the supervision interrupt. `pc`: what was interrupted. A task that has become late is counted, and noted
- * for the time after the reset. */
+/* 10 ms have passed; from the supervision interrupt. `pc`: what was interrupted. A task that has
+ * become late is counted, and noted for the time after the reset. */
 void tasks_tick(uint32_t pc);
 bool tasks_well(void);
 /* The part that runs, or ran when the board was reset: kept through resets. 0: not known. */

@@ -5,7 +5,8 @@
 #include "common/framing.h"
 #include "firmware/health.h"
 
-static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
+                     size_t length)
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
     if (!telemetry->can.silent)
@@ -21,7 +22,8 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
     }
 }
 
-static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
+                        size_t length)
 {
     uint8_t frame[MR_FRAME_MAX];
     telemetry->said[TELEMETRY_SERIAL][mr_message_place(id)]++;
@@ -36,7 +38,8 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     health_count(MR_FAULT_SERIAL_QUEUE_FULL, 0);
 }
 
-void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id, const uint8_t *payload, size_t length)
+void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
+                    const uint8_t *payload, size_t length)
 {
     if (sinks & TO_CONFIGURATION)
         blackbox_configure(telemetry->box, id, payload, length);
@@ -48,7 +51,8 @@ void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id, co
         send_serial(telemetry, id, payload, length);
 }
 
-bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
+                     size_t length)
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
     memcpy(frame.data, payload, length);

@@ -1,5 +1,5 @@
-/* Telemetry: where messages go. Each names its sinks; a sink that is full drops the message and counts it, so telemetry never delays
- * acquisition.
+/* Telemetry: where messages go. Each names its sinks; a sink that is full drops the message and
+ * counts it, so telemetry never delays acquisition.
  *
  *     firmware/landinglink.h   what a landing needs, as it happens
  *     firmware/regular.h       clock, health, faults, state: by the schedule
@@ -22,9 +22,10 @@ enum telemetry_sink {
     TO_CAN = 1,
     TO_SERIAL = 2,
     TO_LINKS = TO_CAN | TO_SERIAL,
-    TO_NOTES = 4,              /* the notes of the black box's record, while one is open */
+    TO_NOTES = 4,                    /* the notes of the black box's record, while one is open */
     TO_RECORD = TO_LINKS | TO_NOTES, /* a message that a landing's record needs */
-    TO_CONFIGURATION = 8,      /* the configuration of the black box's record of a landing that was just armed */
+    /* the configuration of the black box's record of a landing that was just armed */
+    TO_CONFIGURATION = 8,
 };
 
 struct telemetry {
@@ -51,24 +52,28 @@ enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* places in `said` */
 
 /* `box` is kept. */
 void telemetry_start(struct telemetry *telemetry, struct blackbox *box);
-void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id, const uint8_t *payload, size_t length);
+void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
+                    const uint8_t *payload, size_t length);
 /* On CAN, whatever its state. */
-bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length);
+bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
+                     size_t length);
 /* There is a black box, so that TO_CONFIGURATION leads somewhere. */
 bool telemetry_has_box(const struct telemetry *telemetry);
 
-/* Send a message of the catalogue that is there: TELL_THIS(telemetry, TO_RECORD, edge, EDGE, &edge). */
-#define TELL_THIS(telemetry, sinks, name, NAME, message)                                                \
-    do {                                                                                                \
-        uint8_t payload_[MR_MESSAGE_MAX];                                                               \
-        telemetry_send(telemetry, sinks, MR_ID_##NAME, payload_, mr_##name##_put(message, payload_));   \
+/* Send a message of the catalogue that is there: TELL_THIS(telemetry, TO_RECORD, edge, EDGE,
+ * &edge). */
+#define TELL_THIS(telemetry, sinks, name, NAME, message)         \
+    do {                                                         \
+        uint8_t payload_[MR_MESSAGE_MAX];                        \
+        telemetry_send(telemetry, sinks, MR_ID_##NAME, payload_, \
+                       mr_##name##_put(message, payload_));      \
     } while (0)
 
 /* Build one on the spot and send it: TELL(telemetry, TO_RECORD, mark, MARK, .number = 1). */
-#define TELL(telemetry, sinks, name, NAME, ...)                              \
-    do {                                                                     \
-        const struct mr_##name message_ = {__VA_ARGS__};                     \
-        TELL_THIS(telemetry, sinks, name, NAME, &message_);                  \
+#define TELL(telemetry, sinks, name, NAME, ...)             \
+    do {                                                    \
+        const struct mr_##name message_ = {__VA_ARGS__};    \
+        TELL_THIS(telemetry, sinks, name, NAME, &message_); \
     } while (0)
 
 #endif

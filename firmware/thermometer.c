@@ -9,14 +9,16 @@ enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, ASK, READ };
 
 enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
 #define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it is over */
-#define CONFIG_UPPER 0x61u    /* 12 bits; shut down */
-#define CONFIG_LOWER 0xa0u    /* as at power-up: 4 Hz (when not shut down), alert inactive, not extended */
-#define C_PER_COUNT 0.0625f
-#define LOWEST_C (-55.0f)     /* the part's range */
-#define HIGHEST_C 125.0f
-/* The data sheet's limits, 0.5 C between 0 and 65 C, 1 C elsewhere, over the root of 3; rounding to 0.0625 C is far below. */
-#define ERROR_C 0.289f
-#define ERROR_BEYOND_C 0.577f
+#define CONFIG_UPPER    0x61u /* 12 bits; shut down */
+/* as at power-up: 4 Hz (when not shut down), alert inactive, not extended */
+#define CONFIG_LOWER    0xa0u
+#define C_PER_COUNT     0.0625f
+#define LOWEST_C        (-55.0f) /* the part's range */
+#define HIGHEST_C       125.0f
+/* The data sheet's limits, 0.5 C between 0 and 65 C, 1 C elsewhere, over the root of 3; rounding to
+ * 0.0625 C is far below. */
+#define ERROR_C         0.289f
+#define ERROR_BEYOND_C  0.577f
 
 float thermometer_celsius(const uint8_t bytes[2])
 {
@@ -37,7 +39,8 @@ void thermometer_start(struct thermometer *t)
     t->last_c = MR_NAN;
 }
 
-static void begin(struct thermometer *t, enum step step, uint32_t index, unsigned bytes, unsigned answer)
+static void begin(struct thermometer *t, enum step step, uint32_t index, unsigned bytes,
+                  unsigned answer)
 {
     t->step = step;
     t->since = index;
@@ -108,9 +111,7 @@ static void go_on(struct thermometer *t, uint32_t index)
         else
             fail(t, THERMOMETER_NO_ANSWER);
         break;
-    case READ:
-        take_reading(t);
-        break;
+    case READ: take_reading(t); break;
     }
 }
 

@@ -2,9 +2,11 @@
 
 #include "firmware/schedule.h"
 
-#define FOLLOW_BLOCKS 10u /* a full queue ahead of it takes 33 ms; then there is no pair this time */
+/* a full queue ahead of it takes 33 ms; then there is no pair this time */
+#define FOLLOW_BLOCKS 10u
 
-void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index, uint32_t tick)
+void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
+                    uint32_t tick)
 {
     if (DUE(SYNC, index)) {
         *timesync = (struct timesync){.due = true, .block = index};

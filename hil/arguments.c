@@ -14,7 +14,7 @@
 #include "hil/core/time.h"
 
 #define STALL_S 30.0
-#define HANG_S 5.0
+#define HANG_S  5.0
 
 const char hil_help[] =
     "usage: matrig-board --elf F [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
@@ -22,39 +22,54 @@ const char hil_help[] =
     "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
     "  --elf F          firmware image (ELF)\n"
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
-    "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) or none\n"
-    "  --parity P       of the serial line's other end: none, even, odd or board (what the board has);\n"
+    "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) "
+    "or none\n"
+    "  --parity P       of the serial line's other end: none, even, odd or board (what the board "
+    "has);\n"
     "                   default none, pty: board, for Linux keeps no parity for pseudo-terminals\n"
-    "  --baud N         rate of the serial line's other end (default 2000000; pty: what is set there)\n"
+    "  --baud N         rate of the serial line's other end (default 2000000; pty: what is set "
+    "there)\n"
     "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
-    "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig replay writes\n"
-    "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, dropping\n"
-    "  --camera HZ[,DELAY_MS[,JITTER_US]]  a film camera: triggered by PE2, after DELAY_MS (default 0) it gives a pulse\n"
+    "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig "
+    "replay writes\n"
+    "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, "
+    "dropping\n"
+    "  --camera HZ[,DELAY_MS[,JITTER_US]]  a film camera: triggered by PE2, after DELAY_MS "
+    "(default 0) it gives a pulse\n"
     "                   a frame on PB3\n"
-    "  --for S          seconds of virtual time (default: the run file's duration, or until a signal)\n"
+    "  --for S          seconds of virtual time (default: the run file's duration, or until a "
+    "signal)\n"
     "  --seed N         of converter noise (default 1)\n"
     "  --hse HZ         crystal, 0: it does not start (default 8000000)\n"
     "  --hsi-ppm N      error of the internal oscillator (default 0)\n"
     "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
-    "  --flash FILE     content of the flash: read if it is there, written at the end; --elf then goes over it,\n"
+    "  --flash FILE     content of the flash: read if it is there, written at the end; --elf then "
+    "goes over it,\n"
     "                   sparing the sectors it does not use\n"
     "  --nor FILE       the same for the black box's memory\n"
-    "  --temperature C[,C/h]  of the mat, in degrees and how fast it rises, or none: no thermometer (default 20)\n"
+    "  --temperature C[,C/h]  of the mat, in degrees and how fast it rises, or none: no "
+    "thermometer (default 20)\n"
     "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
     "  --times T        of flash and NOR operations: spread (drawn, default), typical or max\n"
-    "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr\n"
+    "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on "
+    "stderr\n"
     "  --alignment      fault on unaligned multiple and double transfers, as silicon does; slower\n"
     "  --not-modelled   print what of the chip is not modelled, and end\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
-    "  --gdb PORT       listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and wait for it\n"
-    "  --vcd FILE       trace of pins, converters, links, exceptions, sleep and functions, for GTKWave and others\n"
+    "  --gdb PORT       listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at "
+    "unix:PATH, and wait for it\n"
+    "  --vcd FILE       trace of pins, converters, links, exceptions, sleep and functions, for "
+    "GTKWave and others\n"
     "  --vcd-functions A,B,...  functions to trace (default: the main ones)\n"
     "  --profile FILE   instructions by function, level and kind\n"
-    "  --hang S         end when the firmware hangs for S seconds of virtual time (default 5, 0: never)\n"
+    "  --hang S         end when the firmware hangs for S seconds of virtual time (default 5, 0: "
+    "never)\n"
     "  --stall S        end when a host does not read for S seconds (default 30)\n"
-    "  --wall-limit S   end after S seconds of wall clock (default 600 more than the run's own length; none\n"
+    "  --wall-limit S   end after S seconds of wall clock (default 600 more than the run's own "
+    "length; none\n"
     "                   for a run without end or with --gdb)\n"
-    "A unix: link is listened on; virtual time starts when a host has connected to each, and gdb, within 30 s. At\n"
+    "A unix: link is listened on; virtual time starts when a host has connected to each, and gdb, "
+    "within 30 s. At\n"
     "full speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 s.\n"
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
@@ -114,7 +129,8 @@ static bool parse_temperature(struct hil_arguments *a, const char *text)
     a->options.temperature_c = strtod(text, &end);
     if (end == text || !(a->options.temperature_c >= -60.0 && a->options.temperature_c <= 150.0))
         return false;
-    return !*end || (*end == ',' && parse_number(end + 1, -1000, 1000, &a->options.temperature_c_per_h));
+    return !*end ||
+           (*end == ',' && parse_number(end + 1, -1000, 1000, &a->options.temperature_c_per_h));
 }
 
 /* HZ[,DELAY_MS[,JITTER_US]] */
@@ -125,7 +141,8 @@ static bool parse_camera(struct hil_arguments *a, const char *text)
     for (unsigned i = 0; i < 3; i++) {
         char *end;
         value[i] = strtod(text, &end);
-        if (end == text || (*end && *end != ',') || !(value[i] >= (i ? 0.0 : 0.01) && value[i] <= most[i]))
+        if (end == text || (*end && *end != ',') ||
+            !(value[i] >= (i ? 0.0 : 0.01) && value[i] <= most[i]))
             return false;
         text = end + 1;
         if (*end)
@@ -248,8 +265,11 @@ static bool is_repeated(char **argv, int i)
 
 enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv)
 {
-    *a = (struct hil_arguments){.can = "none", .serial = "none", .hang_s = HANG_S, .stall_s = STALL_S,
-                            .wall_limit_s = -1.0};
+    *a = (struct hil_arguments){.can = "none",
+                                .serial = "none",
+                                .hang_s = HANG_S,
+                                .stall_s = STALL_S,
+                                .wall_limit_s = -1.0};
     hil_options_default(&a->options);
     a->options.log = stderr;
     for (int i = 1; i < argc; i++) {
@@ -258,7 +278,8 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
             return MR_USAGE;
         }
         if (strncmp(argv[i], "--", 2) != 0) {
-            hil_complain("what is `%s`? Everything is given by options; see matrig-board --help", argv[i]);
+            hil_complain("what is `%s`? Everything is given by options; see matrig-board --help",
+                         argv[i]);
             return MR_USAGE;
         }
         if (i + 1 == argc && !takes_no_value(argv[i])) {
@@ -282,7 +303,8 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
         return MR_USAGE;
     }
     if (a->rig && a->replay) {
-        hil_complain("--rig and --replay cannot be given together: the pins are either a rig's or a record's");
+        hil_complain("--rig and --replay cannot be given together: the pins are either a rig's or "
+                     "a record's");
         return MR_USAGE;
     }
     if (!a->parity_given)
@@ -294,16 +316,17 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
 static bool canonical(const char *text, char *out)
 {
     char folder[PATH_MAX], resolved[PATH_MAX];
-    const char *path = !text || strcmp(text, "none") == 0 ? NULL
-                       : strncmp(text, "unix:", 5) == 0 || strncmp(text, "file:", 5) == 0 ? text + 5
-                       : strncmp(text, "pty:", 4) == 0                                    ? text + 4
-                                                                                          : text;
+    const char *path = !text || strcmp(text, "none") == 0                               ? NULL
+                     : strncmp(text, "unix:", 5) == 0 || strncmp(text, "file:", 5) == 0 ? text + 5
+                     : strncmp(text, "pty:", 4) == 0                                    ? text + 4
+                                                                                        : text;
     if (!path || strlen(path) >= sizeof folder)
         return false;
     if (realpath(path, out))
         return true;
     const char *slash = strrchr(path, '/');
-    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1, slash ? path : ".");
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
+             slash ? path : ".");
     if (!realpath(folder, resolved))
         return false;
     return snprintf(out, PATH_MAX, "%s/%s", resolved, slash ? slash + 1 : path) < PATH_MAX;
@@ -313,17 +336,25 @@ static bool canonical(const char *text, char *out)
 static bool same_file(const char *a, const char *b)
 {
     struct stat one, other;
-    return strcmp(a, b) == 0 || (stat(a, &one) == 0 && stat(b, &other) == 0 && one.st_dev == other.st_dev &&
-                                 one.st_ino == other.st_ino);
+    return strcmp(a, b) == 0 || (stat(a, &one) == 0 && stat(b, &other) == 0 &&
+                                 one.st_dev == other.st_dev && one.st_ino == other.st_ino);
 }
 
 enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
 {
     const struct {
         const char *option, *text;
-    } given[] = {{"--elf", a->elf}, {"--rig", a->rig}, {"--replay", a->replay}, {"--faults", a->faults}, {"--can", a->can},
-                 {"--serial", a->serial}, {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL},
-                 {"--vcd", a->vcd}, {"--profile", a->profile}, {"--flash", a->flash}, {"--nor", a->nor}};
+    } given[] = {{"--elf", a->elf},
+                 {"--rig", a->rig},
+                 {"--replay", a->replay},
+                 {"--faults", a->faults},
+                 {"--can", a->can},
+                 {"--serial", a->serial},
+                 {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL},
+                 {"--vcd", a->vcd},
+                 {"--profile", a->profile},
+                 {"--flash", a->flash},
+                 {"--nor", a->nor}};
     enum { READ_ONLY = 4, GIVEN = sizeof given / sizeof given[0] };
     char path[GIVEN][PATH_MAX];
     for (unsigned i = 0; i < GIVEN; i++) {
@@ -332,12 +363,15 @@ enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
             path[i][0] = '\0';
         for (unsigned k = 0; i >= READ_ONLY && k < i; k++) {
             if (path[i][0] && path[k][0] && same_file(path[i], path[k])) {
-                hil_complain("%s and %s are both %s; give each its own", given[k].option, given[i].option, path[i]);
+                hil_complain("%s and %s are both %s; give each its own", given[k].option,
+                             given[i].option, path[i]);
                 return MR_USAGE;
             }
         }
-        if ((given[i].text == a->vcd || given[i].text == a->profile) && path[i][0] && hil_is_precious(path[i])) {
-            hil_complain("%s would overwrite a database or a program: %s; give another file", given[i].option, path[i]);
+        if ((given[i].text == a->vcd || given[i].text == a->profile) && path[i][0] &&
+            hil_is_precious(path[i])) {
+            hil_complain("%s would overwrite a database or a program: %s; give another file",
+                         given[i].option, path[i]);
             return MR_USAGE;
         }
     }

@@ -14,11 +14,12 @@ extern const char hil_help[];
 
 /* The texts are those of argv. */
 struct hil_arguments {
-    const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *vcd_functions, *profile;
+    const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd,
+        *vcd_functions, *profile;
     bool parity_given;
     bool real;
     bool trace;
-    double for_s; /* 0: not given */
+    double for_s;                         /* 0: not given */
     double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;
 };
@@ -28,8 +29,8 @@ __attribute__((format(printf, 1, 2))) void hil_complain(const char *format, ...)
 
 /* MR_USAGE: cannot be; stderr says why. */
 enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv);
-/* What is written must not be what is read or written elsewhere; devices may be. A record takes the place of no
- * campaign. MR_USAGE. */
+/* What is written must not be what is read or written elsewhere; devices may be. A record takes the
+ * place of no campaign. MR_USAGE. */
 enum mr_status hil_arguments_check_paths(const struct hil_arguments *a);
 
 #endif

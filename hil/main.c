@@ -23,11 +23,11 @@
 #include "hil/rig/runfile.h"
 #include "hil/symbols.h"
 
-#define CONNECT_MS 30000
-#define WALL_LIMIT_S 600.0               /* of a run that has an end, beyond its length */
-#define SLICE_MAX_PS (5ull * HIL_MS_PS)  /* between looks at the sockets, at full speed */
+#define CONNECT_MS    30000
+#define WALL_LIMIT_S  600.0              /* of a run that has an end, beyond its length */
+#define SLICE_MAX_PS  (5ull * HIL_MS_PS) /* between looks at the sockets, at full speed */
 #define SLICE_REAL_PS (1ull * HIL_MS_PS) /* and at the wall clock */
-#define HOST_AWAY_PS (50ull * HIL_MS_PS)
+#define HOST_AWAY_PS  (50ull * HIL_MS_PS)
 
 struct session {
     struct hil_link can, serial;
@@ -66,7 +66,8 @@ static void on_serial_bytes(void *ctx, uint64_t t_ps, const uint8_t *bytes, size
 static enum mr_status flush_links(struct session *session, int stall_ms)
 {
     char error[256];
-    enum mr_status status = hil_link_flush(&session->can, stall_ms, &stop_asked, error, sizeof error);
+    enum mr_status status = hil_link_flush(&session->can, stall_ms, &stop_asked, error,
+                                           sizeof error);
     if (status == MR_OK)
         status = hil_link_flush(&session->serial, stall_ms, &stop_asked, error, sizeof error);
     if (status != MR_OK && status != MR_CLOSED)
@@ -74,8 +75,8 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
     return status == MR_CLOSED ? MR_OK : status;
 }
 
-/* At full speed the board waits for whoever opens the other end of its pty: next, but not before it has had the time to
- * start, or to restart after the last one. */
+/* At full speed the board waits for whoever opens the other end of its pty: next, but not before it
+ * has had the time to start, or to restart after the last one. */
 static bool host_is_there(struct session *session, uint64_t t_ps)
 {
     char error[256];
@@ -85,7 +86,8 @@ static bool host_is_there(struct session *session, uint64_t t_ps)
         session->host_seen_ps = t_ps;
     if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
         return true;
-    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, sizeof error);
+    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error,
+                                            sizeof error);
     if (status != MR_OK && !stop_asked)
         hil_complain("%s", error);
     return status == MR_OK;
@@ -99,7 +101,9 @@ static enum mr_status advance(struct session *session, uint64_t t_ps)
     double now_s = (double)hil_board_now_ps(session->board) * 1e-12;
     if (status != MR_OK) {
         hil_complain("stopped at %.6f s: %s", now_s, hil_board_reason(session->board));
-    } else if (!hil_debug_holds(session->board) && hil_hang_look(&session->hang, session->board, &session->symbols, text, sizeof text)) {
+    } else if (!hil_debug_holds(session->board) &&
+               hil_hang_look(&session->hang, session->board, &session->symbols, text,
+                             sizeof text)) {
         hil_complain("stopped at %.6f s: %s", now_s, text);
         status = MR_HALTED;
     }
@@ -117,7 +121,8 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
             status = flushed;
         double held_s = hil_wall_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
-        if (session->gdb.listener >= 0) /* time stood still on both clocks; without gdb 1000 times nothing are 80 ppm */
+        /* time stood still on both clocks; without gdb 1000 times nothing are 80 ppm */
+        if (session->gdb.listener >= 0)
             session->pace.began_s += hil_wall_s() - held_s;
         if (!alive)
             stop_asked = 1;
@@ -150,8 +155,9 @@ static enum mr_status play(struct session *session, double duration_s)
     /* What waits at the end is given its time at either speed. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
     if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
-        hil_complain("the limit of wall-clock time ended the run at %.3f s of virtual time; give more with --wall-limit S",
-                 (double)hil_board_now_ps(session->board) * 1e-12);
+        hil_complain("the limit of wall-clock time ended the run at %.3f s of virtual time; give "
+                     "more with --wall-limit S",
+                     (double)hil_board_now_ps(session->board) * 1e-12);
         status = MR_TIMEOUT;
     }
     return status == MR_OK ? flushed : status;
@@ -163,18 +169,20 @@ static void summarise(const struct session *session, double took_s)
     double virtual_s = (double)hil_board_now_ps(session->board) * 1e-12;
     char pace[96] = "";
     if (session->real)
-        snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second", 1e3 * session->pace.late_s,
-                 1e3 * session->pace.late_started_s);
-    fprintf(stderr,
-            "matrig-board: %.3f s virtual in %.3f s wall (%.1f x%s), %llu instructions, CAN %llu out %llu in, "
-            "serial %llu bytes out %llu in, dropped %llu frames %llu bytes, resets %llu, faults %llu\n",
-            virtual_s, took_s, took_s > 0 ? virtual_s / took_s : 0.0, pace,
-            (unsigned long long)c->instructions,
-            (unsigned long long)c->can_frames_out, (unsigned long long)c->can_frames_in,
-            (unsigned long long)c->serial_bytes_out, (unsigned long long)c->serial_bytes_in,
-            (unsigned long long)(session->can.dropped + c->can_in_dropped),
-            (unsigned long long)(session->serial.dropped + c->serial_in_dropped),
-            (unsigned long long)c->resets, (unsigned long long)c->faults);
+        snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second",
+                 1e3 * session->pace.late_s, 1e3 * session->pace.late_started_s);
+    fprintf(
+        stderr,
+        "matrig-board: %.3f s virtual in %.3f s wall (%.1f x%s), %llu instructions, CAN %llu out "
+        "%llu in, "
+        "serial %llu bytes out %llu in, dropped %llu frames %llu bytes, resets %llu, faults %llu\n",
+        virtual_s, took_s, took_s > 0 ? virtual_s / took_s : 0.0, pace,
+        (unsigned long long)c->instructions, (unsigned long long)c->can_frames_out,
+        (unsigned long long)c->can_frames_in, (unsigned long long)c->serial_bytes_out,
+        (unsigned long long)c->serial_bytes_in,
+        (unsigned long long)(session->can.dropped + c->can_in_dropped),
+        (unsigned long long)(session->serial.dropped + c->serial_in_dropped),
+        (unsigned long long)c->resets, (unsigned long long)c->faults);
 }
 
 static enum mr_status open_links(struct session *session, const struct hil_arguments *a)
@@ -186,24 +194,32 @@ static enum mr_status open_links(struct session *session, const struct hil_argum
     if (status == MR_OK && a->gdb) {
         status = hil_gdb_open(&session->gdb, a->gdb, error, sizeof error);
         if (status == MR_OK)
-            fprintf(stderr, "matrig-board: waiting for gdb: target remote %s\n", session->gdb.place);
+            fprintf(stderr, "matrig-board: waiting for gdb: target remote %s\n",
+                    session->gdb.place);
     }
     if (status == MR_OK)
         status = hil_link_accept(&session->can, CONNECT_MS, &stop_asked, error, sizeof error);
-    if (status == MR_OK && session->serial.type != HIL_LINK_PTY) /* one who opens a terminal may come and go */
+    /* one who opens a terminal may come and go */
+    if (status == MR_OK && session->serial.type != HIL_LINK_PTY)
         status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, sizeof error);
     if (status == MR_OK)
-        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_asked, error, sizeof error);
+        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_asked, error,
+                                sizeof error);
     if (stop_asked == HIL_WALL_STOP)
-        hil_complain("the limit of wall-clock time came while links were opened; is there a host? --wall-limit S gives more");
+        hil_complain("the limit of wall-clock time came while links were opened; is there a host? "
+                     "--wall-limit S gives more");
     else if (status != MR_OK && !stop_asked)
         hil_complain("%s", error);
     return status;
 }
 
-static double duration_of(const struct hil_arguments *a, const struct hil_run *rig, const struct hil_replay *replay)
+static double duration_of(const struct hil_arguments *a, const struct hil_run *rig,
+                          const struct hil_replay *replay)
 {
-    return a->for_s > 0 ? a->for_s : a->rig ? rig->duration_s : a->replay ? hil_replay_duration_s(replay) : HIL_FOREVER_S;
+    return a->for_s > 0 ? a->for_s
+         : a->rig       ? rig->duration_s
+         : a->replay    ? hil_replay_duration_s(replay)
+                        : HIL_FOREVER_S;
 }
 
 static enum mr_status load_memories(struct hil_board *board, const struct hil_arguments *a)
@@ -211,15 +227,18 @@ static enum mr_status load_memories(struct hil_board *board, const struct hil_ar
     enum mr_status status = MR_OK;
     if (a->flash)
         status = hil_board_load_flash(board, a->flash);
-    if (a->elf && (status == MR_OK || status == MR_HALTED)) /* what was in the file need not start */
-        status = a->flash ? hil_board_load_elf_sparing(board, a->elf) : hil_board_load_elf(board, a->elf);
+    /* what was in the file need not start */
+    if (a->elf && (status == MR_OK || status == MR_HALTED))
+        status = a->flash ? hil_board_load_elf_sparing(board, a->elf)
+                          : hil_board_load_elf(board, a->elf);
     if (a->nor && status == MR_OK)
         status = hil_board_load_nor(board, a->nor);
     return status;
 }
 
 /* However the run ended. */
-static enum mr_status save_memories(struct hil_board *board, const struct hil_arguments *a, enum mr_status status)
+static enum mr_status save_memories(struct hil_board *board, const struct hil_arguments *a,
+                                    enum mr_status status)
 {
     enum mr_status saved = MR_OK;
     if (a->flash)
@@ -251,7 +270,9 @@ static void start_wall_limit(const struct hil_arguments *a, double duration_s)
 {
     double limit_s = a->wall_limit_s;
     if (limit_s < 0)
-        limit_s = duration_s < HIL_FOREVER_S && !a->gdb ? WALL_LIMIT_S + (a->real ? duration_s : 0.0) : 0.0;
+        limit_s = duration_s < HIL_FOREVER_S && !a->gdb
+                    ? WALL_LIMIT_S + (a->real ? duration_s : 0.0)
+                    : 0.0;
     hil_wall_limit(limit_s, &stop_asked);
 }
 
@@ -259,13 +280,14 @@ static enum mr_status open_records(struct session *session, const struct hil_arg
 {
     char error[512];
     if (a->profile && !(session->profile = fopen(a->profile, "w"))) {
-        hil_complain("--profile: cannot write %s: %s; give another file", a->profile, strerror(errno));
+        hil_complain("--profile: cannot write %s: %s; give another file", a->profile,
+                     strerror(errno));
         return MR_IO;
     }
     if (a->profile)
         hil_profile_begin(session->board);
-    enum mr_status status = a->vcd ? hil_vcd_open(session->board, a->vcd, a->vcd_functions, &session->symbols, error,
-                                                  sizeof error)
+    enum mr_status status = a->vcd ? hil_vcd_open(session->board, a->vcd, a->vcd_functions,
+                                                  &session->symbols, error, sizeof error)
                                    : MR_OK;
     if (status != MR_OK)
         hil_complain("%s", error);
@@ -284,12 +306,13 @@ static enum mr_status close_records(struct session *session, const struct hil_ar
     failed |= fclose(session->profile) != 0;
     if (!failed)
         return status;
-    hil_complain("--profile: cannot write all of %s: %s; make room or give another file", a->profile, strerror(errno));
+    hil_complain("--profile: cannot write all of %s: %s; make room or give another file",
+                 a->profile, strerror(errno));
     return MR_IO;
 }
 
-static enum mr_status run(const struct hil_arguments *a, struct session *session, const struct hil_run *rig,
-                          const struct hil_replay *replay)
+static enum mr_status run(const struct hil_arguments *a, struct session *session,
+                          const struct hil_run *rig, const struct hil_replay *replay)
 {
     struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
     char error[512];
@@ -335,7 +358,8 @@ static enum mr_status run(const struct hil_arguments *a, struct session *session
     return save_memories(session->board, a, status);
 }
 
-/* A stream that the caller closed must not become the number of an output file: what is said would go there. */
+/* A stream that the caller closed must not become the number of an output file: what is said would
+ * go there. */
 static void hold_standard_streams(void)
 {
     for (int fd = 0; fd < 3; fd++) {
@@ -347,7 +371,8 @@ static void hold_standard_streams(void)
 int main(int argc, char **argv)
 {
     struct hil_arguments a;
-    struct session session = {.can = {.listener = -1, .fd = -1}, .serial = {.listener = -1, .fd = -1},
+    struct session session = {.can = {.listener = -1, .fd = -1},
+                              .serial = {.listener = -1, .fd = -1},
                               .gdb = {.listener = -1, .line = {.fd = -1}}};
     struct hil_run rig = {0};
     struct hil_replay replay = {0};

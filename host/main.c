@@ -33,7 +33,8 @@ int main(int argc, char **argv)
     const struct command *command = help_find(&command_table, argv[i]);
     if (!command)
         return fail_usage("unknown command", argv[i]);
-    argv[i] = (char *)command->name; /* not an older one: matrig-study knows the names of today; nobody writes into it */
+    /* not an older one: matrig-study knows the names of today; nobody writes into it */
+    argv[i] = (char *)command->name;
     for (int k = i + 1; k < argc; k++) {
         if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0) {
             help_command(command);

@@ -16,7 +16,8 @@ void baseline_forget(struct baseline *baseline)
         baseline->in[i] = MR_NAN;
 }
 
-void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet, uint32_t held)
+void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet,
+                     uint32_t held)
 {
     if (!quiet) {
         begin_group(baseline);
@@ -27,6 +28,7 @@ void baseline_follow(struct baseline *baseline, const float *displacement_in, bo
     if (++baseline->blocks < BASELINE_BLOCKS)
         return;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        baseline->in[i] = held >> i & 1u ? baseline->in[i] : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
+        baseline->in[i] = held >> i & 1u ? baseline->in[i]
+                                         : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
     begin_group(baseline);
 }

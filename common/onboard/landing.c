@@ -4,7 +4,8 @@
 
 #include "common/wire.h"
 
-static void change(struct landing *landing, enum landing_state state, enum landing_cause cause, uint32_t block)
+static void change(struct landing *landing, enum landing_state state, enum landing_cause cause,
+                   uint32_t block)
 {
     landing->state = state;
     landing->cause = cause;
@@ -74,12 +75,16 @@ static bool tells_edges(const struct landing *landing)
     return landing->live || landing_recording(landing);
 }
 
-static void put_event(struct landing *landing, uint8_t count, uint8_t position, enum mr_switch_reason reason,
-                      float late_ms, uint32_t block)
+static void put_event(struct landing *landing, uint8_t count, uint8_t position,
+                      enum mr_switch_reason reason, float late_ms, uint32_t block)
 {
     if (tells_edges(landing) && landing->news.events < LANDING_EVENTS)
-        landing->event[landing->news.events++] = (struct mr_switch_event){
-            .count = count, .position = position, .reason = (uint8_t)reason, .late_ms = late_ms, .block16 = (uint16_t)block};
+        landing->event[landing->news.events++] =
+            (struct mr_switch_event){.count = count,
+                                     .position = position,
+                                     .reason = (uint8_t)reason,
+                                     .late_ms = late_ms,
+                                     .block16 = (uint16_t)block};
 }
 
 static void put_notes(struct landing *landing, uint32_t block)
@@ -87,35 +92,42 @@ static void put_notes(struct landing *landing, uint32_t block)
     const struct mr_passage *passage = &landing->passage;
     for (unsigned i = 0; i < passage->notes; i++) {
         const struct mr_passage_note *note = &passage->note[i];
-        put_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason, MR_NAN, block);
+        put_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason,
+                  MR_NAN, block);
     }
 }
 
 static void estimate(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
-    /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it replace them. */
+    /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it
+     * replace them. */
     landing->gates_on_track = 0;
     while (landing->gates_on_track < passage->gates &&
            passage->gate[landing->gates_on_track].station_ft < (double)config->site[0].touchdown_ft)
         landing->gates_on_track++;
     unsigned skip = passage->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
-    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip, (double)config->site[0].switch_error_ft,
+    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip,
+                                         (double)config->site[0].switch_error_ft,
                                          &landing->motion) == MR_OK;
 }
 
 /* A named edge: of a landing, of a model that is pushed, or of neither. */
-static void take_named(struct landing *landing, const struct mr_config *config, const struct mr_switch_edge *edge, uint8_t number,
-                       uint32_t index)
+static void take_named(struct landing *landing, const struct mr_config *config,
+                       const struct mr_switch_edge *edge, uint8_t number, uint32_t index)
 {
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        station_ft[i] = config->gate[i].step_codes ? mr_config_gate_ft(config, i) : MR_NAN; /* one that is not fitted is not missing */
-    struct mr_passage_edge passed = {.tick = edge->tick, .block = index, .position = edge->position, .number = number,
+        /* one that is not fitted is not missing */
+        station_ft[i] = config->gate[i].step_codes ? mr_config_gate_ft(config, i) : MR_NAN;
+    struct mr_passage_edge passed = {.tick = edge->tick,
+                                     .block = index,
+                                     .position = edge->position,
+                                     .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
-    struct mr_passage_news news = mr_passage_edge(&landing->passage, &passed, (double)wheel.speed_ft_s, station_ft,
-                                                  MR_CONFIG_SWITCHES);
+    struct mr_passage_news news = mr_passage_edge(
+        &landing->passage, &passed, (double)wheel.speed_ft_s, station_ft, MR_CONFIG_SWITCHES);
     put_notes(landing, index);
     landing->news.pushed |= news.pushed;
     if (!landing_recording(landing) || !news.gate)
@@ -129,13 +141,15 @@ static void take_named(struct landing *landing, const struct mr_config *config, 
         change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
 }
 
-static void take_answer(struct landing *landing, const struct mr_config *config, const struct mr_switch_edge *edge, uint32_t index)
+static void take_answer(struct landing *landing, const struct mr_config *config,
+                        const struct mr_switch_edge *edge, uint32_t index)
 {
     /* In a landing a switch opens once, but the model may be pushed over it again and again. */
     bool rolling = landing->passage.state == MR_PASSAGE_ROLLING &&
-                   !((double)landing_wheel_at(landing, edge->tick).speed_ft_s < MR_PASSAGE_LEAST_FT_S);
-    bool counts = edge->position &&
-                  (edge->reason == MR_SWITCH_GOOD || (edge->reason == MR_SWITCH_DOUBLE && !rolling));
+                   !((double)landing_wheel_at(landing, edge->tick).speed_ft_s <
+                     MR_PASSAGE_LEAST_FT_S);
+    bool counts = edge->position && (edge->reason == MR_SWITCH_GOOD ||
+                                     (edge->reason == MR_SWITCH_DOUBLE && !rolling));
     if (landing->passage.state == MR_PASSAGE_ROLLING && landing_recording(landing) &&
         index - landing->first_block >= LANDING_LIMIT_BLOCKS)
         counts = false;
@@ -144,23 +158,28 @@ static void take_answer(struct landing *landing, const struct mr_config *config,
     uint8_t number = (uint8_t)landing->edges;
     if (tells_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING)
         landing->edge[landing->news.edges++] =
-            (struct mr_edge){.tick = edge->tick, .position = counts ? edge->position : 0, .count = number,
+            (struct mr_edge){.tick = edge->tick,
+                             .position = counts ? edge->position : 0,
+                             .count = number,
                              .step_codes = edge->step_codes < 0.0f ? 0.0f : edge->step_codes};
     if (edge->reason != MR_SWITCH_GOOD)
-        put_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason, MR_NAN, index);
+        put_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason, MR_NAN,
+                  index);
     if (counts)
         take_named(landing, config, edge, number, index);
 }
 
-static void take_edges(struct landing *landing, const struct mr_config *config, uint32_t index, const uint32_t *edge_ticks,
-                       unsigned edge_count)
+static void take_edges(struct landing *landing, const struct mr_config *config, uint32_t index,
+                       const uint32_t *edge_ticks, unsigned edge_count)
 {
     struct mr_switch_edge edge;
     uint16_t steps_codes[MR_CONFIG_SWITCHES];
-    if (edge_count == 0 && index - landing->edge_block >= (landing->live ? LANDING_LIVE_PAUSE_BLOCKS : MR_PASSAGE_QUIET_BLOCKS))
+    if (edge_count == 0 && index - landing->edge_block >= (landing->live ? LANDING_LIVE_PAUSE_BLOCKS
+                                                                         : MR_PASSAGE_QUIET_BLOCKS))
         landing->edges_in_row = 0;
     for (unsigned i = 0; i < edge_count; i++) {
-        if (landing->edges_in_row < LANDING_EDGES && mr_switches_add(&landing->switches, edge_ticks[i]))
+        if (landing->edges_in_row < LANDING_EDGES &&
+            mr_switches_add(&landing->switches, edge_ticks[i]))
             landing->edges_in_row++;
         landing->edge_block = index;
     }
@@ -186,7 +205,8 @@ static uint32_t blocks_to_rest(const struct landing *landing)
 
 static void start_fit(struct landing *landing, const struct mr_config *config)
 {
-    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config->site[0].touchdown_ft,
+    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates,
+                       (double)config->site[0].touchdown_ft,
                        (double)config->site[0].switch_error_ft);
     landing->fitting = true;
     landing->summary_known = false;
@@ -207,12 +227,14 @@ static void go_on_fitting(struct landing *landing, uint32_t index)
         double late_s = landing->summary.late_s[g];
         if (landing->summary.alien & 1u << g)
             put_event(landing, passage->source[g].number, passage->source[g].position,
-                      late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY, (float)(1000.0 * late_s), index);
+                      late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY, (float)(1000.0 * late_s),
+                      index);
     }
 }
 
-struct landing_news landing_block(struct landing *landing, const struct mr_config *config, uint32_t index, uint32_t tick,
-                                  float staircase_code, const uint32_t *edge_ticks, unsigned edge_count)
+struct landing_news landing_block(struct landing *landing, const struct mr_config *config,
+                                  uint32_t index, uint32_t tick, float staircase_code,
+                                  const uint32_t *edge_ticks, unsigned edge_count)
 {
     enum landing_state before = landing->state;
     landing->news = (struct landing_news){0};
@@ -230,11 +252,13 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
             change(landing, LANDING_SETTLING, LANDING_BY_LIMIT, index);
         if (landing->state == LANDING_SETTLING)
             start_fit(landing, config);
-    } else if (landing->state == LANDING_SETTLING && index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
+    } else if (landing->state == LANDING_SETTLING &&
+               index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
         change(landing, LANDING_DONE, LANDING_BY_SETTLED, index);
     } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
-        forget_passage(landing); /* it rolled past a board that was not armed, or back onto a landing that is done */
+        /* it rolled past a board that was not armed, or back onto a landing that is done */
+        forget_passage(landing);
     }
     if (landing->fitting && landing->state == LANDING_SETTLING && index % LANDING_FIT_BLOCKS == 0)
         go_on_fitting(landing, index);
@@ -260,8 +284,8 @@ struct landing_wheel landing_wheel_at(const struct landing *landing, uint32_t ti
         deceleration_ft_s2 = 0.0;
     if (deceleration_ft_s2 > 0.0 && since_s > speed_ft_s / deceleration_ft_s2)
         since_s = speed_ft_s / deceleration_ft_s2;
-    wheel.station_ft =
-        (float)(landing->motion.position_ft.value + (speed_ft_s - 0.5 * deceleration_ft_s2 * since_s) * since_s);
+    wheel.station_ft = (float)(landing->motion.position_ft.value +
+                               (speed_ft_s - 0.5 * deceleration_ft_s2 * since_s) * since_s);
     wheel.speed_ft_s = (float)(speed_ft_s - deceleration_ft_s2 * since_s);
     wheel.deceleration_ft_s2 = (float)deceleration_ft_s2;
     return wheel;

@@ -1,17 +1,21 @@
 /* One landing: its states, and the motion of the gear that follows from the edges.
  *
- *     idle -> armed (command) -> landing (two edges in a row at 2 ft/s or more) -> settling (gear at rest)
+ *     idle -> armed (command) -> landing (two edges in a row at 2 ft/s or more) -> settling (gear
+ *     at rest)
  *          -> done (mat at rest) -> idle (command)
  *
- * The gear counts as at rest half a second after the time at which the last estimate says it stops, or three seconds after
- * the last gate; a gate while settling returns to landing. Settling lasts two seconds: the mat practically ceases to move as
- * the gear passes (report 2.7.2). No landing lasts longer than LANDING_LIMIT_BLOCKS and settling. The model pushed back, at
- * any time, is counted and told, and changes no state (common/passage.h).
+ * The gear counts as at rest half a second after the time at which the last estimate says it stops,
+ * or three seconds after the last gate; a gate while settling returns to landing. Settling lasts
+ * two seconds: the mat practically ceases to move as the gear passes (report 2.7.2). No landing
+ * lasts longer than LANDING_LIMIT_BLOCKS and settling. The model pushed back, at any time, is
+ * counted and told, and changes no state (common/passage.h).
  *
- * Edges are told while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at most: a contact that chatters
- * does not fill the links. While live they are told too; there a pause of a second is enough.
+ * Edges are told while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at
+ * most: a contact that chatters does not fill the links. While live they are told too; there a
+ * pause of a second is enough.
  *
- * Pure: configuration, blocks and edges in, state out. The board runs it, and the host runs it again over a record. */
+ * Pure: configuration, blocks and edges in, state out. The board runs it, and the host runs it
+ * again over a record. */
 #ifndef MATRIG_COMMON_ONBOARD_LANDING_H
 #define MATRIG_COMMON_ONBOARD_LANDING_H
 
@@ -25,26 +29,36 @@
 #include "common/passage.h"
 #include "common/switches.h"
 
-/* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
- * first trigger, every edge up to there has been stored, however busy the processor was. */
-#define LANDING_EDGE_TICKS 75600u
-#define LANDING_EDGES 96u
-#define LANDING_EVENTS 80u            /* told of one block; the queues of the links hold them */
-#define LANDING_LIMIT_BLOCKS 20000u
-#define LANDING_SETTLE_BLOCKS 2000u
+/* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is
+ * taken, 0.97 ms after its first trigger, every edge up to there has been stored, however busy the
+ * processor was. */
+#define LANDING_EDGE_TICKS        75600u
+#define LANDING_EDGES             96u
+#define LANDING_EVENTS            80u /* told of one block; the queues of the links hold them */
+#define LANDING_LIMIT_BLOCKS      20000u
+#define LANDING_SETTLE_BLOCKS     2000u
 #define LANDING_LIVE_PAUSE_BLOCKS 1000u
-#define LANDING_REST_BLOCKS 500u      /* after the predicted stop */
-#define LANDING_FIT_BLOCKS 16u        /* between two steps of the final fit: blocks that waited meanwhile are taken */
-#define LANDING_NO_EDGE_BLOCKS 3000u  /* without one the gear is at rest, whatever was predicted */
+#define LANDING_REST_BLOCKS       500u /* after the predicted stop */
+/* between two steps of the final fit: blocks that waited meanwhile are taken */
+#define LANDING_FIT_BLOCKS        16u
+/* without one the gear is at rest, whatever was predicted */
+#define LANDING_NO_EDGE_BLOCKS    3000u
 
 /* Their numbers are those of the catalogue. */
 enum landing_state {
-    LANDING_IDLE = MR_LANDING_IDLE, LANDING_ARMED = MR_LANDING_ARMED, LANDING_LANDING = MR_LANDING_LANDING,
-    LANDING_SETTLING = MR_LANDING_SETTLING, LANDING_DONE = MR_LANDING_DONE,
+    LANDING_IDLE = MR_LANDING_IDLE,
+    LANDING_ARMED = MR_LANDING_ARMED,
+    LANDING_LANDING = MR_LANDING_LANDING,
+    LANDING_SETTLING = MR_LANDING_SETTLING,
+    LANDING_DONE = MR_LANDING_DONE,
 };
 enum landing_cause {
-    LANDING_BY_NOTHING = MR_LANDING_BY_NOTHING, LANDING_BY_COMMAND = MR_LANDING_BY_COMMAND, LANDING_BY_EDGE = MR_LANDING_BY_EDGE,
-    LANDING_BY_STOP = MR_LANDING_BY_STOP, LANDING_BY_SETTLED = MR_LANDING_BY_SETTLED, LANDING_BY_LIMIT = MR_LANDING_BY_LIMIT,
+    LANDING_BY_NOTHING = MR_LANDING_BY_NOTHING,
+    LANDING_BY_COMMAND = MR_LANDING_BY_COMMAND,
+    LANDING_BY_EDGE = MR_LANDING_BY_EDGE,
+    LANDING_BY_STOP = MR_LANDING_BY_STOP,
+    LANDING_BY_SETTLED = MR_LANDING_BY_SETTLED,
+    LANDING_BY_LIMIT = MR_LANDING_BY_LIMIT,
 };
 
 /* What a block changed, for telemetry. */
@@ -53,7 +67,8 @@ struct landing_news {
     bool summary;
     bool motion;
     bool pushed;
-    enum mr_status no_fit;  /* why a landing that ended has no summary; MR_OK: it has, or none ended */
+    /* why a landing that ended has no summary; MR_OK: it has, or none ended */
+    enum mr_status no_fit;
     unsigned edges, events; /* of landing.edge and landing.event */
 };
 
@@ -67,20 +82,20 @@ struct landing {
 
     struct mr_switches switches;
     struct mr_passage passage;
-    unsigned edges;      /* since arming; not more than 255 are told apart */
+    unsigned edges;        /* since arming; not more than 255 are told apart */
     unsigned edges_in_row; /* without a pause */
-    bool live;           /* edges are told while idle too (firmware/live.h); arming ends it */
-    uint32_t edge_block; /* of the last one */
-    uint32_t opened;     /* by gates: bit p-1 */
+    bool live;             /* edges are told while idle too (firmware/live.h); arming ends it */
+    uint32_t edge_block;   /* of the last one */
+    uint32_t opened;       /* by gates: bit p-1 */
 
     struct mr_edge edge[MR_SWITCHES_WAITING]; /* to be told of this block */
     struct mr_switch_event event[LANDING_EVENTS];
     struct landing_news news;
 
-    unsigned gates_on_track; /* of the passage's, before the touchdown station */
+    unsigned gates_on_track;          /* of the passage's, before the touchdown station */
     struct mr_motion_estimate motion; /* at the last gate */
     bool motion_known;
-    struct mr_final_fit fit;     /* of the landing that settles, or did */
+    struct mr_final_fit fit; /* of the landing that settles, or did */
     bool fitting;
     struct mr_gates_summary summary;
     bool summary_known;
@@ -89,14 +104,17 @@ struct landing {
 void landing_start(struct landing *landing);
 /* MR_OK, or MR_NOT_NOW. `number` 0: one more than the last. */
 enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t block);
-/* Idle or done, and the configuration has changed: what is under way by the old one is forgotten. */
+/* Idle or done, and the configuration has changed: what is under way by the old one is
+ * forgotten. */
 void landing_reconfigure(struct landing *landing);
 void landing_disarm(struct landing *landing, uint32_t block);
 
-/* One block: its index, first tick, the mean code of the staircase, and the edges up to it. `config`: the switches and the site that
- * are in force; the same from arming to the end of the landing. Not kept. */
-struct landing_news landing_block(struct landing *landing, const struct mr_config *config, uint32_t index, uint32_t tick,
-                                  float staircase_code, const uint32_t *edge_ticks, unsigned edge_count);
+/* One block: its index, first tick, the mean code of the staircase, and the edges up to it.
+ * `config`: the switches and the site that are in force; the same from arming to the end of the
+ * landing. Not kept. */
+struct landing_news landing_block(struct landing *landing, const struct mr_config *config,
+                                  uint32_t index, uint32_t tick, float staircase_code,
+                                  const uint32_t *edge_ticks, unsigned edge_count);
 
 /* Data of this state are kept: armed, landing, settling. */
 bool landing_recording(const struct landing *landing);

@@ -2,9 +2,10 @@
 
 #include "common/wire.h"
 
-#define S_PER_TICK (1.0f / 84e6f)
-#define NEVER_S 1e9f
-#define BRAKING_GATES 3u /* beyond touchdown: from them on the deceleration rests on braking alone */
+#define S_PER_TICK    (1.0f / 84e6f)
+#define NEVER_S       1e9f
+/* beyond touchdown: from them on the deceleration rests on braking alone */
+#define BRAKING_GATES 3u
 
 /* At each gate: what the firmware knows of the motion, as floats. */
 static void follow_motion(struct predict_motion *motion, const struct landing *landing)
@@ -24,19 +25,24 @@ static void follow_motion(struct predict_motion *motion, const struct landing *l
     double a = landing->motion.deceleration_ft_s2.value;
     motion->station_ft = (float)landing->motion.position_ft.value;
     motion->speed_ft_s = (float)landing->motion.speed_ft_s.value;
-    motion->braking = !__builtin_isnan(a) && passage->gates - landing->gates_on_track >= BRAKING_GATES;
+    motion->braking = !__builtin_isnan(a) &&
+                      passage->gates - landing->gates_on_track >= BRAKING_GATES;
     motion->deceleration_ft_s2 = __builtin_isnan(a) ? 0.0f : (float)a;
-    motion->stop_s = motion->deceleration_ft_s2 > 0.0f ? motion->speed_ft_s / motion->deceleration_ft_s2 : NEVER_S;
+    motion->stop_s = motion->deceleration_ft_s2 > 0.0f
+                       ? motion->speed_ft_s / motion->deceleration_ft_s2
+                       : NEVER_S;
 }
 
-static void tell_motion(const struct predict_motion *motion, float touchdown_ft, uint32_t tick, struct mr_predictor_input *input)
+static void tell_motion(const struct predict_motion *motion, float touchdown_ft, uint32_t tick,
+                        struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = MR_NAN;
     if (!motion->rolling)
         return;
     input->wheel_ft = motion->station_ft;
     if (motion->known) {
-        float a = motion->deceleration_ft_s2, s = (float)(int32_t)(tick - motion->tick) * S_PER_TICK;
+        float a = motion->deceleration_ft_s2,
+              s = (float)(int32_t)(tick - motion->tick) * S_PER_TICK;
         bool stopped = s > motion->stop_s;
         s = stopped ? motion->stop_s : s;
         input->wheel_ft = motion->station_ft + (motion->speed_ft_s - 0.5f * a * s) * s;
@@ -52,8 +58,8 @@ uint32_t predict_held(const struct mr_predictor *predictor, const struct landing
     return landing->edges ? 0u : predictor->moved;
 }
 
-void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft, const struct predict_block *block,
-                  struct mr_predictor_input *input)
+void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft,
+                  const struct predict_block *block, struct mr_predictor_input *input)
 {
     *input = (struct mr_predictor_input){0};
     follow_motion(motion, landing);
@@ -70,7 +76,8 @@ static uint16_t at_most_u16(uint32_t value)
 }
 
 /* Part of the run that does not lie between the first and the last transducer that is trusted. */
-static uint8_t inferred_percent(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone)
+static uint8_t inferred_percent(const struct mr_predictor *predictor,
+                                const struct mr_predictor_zone *zone)
 {
     float low_ft = MR_NAN, high_ft = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -80,7 +87,8 @@ static uint8_t inferred_percent(const struct mr_predictor *predictor, const stru
         low_ft = station_ft < low_ft || __builtin_isnan(low_ft) ? station_ft : low_ft;
         high_ft = station_ft > high_ft || __builtin_isnan(high_ft) ? station_ft : high_ft;
     }
-    float from_ft = zone->start_ft > low_ft ? zone->start_ft : low_ft, to_ft = zone->end_ft < high_ft ? zone->end_ft : high_ft;
+    float from_ft = zone->start_ft > low_ft ? zone->start_ft : low_ft,
+          to_ft = zone->end_ft < high_ft ? zone->end_ft : high_ft;
     float length_ft = zone->end_ft - zone->start_ft;
     if (!zone->mats)
         return 0;
@@ -88,19 +96,35 @@ static uint8_t inferred_percent(const struct mr_predictor *predictor, const stru
     return (uint8_t)(100.0f * (1.0f - between) + 0.5f);
 }
 
-void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone, bool warning, uint32_t index,
-                       struct predict_said *said)
+void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
+                       bool warning, uint32_t index, struct predict_said *said)
 {
     uint16_t block16 = (uint16_t)index;
-    said->zone = (struct mr_zone){.mats = (uint16_t)zone->mats, .start_ft = zone->start_ft, .end_ft = zone->end_ft, .block16 = block16};
-    said->lead = (struct mr_zone_lead){.lead_s = zone->lead_s, .wheel_ft = predictor->wheel_ft, .warning = warning,
-                                       .inferred_percent = inferred_percent(predictor, zone), .block16 = block16};
-    said->error = (struct mr_zone_error){.start_ft = zone->start_error_ft, .end_ft = zone->end_error_ft,
-                                         .mean_gap_in = zone->mean_gap_in, .block16 = block16};
-    said->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->coming_mats, .wheel_ft = zone->coming_ft,
-                                           .closed_joints = (uint16_t)zone->closed_joints, .block16 = block16};
-    said->press = (struct mr_zone_press){.compression_lb = zone->compression_lb, .critical_lb = zone->critical_lb,
-                                         .distance_ft = zone->distance_ft, .block16 = block16};
-    said->verdict = (struct mr_verdict){.verdict = (uint8_t)zone->verdict, .reason = (uint8_t)zone->reason, .level = (uint8_t)zone->level,
-                                        .basis = (uint8_t)zone->basis, .age = at_most_u16(zone->age_blocks), .block16 = block16};
+    said->zone = (struct mr_zone){.mats = (uint16_t)zone->mats,
+                                  .start_ft = zone->start_ft,
+                                  .end_ft = zone->end_ft,
+                                  .block16 = block16};
+    said->lead = (struct mr_zone_lead){.lead_s = zone->lead_s,
+                                       .wheel_ft = predictor->wheel_ft,
+                                       .warning = warning,
+                                       .inferred_percent = inferred_percent(predictor, zone),
+                                       .block16 = block16};
+    said->error = (struct mr_zone_error){.start_ft = zone->start_error_ft,
+                                         .end_ft = zone->end_error_ft,
+                                         .mean_gap_in = zone->mean_gap_in,
+                                         .block16 = block16};
+    said->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->coming_mats,
+                                           .wheel_ft = zone->coming_ft,
+                                           .closed_joints = (uint16_t)zone->closed_joints,
+                                           .block16 = block16};
+    said->press = (struct mr_zone_press){.compression_lb = zone->compression_lb,
+                                         .critical_lb = zone->critical_lb,
+                                         .distance_ft = zone->distance_ft,
+                                         .block16 = block16};
+    said->verdict = (struct mr_verdict){.verdict = (uint8_t)zone->verdict,
+                                        .reason = (uint8_t)zone->reason,
+                                        .level = (uint8_t)zone->level,
+                                        .basis = (uint8_t)zone->basis,
+                                        .age = at_most_u16(zone->age_blocks),
+                                        .block16 = block16};
 }

@@ -1,5 +1,6 @@
-/* What goes into the predictor and what comes out as messages, each block: the part that the host runs too, to say whether a board said
- * what follows from its record (host/analyse/predict_again.h). Pure. */
+/* What goes into the predictor and what comes out as messages, each block: the part that the host
+ * runs too, to say whether a board said what follows from its record
+ * (host/analyse/predict_again.h). Pure. */
 #ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 #define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 
@@ -7,18 +8,20 @@
 #include "common/onboard/landing.h"
 #include "common/predictor.h"
 
-#define PREDICT_LOOK_BLOCKS 10u     /* the lamp follows so often */
-#define PREDICT_SAY_BLOCKS 50u      /* 20 Hz */
-#define PREDICT_BACKLOG_BLOCKS 8u   /* of the 16 that the board holds; the final fit of the motion keeps up to 7 waiting */
+#define PREDICT_LOOK_BLOCKS    10u /* the lamp follows so often */
+#define PREDICT_SAY_BLOCKS     50u /* 20 Hz */
+/* of the 16 that the board holds; the final fit of the motion keeps up to 7 waiting */
+#define PREDICT_BACKLOG_BLOCKS 8u
 
-/* Motion of the gear as of the last gate, in single precision: carried on block by block without a double. */
+/* Motion of the gear as of the last gate, in single precision: carried on block by block without a
+ * double. */
 struct predict_motion {
-    unsigned gates;        /* of the passage, when this was made */
-    bool rolling, known;   /* a wheel is there; its speed is known */
-    uint32_t tick;         /* of the gate */
+    unsigned gates;      /* of the passage, when this was made */
+    bool rolling, known; /* a wheel is there; its speed is known */
+    uint32_t tick;       /* of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
-    float stop_s;          /* from the gate until it stops; a large number: it does not */
-    bool braking;          /* gates enough beyond touchdown to tell the deceleration */
+    float stop_s; /* from the gate until it stops; a large number: it does not */
+    bool braking; /* gates enough beyond touchdown to tell the deceleration */
 };
 
 /* What a block brings for it. */
@@ -29,13 +32,14 @@ struct predict_block {
     unsigned waiting;             /* blocks that wait behind this one */
 };
 
-/* Transducers, as bits, whose zero stays what it was though nothing seems to roll: they have moved, and no switch has said a word since
- * arming. */
+/* Transducers, as bits, whose zero stays what it was though nothing seems to roll: they have moved,
+ * and no switch has said a word since arming. */
 uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing);
 
-/* What the predictor is given of a block. `touchdown_ft`: station where the runway begins, of the site's configuration. */
-void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft, const struct predict_block *block,
-                  struct mr_predictor_input *input);
+/* What the predictor is given of a block. `touchdown_ft`: station where the runway begins, of the
+ * site's configuration. */
+void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft,
+                  const struct predict_block *block, struct mr_predictor_input *input);
 
 /* One statement; `error` only where there is a zone. */
 struct predict_said {
@@ -47,7 +51,7 @@ struct predict_said {
     struct mr_verdict verdict;
 };
 
-void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone, bool warning, uint32_t index,
-                       struct predict_said *said);
+void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
+                       bool warning, uint32_t index, struct predict_said *said);
 
 #endif

@@ -1,5 +1,5 @@
-/* The tables of a campaign. Columns come from tables.def as the program has them; what a table or a column means stands in comments beside
- * its row there, and these are read from the file. */
+/* The tables of a campaign. Columns come from tables.def as the program has them; what a table or a
+ * column means stands in comments beside its row there, and these are read from the file. */
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "docs/reference/reference.h"
 
 #define LINES_MAX 1000
-#define LINE_MAX 400
+#define LINE_MAX  400
 
 /* A file of the table, line by line. */
 struct source {
@@ -64,7 +64,8 @@ static size_t find_column(const char *row, const char *name)
     return sources()->count;
 }
 
-/* What stands between the comment's marks, without the marks' lines; false: the line has no comment. */
+/* What stands between the comment's marks, without the marks' lines; false: the line has no
+ * comment. */
 static bool comment_in(const char *line, char *text, size_t size)
 {
     const char *from = strstr(line, "/* "), *to = strstr(line, " */");
@@ -118,7 +119,8 @@ static void write_text(FILE *out, const char *text)
 static void write_comment(FILE *out, size_t at)
 {
     char text[1000];
-    if (at < sources()->count && (comment_in(sources()->line[at], text, sizeof text) || comment_before(at, text, sizeof text)))
+    if (at < sources()->count && (comment_in(sources()->line[at], text, sizeof text) ||
+                                  comment_before(at, text, sizeof text)))
         write_text(out, text);
 }
 
@@ -129,7 +131,8 @@ static void write_table(FILE *out, const char *row, const char *table)
     fputs("\n\n| column | type | meaning |\n|---|---|---|\n", out);
 }
 
-static void write_column(FILE *out, const char *row, const char *column, const char *type, const char *constraint)
+static void write_column(FILE *out, const char *row, const char *column, const char *type,
+                         const char *constraint)
 {
     fprintf(out, "| `%s` | %s%s%s | ", column, type, constraint[0] ? " " : "", constraint);
     write_comment(out, find_column(row, column));
@@ -139,15 +142,18 @@ static void write_column(FILE *out, const char *row, const char *column, const c
 void reference_campaign(FILE *out)
 {
     bool in_view = false; /* the rows of a query are no table; they come last */
-    reference_head(out, "The campaign database", "`host/store/tables.def` and `host/store/tables_journal.def`");
-    fputs("A campaign is one SQLite file. Times that end in `_us` are microseconds: those of the board since its scans began, those of the host since\n"
-          "1970. NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `landing` is the number that commands call RUN.\n",
+    reference_head(out, "The campaign database",
+                   "`host/store/tables.def` and `host/store/tables_journal.def`");
+    fputs("A campaign is one SQLite file. Times that end in `_us` are microseconds: those of the "
+          "board since its scans began, those of the host since\n"
+          "1970. NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `landing` is the "
+          "number that commands call RUN.\n",
           out);
-#define TABLE(row, table) write_table(out, #row, #table);
-#define VIEW(row) in_view = true;
+#define TABLE(row, table)              write_table(out, #row, #table);
+#define VIEW(row)                      in_view = true;
 #define OWNER(row, column, constraint) write_column(out, #row, #column, "INTEGER", constraint);
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
-    if (!in_view)                                                                                     \
+    if (!in_view)                                                                     \
         write_column(out, #row, #column, #type, constraint);
 #define COMPUTED(row, declaration, field, read)
 #define END(row, key, put)

@@ -8,7 +8,8 @@
 /* Lines that begin with blanks, and examples, stand as they are. */
 static bool is_plain(const char *text)
 {
-    return strncmp(text, "Example", 7) != 0 && !strstr(text, "\n ") && !strstr(text, "Example:") && text[0] != ' ';
+    return strncmp(text, "Example", 7) != 0 && !strstr(text, "\n ") && !strstr(text, "Example:") &&
+           text[0] != ' ';
 }
 
 static void write_row(FILE *out, const struct help_row *row, bool *in_table)
@@ -35,7 +36,8 @@ static void write_command(FILE *out, const struct command *command, const char *
 {
     struct help_page page = help_page_make(command);
     bool in_table = false;
-    fprintf(out, "\n### matrig %s\n\n%s.\n\n```text\nmatrig %s %s\n```\n", command->name, command->summary, command->name, command->words);
+    fprintf(out, "\n### matrig %s\n\n%s.\n\n```text\nmatrig %s %s\n```\n", command->name,
+            command->summary, command->name, command->words);
     if (formerly)
         fprintf(out, "\n`matrig %s` is the older name of this command.\n", formerly);
     for (size_t i = 0; i < page.rows; i++)
@@ -45,7 +47,8 @@ static void write_command(FILE *out, const struct command *command, const char *
 
 void reference_commands(FILE *out)
 {
-    reference_head(out, "Commands", "the descriptors in `host/commands/`, which `matrig COMMAND --help` prints too");
+    reference_head(out, "Commands",
+                   "the descriptors in `host/commands/`, which `matrig COMMAND --help` prints too");
     fputs("These options stand before the command:\n\n| | |\n|---|---|\n", out);
     for (size_t i = 0; i < command_matrig.count; i++) {
         const struct command_part *part = &command_matrig.parts[i];

@@ -5,7 +5,8 @@ static void write_limits(FILE *out, double least, double most)
     fprintf(out, "%.10g to %.10g", least, most);
 }
 
-static void write_row(FILE *out, const char *field, const char *type, const char *unit, const char *text)
+static void write_row(FILE *out, const char *field, const char *type, const char *unit,
+                      const char *text)
 {
     fprintf(out, "| `%s` | %s | ", field, type);
     reference_cell(out, unit);
@@ -17,29 +18,36 @@ static void write_row(FILE *out, const char *field, const char *type, const char
 void reference_configuration(FILE *out)
 {
     reference_head(out, "Configuration", "`common/config.def`");
-    fputs("The configuration as text (`matrig board config get`) has one field a line: `site.mats = 420`, or `gate[3].station_ft = 12.5`\n"
-          "where there are several. Members count from 1: `channel[1]` to `[8]` are the transducers\' inputs, `[9]` to `[22]` the gages\', `[23]` the\n"
-          "staircase, `[24]` the reference. `#` begins a comment. `matrig board config check F` says which line is wrong, and what would be right.\n",
+    fputs("The configuration as text (`matrig board config get`) has one field a line: `site.mats "
+          "= 420`, or `gate[3].station_ft = 12.5`\n"
+          "where there are several. Members count from 1: `channel[1]` to `[8]` are the "
+          "transducers\' inputs, `[9]` to `[22]` the gages\', `[23]` the\n"
+          "staircase, `[24]` the reference. `#` begins a comment. `matrig board config check F` "
+          "says which line is wrong, and what would be right.\n",
           out);
-#define GROUP(name, count) fprintf(out, "\n## %s\n\nGroups of this kind: %d.\n\n| field | type | unit | meaning | limits |\n|---|---|---|---|---|\n", #name, count);
+#define GROUP(name, count)                                                                     \
+    fprintf(out,                                                                               \
+            "\n## %s\n\nGroups of this kind: %d.\n\n| field | type | unit | meaning | limits " \
+            "|\n|---|---|---|---|---|\n",                                                      \
+            #name, count);
 #define INTEGER(group, type, field, least, most, unit, text) \
     write_row(out, #field, #type, unit, text);               \
     write_limits(out, least, most);                          \
     fputs(" |\n", out);
-#define REAL(group, field, least, most, unit, text)  \
-    write_row(out, #field, "number", unit, text);    \
-    write_limits(out, least, most);                  \
+#define REAL(group, field, least, most, unit, text) \
+    write_row(out, #field, "number", unit, text);   \
+    write_limits(out, least, most);                 \
     fputs(" |\n", out);
-#define OPTIONAL(group, field, least, most, unit, text)         \
-    write_row(out, #field, "number, or missing", unit, text);   \
-    write_limits(out, least, most);                             \
+#define OPTIONAL(group, field, least, most, unit, text)       \
+    write_row(out, #field, "number, or missing", unit, text); \
+    write_limits(out, least, most);                           \
     fputs(" |\n", out);
-#define REALS(group, field, count, least, most, unit, text)  \
-    write_row(out, #field, #count " numbers", unit, text);   \
-    write_limits(out, least, most);                          \
+#define REALS(group, field, count, least, most, unit, text) \
+    write_row(out, #field, #count " numbers", unit, text);  \
+    write_limits(out, least, most);                         \
     fputs(" |\n", out);
-#define TEXT(group, field, size, text)                  \
-    write_row(out, #field, "text", "", text);           \
+#define TEXT(group, field, size, text)        \
+    write_row(out, #field, "text", "", text); \
     fprintf(out, "%d bytes |\n", size);
 #define END(name)
 #include "common/config.def"

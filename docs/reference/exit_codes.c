@@ -11,10 +11,16 @@ void reference_exit_codes(FILE *out)
         MR_STATUS_TABLE(ROW)
 #undef ROW
     };
-    static const char *const meanings[] = {"all is well",          "a comparison or a limit failed", "wrong usage", "input, output or a device failed",
-                                           "the input is malformed or cut off", "numerics refused or failed"};
+    static const char *const meanings[] = {"all is well",
+                                           "a comparison or a limit failed",
+                                           "wrong usage",
+                                           "input, output or a device failed",
+                                           "the input is malformed or cut off",
+                                           "numerics refused or failed"};
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
-    fputs("Every command of `matrig` ends with one of these codes. An error is one line on standard error: what, where, what to do.\n", out);
+    fputs("Every command of `matrig` ends with one of these codes. An error is one line on "
+          "standard error: what, where, what to do.\n",
+          out);
     for (int code = 0; code < (int)(sizeof meanings / sizeof meanings[0]); code++) {
         fprintf(out, "\n## %d: %s\n\n| status | text |\n|---|---|\n", code, meanings[code]);
         for (size_t i = 0; i < sizeof statuses / sizeof statuses[0]; i++) {

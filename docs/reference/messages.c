@@ -11,7 +11,9 @@ static const char *type_text(enum mr_wire_type type)
 
 static const char *direction_text(enum mr_direction direction)
 {
-    static const char *const texts[] = {"From the board, on CAN and serial", "From the board, on CAN alone", "To the board, on either link"};
+    static const char *const texts[] = {"From the board, on CAN and serial",
+                                        "From the board, on CAN alone",
+                                        "To the board, on either link"};
     return texts[direction];
 }
 
@@ -31,10 +33,12 @@ static void write_field(FILE *out, const struct mr_field_info *field)
 
 static void write_message(FILE *out, const struct mr_message_info *message)
 {
-    fprintf(out, "\n### %s, 0x%03x\n\n%s. %s; %u bytes", message->name, message->id, message->text, direction_text(message->direction), message->length);
+    fprintf(out, "\n### %s, 0x%03x\n\n%s. %s; %u bytes", message->name, message->id, message->text,
+            direction_text(message->direction), message->length);
     if (message->every_ms)
         fprintf(out, "; every %u ms", message->every_ms);
-    fputs(".\n\n| byte | field | type | resolution or unit | meaning |\n|---|---|---|---|---|\n", out);
+    fputs(".\n\n| byte | field | type | resolution or unit | meaning |\n|---|---|---|---|---|\n",
+          out);
     for (size_t i = 0; i < message->field_count; i++)
         write_field(out, &message->fields[i]);
 }
@@ -49,14 +53,19 @@ static void write_commands(FILE *out)
         MR_COMMAND_TABLE(ROW)
 #undef ROW
     };
-    fputs("\n## Commands to the board\n\nThe message `command` carries a code.\n\n| code | name | counts a unit of the argument | meaning |\n|---|---|---|---|\n", out);
+    fputs("\n## Commands to the board\n\nThe message `command` carries a code.\n\n| code | name | "
+          "counts a unit of the argument | meaning |\n|---|---|---|---|\n",
+          out);
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
-        fprintf(out, "| %u | `%s` | %u | %s |\n", commands[i].code, commands[i].name, commands[i].per_unit, commands[i].meaning);
+        fprintf(out, "| %u | `%s` | %u | %s |\n", commands[i].code, commands[i].name,
+                commands[i].per_unit, commands[i].meaning);
 }
 
 static void write_faults(FILE *out)
 {
-    fputs("\n## Faults\n\nThe number of a fault is its bit in `health.faults`. A bracket in the text says what the detail means.\n\n| fault | text |\n|---|---|\n", out);
+    fputs("\n## Faults\n\nThe number of a fault is its bit in `health.faults`. A bracket in the "
+          "text says what the detail means.\n\n| fault | text |\n|---|---|\n",
+          out);
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
         fprintf(out, "| %u | %s |\n", i, mr_fault_text(i));
 }
@@ -65,10 +74,13 @@ void reference_messages(FILE *out)
 {
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
-    reference_head(out, "Messages", "`common/catalogue.def`, `common/command.h` and `common/fault.h`");
+    reference_head(out, "Messages",
+                   "`common/catalogue.def`, `common/command.h` and `common/fault.h`");
     fprintf(out,
-            "The layout version is %u. The identifier is the CAN identifier and the serial type. All integers are little-endian. A scaled\n"
-            "field keeps one code for \"missing\". `matrig dbc` writes the same as a DBC file.\n\n## Messages\n",
+            "The layout version is %u. The identifier is the CAN identifier and the serial type. "
+            "All integers are little-endian. A scaled\n"
+            "field keeps one code for \"missing\". `matrig dbc` writes the same as a DBC "
+            "file.\n\n## Messages\n",
             MR_LAYOUT);
     for (size_t i = 0; i < count; i++)
         write_message(out, &messages[i]);

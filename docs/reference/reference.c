@@ -1,11 +1,15 @@
-/* reference: writes the pages of docs/reference into a folder. usage: reference FOLDER, in the root of the sources. */
+/* reference: writes the pages of docs/reference into a folder. usage: reference FOLDER, in the root
+ * of the sources. */
 #include "docs/reference/reference.h"
 
 #include <limits.h>
 
 void reference_head(FILE *out, const char *title, const char *source)
 {
-    fprintf(out, "# %s\n\n<!-- Made by `make reference`. Do not edit this page: edit %s. -->\n\nThis page is made from %s.\n\n", title, source, source);
+    fprintf(out,
+            "# %s\n\n<!-- Made by `make reference`. Do not edit this page: edit %s. -->\n\nThis "
+            "page is made from %s.\n\n",
+            title, source, source);
 }
 
 void reference_cell(FILE *out, const char *text)
@@ -26,8 +30,9 @@ int main(int argc, char **argv)
         const char *name;
         void (*write)(FILE *out);
     } pages[] = {
-        {"commands", reference_commands}, {"messages", reference_messages}, {"configuration", reference_configuration},
-        {"scene", reference_scene},       {"campaign", reference_campaign}, {"exit-codes", reference_exit_codes},
+        {"commands", reference_commands},           {"messages", reference_messages},
+        {"configuration", reference_configuration}, {"scene", reference_scene},
+        {"campaign", reference_campaign},           {"exit-codes", reference_exit_codes},
     };
     if (argc != 2) {
         fputs("usage: reference FOLDER\n", stderr);

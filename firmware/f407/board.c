@@ -4,9 +4,9 @@
 #include "firmware/tasks.h"
 
 #define SUPERVISION_HZ 100u
-#define SHUNT_PIN 1u
-#define WARNING_PIN 0u /* PE0: high holds the lamp off, so a dead board warns */
-#define LAMP_PIN 3u    /* PE3: low while the lamp draws current */
+#define SHUNT_PIN      1u
+#define WARNING_PIN    0u /* PE0: high holds the lamp off, so a dead board warns */
+#define LAMP_PIN       3u /* PE3: low while the lamp draws current */
 
 static struct board_identity identity;
 static bool quiet;
@@ -68,7 +68,8 @@ void board_start(void)
         can_start();
     if (quiet)
         dma1 = false;
-    /* No scans on the raw oscillator: neither their times nor the settling would be what the rest relies on. */
+    /* No scans on the raw oscillator: neither their times nor the settling would be what the rest
+     * relies on. */
     if (clock != BOARD_CLOCK_RAW && dma1 && dma2 && capture_start())
         scan_prepare();
     nor_start(dma1);
@@ -117,7 +118,8 @@ void systick_irq(const uint32_t *frame)
 
 bool board_sleep(void)
 {
-    /* WFI wakes for a pending interrupt even while masked, so nothing that comes after the check is slept through. */
+    /* WFI wakes for a pending interrupt even while masked, so nothing that comes after the check is
+     * slept through. */
     uint32_t mask = irq_mask();
     if (!scan_ready() && !tick_passed) {
         uint32_t before = TIM2->CNT;

@@ -1,22 +1,25 @@
-/* CAN1 at 1 Mbit/s: 42 MHz / 3 = 14 quanta a bit, sample point after 12 (85.7 %). RM0090 32.7 (modes, bit timing), 32.9.
+/* CAN1 at 1 Mbit/s: 42 MHz / 3 = 14 quanta a bit, sample point after 12 (85.7 %). RM0090 32.7
+ * (modes, bit timing), 32.9.
  *
- * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what went before it. Bus-off is left by
- * software, when firmware/canwatch.c says so: the controller itself (ABOM) would come back 400 times a second to a shorted bus. */
+ * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what
+ * went before it. Bus-off is left by software, when firmware/canwatch.c says so: the controller
+ * itself (ABOM) would come back 400 times a second to a shorted bus. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 #include "common/catalogue.h"
 
-#define TX_QUEUE 256u
-#define RX_QUEUE 64u
-#define ALL_EMPTY (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
+#define TX_QUEUE   256u
+#define RX_QUEUE   64u
+#define ALL_EMPTY  (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
 #define INIT_POLLS 100000u
 #define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
 static struct board_can_frame tx_queue[TX_QUEUE], rx_queue[RX_QUEUE];
 static volatile uint32_t tx_queued, tx_taken, rx_queued, rx_taken;
 static bool running;
-static volatile uint32_t passed, aborted; /* frames that mailboxes sent, and gave up when asked to */
-static uint32_t cleared;                    /* frames that waited, and were dropped */
+/* frames that mailboxes sent, and gave up when asked to */
+static volatile uint32_t passed, aborted;
+static uint32_t cleared; /* frames that waited, and were dropped */
 
 /* The sync frame: what it says, the mailbox it is in (3: none), when it left. */
 static volatile uint32_t sync_block, sync_tick;
@@ -41,15 +44,16 @@ void can_start(void)
     }
     CAN1->BTR = BIT_TIMING;
     CAN1->FMR |= CAN_FMR_FINIT;
-    CAN1->FM1R = 1u;  /* bank 0: list of identifiers */
-    CAN1->FS1R = 1u;  /* 32 bits */
-    CAN1->FFA1R = 0;  /* to FIFO 0 */
+    CAN1->FM1R = 1u; /* bank 0: list of identifiers */
+    CAN1->FS1R = 1u; /* 32 bits */
+    CAN1->FFA1R = 0; /* to FIFO 0 */
     CAN1->filter[0][0] = (uint32_t)MR_ID_COMMAND << 21;
     CAN1->filter[0][1] = (uint32_t)MR_ID_CONFIG_WORD << 21;
     CAN1->FA1R = 1u;
     CAN1->FMR &= ~CAN_FMR_FINIT;
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
-    /* It takes part from 11 recessive bits on. Not waited for: a bus that is shorted now may be mended later. */
+    /* It takes part from 11 recessive bits on. Not waited for: a bus that is shorted now may be
+     * mended later. */
     CAN1->MCR = CAN_MCR_TXFP;
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
     irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);
@@ -58,7 +62,8 @@ void can_start(void)
 
 static uint32_t word_of(const uint8_t *bytes)
 {
-    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
+           (uint32_t)bytes[3] << 24;
 }
 
 /* Fills empty mailboxes from the queue. Interrupts masked, or inside the CAN interrupt. */
@@ -88,7 +93,8 @@ void can1_tx_irq(void)
 {
     uint32_t now = TIM2->CNT;
     uint32_t tsr = CAN1->TSR;
-    /* Only what was seen is cleared: a mailbox that is done meanwhile brings the next interrupt, with its own time. */
+    /* Only what was seen is cleared: a mailbox that is done meanwhile brings the next interrupt,
+     * with its own time. */
     for (unsigned mailbox = 0; mailbox < 3; mailbox++) {
         bool left = (tsr & CAN_TSR_TXOK(mailbox)) != 0;
         if (!(tsr & CAN_TSR_RQCP(mailbox)))
@@ -114,8 +120,9 @@ void can1_rx0_irq(void)
         CAN1->RF0R = CAN_RF0R_FOVR;
         health_count(MR_FAULT_CAN_RX_OVERRUN, 0);
     }
-    /* Three at most are stored; a stuck count must not hold the processor here. While a mailbox is being released the count
-     * is still the old one: what is left then brings the next interrupt. */
+    /* Three at most are stored; a stuck count must not hold the processor here. While a mailbox is
+     * being released the count is still the old one: what is left then brings the next
+     * interrupt. */
     for (unsigned n = 0; n < 3; n++) {
         uint32_t fifo = CAN1->RF0R;
         if (!(fifo & CAN_RF0R_FMP) || fifo & CAN_RF0R_RFOM)

@@ -1,12 +1,13 @@
-/* System clock: 168 MHz from the 8 MHz crystal; from the internal oscillator when that does not start; failing the PLL
- * too, the internal oscillator's 16 MHz, on which nothing is measured but the board still says so.
- * RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+/* System clock: 168 MHz from the 8 MHz crystal; from the internal oscillator when that does not
+ * start; failing the PLL too, the internal oscillator's 16 MHz, on which nothing is measured but
+ * the board still says so. RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-/* Polls of a flag, about 8 cycles each at 16 MHz: 100 ms for the crystal (2 ms is typical), 20 ms for the PLL (0.3 ms). */
+/* Polls of a flag, about 8 cycles each at 16 MHz: 100 ms for the crystal (2 ms is typical), 20 ms
+ * for the PLL (0.3 ms). */
 #define CRYSTAL_POLLS 200000u
-#define PLL_POLLS 40000u
+#define PLL_POLLS     40000u
 
 static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
 {
@@ -17,7 +18,8 @@ static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
     return false;
 }
 
-/* 8 MHz / 4 or 16 MHz / 8 = 2 MHz, * 168 = 336 MHz, / 2 = 168 MHz; / 7 = 48 MHz for the unused USB. */
+/* 8 MHz / 4 or 16 MHz / 8 = 2 MHz, * 168 = 336 MHz, / 2 = 168 MHz; / 7 = 48 MHz for the unused
+ * USB. */
 static bool start_pll(bool from_crystal)
 {
     uint32_t input_divider = from_crystal ? 4u : 8u;
@@ -41,7 +43,8 @@ enum board_clock_source clock_start(void)
     RCC->CR |= RCC_CR_HSEON;
     bool crystal = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
     if (crystal)
-        RCC->CR |= RCC_CR_CSSON; /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
+        /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
+        RCC->CR |= RCC_CR_CSSON;
     else
         health_count(MR_FAULT_CLOCK_FALLBACK, 0);
     if (start_pll(crystal))

@@ -1,5 +1,5 @@
-/* The F407's drivers, one file each, behind board.h. All loops that wait for hardware are bounded; what does not answer is
- * counted as a fault and left out. */
+/* The F407's drivers, one file each, behind board.h. All loops that wait for hardware are bounded;
+ * what does not answer is counted as a fault and left out. */
 #ifndef MATRIG_FIRMWARE_F407_DRIVERS_H
 #define MATRIG_FIRMWARE_F407_DRIVERS_H
 
@@ -8,7 +8,8 @@
 #include "firmware/board.h"
 #include "firmware/f407/regs.h"
 
-/* A buffer that DMA writes or reads at any time: the background test of RAM leaves it alone (matrig.ld gathers them). */
+/* A buffer that DMA writes or reads at any time: the background test of RAM leaves it alone
+ * (matrig.ld gathers them). */
 #define DMA_BUFFER __attribute__((section(".bss.dma_buffers")))
 
 /* clock.c: crystal and PLL, or internal oscillator and PLL, or neither. */
@@ -18,32 +19,38 @@ void pins_start(void);
 /* PB6 and PB7: nobody's (inputs), I2C1's, or open-drain outputs that clock a stuck bus. */
 enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
 void pins_i2c(enum pins_i2c way);
-/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure begins. */
+/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure
+ * begins. */
 void scan_prepare(void);
 bool scan_ready(void); /* a block can be taken */
-/* capture.c: TIM2 and its DMA; before the scans, whose timer starts both. False: TIM2 does not answer. */
+/* capture.c: TIM2 and its DMA; before the scans, whose timer starts both. False: TIM2 does not
+ * answer. */
 bool capture_start(void);
 void can_start(void);
 /* nor.c: SPI2 and the black box's memory; missing when DMA1 does not answer. */
 void nor_start(bool dma_works);
-/* uart.c: polled when its DMA controller does not answer; `raw_clock`: APB2 runs at 16 MHz, not 84. */
+/* uart.c: polled when its DMA controller does not answer; `raw_clock`: APB2 runs at 16 MHz, not
+ * 84. */
 void uart_start(bool dma_works, bool raw_clock);
 /* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
 void watchdog_start(void);
 void watchdog_feed(void);
-/* How many counts of LSI / 32 it waits from now on; feeds it. A 16 KiB sector's erase takes 0.5 s: 1500 are 1.02 s at least. */
+/* How many counts of LSI / 32 it waits from now on; feeds it. A 16 KiB sector's erase takes 0.5 s:
+ * 1500 are 1.02 s at least. */
 #define WATCHDOG_USUAL 500u
 #define WATCHDOG_FLASH 1500u
 void watchdog_patience(uint32_t counts);
-/* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything else. */
+/* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything
+ * else. */
 void rom_if_asked(void);
 /* image.c: header and CRC of the image that runs. */
 void image_identify(struct board_identity *identity);
-/* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as in the message hello.
- * True: too many in a row, the board only speaks. */
+/* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as
+ * in the message hello. True: too many in a row, the board only speaks. */
 bool fault_recall(uint8_t cause);
 void fault_set_image_crc(uint32_t crc);
-/* memory.c: paint the stack and test the RAM that nobody uses. Before anything is in DMA buffers. */
+/* memory.c: paint the stack and test the RAM that nobody uses. Before anything is in DMA
+ * buffers. */
 void memory_start(void);
 void memory_set_image_crc(uint32_t crc);
 /* Read a word where there may be nothing: false, and 0, when the bus answers with a fault. */

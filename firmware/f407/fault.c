@@ -1,6 +1,7 @@
-/* A processor fault stores what it was and resets; the next start counts it and tells it. A bus fault during a probe says instead
- * that nothing answers at the address probed. Restarts that nobody asked for are counted through resets: after QUIET_RESTARTS in a
- * row the board starts without what it measures with, and only speaks. PM0214 2.3.7 (frames), 2.4.4 (faults). */
+/* A processor fault stores what it was and resets; the next start counts it and tells it. A bus
+ * fault during a probe says instead that nothing answers at the address probed. Restarts that
+ * nobody asked for are counted through resets: after QUIET_RESTARTS in a row the board starts
+ * without what it measures with, and only speaks. PM0214 2.3.7 (frames), 2.4.4 (faults). */
 #include <string.h>
 
 #include "common/crash.h"
@@ -10,14 +11,15 @@
 #include "firmware/tasks.h"
 
 #define QUIET_RESTARTS 5u
-#define FRAME_WORDS 8u      /* r0-r3, r12, lr, pc, xpsr */
-#define FRAME_FP_WORDS 26u  /* and s0-s15, fpscr, one reserved */
-#define XPSR_ALIGNED (1u << 9)
-#define IPSR_MASK 0x1ffu
+#define FRAME_WORDS    8u  /* r0-r3, r12, lr, pc, xpsr */
+#define FRAME_FP_WORDS 26u /* and s0-s15, fpscr, one reserved */
+#define XPSR_ALIGNED   (1u << 9)
+#define IPSR_MASK      0x1ffu
 
 extern uint32_t stack_bottom[], stack_top[]; /* linker script */
 
-/* Not cleared at start, so that they survive the reset; at power on RAM holds anything, and the CRC does not match. */
+/* Not cleared at start, so that they survive the reset; at power on RAM holds anything, and the CRC
+ * does not match. */
 static struct {
     uint32_t words[MR_CRASH_ITEMS];
     uint32_t age;
@@ -90,10 +92,10 @@ static uint32_t kind_of(uint32_t exception, uint32_t cfsr)
         return MR_CRASH_CRYSTAL;
     if (exception >= 16)
         return MR_CRASH_UNASKED;
-    return cfsr & 0xffu     ? MR_CRASH_MEMORY
-           : cfsr & 0xff00u ? MR_CRASH_BUS
-           : cfsr >> 16     ? MR_CRASH_USAGE
-                            : MR_CRASH_OTHER;
+    return cfsr & 0xffu   ? MR_CRASH_MEMORY
+         : cfsr & 0xff00u ? MR_CRASH_BUS
+         : cfsr >> 16     ? MR_CRASH_USAGE
+                          : MR_CRASH_OTHER;
 }
 
 static bool on_stack(const uint32_t *from, unsigned words)
@@ -103,8 +105,9 @@ static bool on_stack(const uint32_t *from, unsigned words)
 
 void fault_store(const uint32_t *frame, uint32_t exc_return)
 {
-    static const uint8_t stacked[FRAME_WORDS] = {MR_CRASH_R0, MR_CRASH_R1,  MR_CRASH_R2, MR_CRASH_R3,
-                                                 MR_CRASH_R12, MR_CRASH_LR, MR_CRASH_PC, MR_CRASH_XPSR};
+    static const uint8_t stacked[FRAME_WORDS] = {MR_CRASH_R0, MR_CRASH_R1,  MR_CRASH_R2,
+                                                 MR_CRASH_R3, MR_CRASH_R12, MR_CRASH_LR,
+                                                 MR_CRASH_PC, MR_CRASH_XPSR};
     uint32_t *word = crash.words;
     uint32_t exception;
     __asm volatile("mrs %0, ipsr" : "=r"(exception));
@@ -139,8 +142,8 @@ void bus_fault_at(uint32_t *frame);
 void bus_fault_at(uint32_t *frame)
 {
     probe_failed = true;
-    SCB_CFSR = 0xff00u;  /* write 1 to clear the bus fault bits */
-    frame[6] += 2;       /* go on behind the probe's two-byte load */
+    SCB_CFSR = 0xff00u; /* write 1 to clear the bus fault bits */
+    frame[6] += 2;      /* go on behind the probe's two-byte load */
 }
 
 /* Frames lie on the main stack: nothing here uses the process stack. */

@@ -1,16 +1,18 @@
 /* flash.h on the STM32F407: sectors 2 and 3, words of 32 bits (2.7 to 3.6 V). RM0090 3.6 and 3.9.
  *
- * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it meanwhile: its time is trebled from
- * begin to end. Interrupts are off: their handlers are in the flash that stands still. */
+ * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it
+ * meanwhile: its time is trebled from begin to end. Interrupts are off: their handlers are in the
+ * flash that stands still. */
 #include "firmware/flash.h"
 
 #include "firmware/f407/drivers.h"
 
-#define COPY_A 0x08008000u
+#define COPY_A   0x08008000u
 #define SECTOR_A 2u
-#define KEY1 0x45670123u
-#define KEY2 0xcdef89abu
-#define POLLS 12000000u /* about 1 s, should the loop run from the cache; the loop stands still with the flash otherwise */
+#define KEY1     0x45670123u
+#define KEY2     0xcdef89abu
+/* about 1 s, should the loop run from the cache; the loop stands still with the flash otherwise */
+#define POLLS    12000000u
 
 static uint32_t interrupts;
 
@@ -19,7 +21,8 @@ const uint8_t *flash_copy(unsigned copy)
     return (const uint8_t *)(COPY_A + copy * FLASH_COPY_BYTES);
 }
 
-/* What was read of the sectors before they changed must not be read from the cache. RM0090 3.5.2: reset it while it is off. */
+/* What was read of the sectors before they changed must not be read from the cache. RM0090 3.5.2:
+ * reset it while it is off. */
 static void forget_data_cache(void)
 {
     FLASH_ACR &= ~FLASH_ACR_DCEN;

@@ -1,21 +1,33 @@
-/* i2c.h on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a pull-up on the board. RM0090 27.3.3 (master mode).
+/* i2c.h on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a pull-up on the board.
+ * RM0090 27.3.3 (master mode).
  *
- * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to, and no device minds (the TMP112
- * gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the chip's repeated start may come too early (errata ES0182). Two bytes
- * are read with POS, so that nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. */
+ * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to,
+ * and no device minds (the TMP112 gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the
+ * chip's repeated start may come too early (errata ES0182). Two bytes are read with POS, so that
+ * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. */
 #include "firmware/f407/drivers.h"
 #include "firmware/i2c.h"
 
-#define CLOCK_MHZ 42u
-#define CCR_80_KHZ 263u        /* 42 MHz / (2 x 80 kHz) */
-#define TRISE_1000_NS 43u      /* 1000 ns in periods of PCLK1, and one */
-#define EVENT_POLLS 20u        /* a byte takes 0.1 ms */
-#define SCL_PIN 6u
-#define SDA_PIN 7u
-#define CLOCK_EDGES 18u        /* nine clocks: the longest a device can be from the end of its byte */
+#define CLOCK_MHZ     42u
+#define CCR_80_KHZ    263u /* 42 MHz / (2 x 80 kHz) */
+#define TRISE_1000_NS 43u  /* 1000 ns in periods of PCLK1, and one */
+#define EVENT_POLLS   20u  /* a byte takes 0.1 ms */
+#define SCL_PIN       6u
+#define SDA_PIN       7u
+/* nine clocks: the longest a device can be from the end of its byte */
+#define CLOCK_EDGES   18u
 
 static enum phase {
-    OFF, IDLE, START, ADDRESS, SEND, RESTART, READ_ADDRESS, RECEIVE, STOP, CLOCKING,
+    OFF,
+    IDLE,
+    START,
+    ADDRESS,
+    SEND,
+    RESTART,
+    READ_ADDRESS,
+    RECEIVE,
+    STOP,
+    CLOCKING,
 } phase;
 static enum i2c_status result;
 static uint8_t device;
@@ -79,7 +91,8 @@ static void begin_clocking(void)
     enter(CLOCKING);
 }
 
-/* Nine clocks at most, none more once the line is free; then SDA low and high while SCL is high: a stop. */
+/* Nine clocks at most, none more once the line is free; then SDA low and high while SCL is high: a
+ * stop. */
 static void clock_an_edge(void)
 {
     bool is_free = GPIOB->IDR >> SDA_PIN & 1u;
@@ -91,18 +104,10 @@ static void clock_an_edge(void)
         return;
     }
     switch (now - CLOCK_EDGES) {
-    case 0:
-        drive(SCL_PIN, false);
-        break;
-    case 1:
-        drive(SDA_PIN, false);
-        break;
-    case 2:
-        drive(SCL_PIN, true);
-        break;
-    case 3:
-        drive(SDA_PIN, true);
-        break;
+    case 0: drive(SCL_PIN, false); break;
+    case 1: drive(SDA_PIN, false); break;
+    case 2: drive(SCL_PIN, true); break;
+    case 3: drive(SDA_PIN, true); break;
     default:
         pins_i2c(PINS_I2C_BUS);
         configure();
@@ -111,7 +116,8 @@ static void clock_an_edge(void)
     }
 }
 
-void i2c_begin(uint8_t address, const uint8_t *bytes, size_t length, uint8_t *answer, size_t answer_length)
+void i2c_begin(uint8_t address, const uint8_t *bytes, size_t length, uint8_t *answer,
+               size_t answer_length)
 {
     device = (uint8_t)(address << 1);
     out = bytes;
@@ -194,8 +200,7 @@ static void see_to(uint32_t sr1)
             phase = IDLE;
         }
         break;
-    default:
-        break;
+    default: break;
     }
 }
 

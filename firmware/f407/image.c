@@ -5,7 +5,8 @@
 
 extern const uint8_t program_start[], program_end[]; /* linker script */
 
-/* What is not known before linking is written by firmware/stamp/stamp.c. Only that reads this object: the board reads flash. */
+/* What is not known before linking is written by firmware/stamp/stamp.c. Only that reads this
+ * object: the board reads flash. */
 __attribute__((section(".header"), used)) static const struct {
     uint32_t magic;
     uint16_t format, bytes;

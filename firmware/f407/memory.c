@@ -1,9 +1,11 @@
-/* Tests of memory: RAM that nobody uses at start, RAM in use and the program piece by piece while idle, how deep the stack went.
+/* Tests of memory: RAM that nobody uses at start, RAM in use and the program piece by piece while
+ * idle, how deep the stack went.
  *
- * RAM in use is tested four words at a time, in registers alone and with interrupts masked, by March C- (van de Goor 1991: up w0;
- * up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) on two backgrounds; what was there is put back. That finds bits that stick or
- * that follow each other within the four words; faults of address lines it cannot find, but the test of the unused RAM, as a whole,
- * can. Buffers of DMA are tested once, at start: what DMA does cannot be masked. */
+ * RAM in use is tested four words at a time, in registers alone and with interrupts masked, by
+ * March C- (van de Goor 1991: up w0; up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) on two
+ * backgrounds; what was there is put back. That finds bits that stick or that follow each other
+ * within the four words; faults of address lines it cannot find, but the test of the unused RAM, as
+ * a whole, can. Buffers of DMA are tested once, at start: what DMA does cannot be masked. */
 #include <string.h>
 
 #include "common/crash.h"
@@ -11,43 +13,46 @@
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define PAINT 0x5afe57acu
+#define PAINT        0x5afe57acu
 #define WINDOW_WORDS 4u
-#define WINDOWS 8u          /* a slice */
-#define FLASH_SLICE 128u    /* bytes */
-#define DMA_REACH 1024u     /* bytes from a stream's address on that it may write */
-#define STREAMS 16u
+#define WINDOWS      8u    /* a slice */
+#define FLASH_SLICE  128u  /* bytes */
+#define DMA_REACH    1024u /* bytes from a stream's address on that it may write */
+#define STREAMS      16u
 
-extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[], ram_end[]; /* linker script */
+/* linker script */
+extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[], ram_end[];
 extern const uint8_t program_start[], program_end[];
 
 static struct board_upkeep upkeep;
-static uint32_t *at;             /* next window */
-static const uint8_t *flash_at;  /* next byte */
+static uint32_t *at;            /* next window */
+static const uint8_t *flash_at; /* next byte */
 static uint32_t flash_crc, image_crc;
 
-/* Bits of four words that did not hold. The registers on the stack are put back before they are needed: the stack may be under
- * test itself. */
+/* Bits of four words that did not hold. The registers on the stack are put back before they are
+ * needed: the stack may be under test itself. */
 static __attribute__((naked, noinline)) uint32_t march(__attribute__((unused)) uint32_t *words,
-                                                           __attribute__((unused)) uint32_t background)
+                                                       __attribute__((unused)) uint32_t background)
 {
-#define ELEMENT(offset, expected, written) \
-    "ldr r8, [r0, #" #offset "]\n\t eor r8, " #expected "\n\t orr r12, r8\n\t str " #written ", [r0, #" #offset "]\n\t"
-    __asm volatile("push {r4-r8, lr}\n\t"
-                   "mrs r3, primask\n\t"
-                   "cpsid i\n\t"
-                   "ldmia r0, {r4-r7}\n\t"
-                   "mvn r2, r1\n\t"
-                   "mov r12, #0\n\t"
-                   "str r1, [r0]\n\t str r1, [r0, #4]\n\t str r1, [r0, #8]\n\t str r1, [r0, #12]\n\t"
-                   ELEMENT(0, r1, r2) ELEMENT(4, r1, r2) ELEMENT(8, r1, r2) ELEMENT(12, r1, r2)
-                   ELEMENT(0, r2, r1) ELEMENT(4, r2, r1) ELEMENT(8, r2, r1) ELEMENT(12, r2, r1)
-                   ELEMENT(12, r1, r2) ELEMENT(8, r1, r2) ELEMENT(4, r1, r2) ELEMENT(0, r1, r2)
-                   ELEMENT(12, r2, r1) ELEMENT(8, r2, r1) ELEMENT(4, r2, r1) ELEMENT(0, r2, r1)
-                   ELEMENT(0, r1, r4) ELEMENT(4, r1, r5) ELEMENT(8, r1, r6) ELEMENT(12, r1, r7)
-                   "msr primask, r3\n\t"
-                   "mov r0, r12\n\t"
-                   "pop {r4-r8, pc}");
+#define ELEMENT(offset, expected, written)                                                   \
+    "ldr r8, [r0, #" #offset "]\n\t eor r8, " #expected "\n\t orr r12, r8\n\t str " #written \
+    ", [r0, #" #offset "]\n\t"
+    __asm volatile(
+        "push {r4-r8, lr}\n\t"
+        "mrs r3, primask\n\t"
+        "cpsid i\n\t"
+        "ldmia r0, {r4-r7}\n\t"
+        "mvn r2, r1\n\t"
+        "mov r12, #0\n\t"
+        "str r1, [r0]\n\t str r1, [r0, #4]\n\t str r1, [r0, #8]\n\t str r1, [r0, #12]\n\t" ELEMENT(
+            0, r1, r2) ELEMENT(4, r1, r2) ELEMENT(8, r1, r2) ELEMENT(12, r1, r2) ELEMENT(0, r2, r1)
+            ELEMENT(4, r2, r1) ELEMENT(8, r2, r1) ELEMENT(12, r2, r1) ELEMENT(12, r1, r2)
+                ELEMENT(8, r1, r2) ELEMENT(4, r1, r2) ELEMENT(0, r1, r2) ELEMENT(12, r2, r1)
+                    ELEMENT(8, r2, r1) ELEMENT(4, r2, r1) ELEMENT(0, r2, r1) ELEMENT(0, r1, r4)
+                        ELEMENT(4, r1, r5) ELEMENT(8, r1, r6)
+                            ELEMENT(12, r1, r7) "msr primask, r3\n\t"
+                                                "mov r0, r12\n\t"
+                                                "pop {r4-r8, pc}");
 #undef ELEMENT
 }
 
@@ -112,8 +117,8 @@ void memory_set_image_crc(uint32_t crc)
     image_crc = crc;
 }
 
-/* Addresses that streams which run now write to or read from; returns how many. One that begins meanwhile begins in the main loop,
- * which is here, or in a DMA buffer. */
+/* Addresses that streams which run now write to or read from; returns how many. One that begins
+ * meanwhile begins in the main loop, which is here, or in a DMA buffer. */
 static unsigned find_streams(uint32_t address[STREAMS])
 {
     unsigned count = 0;

@@ -1,51 +1,65 @@
-/* nor.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1 stream 3 receives, stream 4 sends.
- * RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV rev. F 8.2 (commands), 9.6 (times).
+/* nor.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1
+ * stream 3 receives, stream 4 sends. RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV
+ * rev. F 8.2 (commands), 9.6 (times).
  *
- * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a page is being
- * programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each stretch looks at it; during an erase, which is
- * only while idle, the main loop looks. */
+ * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a page
+ * is being programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each
+ * stretch looks at it; during an erase, which is only while idle, the main loop looks. */
 #include "firmware/f407/drivers.h"
 #include "firmware/nor.h"
 
-#define RX_STREAM 3u
-#define TX_STREAM 4u
-#define SELECT_PIN 12u
-#define BYTE_POLLS 200u       /* a byte takes 64 cycles */
-#define STATUS_STRETCH 512u   /* bytes of status: 195 us */
-#define TICKS_PER_MS 84000u   /* TIM2 */
-#define TRANSFER_MS 5u        /* 260 bytes take 0.1 ms */
-#define PROGRAM_MS 45u        /* 3 ms at most; a page that fails keeps busy for longer */
-#define ERASE_MS 6000u        /* 400 ms at most, likewise */
-#define POLLS_MAX 8000000u    /* of any operation, should TIM2 stand still */
+#define RX_STREAM      3u
+#define TX_STREAM      4u
+#define SELECT_PIN     12u
+#define BYTE_POLLS     200u     /* a byte takes 64 cycles */
+#define STATUS_STRETCH 512u     /* bytes of status: 195 us */
+#define TICKS_PER_MS   84000u   /* TIM2 */
+#define TRANSFER_MS    5u       /* 260 bytes take 0.1 ms */
+#define PROGRAM_MS     45u      /* 3 ms at most; a page that fails keeps busy for longer */
+#define ERASE_MS       6000u    /* 400 ms at most, likewise */
+#define POLLS_MAX      8000000u /* of any operation, should TIM2 stand still */
 
-/* Data sheet 9.6. Before and after an erase, a program or a status command the chip wants to be deselected for tSHSL2, or two
- * commands become one. The line needs its slew to be high at all (pins.c). After 0xab the chip sleeps on for tRES1. */
-#define DESELECT_NS 50u
-#define SLEW_NS 10u
-#define WAKE_NS 3000u
-#define CORE_MHZ_MOST 176u    /* 168 from the internal oscillator, which may be 4.5 % fast: STM32F407 data sheet, ACC_HSI */
-#define CYCLES_OF_NS(ns) (((ns) * CORE_MHZ_MOST + 999u) / 1000u)
+/* Data sheet 9.6. Before and after an erase, a program or a status command the chip wants to be
+ * deselected for tSHSL2, or two commands become one. The line needs its slew to be high at all
+ * (pins.c). After 0xab the chip sleeps on for tRES1. */
+#define DESELECT_NS      50u
+#define SLEW_NS          10u
+#define WAKE_NS          3000u
+/* 168 from the internal oscillator, which may be 4.5 % fast: STM32F407 data sheet, ACC_HSI */
+#define CORE_MHZ_MOST    176u
+#define CYCLES_OF_NS(ns) (((ns)*CORE_MHZ_MOST + 999u) / 1000u)
 
-enum { WRITE_ENABLE = 0x06, STATUS = 0x05, PROGRAM = 0x02, READ = 0x03, ERASE = 0x20, IDENTITY = 0x9f, WAKE = 0xab };
-#define STATUS_BUSY 1u
+enum {
+    WRITE_ENABLE = 0x06,
+    STATUS = 0x05,
+    PROGRAM = 0x02,
+    READ = 0x03,
+    ERASE = 0x20,
+    IDENTITY = 0x9f,
+    WAKE = 0xab
+};
+#define STATUS_BUSY  1u
 #define MANUFACTURER 0xefu
-#define CAPACITY 0x18u        /* 2^24 bytes */
+#define CAPACITY     0x18u /* 2^24 bytes */
 
 static volatile enum phase { ABSENT, STARTING, IDLE, READING, SENDING, PROGRAMMING, ERASING } phase;
 static volatile bool failed;
 static uint32_t since_tick, polls;
-static volatile uint8_t sink DMA_BUFFER;         /* what comes in while a page goes out; the newest status */
+/* what comes in while a page goes out; the newest status */
+static volatile uint8_t sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
 
-/* At least so many cycles of the core, at whatever rate. A round has two instructions, and none of them takes less than one. */
+/* At least so many cycles of the core, at whatever rate. A round has two instructions, and none of
+ * them takes less than one. */
 static void wait_cycles(uint32_t cycles)
 {
     uint32_t rounds = (cycles + 1u) / 2u;
     __asm volatile("dsb\n1:\tsubs %0, #1\n\tbne 1b" : "+l"(rounds) : : "cc", "memory");
 }
 
-/* The only place that moves the line, so each command is preceded by tSHSL2. From here to the first clock it is half a period
- * of SCK at least, 24 ns (tSLCH 5). The last clock is over when BSY is clear, which is after tCHSH (3 ns). */
+/* The only place that moves the line, so each command is preceded by tSHSL2. From here to the first
+ * clock it is half a period of SCK at least, 24 ns (tSLCH 5). The last clock is over when BSY is
+ * clear, which is after tCHSH (3 ns). */
 static __attribute__((noinline)) void select(bool on)
 {
     if (on)
@@ -133,7 +147,8 @@ void dma1_stream3_irq(void)
     uint32_t flags = DMA1->ISR[0] >> dma_flag_shift(RX_STREAM) & DMA_FLAGS_ALL;
     DMA1->IFCR[0] = DMA_FLAGS_ALL << dma_flag_shift(RX_STREAM);
     SPI2->CR2 = 0;
-    if (flags & DMA_FLAG_TEIF) { /* the bus refused a store: this board's wiring, not the chip's state */
+    if (flags & DMA_FLAG_TEIF) {
+        /* the bus refused a store: this board's wiring, not the chip's state */
         select(false);
         phase = ABSENT;
     } else if (phase == READING) {
@@ -221,13 +236,9 @@ enum nor_status nor_poll(void)
 {
     polls++;
     switch (phase) {
-    case ABSENT:
-        return NOR_MISSING;
-    case STARTING:
-        look_for_chip();
-        return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
-    case IDLE:
-        return failed ? NOR_FAILED : NOR_IDLE;
+    case ABSENT: return NOR_MISSING;
+    case STARTING: look_for_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
+    case IDLE: return failed ? NOR_FAILED : NOR_IDLE;
     case ERASING:
         if (!(read_status() & STATUS_BUSY))
             phase = IDLE;

@@ -1,4 +1,5 @@
-/* Pins: which does what. Port modes: 0 input, 1 output, 2 alternate function, 3 analogue. RM0090 8.3. */
+/* Pins: which does what. Port modes: 0 input, 1 output, 2 alternate function, 3 analogue. RM0090
+ * 8.3. */
 #include "firmware/f407/drivers.h"
 
 static void set_mode(struct gpio_regs *port, unsigned pin, uint32_t mode)
@@ -6,7 +7,8 @@ static void set_mode(struct gpio_regs *port, unsigned pin, uint32_t mode)
     port->MODER = (port->MODER & ~(3u << (2 * pin))) | mode << (2 * pin);
 }
 
-/* 6 ns of slew into 40 pF; at speed 0 it may be 100. STM32F407 data sheet, I/O AC characteristics. */
+/* 6 ns of slew into 40 pF; at speed 0 it may be 100. STM32F407 data sheet, I/O AC
+ * characteristics. */
 static void set_fast(struct gpio_regs *port, unsigned pin)
 {
     port->OSPEEDR |= 2u << (2 * pin);
@@ -42,26 +44,26 @@ void pins_start(void)
     set_analogue(GPIOB, 0, 1);
     set_analogue(GPIOC, 0, 5);
     set_analogue(GPIOF, 3, 10);
-    set_function(GPIOA, 9, 7);   /* USART1_TX */
-    set_function(GPIOA, 10, 7);  /* USART1_RX */
+    set_function(GPIOA, 9, 7);  /* USART1_TX */
+    set_function(GPIOA, 10, 7); /* USART1_RX */
     pull_up(GPIOA, 10);
-    set_function(GPIOA, 15, 1);  /* TIM2_CH1, switch edges */
-    GPIOB->BSRR = 1u << 12;      /* the memory is not selected */
+    set_function(GPIOA, 15, 1); /* TIM2_CH1, switch edges */
+    GPIOB->BSRR = 1u << 12;     /* the memory is not selected */
     set_fast(GPIOB, 12);
     set_mode(GPIOB, 12, 1);
-    set_function(GPIOB, 13, 5);  /* SPI2_SCK */
-    set_function(GPIOB, 14, 5);  /* SPI2_MISO */
-    set_function(GPIOB, 15, 5);  /* SPI2_MOSI */
-    set_function(GPIOD, 0, 9);   /* CAN1_RX */
-    set_function(GPIOD, 1, 9);   /* CAN1_TX */
+    set_function(GPIOB, 13, 5); /* SPI2_SCK */
+    set_function(GPIOB, 14, 5); /* SPI2_MISO */
+    set_function(GPIOB, 15, 5); /* SPI2_MOSI */
+    set_function(GPIOD, 0, 9);  /* CAN1_RX */
+    set_function(GPIOD, 1, 9);  /* CAN1_TX */
     pull_up(GPIOD, 0);
-    set_function(GPIOD, 12, 2);  /* TIM4_CH1, excitation */
-    set_function(GPIOD, 13, 2);  /* TIM4_CH2, excitation in antiphase */
-    set_function(GPIOB, 3, 1);   /* TIM2_CH2, frame pulses of the camera */
-    set_mode(GPIOE, 0, 1);       /* warning output, low warns */
-    set_mode(GPIOE, 1, 1);       /* relay of the bridges' shunts, high: on */
-    set_mode(GPIOE, 2, 1);       /* camera trigger, high pulse */
-    pull_up(GPIOE, 3);           /* lamp readback, low while it draws current */
+    set_function(GPIOD, 12, 2); /* TIM4_CH1, excitation */
+    set_function(GPIOD, 13, 2); /* TIM4_CH2, excitation in antiphase */
+    set_function(GPIOB, 3, 1);  /* TIM2_CH2, frame pulses of the camera */
+    set_mode(GPIOE, 0, 1);      /* warning output, low warns */
+    set_mode(GPIOE, 1, 1);      /* relay of the bridges' shunts, high: on */
+    set_mode(GPIOE, 2, 1);      /* camera trigger, high pulse */
+    pull_up(GPIOE, 3);          /* lamp readback, low while it draws current */
 }
 
 void pins_i2c(enum pins_i2c way)

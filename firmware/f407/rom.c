@@ -1,9 +1,10 @@
-/* Into the chip's boot ROM. It expects the chip as after a reset, so the way there is a reset: a note in RAM that survives
- * it, read before anything else. AN2606 3 (STM32F40x: vectors at 0x1FFF0000). */
+/* Into the chip's boot ROM. It expects the chip as after a reset, so the way there is a reset: a
+ * note in RAM that survives it, read before anything else. AN2606 3 (STM32F40x: vectors at
+ * 0x1FFF0000). */
 #include "firmware/f407/drivers.h"
 
 #define ROM_VECTORS 0x1fff0000u
-#define NOTE_VALID 0x21524f4du /* "MOR!" */
+#define NOTE_VALID  0x21524f4du /* "MOR!" */
 
 /* Not cleared at start. With its complement, for at power on RAM holds anything. */
 static struct {

@@ -1,29 +1,33 @@
-/* Scans: TIM4 reverses the excitation and triggers both converters at 8 kHz, DMA stores the codes, each millisecond
- * becomes a block. RM0090 13.8 (scan, DMA), table 43 (streams), 18.3.15 (timer synchronisation).
+/* Scans: TIM4 reverses the excitation and triggers both converters at 8 kHz, DMA stores the codes,
+ * each millisecond becomes a block. RM0090 13.8 (scan, DMA), table 43 (streams), 18.3.15 (timer
+ * synchronisation).
  *
  *     TIM4 count   0 ... 2 ........ 2352 ................................ 10290 ... 10500 (125 us)
  *                      excitation   trigger  16 conversions of 124/21 us     next
  *                      reverses     (28 us settling)
  *
- * TIM4's start starts TIM2 too, both from 0, so the first trigger of block n is at tick 2352 + 84000 n of TIM2: edges and
- * samples share one clock without any software in between. Blocks are 8 scans, an even number, so every block begins with
- * the excitation forward (PD12 high, PD13 low).
+ * TIM4's start starts TIM2 too, both from 0, so the first trigger of block n is at tick 2352 +
+ * 84000 n of TIM2: edges and samples share one clock without any software in between. Blocks are 8
+ * scans, an even number, so every block begins with the excitation forward (PD12 high, PD13 low).
  *
- * Channels that are not fitted are not in the sequences. The converter with the longer sequence tells when a block is there; with as
- * many in both it is ADC1, for the stream of ADC3 has the lower number and is served first. */
+ * Channels that are not fitted are not in the sequences. The converter with the longer sequence
+ * tells when a block is there; with as many in both it is ADC1, for the stream of ADC3 has the
+ * lower number and is served first. */
 #include "common/boardtime.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define SCAN_TICKS 10500u
+#define SCAN_TICKS   10500u
 #define TRIGGER_TICK 2352u
 #define REVERSE_TICK 2u
-#define SCANS (2 * MR_SCANS_PER_BLOCK) /* in the circular buffer: one block is filled while the other is summed */
-#define ADC1_STREAM 4u
-#define ADC3_STREAM 1u
-#define BLOCK_QUEUE 16u
+/* in the circular buffer: one block is filled while the other is summed */
+#define SCANS        (2 * MR_SCANS_PER_BLOCK)
+#define ADC1_STREAM  4u
+#define ADC3_STREAM  1u
+#define BLOCK_QUEUE  16u
 
-/* Rows of as many codes as the converter's sequence has. Two are added and compared at a time, so they lie on words. */
+/* Rows of as many codes as the converter's sequence has. Two are added and compared at a time, so
+ * they lie on words. */
 static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
 static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
@@ -34,18 +38,21 @@ static struct mr_block queue[BLOCK_QUEUE];
 static volatile uint32_t queued, taken;
 static uint32_t next_index; /* of the block being filled */
 
-/* Where the other converter's stream stood when the last block was full; of one that stands still, one half in two looks right. */
+/* Where the other converter's stream stood when the last block was full; of one that stands still,
+ * one half in two looks right. */
 #define STOOD_NOWHERE UINT32_MAX
 static uint32_t other_stood = STOOD_NOWHERE;
 static bool other_stands;
 
 /* ADC3 inputs of PF3, PF4, ... PF10: transducers 1 to 8. */
 static const uint8_t adc3_input[MR_TRANSDUCERS] = {9, 14, 15, 4, 5, 6, 7, 8};
-/* Gages 1 to 14 on PA0-7, PB0-1, PC0-3, then the staircase on PC4 and the reference on PC5: inputs in order. */
-static const uint8_t adc1_input[MR_ADC1_CHANNELS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+/* Gages 1 to 14 on PA0-7, PB0-1, PC0-3, then the staircase on PC4 and the reference on PC5: inputs
+ * in order. */
+static const uint8_t adc1_input[MR_ADC1_CHANNELS] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                     8, 9, 10, 11, 12, 13, 14, 15};
 
-static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory, uint32_t count,
-                         uint32_t interrupts)
+static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory,
+                         uint32_t count, uint32_t interrupts)
 {
     struct dma_stream_regs *stream = &DMA2->stream[number];
     stream->CR = 0;
@@ -57,12 +64,13 @@ static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc
     stream->PAR = (uint32_t)(uintptr_t)&adc->DR;
     stream->M0AR = (uint32_t)(uintptr_t)memory;
     stream->NDTR = count;
-    stream->CR = DMA_CR_CHANNEL(channel) | DMA_CR_PRIORITY(3) | DMA_CR_MSIZE_16 | DMA_CR_PSIZE_16 | DMA_CR_MINC |
-                 DMA_CR_CIRC | interrupts | DMA_CR_EN;
+    stream->CR = DMA_CR_CHANNEL(channel) | DMA_CR_PRIORITY(3) | DMA_CR_MSIZE_16 | DMA_CR_PSIZE_16 |
+                 DMA_CR_MINC | DMA_CR_CIRC | interrupts | DMA_CR_EN;
 }
 
 /* `channel`: of those whose inputs these are. */
-static void start_converter(struct adc_regs *adc, const uint8_t *input, const uint8_t *channel, unsigned first, unsigned count)
+static void start_converter(struct adc_regs *adc, const uint8_t *input, const uint8_t *channel,
+                            unsigned first, unsigned count)
 {
     uint32_t sequence[3] = {0};
     adc->CR2 = 0;
@@ -80,7 +88,8 @@ static void start_converter(struct adc_regs *adc, const uint8_t *input, const ui
     adc->SMPR2 = all_112;              /* inputs 0 to 9 */
     adc->SMPR1 = all_112 & 0x7ffffffu; /* inputs 10 to 18 */
     adc->CR1 = ADC_CR1_SCAN | ADC_CR1_OVRIE;
-    adc->CR2 = ADC_CR2_ADON | ADC_CR2_DMA | ADC_CR2_DDS | ADC_CR2_EXTSEL_TIM4_CC4 | ADC_CR2_EXTEN_RISING;
+    adc->CR2 = ADC_CR2_ADON | ADC_CR2_DMA | ADC_CR2_DDS | ADC_CR2_EXTSEL_TIM4_CC4 |
+               ADC_CR2_EXTEN_RISING;
 }
 
 static void start_conversions(void)
@@ -93,7 +102,8 @@ static void start_conversions(void)
     other_stood = STOOD_NOWHERE;
     other_stands = false;
     start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);
-    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers, adc3_is_last ? tell : 0);
+    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers,
+                 adc3_is_last ? tell : 0);
     start_converter(ADC1, adc1_input, scan.channel + scan.transducers, MR_TRANSDUCERS, scan.others);
     start_converter(ADC3, adc3_input, scan.channel, 0, scan.transducers);
 }
@@ -135,8 +145,9 @@ static void start_timers(void)
     timers_run = true;
 }
 
-/* The pins must show what the scan in progress expects: forward from the reversal after a block's last scan on, which is
- * when this runs, or still backward when it runs within the 2.5 us before. */
+/* The pins must show what the scan in progress expects: forward from the reversal after a block's
+ * last scan on, which is when this runs, or still backward when it runs within the 2.5 us
+ * before. */
 static void check_polarity(void)
 {
     uint32_t before = TIM4->CNT;
@@ -149,9 +160,11 @@ static void check_polarity(void)
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
-/* A stream's half is full, or the other: the block is taken from there. The other converter triggers at the same time and is done by
- * now: its stream must stand at the same half, or a scan of it was lost. It stands there until its first code of the next scan, 36 us
- * at least. Once it has not moved for a block no block is whole until supervision, which misses them, starts the scans again. */
+/* A stream's half is full, or the other: the block is taken from there. The other converter
+ * triggers at the same time and is done by now: its stream must stand at the same half, or a scan
+ * of it was lost. It stands there until its first code of the next scan, 36 us at least. Once it
+ * has not moved for a block no block is whole until supervision, which misses them, starts the
+ * scans again. */
 static void end_block(unsigned stream, unsigned other, unsigned other_count)
 {
     uint32_t flags = DMA2->ISR[stream / 4] >> dma_flag_shift(stream) & DMA_FLAGS_ALL;
@@ -161,7 +174,8 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
         return;
 
-    if (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF) { /* more than a block late: two have passed */
+    if (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF) {
+        /* more than a block late: two have passed */
         next_index += 2;
         other_stood = STOOD_NOWHERE;
         health_count(MR_FAULT_SCAN_OVERRUN, 1);
@@ -184,9 +198,11 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     }
     struct mr_block *block = &queue[queued % BLOCK_QUEUE];
     uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
-    uint16_t *transducers = adc3_code + half * scan.transducers, *others = adc1_code + half * scan.others;
+    uint16_t *transducers = adc3_code + half * scan.transducers,
+             *others = adc1_code + half * scan.others;
     if (scan.absent == 0)
-        mr_block_from_scans(block, index, tick, (uint16_t(*)[MR_TRANSDUCERS])transducers, (uint16_t(*)[MR_ADC1_CHANNELS])others);
+        mr_block_from_scans(block, index, tick, (uint16_t(*)[MR_TRANSDUCERS])transducers,
+                            (uint16_t(*)[MR_ADC1_CHANNELS])others);
     else
         mr_block_from_some(block, &scan, index, tick, transducers, others);
     queued++;
@@ -207,7 +223,8 @@ void dma2_stream4_irq(void)
 void adc_irq(void);
 void adc_irq(void)
 {
-    /* Leave OVR set and stop asking: supervision sees that blocks stopped and starts the scans again. */
+    /* Leave OVR set and stop asking: supervision sees that blocks stopped and starts the scans
+     * again. */
     health_count(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
     ADC1->CR1 &= ~ADC_CR1_OVRIE;
     ADC3->CR1 &= ~ADC_CR1_OVRIE;
@@ -232,15 +249,17 @@ bool board_block_take(struct mr_block *block)
     return true;
 }
 
-/* Begin between the last trigger of a block and the first of the next, so that blocks keep their place on TIM2. The wait is at most a
- * block; 200000 polls bound it should TIM2 stand still. */
+/* Begin between the last trigger of a block and the first of the next, so that blocks keep their
+ * place on TIM2. The wait is at most a block; 200000 polls bound it should TIM2 stand still. */
 static void begin_again(const struct mr_scan *with)
 {
     for (unsigned polls = 0; polls < 200000; polls++) {
         uint32_t mask = irq_mask();
-        /* Since the first trigger of the block before the one expected next. Not since the first of all: TIM2 wraps after 51 s, and
-         * that is no whole number of blocks. A restart is tried each second, so this has not wrapped. */
-        uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) + MR_TICKS_PER_BLOCK;
+        /* Since the first trigger of the block before the one expected next. Not since the first of
+         * all: TIM2 wraps after 51 s, and that is no whole number of blocks. A restart is tried
+         * each second, so this has not wrapped. */
+        uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) +
+                         MR_TICKS_PER_BLOCK;
         uint32_t in_block = since % MR_TICKS_PER_BLOCK;
         bool now = in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000;
         if (now) {

@@ -23,7 +23,8 @@ void dma2_stream7_irq(void);
 void reset(void)
 {
     rom_if_asked();
-    SCB_VTOR = 0x08000000u; /* where matrig.ld puts them; started by the boot ROM, that ROM's vectors are at 0 */
+    /* where matrig.ld puts them; started by the boot ROM, that ROM's vectors are at 0 */
+    SCB_VTOR = 0x08000000u;
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
     __asm volatile("dsb\n\tisb" ::: "memory");
     const uint32_t *from = data_load;
@@ -38,7 +39,8 @@ void reset(void)
 typedef void (*handler)(void);
 #define VECTORS (16u + 82u)
 
-/* An interrupt that nobody asked for is a fault too: every entry first, then those that have a handler. */
+/* An interrupt that nobody asked for is a fault too: every entry first, then those that have a
+ * handler. */
 #pragma GCC diagnostic ignored "-Woverride-init"
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;

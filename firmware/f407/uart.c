@@ -1,17 +1,19 @@
-/* USART1 at 2 Mbaud, 8N1: 84 MHz / 16 / 2 Mbaud = 2.625. DMA2 stream 7 sends from a ring, stream 2 receives into one.
- * RM0090 30.3.4 (baud rate), 30.3.13 (DMA). Where the DMA does not answer, output is polled and input is lost. */
+/* USART1 at 2 Mbaud, 8N1: 84 MHz / 16 / 2 Mbaud = 2.625. DMA2 stream 7 sends from a ring, stream 2
+ * receives into one. RM0090 30.3.4 (baud rate), 30.3.13 (DMA). Where the DMA does not answer,
+ * output is polled and input is lost. */
 #include <string.h>
 
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define TX_RING 8192u
-#define RX_RING 1024u
-#define TX_STREAM 7u
-#define RX_STREAM 2u
-#define BRR_2M (2u << 4 | 10u) /* 2 + 10/16 */
-#define BRR_2M_RAW (1u << 4)   /* 16 MHz / 8 / 2 Mbaud = 1, eight samples a bit */
-/* A byte takes 840 cycles. Few enough that a dead transmitter does not outlast the watchdog, message by message. */
+#define TX_RING        8192u
+#define RX_RING        1024u
+#define TX_STREAM      7u
+#define RX_STREAM      2u
+#define BRR_2M         (2u << 4 | 10u) /* 2 + 10/16 */
+#define BRR_2M_RAW     (1u << 4)       /* 16 MHz / 8 / 2 Mbaud = 1, eight samples a bit */
+/* A byte takes 840 cycles. Few enough that a dead transmitter does not outlast the watchdog,
+ * message by message. */
 #define POLLS_PER_BYTE 1000u
 
 static uint8_t tx_ring[TX_RING] DMA_BUFFER, rx_ring[RX_RING] DMA_BUFFER;
@@ -51,7 +53,8 @@ static void send_next(void)
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
     tx->M0AR = (uint32_t)(uintptr_t)&tx_ring[at];
     tx->NDTR = tx_chunk;
-    tx->CR = DMA_CR_CHANNEL(4) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL | DMA_CR_TCIE | DMA_CR_TEIE | DMA_CR_EN;
+    tx->CR = DMA_CR_CHANNEL(4) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL | DMA_CR_TCIE |
+             DMA_CR_TEIE | DMA_CR_EN;
 }
 
 void dma2_stream7_irq(void);

@@ -1,9 +1,10 @@
-/* Independent watchdog: 500 counts of LSI / 32. LSI is 17 to 47 kHz, so 0.34 to 0.94 s. RM0090 21.3. */
+/* Independent watchdog: 500 counts of LSI / 32. LSI is 17 to 47 kHz, so 0.34 to 0.94 s. RM0090
+ * 21.3. */
 #include "firmware/f407/drivers.h"
 
-#define KEY_UNLOCK 0x5555u
-#define KEY_FEED 0xaaaau
-#define KEY_START 0xccccu
+#define KEY_UNLOCK   0x5555u
+#define KEY_FEED     0xaaaau
+#define KEY_START    0xccccu
 #define UPDATE_POLLS 100000u /* a register takes up to five LSI periods to change */
 
 void watchdog_start(void)

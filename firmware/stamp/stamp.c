@@ -1,5 +1,6 @@
-/* Completes the header of a linked image (common/image.h): CRCs and commit.
- * usage: stamp ELF COMMIT, where COMMIT is as `git describe --always --dirty` tells it with 12 digits, or "unknown" */
+/* Completes the header of a linked image (common/image.h): CRCs and commit. usage: stamp ELF
+ * COMMIT, where COMMIT is as `git describe --always --dirty` tells it with 12 digits, or
+ * "unknown" */
 #include <elf.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,8 @@ static int fail(const char *what, const char *where)
     return 1;
 }
 
-/* Bytes of the file that are loaded from `address` on, `length` of them; NULL: not in one segment. */
+/* Bytes of the file that are loaded from `address` on, `length` of them; NULL: not in one
+ * segment. */
 static uint8_t *loaded(uint32_t address, size_t length)
 {
     Elf32_Ehdr head;
@@ -28,7 +30,8 @@ static uint8_t *loaded(uint32_t address, size_t length)
     for (unsigned i = 0; i < head.e_phnum; i++) {
         Elf32_Phdr part;
         memcpy(&part, file + head.e_phoff + i * sizeof part, sizeof part);
-        if (part.p_type == PT_LOAD && address >= part.p_paddr && address - part.p_paddr + length <= part.p_filesz)
+        if (part.p_type == PT_LOAD && address >= part.p_paddr &&
+            address - part.p_paddr + length <= part.p_filesz)
             return file + part.p_offset + (address - part.p_paddr);
     }
     return NULL;
@@ -52,7 +55,8 @@ static int read_file(const char *path)
     file_bytes = from ? fread(file, 1, sizeof file, from) : 0;
     if (from)
         fclose(from);
-    return file_bytes > sizeof(Elf32_Ehdr) && file_bytes < sizeof file && memcmp(file, ELFMAG, SELFMAG) == 0;
+    return file_bytes > sizeof(Elf32_Ehdr) && file_bytes < sizeof file &&
+           memcmp(file, ELFMAG, SELFMAG) == 0;
 }
 
 static int write_file(const char *path)

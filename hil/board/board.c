@@ -24,12 +24,15 @@ static void forget_ram(struct hil_board *board)
     uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
     for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
         uint64_t noise = hil_random(&random);
-        memcpy(i < HIL_SRAM_SIZE ? board->core.memory->sram + i : board->core.memory->ccm + (i - HIL_SRAM_SIZE), &noise, 8);
+        memcpy(i < HIL_SRAM_SIZE ? board->core.memory->sram + i
+                                 : board->core.memory->ccm + (i - HIL_SRAM_SIZE),
+               &noise, 8);
     }
     hil_cpu_forget_code(&board->core);
 }
 
-/* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its contents. */
+/* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its
+ * contents. */
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
     struct hil_core *core = &board->core;
@@ -68,7 +71,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     if (!board)
         abort();
     /* Zero and page-aligned; what is never touched of it costs nothing. */
-    board->memories = mmap(NULL, sizeof *board->memories, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    board->memories = mmap(NULL, sizeof *board->memories, PROT_READ | PROT_WRITE,
+                           MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (board->memories == MAP_FAILED)
         abort();
     memset(board->memories->own.flash, 0xff, sizeof board->memories->own.flash);
@@ -76,7 +80,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->options.log = NULL; /* an empty board has nothing to tell, nor core.trace */
     hil_board_wire(board);
     for (unsigned i = 0; i < 2; i++)
-        board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
+        board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
+                                        i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
     hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0); /* the one-shot holds PA15 low */
     hil_gpio_drive(&board->mcu.gpio, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
@@ -118,7 +123,8 @@ enum mr_status hil_board_restart(struct hil_board *board)
 
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
 {
-    enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason, sizeof board->core.reason);
+    enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason,
+                                         sizeof board->core.reason);
     if (status != MR_OK)
         return status;
     return hil_board_restart(board);
@@ -152,15 +158,16 @@ static void pass_time(struct hil_core *core, uint64_t *counter)
     }
 }
 
-/* Does the core wait for flash: with its next instruction, or with the vector of an exception that is due? */
+/* Does the core wait for flash: with its next instruction, or with the vector of an exception that
+ * is due? */
 static bool waits_for_flash(struct hil_core *core)
 {
     uint32_t pc = 0;
     if (!core->state.bank.busy)
         return false;
     uc_reg_read(core->uc, UC_ARM_REG_PC, &pc);
-    return hil_memory_stalls(core, pc)
-           || (hil_exception_due(core) && hil_memory_stalls(core, core->state.scb.vtor));
+    return hil_memory_stalls(core, pc) ||
+           (hil_exception_due(core) && hil_memory_stalls(core, core->state.scb.vtor));
 }
 
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
@@ -228,15 +235,24 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     return core->stopped ? core->stop_status : MR_OK;
 }
 
-const char *hil_board_reason(const struct hil_board *board) { return board->core.reason; }
+const char *hil_board_reason(const struct hil_board *board)
+{
+    return board->core.reason;
+}
 
 uint64_t hil_board_now_ps(const struct hil_board *board)
 {
     return hil_now_ps(&board->core);
 }
 
-uint64_t hil_board_now_cycles(const struct hil_board *board) { return board->core.state.clock.now_cycle; }
-uint32_t hil_board_hclk_hz(const struct hil_board *board) { return board->core.state.clock.hclk_hz; }
+uint64_t hil_board_now_cycles(const struct hil_board *board)
+{
+    return board->core.state.clock.now_cycle;
+}
+uint32_t hil_board_hclk_hz(const struct hil_board *board)
+{
+    return board->core.state.clock.hclk_hz;
+}
 
 const struct hil_counters *hil_board_counters(const struct hil_board *board)
 {
@@ -258,15 +274,23 @@ enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *b
     return hil_usart_inject(&board->mcu.usart, bytes, n);
 }
 
-size_t hil_board_serial_room(const struct hil_board *board) { return hil_usart_room(&board->mcu.usart); }
-void hil_board_set_host_baud(struct hil_board *board, uint32_t baud) { board->options.host_baud = baud; }
+size_t hil_board_serial_room(const struct hil_board *board)
+{
+    return hil_usart_room(&board->mcu.usart);
+}
+void hil_board_set_host_baud(struct hil_board *board, uint32_t baud)
+{
+    board->options.host_baud = baud;
+}
 
-enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
+enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out,
+                                  size_t n)
 {
     return hil_w25q_peek(&board->w25q, address, out, n);
 }
 
-enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
+enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes,
+                                  size_t n)
 {
     return hil_w25q_poke(&board->w25q, address, bytes, n);
 }
@@ -276,14 +300,18 @@ enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fa
     return hil_faults_add_all(&board->faults, script);
 }
 
-void hil_board_tell_faults_left(const struct hil_board *board) { hil_faults_tell_rest(&board->faults); }
+void hil_board_tell_faults_left(const struct hil_board *board)
+{
+    hil_faults_tell_rest(&board->faults);
+}
 
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
 {
     return hil_memory_peek(&board->core, address, out, n);
 }
 
-enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
+enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes,
+                              size_t n)
 {
     return hil_cpu_poke(&board->core, address, bytes, n);
 }

@@ -1,24 +1,25 @@
-/* The emulated STM32F407ZG board as a library: it runs a firmware ELF unmodified, in virtual time, with a
- * rig on its pins.
+/* The emulated STM32F407ZG board as a library: it runs a firmware ELF unmodified, in virtual time,
+ * with a rig on its pins.
  *
  *     struct hil_board *board = hil_board_create(&options);
  *     hil_board_load_elf(board, "build/firmware/matrig.elf");
  *     hil_board_attach_rig(board, &run);             (optional; see hil/rig/runfile.h)
  *     hil_board_run_until(board, 10 * HIL_SECOND_PS);
  *
- * Time. Virtual time counts HCLK cycles; an instruction takes one, exception entry 12, return 10. That is
- * an approximation (wait states, flash cache misses, divides and multiple loads are not modelled; silicon
- * differs by up to a factor of two in CPU time), so figures from here are instruction counts, not cycle
- * counts. Peripherals are exact in their own clocks. Events and interrupts are seen at the next basic
- * block of the firmware, a handful of instructions late at most.
+ * Time. Virtual time counts HCLK cycles; an instruction takes one, exception entry 12, return 10.
+ * That is an approximation (wait states, flash cache misses, divides and multiple loads are not
+ * modelled; silicon differs by up to a factor of two in CPU time), so figures from here are
+ * instruction counts, not cycle counts. Peripherals are exact in their own clocks. Events and
+ * interrupts are seen at the next basic block of the firmware, a handful of instructions late at
+ * most.
  *
- * Errors. Functions that can fail return an enum mr_status and leave one line in hil_board_reason(). After
- * a failed hil_board_run_until the board stays where it is: MR_UNMODELLED (an access or a setting that the
- * emulator does not model; with address, size and PC) or MR_HALTED (lockup, or something that silicon
- * would not survive).
+ * Errors. Functions that can fail return an enum mr_status and leave one line in
+ * hil_board_reason(). After a failed hil_board_run_until the board stays where it is: MR_UNMODELLED
+ * (an access or a setting that the emulator does not model; with address, size and PC) or MR_HALTED
+ * (lockup, or something that silicon would not survive).
  *
- * Two boards share nothing; one board belongs to one thread. Same ELF, options, run file and injected
- * input: same bytes. */
+ * Two boards share nothing; one board belongs to one thread. Same ELF, options, run file and
+ * injected input: same bytes. */
 #ifndef MATRIG_HIL_BOARD_H
 #define MATRIG_HIL_BOARD_H
 
@@ -47,18 +48,20 @@ struct hil_board *hil_board_create(const struct hil_options *options);
 void hil_board_destroy(struct hil_board *board);
 void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks);
 
-/* Put an ELF's segments into memory and reset the chip. MR_IO; MR_MALFORMED, MR_TRUNCATED; MR_VERSION: for
- * another chip. */
+/* Put an ELF's segments into memory and reset the chip. MR_IO; MR_MALFORMED, MR_TRUNCATED;
+ * MR_VERSION: for another chip. */
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path);
 
-/* Connect a rig; `run` is not copied and must outlive the board. Its time 0 is the board's power on. */
+/* Connect a rig; `run` is not copied and must outlive the board. Its time 0 is the board's power
+ * on. */
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run);
 
-/* Connect a replay in place of a rig; it is not copied and must outlive the board. Before the first run. */
+/* Connect a replay in place of a rig; it is not copied and must outlive the board. Before the first
+ * run. */
 void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay);
 
-/* Run until virtual time t_ps (since power on). MR_OK there; MR_UNMODELLED, MR_HALTED. Where the calls cut
- * time into pieces has no influence on what the board does. */
+/* Run until virtual time t_ps (since power on). MR_OK there; MR_UNMODELLED, MR_HALTED. Where the
+ * calls cut time into pieces has no influence on what the board does. */
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps);
 const char *hil_board_reason(const struct hil_board *board);
 
@@ -68,8 +71,8 @@ uint32_t hil_board_hclk_hz(const struct hil_board *board);
 
 /* A frame of another node; it waits for the bus and arbitrates. MR_FULL when 64 wait. */
 enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame);
-/* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for 4096,
- * rest dropped. */
+/* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for
+ * 4096, rest dropped. */
 enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n);
 /* Bytes that hil_board_serial_inject takes now. */
 size_t hil_board_serial_room(const struct hil_board *board);
@@ -77,13 +80,16 @@ size_t hil_board_serial_room(const struct hil_board *board);
 void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
 
 /* Cells of the NOR as they are (MR_UNKNOWN: outside). */
-enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
-enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
+enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out,
+                                  size_t n);
+enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes,
+                                  size_t n);
 
-/* Order all faults of a script (hil/rig/faults.h), with its seed. MR_FULL, MR_USAGE, MR_UNKNOWN: as hil_faults_add says; hil_board_reason
- * says which. */
+/* Order all faults of a script (hil/rig/faults.h), with its seed. MR_FULL, MR_USAGE, MR_UNKNOWN: as
+ * hil_faults_add says; hil_board_reason says which. */
 enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);
-/* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
+/* At the end of a run: names each fault that did not come to happen, in a line to
+ * hil_options.log. */
 void hil_board_tell_faults_left(const struct hil_board *board);
 
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
@@ -91,16 +97,18 @@ bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
 
 const struct hil_counters *hil_board_counters(const struct hil_board *board);
 
-/* Bytes of the board's memory, for tests and benches. MR_UNKNOWN when the range is not in one memory. */
+/* Bytes of the board's memory, for tests and benches. MR_UNKNOWN when the range is not in one
+ * memory. */
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
-enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
+enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes,
+                              size_t n);
 /* Core registers by the numbers of hil_cpu_register. */
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
-/* The whole machine (memories, core, peripherals, counters) as one block of memory without pointers.
- * Restoring into another board gives a second one that goes on identically; rig, callbacks and options'
- * trace stay the target's own. A reservation of LDREX is not part of it. The caller frees a snapshot with
- * free(). */
+/* The whole machine (memories, core, peripherals, counters) as one block of memory without
+ * pointers. Restoring into another board gives a second one that goes on identically; rig,
+ * callbacks and options' trace stay the target's own. A reservation of LDREX is not part of it. The
+ * caller frees a snapshot with free(). */
 struct hil_snapshot *hil_board_snapshot(const struct hil_board *board);
 void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snapshot);
 /* New board in the same state, same rig, no callbacks, no trace. */

@@ -1,8 +1,9 @@
-/* What a board is made of. For those who build it (hil/board/), look inside (hil/debug/, tests) and nobody else: a program uses
- * board.h, a part knows its neighbours by their own headers.
+/* What a board is made of. For those who build it (hil/board/), look inside (hil/debug/, tests) and
+ * nobody else: a program uses board.h, a part knows its neighbours by their own headers.
  *
- * `core.state`, `state`, the memories and the core's registers are the whole machine, without pointers: a snapshot is a copy of
- * them. What a board is connected to (callbacks, rig, onlookers) is no part of a snapshot. */
+ * `core.state`, `state`, the memories and the core's registers are the whole machine, without
+ * pointers: a snapshot is a copy of them. What a board is connected to (callbacks, rig, onlookers)
+ * is no part of a snapshot. */
 #ifndef MATRIG_HIL_PARTS_H
 #define MATRIG_HIL_PARTS_H
 

@@ -28,7 +28,8 @@ static bool beside_database(const char *path)
     size_t length = strlen(path);
     for (size_t i = 0; i < sizeof tails / sizeof tails[0]; i++) {
         size_t tail = strlen(tails[i]);
-        if (length > tail && length < sizeof database && strcmp(path + length - tail, tails[i]) == 0) {
+        if (length > tail && length < sizeof database &&
+            strcmp(path + length - tail, tails[i]) == 0) {
             snprintf(database, sizeof database, "%.*s", (int)(length - tail), path);
             return begins_precious(database);
         }
@@ -41,7 +42,8 @@ bool hil_is_precious(const char *path)
     char at[PATH_MAX], to[PATH_MAX];
     bool precious = begins_precious(path);
     snprintf(at, sizeof at, "%s", path);
-    for (int i = 0; !precious && i <= LINKS_MAX; i++) { /* also where links lead to, which need not be there */
+    for (int i = 0; !precious && i <= LINKS_MAX; i++) {
+        /* also where links lead to, which need not be there */
         precious = beside_database(at);
         ssize_t length = readlink(at, to, sizeof to - 1);
         if (length < 0)
@@ -49,7 +51,8 @@ bool hil_is_precious(const char *path)
         to[length] = '\0';
         char *name = strrchr(at, '/');
         name = to[0] == '/' || !name ? at : name + 1;
-        if (snprintf(name, sizeof at - (size_t)(name - at), "%s", to) >= (int)(sizeof at - (size_t)(name - at)))
+        if (snprintf(name, sizeof at - (size_t)(name - at), "%s", to) >=
+            (int)(sizeof at - (size_t)(name - at)))
             break;
     }
     return precious;

@@ -37,7 +37,8 @@ void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snaps
     FILE *log = board->options.log;
     board->options = snapshot->options;
     board->options.log = log;
-    hil_w25q_copy(board->memories->nor, board->state.w25q.used, snapshot->memories.nor, snapshot->state.w25q.used);
+    hil_w25q_copy(board->memories->nor, board->state.w25q.used, snapshot->memories.nor,
+                  snapshot->state.w25q.used);
     core->state = snapshot->core;
     board->state = snapshot->state;
     board->memories->own = snapshot->memories.own;

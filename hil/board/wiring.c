@@ -1,11 +1,14 @@
-/* How the parts of a board are joined: the chip's pins to the rig, its wires to the links, the memory and the thermometer to their
- * buses. */
+/* How the parts of a board are joined: the chip's pins to the rig, its wires to the links, the
+ * memory and the thermometer to their buses. */
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
 #include "hil/core/event.h"
 #include "hil/core/systick.h"
 
-static void cut_supply(void *device) { hil_supply_cut(device); }
+static void cut_supply(void *device)
+{
+    hil_supply_cut(device);
+}
 
 static void wire_core(struct hil_board *board)
 {
@@ -38,10 +41,16 @@ static void wire_chips(struct hil_board *board)
 {
     const struct hil_options *options = &board->options;
     board->w25q = (struct hil_w25q_device){
-        .core = &board->core, .options = options, .state = &board->state.w25q, .orders = &board->state.nor_orders,
-        .cells = board->memories->nor, .began = {hil_faults_nor_operation, &board->faults}, .cut = {cut_supply, &board->supply},
+        .core = &board->core,
+        .options = options,
+        .state = &board->state.w25q,
+        .orders = &board->state.nor_orders,
+        .cells = board->memories->nor,
+        .began = {hil_faults_nor_operation, &board->faults},
+        .cut = {cut_supply, &board->supply},
     };
-    board->tmp112 = (struct hil_tmp112_device){.core = &board->core, .options = options, .state = &board->state.tmp112};
+    board->tmp112 = (struct hil_tmp112_device){
+        .core = &board->core, .options = options, .state = &board->state.tmp112};
     board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
     board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
     board->mcu.flash.began = (struct hil_call){hil_faults_flash_operation, &board->faults};
@@ -49,8 +58,12 @@ static void wire_chips(struct hil_board *board)
     hil_flash_create(&board->mcu.flash);
     hil_w25q_create(&board->w25q);
     board->supply = (struct hil_supply_device){
-        .core = &board->core, .state = &board->state.supply, .flash = &board->mcu.flash, .rcc = &board->mcu.rcc,
-        .nor = &board->w25q, .thermometer = &board->tmp112,
+        .core = &board->core,
+        .state = &board->state.supply,
+        .flash = &board->mcu.flash,
+        .rcc = &board->mcu.rcc,
+        .nor = &board->w25q,
+        .thermometer = &board->tmp112,
     };
     hil_supply_create(&board->supply);
 }
@@ -58,7 +71,9 @@ static void wire_chips(struct hil_board *board)
 static void wire_links(struct hil_board *board)
 {
     board->lines = (struct hil_lines_device){
-        .core = &board->core, .options = &board->options, .state = &board->state.lines,
+        .core = &board->core,
+        .options = &board->options,
+        .state = &board->state.lines,
         .frame_sent = {hil_faults_can_sent, &board->faults},
     };
     hil_lines_create(&board->lines, board->options.seed);
@@ -69,7 +84,11 @@ static void wire_runs(struct hil_board *board)
 {
     struct hil_mcu *mcu = &board->mcu;
     board->script = (struct hil_script_device){
-        .core = &board->core, .state = &board->state.script, .rig = &board->rig, .can = &mcu->can, .usart = &mcu->usart,
+        .core = &board->core,
+        .state = &board->state.script,
+        .rig = &board->rig,
+        .can = &mcu->can,
+        .usart = &mcu->usart,
     };
     hil_script_create(&board->script);
     board->replay.core = &board->core;
@@ -83,9 +102,18 @@ static void wire_runs(struct hil_board *board)
     board->replay.rig = &board->rig;
     hil_replay_create(&board->replay);
     board->faults = (struct hil_faults_device){
-        .core = &board->core, .options = &board->options, .state = &board->state.faults, .lines = &board->lines,
-        .rig = &board->rig, .camera = &board->camera, .supply = &board->supply, .rcc = &mcu->rcc, .can = &mcu->can,
-        .i2c = &mcu->i2c, .nor = &board->state.nor_orders, .thermometer = &board->state.tmp112,
+        .core = &board->core,
+        .options = &board->options,
+        .state = &board->state.faults,
+        .lines = &board->lines,
+        .rig = &board->rig,
+        .camera = &board->camera,
+        .supply = &board->supply,
+        .rcc = &mcu->rcc,
+        .can = &mcu->can,
+        .i2c = &mcu->i2c,
+        .nor = &board->state.nor_orders,
+        .thermometer = &board->state.tmp112,
     };
     hil_faults_create(&board->faults);
 }

@@ -7,32 +7,33 @@
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
 
-#define C_PER_COUNT 0.0625
-#define CONFIG_OS 0x80u  /* first byte */
+#define C_PER_COUNT       0.0625
+#define CONFIG_OS         0x80u /* first byte */
 #define CONFIG_RESOLUTION 0x60u /* read only: 12 bits */
-#define CONFIG_SD 0x01u
-#define CONFIG_AL 0x20u  /* second byte; read only */
-#define CONFIG_EM 0x10u
-#define TYPICAL_PS (26u * HIL_MS_PS)
-#define LONGEST_PS (35u * HIL_MS_PS)
+#define CONFIG_SD         0x01u
+#define CONFIG_AL         0x20u /* second byte; read only */
+#define CONFIG_EM         0x10u
+#define TYPICAL_PS        (26u * HIL_MS_PS)
+#define LONGEST_PS        (35u * HIL_MS_PS)
 
 static uint64_t conversion_ps(struct hil_tmp112_device *dev)
 {
     switch (dev->options->cell_times) {
-    case HIL_TIMES_TYPICAL:
-        return TYPICAL_PS;
-    case HIL_TIMES_MAXIMUM:
-        return LONGEST_PS;
-    default:
-        return TYPICAL_PS + hil_random(&dev->state->random) % (LONGEST_PS - TYPICAL_PS);
+    case HIL_TIMES_TYPICAL: return TYPICAL_PS;
+    case HIL_TIMES_MAXIMUM: return LONGEST_PS;
+    default: return TYPICAL_PS + hil_random(&dev->state->random) % (LONGEST_PS - TYPICAL_PS);
     }
 }
 
 void hil_tmp112_power(struct hil_tmp112_device *dev)
 {
     struct hil_tmp112 *chip = dev->state;
-    *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80}, .begun_ps = hil_now_ps(dev->core), .random = dev->options->seed,
-                                .limit = {{0x4b, 0x00}, {0x50, 0x00}}, .dead = chip->dead, .stuck = chip->stuck};
+    *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80},
+                                .begun_ps = hil_now_ps(dev->core),
+                                .random = dev->options->seed,
+                                .limit = {{0x4b, 0x00}, {0x50, 0x00}},
+                                .dead = chip->dead,
+                                .stuck = chip->stuck};
     chip->took_ps = conversion_ps(dev);
 }
 
@@ -46,7 +47,9 @@ static bool holds_sda(const void *device)
 static int32_t convert(const struct hil_tmp112_device *dev, uint64_t t_ps)
 {
     const struct hil_options *options = dev->options;
-    double count = (options->temperature_c + options->temperature_c_per_h * (double)t_ps * 1e-12 / 3600.0) / C_PER_COUNT;
+    double count =
+        (options->temperature_c + options->temperature_c_per_h * (double)t_ps * 1e-12 / 3600.0) /
+        C_PER_COUNT;
     double most = dev->state->config[1] & CONFIG_EM ? 4095.0 : 2047.0;
     return (int32_t)lround(fmax(-most - 1.0, fmin(most, count)));
 }
@@ -91,7 +94,8 @@ static bool take_address(void *device, uint8_t byte)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    chip->addressed = !chip->dead && !isnan(dev->options->temperature_c) && byte >> 1 == HIL_TMP112_ADDRESS;
+    chip->addressed = !chip->dead && !isnan(dev->options->temperature_c) &&
+                      byte >> 1 == HIL_TMP112_ADDRESS;
     chip->bytes = 0;
     return chip->addressed;
 }
@@ -126,7 +130,8 @@ static uint8_t give_byte(void *device)
     if (chip->pointer == 0)
         return (uint8_t)(i ? value : value >> 8);
     if (chip->pointer == 1)
-        return (uint8_t)(i ? chip->config[1] | CONFIG_AL : chip->config[0] | (chip->done ? CONFIG_OS : 0u));
+        return (uint8_t)(i ? chip->config[1] | CONFIG_AL
+                           : chip->config[0] | (chip->done ? CONFIG_OS : 0u));
     return chip->limit[chip->pointer - 2][i];
 }
 
@@ -166,7 +171,15 @@ static uint64_t take_stretch_ps(void *device)
 struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
 {
     return (struct hil_i2c_slave){
-        .who = dev, .address = take_address, .write = take_byte, .read = give_byte, .stop = stop, .speaks = speaks,
-        .holds_sda = holds_sda, .hang = hang, .clock = see_clock, .stretch_ps = take_stretch_ps,
+        .who = dev,
+        .address = take_address,
+        .write = take_byte,
+        .read = give_byte,
+        .stop = stop,
+        .speaks = speaks,
+        .holds_sda = holds_sda,
+        .hang = hang,
+        .clock = see_clock,
+        .stretch_ps = take_stretch_ps,
     };
 }

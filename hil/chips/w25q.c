@@ -9,40 +9,68 @@
 #include "hil/periph/options.h"
 
 enum command {
-    WRITE_STATUS_1 = 0x01, PAGE_PROGRAM = 0x02, READ = 0x03, WRITE_DISABLE = 0x04, READ_STATUS_1 = 0x05,
-    WRITE_ENABLE = 0x06, FAST_READ = 0x0b, WRITE_STATUS_3 = 0x11, READ_STATUS_3 = 0x15, ERASE_4K = 0x20,
-    WRITE_STATUS_2 = 0x31, READ_STATUS_2 = 0x35, UNIQUE_ID = 0x4b, VOLATILE_ENABLE = 0x50, ERASE_32K = 0x52,
-    ERASE_ALL_60 = 0x60, ENABLE_RESET = 0x66, MANUFACTURER_ID = 0x90, RESET = 0x99, JEDEC_ID = 0x9f, RELEASE = 0xab,
-    POWER_DOWN = 0xb9, ERASE_ALL = 0xc7, ERASE_64K = 0xd8,
+    WRITE_STATUS_1 = 0x01,
+    PAGE_PROGRAM = 0x02,
+    READ = 0x03,
+    WRITE_DISABLE = 0x04,
+    READ_STATUS_1 = 0x05,
+    WRITE_ENABLE = 0x06,
+    FAST_READ = 0x0b,
+    WRITE_STATUS_3 = 0x11,
+    READ_STATUS_3 = 0x15,
+    ERASE_4K = 0x20,
+    WRITE_STATUS_2 = 0x31,
+    READ_STATUS_2 = 0x35,
+    UNIQUE_ID = 0x4b,
+    VOLATILE_ENABLE = 0x50,
+    ERASE_32K = 0x52,
+    ERASE_ALL_60 = 0x60,
+    ENABLE_RESET = 0x66,
+    MANUFACTURER_ID = 0x90,
+    RESET = 0x99,
+    JEDEC_ID = 0x9f,
+    RELEASE = 0xab,
+    POWER_DOWN = 0xb9,
+    ERASE_ALL = 0xc7,
+    ERASE_64K = 0xd8,
 };
 
-#define BUSY 1u
-#define WEL 2u
+#define BUSY         1u
+#define WEL          2u
 #define MANUFACTURER 0xefu
-#define DEVICE 0x17u
-#define HUNG 10u /* times the maximum that a failing operation takes */
+#define DEVICE       0x17u
+#define HUNG         10u /* times the maximum that a failing operation takes */
 
-static const uint8_t factory_status[3] = {0x00, 0x02, 0x60}; /* QE fixed to 1 (-IQ); drive strength 25 % */
+/* QE fixed to 1 (-IQ); drive strength 25 % */
+static const uint8_t factory_status[3] = {0x00, 0x02, 0x60};
 static const uint8_t writable_status[3] = {0xfc, 0x79, 0x64};
-#define STATUS_1_TB 0x20u
+#define STATUS_1_TB  0x20u
 #define STATUS_1_SEC 0x40u
 #define STATUS_2_SRL 0x01u
-#define STATUS_2_LB 0x38u
+#define STATUS_2_LB  0x38u
 #define STATUS_2_CMP 0x40u
 #define STATUS_3_WPS 0x04u
 
-static bool has_bit(const uint8_t *bits, uint32_t n) { return bits && (bits[n / 8u] >> n % 8u & 1u); }
+static bool has_bit(const uint8_t *bits, uint32_t n)
+{
+    return bits && (bits[n / 8u] >> n % 8u & 1u);
+}
 
 static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
 {
     uint32_t sector = address / HIL_NOR_SECTOR;
-    dev->cells[address] = (uint8_t)~value; /* kept inverted, so that an erased chip is memory never touched */
+    /* kept inverted, so that an erased chip is memory never touched */
+    dev->cells[address] = (uint8_t)~value;
     dev->state->used[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
 
-static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address) { return (uint8_t)~dev->cells[address]; }
+static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address)
+{
+    return (uint8_t)~dev->cells[address];
+}
 
-/* Protected addresses [*from, *to), from BP, TB, SEC, CMP (7.1.3 to 7.1.8; status register memory protection). */
+/* Protected addresses [*from, *to), from BP, TB, SEC, CMP (7.1.3 to 7.1.8; status register memory
+ * protection). */
 static void protected_range(const struct hil_w25q *w, uint32_t *from, uint32_t *to)
 {
     unsigned bp = w->status[0] >> 2 & 7u;
@@ -92,14 +120,14 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
         for (uint32_t i = 0; i < step; i++)
             put_cell(dev, at + i, plain[i]);
         if (!program && permille >= 1000)
-            w->used[at / HIL_NOR_SECTOR / 8u] &= (uint8_t)~(1u << at / HIL_NOR_SECTOR % 8u);
+            w->used[at / HIL_NOR_SECTOR / 8u] &= (uint8_t) ~(1u << at / HIL_NOR_SECTOR % 8u);
     }
 }
 
 static void set_status(struct hil_w25q *w, const uint8_t from[3], bool lasting)
 {
     memcpy(w->status, from, 3);
-    w->status[0] &= (uint8_t)~(BUSY | WEL);
+    w->status[0] &= (uint8_t) ~(BUSY | WEL);
     if (lasting)
         memcpy(w->lasting_status, w->status, 3);
 }
@@ -112,13 +140,15 @@ static void end_operation(struct hil_w25q_device *dev, unsigned permille)
     if (w->bytes == 0) {
         if (permille >= 1000 || (hil_random(&w->random) & 1023u) < permille)
             set_status(w, w->written_status, true);
-    } else if (!w->fails_silently
-               && !has_fault(w, program ? HIL_W25Q_PROGRAM_SILENT : HIL_W25Q_ERASE_SILENT, w->first, w->bytes)) {
-        bool fails = has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, w->first, w->bytes);
+    } else if (!w->fails_silently &&
+               !has_fault(w, program ? HIL_W25Q_PROGRAM_SILENT : HIL_W25Q_ERASE_SILENT, w->first,
+                          w->bytes)) {
+        bool fails = has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, w->first,
+                               w->bytes);
         change_cells(dev, fails ? permille / 2u : permille);
     }
     w->operation = 0;
-    w->status[0] &= (uint8_t)~(BUSY | WEL);
+    w->status[0] &= (uint8_t) ~(BUSY | WEL);
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT, HIL_NEVER);
 }
@@ -147,14 +177,14 @@ static bool is_ordered_to_fail(struct hil_w25q_device *dev, bool program)
     return true;
 }
 
-static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, uint32_t bytes, uint32_t typical_us,
-                  uint32_t maximum_us)
+static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, uint32_t bytes,
+                  uint32_t typical_us, uint32_t maximum_us)
 {
     struct hil_w25q *w = dev->state;
     bool program = w->command == PAGE_PROGRAM;
     if (!(w->status[0] & WEL) || (bytes && is_protected(w, first, bytes))) {
-        hil_trace(dev->core, "NOR: command 0x%02x at 0x%06x ignored: %s", w->command, (unsigned)first,
-                  (w->status[0] & WEL) ? "protected" : "not write-enabled");
+        hil_trace(dev->core, "NOR: command 0x%02x at 0x%06x ignored: %s", w->command,
+                  (unsigned)first, (w->status[0] & WEL) ? "protected" : "not write-enabled");
         return;
     }
     w->operation = w->command;
@@ -162,14 +192,17 @@ static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, ui
     w->first = first;
     w->bytes = bytes;
     w->begin_ps = t_ps;
-    w->end_ps = t_ps + hil_cell_time_ps(dev->options->cell_times, typical_us, maximum_us, &w->random);
-    if (bytes && has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, first, bytes))
+    w->end_ps = t_ps +
+                hil_cell_time_ps(dev->options->cell_times, typical_us, maximum_us, &w->random);
+    if (bytes &&
+        has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, first, bytes))
         w->end_ps = t_ps + HUNG * (uint64_t)maximum_us * HIL_US_PS;
     w->fails_silently = bytes && is_ordered_to_fail(dev, program);
     w->status[0] |= BUSY;
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
     if (w->operations == w->cut_at)
-        hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT, t_ps + (w->end_ps - t_ps) / 1000u * w->cut_permille);
+        hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT,
+                         t_ps + (w->end_ps - t_ps) / 1000u * w->cut_permille);
     if (bytes)
         hil_call(&dev->began);
 }
@@ -181,17 +214,20 @@ static void write_status(struct hil_w25q_device *dev, uint64_t t_ps, unsigned wh
     uint32_t given = w->count - 1u;
     w->volatile_enabled = false;
     if (given == 0 || given > (which == 0 ? 2u : 1u) || (w->status[1] & STATUS_2_SRL)) {
-        hil_trace(dev->core, "NOR: status write ignored: %u bytes, SRL %u", (unsigned)given, w->status[1] & STATUS_2_SRL);
+        hil_trace(dev->core, "NOR: status write ignored: %u bytes, SRL %u", (unsigned)given,
+                  w->status[1] & STATUS_2_SRL);
         return;
     }
     memcpy(w->written_status, w->status, 3);
     for (unsigned i = 0; i < given; i++) {
         uint8_t mask = writable_status[which + i];
-        w->written_status[which + i] = (uint8_t)((w->status[which + i] & ~mask) | (w->parameter[i] & mask));
+        w->written_status[which + i] = (uint8_t)((w->status[which + i] & ~mask) |
+                                                 (w->parameter[i] & mask));
     }
     w->written_status[1] |= w->status[1] & STATUS_2_LB; /* one time only */
     if (w->written_status[2] & STATUS_3_WPS) {
-        hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: individual block locks of the NOR (WPS)");
+        hil_core_stop(dev->core, MR_UNMODELLED,
+                      "unmodelled: individual block locks of the NOR (WPS)");
         return;
     }
     if (lasting)
@@ -210,7 +246,8 @@ static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 }
 
 /* A block of so many bytes, when its address was given and nothing more. */
-static void erase(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t block, uint32_t typical_us, uint32_t maximum_us)
+static void erase(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t block, uint32_t typical_us,
+                  uint32_t maximum_us)
 {
     if (dev->state->count == 4)
         start(dev, t_ps, dev->state->address & ~(block - 1u), block, typical_us, maximum_us);
@@ -223,56 +260,29 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
     bool reset_enabled = w->reset_enabled;
     w->reset_enabled = false;
     switch (w->command) {
-    case WRITE_ENABLE:
-        w->status[0] |= WEL;
-        break;
-    case WRITE_DISABLE:
-        w->status[0] &= (uint8_t)~WEL;
-        break;
-    case VOLATILE_ENABLE:
-        w->volatile_enabled = true;
-        break;
-    case WRITE_STATUS_1:
-        write_status(dev, t_ps, 0);
-        break;
-    case WRITE_STATUS_2:
-        write_status(dev, t_ps, 1);
-        break;
-    case WRITE_STATUS_3:
-        write_status(dev, t_ps, 2);
-        break;
+    case WRITE_ENABLE: w->status[0] |= WEL; break;
+    case WRITE_DISABLE: w->status[0] &= (uint8_t)~WEL; break;
+    case VOLATILE_ENABLE: w->volatile_enabled = true; break;
+    case WRITE_STATUS_1: write_status(dev, t_ps, 0); break;
+    case WRITE_STATUS_2: write_status(dev, t_ps, 1); break;
+    case WRITE_STATUS_3: write_status(dev, t_ps, 2); break;
     case PAGE_PROGRAM:
         if (w->page_count)
             start(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
         break;
-    case ERASE_4K:
-        erase(dev, t_ps, HIL_NOR_SECTOR, 45000, 400000);
-        break;
-    case ERASE_32K:
-        erase(dev, t_ps, 0x8000, 120000, 1600000);
-        break;
-    case ERASE_64K:
-        erase(dev, t_ps, 0x10000, 150000, 2000000);
-        break;
+    case ERASE_4K: erase(dev, t_ps, HIL_NOR_SECTOR, 45000, 400000); break;
+    case ERASE_32K: erase(dev, t_ps, 0x8000, 120000, 1600000); break;
+    case ERASE_64K: erase(dev, t_ps, 0x10000, 150000, 2000000); break;
     case ERASE_ALL:
-    case ERASE_ALL_60:
-        start(dev, t_ps, 0, HIL_NOR_SIZE, 40000000, 200000000);
-        break;
-    case POWER_DOWN:
-        w->powered_down = true;
-        break;
-    case RELEASE:
-        w->powered_down = false;
-        break;
-    case ENABLE_RESET:
-        w->reset_enabled = true;
-        break;
+    case ERASE_ALL_60: start(dev, t_ps, 0, HIL_NOR_SIZE, 40000000, 200000000); break;
+    case POWER_DOWN: w->powered_down = true; break;
+    case RELEASE: w->powered_down = false; break;
+    case ENABLE_RESET: w->reset_enabled = true; break;
     case RESET:
         if (reset_enabled)
             reset_chip(dev, t_ps);
         break;
-    default:
-        break;
+    default: break;
     }
 }
 
@@ -323,7 +333,8 @@ static uint8_t addressed(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     if (w->command == READ || (w->command == FAST_READ && n > 4))
         return read_cell(dev);
     if (w->command == PAGE_PROGRAM) {
-        uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE; /* wraps; what comes last counts */
+        /* wraps; what comes last counts */
+        uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE;
         w->page[at] = in;
         w->in_page[at / 8u] |= (uint8_t)(1u << at % 8u);
     } else if (w->command == MANUFACTURER_ID) {
@@ -337,43 +348,39 @@ static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     struct hil_w25q *w = dev->state;
     static const uint8_t jedec[3] = {MANUFACTURER, 0x40, 0x18};
     switch (w->command) {
-    case READ_STATUS_1:
-        return w->status[0];
-    case READ_STATUS_2:
-        return w->status[1];
-    case READ_STATUS_3:
-        return w->status[2];
+    case READ_STATUS_1: return w->status[0];
+    case READ_STATUS_2: return w->status[1];
+    case READ_STATUS_3: return w->status[2];
     case WRITE_STATUS_1:
     case WRITE_STATUS_2:
     case WRITE_STATUS_3:
         if (n <= 2)
             w->parameter[n - 1u] = in;
         return 0xff;
-    case JEDEC_ID:
-        return jedec[(n - 1u) % 3u];
-    case RELEASE:
-        return n > 3 ? DEVICE : 0xff;
-    case UNIQUE_ID:
-        return n > 4 ? unique_byte(dev, n - 5u) : 0xff;
+    case JEDEC_ID: return jedec[(n - 1u) % 3u];
+    case RELEASE: return n > 3 ? DEVICE : 0xff;
+    case UNIQUE_ID: return n > 4 ? unique_byte(dev, n - 5u) : 0xff;
     case READ:
     case FAST_READ:
     case PAGE_PROGRAM:
     case ERASE_4K:
     case ERASE_32K:
     case ERASE_64K:
-    case MANUFACTURER_ID:
-        return addressed(dev, n, in);
-    default:
-        return 0xff;
+    case MANUFACTURER_ID: return addressed(dev, n, in);
+    default: return 0xff;
     }
 }
 
 static bool is_known(uint8_t command)
 {
     static const uint8_t known[] = {
-        WRITE_STATUS_1, PAGE_PROGRAM, READ, WRITE_DISABLE, READ_STATUS_1, WRITE_ENABLE, FAST_READ, WRITE_STATUS_3,
-        READ_STATUS_3, ERASE_4K, WRITE_STATUS_2, READ_STATUS_2, UNIQUE_ID, VOLATILE_ENABLE, ERASE_32K, ERASE_ALL_60,
-        ENABLE_RESET, MANUFACTURER_ID, RESET, JEDEC_ID, RELEASE, POWER_DOWN, ERASE_ALL, ERASE_64K, 0xff,
+        WRITE_STATUS_1, PAGE_PROGRAM,    READ,           WRITE_DISABLE,
+        READ_STATUS_1,  WRITE_ENABLE,    FAST_READ,      WRITE_STATUS_3,
+        READ_STATUS_3,  ERASE_4K,        WRITE_STATUS_2, READ_STATUS_2,
+        UNIQUE_ID,      VOLATILE_ENABLE, ERASE_32K,      ERASE_ALL_60,
+        ENABLE_RESET,   MANUFACTURER_ID, RESET,          JEDEC_ID,
+        RELEASE,        POWER_DOWN,      ERASE_ALL,      ERASE_64K,
+        0xff,
     };
     return memchr(known, command, sizeof known) != NULL;
 }
@@ -488,7 +495,8 @@ void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille)
     w->cut_permille = permille < 1000 ? permille : 999;
 }
 
-enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out, size_t n)
+enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,
+                             size_t n)
 {
     uint8_t *to = out;
     if (address >= HIL_NOR_SIZE || n > HIL_NOR_SIZE - address)
@@ -498,7 +506,8 @@ enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address
     return MR_OK;
 }
 
-enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes, size_t n)
+enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes,
+                             size_t n)
 {
     const uint8_t *from = bytes;
     if (address >= HIL_NOR_SIZE || n > HIL_NOR_SIZE - address)

@@ -1,14 +1,17 @@
-/* W25Q128JV serial NOR memory (Winbond data sheet rev. F): 16 MiB, a slave of SPI (hil/periph/spi.h).
+/* W25Q128JV serial NOR memory (Winbond data sheet rev. F): 16 MiB, a slave of SPI
+ * (hil/periph/spi.h).
  *
- * Commands: write enable (06, 50, 04), status registers 1 to 3 (05 35 15, 01 31 11), page program (02), erase of 4,
- * 32, 64 KiB and all (20 52 D8 C7 60), read (03), fast read (0B), power-down and release (B9 AB), identification
- * (9F 90 AB), unique id (4B), reset (66 99). The others of the data sheet (dual and quad, suspend, security registers,
- * individual locks, SFDP) stop the run as not modelled. While BUSY, all but status reads and reset are ignored.
+ * Commands: write enable (06, 50, 04), status registers 1 to 3 (05 35 15, 01 31 11), page program
+ * (02), erase of 4, 32, 64 KiB and all (20 52 D8 C7 60), read (03), fast read (0B), power-down and
+ * release (B9 AB), identification (9F 90 AB), unique id (4B), reset (66 99). The others of the data
+ * sheet (dual and quad, suspend, security registers, individual locks, SFDP) stop the run as not
+ * modelled. While BUSY, all but status reads and reset are ignored.
  *
- * Programming turns ones into zeroes and wraps inside its page of 256 bytes. Times are drawn between typical and
- * maximum (hil/periph/cells.h). Commands act when the chip is deselected on a byte boundary; else they do not act. A command
- * on a protected place is ignored and leaves WEL set. The content survives resets and power cuts; an operation that
- * a power cut (or 66 99) ends early leaves its cells half changed. */
+ * Programming turns ones into zeroes and wraps inside its page of 256 bytes. Times are drawn
+ * between typical and maximum (hil/periph/cells.h). Commands act when the chip is deselected on a
+ * byte boundary; else they do not act. A command on a protected place is ignored and leaves WEL
+ * set. The content survives resets and power cuts; an operation that a power cut (or 66 99) ends
+ * early leaves its cells half changed. */
 #ifndef MATRIG_HIL_W25Q_H
 #define MATRIG_HIL_W25Q_H
 
@@ -23,58 +26,62 @@
 struct hil_core;
 struct hil_options;
 
-#define HIL_NOR_SIZE 0x01000000u
+#define HIL_NOR_SIZE   0x01000000u
 #define HIL_NOR_SECTOR 4096u
-#define HIL_NOR_PAGE 256u
+#define HIL_NOR_PAGE   256u
 
 /* What goes wrong, as bits. */
 enum hil_w25q_fault {
-    HIL_W25Q_PROGRAM_ERROR = 1,  /* BUSY for ten times the maximum, then half of the bits are programmed */
+    /* BUSY for ten times the maximum, then half of the bits are programmed */
+    HIL_W25Q_PROGRAM_ERROR = 1,
     HIL_W25Q_ERASE_ERROR = 2,    /* likewise */
     HIL_W25Q_READ_ERROR = 4,     /* of 64 bytes read one has a wrong bit, at random */
     HIL_W25Q_PROGRAM_SILENT = 8, /* seems to work, changes nothing */
     HIL_W25Q_ERASE_SILENT = 16,
-    HIL_W25Q_DEAD = 32,          /* nothing answers: 0xff */
+    HIL_W25Q_DEAD = 32, /* nothing answers: 0xff */
 };
 
 struct hil_w25q_faults {
     unsigned kinds;
-    uint32_t from, to; /* addresses concerned, [from, to); an operation that touches them is concerned */
+    /* addresses concerned, [from, to); an operation that touches them is concerned */
+    uint32_t from, to;
 };
 
 struct hil_w25q {
     uint8_t status[3];
-    uint8_t written_status[3];   /* what an ongoing status write puts there */
-    bool volatile_enabled;       /* 50h: the next status write does not last */
-    uint8_t lasting_status[3];   /* what a power cut comes back to */
+    uint8_t written_status[3]; /* what an ongoing status write puts there */
+    bool volatile_enabled;     /* 50h: the next status write does not last */
+    uint8_t lasting_status[3]; /* what a power cut comes back to */
     bool powered_down, reset_enabled;
     /* the command that is shifted in */
     bool selected;
     uint8_t command;
-    uint32_t count;              /* bytes since the chip was selected */
+    uint32_t count; /* bytes since the chip was selected */
     uint32_t address;
     uint8_t parameter[2];
     uint8_t page[HIL_NOR_PAGE];
     uint8_t in_page[HIL_NOR_PAGE / 8u]; /* which bytes of it were shifted in */
     uint32_t page_count;
     /* the operation in progress */
-    uint8_t operation;           /* its command, 0: none */
-    uint32_t first, bytes;       /* cells concerned */
+    uint8_t operation;     /* its command, 0: none */
+    uint32_t first, bytes; /* cells concerned */
     uint64_t begin_ps, end_ps;
     /* over all */
-    uint64_t operations;         /* programs, erases and status writes begun since creation */
+    uint64_t operations; /* programs, erases and status writes begun since creation */
     uint64_t cut_at;
     unsigned cut_permille;
     uint64_t random;
     struct hil_w25q_faults faults;
-    bool dead, fails_silently;   /* by the fault script: the chip; the operation in progress */
-    uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u]; /* sectors that are not all erased (or were not) */
+    bool dead, fails_silently; /* by the fault script: the chip; the operation in progress */
+    /* sectors that are not all erased (or were not) */
+    uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
 };
 
-/* What a fault script orders of the chip: it carries out `fill_requested` and clears it, and decrements the counts as it
- * fails. */
+/* What a fault script orders of the chip: it carries out `fill_requested` and clears it, and
+ * decrements the counts as it fails. */
 struct hil_nor_orders {
-    bool dead;             /* it does not drive its output: all ones are read, commands go nowhere */
+    /* it does not drive its output: all ones are read, commands go nowhere */
+    bool dead;
     bool fill_requested;   /* every byte is to be programmed with zeroes */
     uint32_t fail_program; /* so many page programs from now on change nothing */
     uint32_t fail_erase;
@@ -98,11 +105,13 @@ void hil_w25q_power_lost(struct hil_w25q_device *dev);
 void hil_w25q_copy(uint8_t *to, const uint8_t *stale, const uint8_t *from, const uint8_t *used);
 
 void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults);
-/* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
- * began. */
+/* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of
+ * its time after it began. */
 void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille);
 /* The cells as they are. MR_UNKNOWN: outside. */
-enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out, size_t n);
-enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes, size_t n);
+enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,
+                             size_t n);
+enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes,
+                             size_t n);
 
 #endif

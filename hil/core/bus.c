@@ -23,7 +23,8 @@ void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripher
     bus->peripheral[bus->count++] = *peripheral;
 }
 
-static bool may_go_on(struct hil_core *core, const struct hil_register *r, bool write, uint32_t value)
+static bool may_go_on(struct hil_core *core, const struct hil_register *r, bool write,
+                      uint32_t value)
 {
     if (!r) {
         hil_bus_no_register(core);
@@ -37,9 +38,11 @@ static bool may_go_on(struct hil_core *core, const struct hil_register *r, bool 
 }
 
 /* May the access go on, by the table of registers? */
-static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, uint32_t offset, bool write, uint32_t value)
+static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, uint32_t offset,
+                        bool write, uint32_t value)
 {
-    const struct hil_register **r = &core->bus.register_at[p - core->bus.peripheral][offset / 4u % HIL_REGISTER_WORDS];
+    const struct hil_register **r =
+        &core->bus.register_at[p - core->bus.peripheral][offset / 4u % HIL_REGISTER_WORDS];
     if (!*r)
         *r = hil_register_at(core->bus.registers_of[p - core->bus.peripheral], offset);
     return may_go_on(core, *r, write, value);
@@ -116,15 +119,15 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
             return 0;
         return lane(p->read(p->device, p->unit, (address - p->base) & ~3u), address, size);
     }
-    if ((address & ~0xfffu) == 0xe000e000u
-        && !is_core_modelled(core, address & 0xffcu, false, 0))
+    if ((address & ~0xfffu) == 0xe000e000u && !is_core_modelled(core, address & 0xffcu, false, 0))
         return 0;
     if (address - 0xe0000000u < 0x00100000u)
         return hil_scb_read(core, address, size);
     if (address - 0x1fff0000u < 0x00010000u)
         return core->bus.system_memory.read
-                   ? lane(core->bus.system_memory.read(core->bus.system_memory.device, address), address, size)
-                   : hil_bus_no_register(core);
+                 ? lane(core->bus.system_memory.read(core->bus.system_memory.device, address),
+                        address, size)
+                 : hil_bus_no_register(core);
     return hil_bus_no_register(core);
 }
 
@@ -162,8 +165,8 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
         p->write(p->device, p->unit, offset & ~3u, rest | shifted);
         return;
     }
-    if ((address & ~0xfffu) == 0xe000e000u && size == 4 && !(address & 3u)
-        && !is_core_modelled(core, address & 0xffcu, true, value))
+    if ((address & ~0xfffu) == 0xe000e000u && size == 4 && !(address & 3u) &&
+        !is_core_modelled(core, address & 0xffcu, true, value))
         return;
     if (address - 0xe0000000u < 0x00100000u) {
         hil_scb_write(core, address, size, value);

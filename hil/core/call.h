@@ -1,5 +1,5 @@
-/* A wire from one part to another: who is told, and by which call. The part at the near end knows nothing of the far end,
- * so that a peripheral does not know the board it sits on. */
+/* A wire from one part to another: who is told, and by which call. The part at the near end knows
+ * nothing of the far end, so that a peripheral does not know the board it sits on. */
 #ifndef MATRIG_HIL_CALL_H
 #define MATRIG_HIL_CALL_H
 

@@ -12,9 +12,10 @@ struct hil_clock {
     uint64_t anchor_cycle; /* where HCLK last changed */
     uint64_t anchor_ps;
     uint32_t hclk_hz;
-    uint32_t ratio_hz;     /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
+    /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
+    uint32_t ratio_hz;
     uint64_t ratio_ps, ratio_cycles;
-    bool stopped;          /* no clock at all: cycles stand still */
+    bool stopped; /* no clock at all: cycles stand still */
 };
 
 /* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
@@ -22,7 +23,8 @@ uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
 /* HCLK of a clock that starts. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
-/* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told: hil_hclk_change does both. */
+/* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told:
+ * hil_hclk_change does both. */
 void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
 
 #endif

@@ -72,5 +72,6 @@ void hil_cpu_reset(struct hil_core *core)
     core->state.cpu = (struct hil_cpu){0};
     hil_exception_seen(core, 0);
     if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
-        hil_core_stop(core, MR_HALTED, "no firmware: the reset vector is 0x%08x", (unsigned)registers.pc);
+        hil_core_stop(core, MR_HALTED, "no firmware: the reset vector is 0x%08x",
+                      (unsigned)registers.pc);
 }

@@ -42,7 +42,8 @@ void hil_core_request_reset(struct hil_core *core, uint32_t flags)
 
 enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n)
 {
-    const uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_memory_at(core, address, (uint32_t)n, false) : NULL;
+    const uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_memory_at(core, address, (uint32_t)n, false)
+                                                : NULL;
     if (!memory)
         return MR_UNKNOWN;
     memcpy(out, memory, n);

@@ -1,10 +1,13 @@
-/* The processor with its memories, its bus, its interrupt controller and its clock: all that every peripheral knows.
+/* The processor with its memories, its bus, its interrupt controller and its clock: all that every
+ * peripheral knows.
  *
- * `struct hil_core_state` holds no pointers: with the memories and the core's registers (hil_cpu_save) it is the whole of the
- * processor, and a copy of it is a snapshot. What the core is connected to is beside it.
+ * `struct hil_core_state` holds no pointers: with the memories and the core's registers
+ * (hil_cpu_save) it is the whole of the processor, and a copy of it is a snapshot. What the core is
+ * connected to is beside it.
  *
- * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes them. What the core has
- * to tell them goes over wires that they connect (call.h, onlooker.h, peripheral.h, event.h). */
+ * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes
+ * them. What the core has to tell them goes over wires that they connect (call.h, onlooker.h,
+ * peripheral.h, event.h). */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
@@ -42,11 +45,11 @@ struct hil_core {
     struct hil_core_state state;
     struct hil_memory *memory; /* page-aligned: the core runs directly on it */
     struct uc_struct *uc;
-    FILE *trace;               /* NULL, or where exceptions and unusual events are told */
-    bool watch_alignment;      /* hil_options.watch_alignment */
+    FILE *trace;          /* NULL, or where exceptions and unusual events are told */
+    bool watch_alignment; /* hil_options.watch_alignment */
 
     /* Of the present run; nothing of it outlives the run. */
-    uint64_t limit_cycle;      /* the block hook looks up from here on; at most the next event */
+    uint64_t limit_cycle; /* the block hook looks up from here on; at most the next event */
     bool target_reached;
     struct hil_reset reset;
     bool stopped;
@@ -61,30 +64,39 @@ struct hil_core {
 };
 
 /* Stop the run, with a message. The first stop wins. */
-__attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core, enum mr_status status,
-                                                         const char *format, ...);
+__attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core,
+                                                         enum mr_status status, const char *format,
+                                                         ...);
 /* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
 void hil_core_request_reset(struct hil_core *core, uint32_t flags);
 /* Make the core look up at the next basic block. Callable from anywhere. */
-static inline void hil_core_attend(struct hil_core *core) { core->limit_cycle = 0; }
+static inline void hil_core_attend(struct hil_core *core)
+{
+    core->limit_cycle = 0;
+}
 
 /* One line to the trace, if there is one. */
-__attribute__((format(printf, 2, 3))) void hil_core_trace_line(struct hil_core *core, const char *format, ...);
-#define hil_trace(core, ...)                      \
-    do {                                          \
-        if ((core)->trace)                        \
+__attribute__((format(printf, 2, 3))) void hil_core_trace_line(struct hil_core *core,
+                                                               const char *format, ...);
+#define hil_trace(core, ...)                          \
+    do {                                              \
+        if ((core)->trace)                            \
             hil_core_trace_line((core), __VA_ARGS__); \
     } while (0)
 
-static inline uint64_t hil_now(const struct hil_core *core) { return core->state.clock.now_cycle; }
+static inline uint64_t hil_now(const struct hil_core *core)
+{
+    return core->state.clock.now_cycle;
+}
 static inline uint64_t hil_now_ps(const struct hil_core *core)
 {
     return hil_clock_ps(&core->state.clock, core->state.clock.now_cycle);
 }
 
-/* Host address of n bytes of the chip's memory, or NULL when they are not in one memory (or would write
- * flash). */
-static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t address, uint32_t n, bool write)
+/* Host address of n bytes of the chip's memory, or NULL when they are not in one memory (or would
+ * write flash). */
+static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t address, uint32_t n,
+                                     bool write)
 {
     struct hil_memory *memory = core->memory;
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
@@ -93,7 +105,8 @@ static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t addre
         return memory->ccm + (address - HIL_CCM_BASE);
     if (write)
         return NULL;
-    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
+    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE &&
+        n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
         return memory->flash + (address - HIL_FLASH_BASE);
     if (address - HIL_ROM_BASE < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - (address - HIL_ROM_BASE))
         return (uint8_t *)(uintptr_t)hil_bootrom_image + (address - HIL_ROM_BASE);
@@ -110,8 +123,8 @@ static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t addre
 static inline bool hil_memory_stalls(const struct hil_core *core, uint32_t address)
 {
     const struct hil_bank *bank = &core->state.bank;
-    return bank->busy
-           && (address - HIL_FLASH_BASE < HIL_FLASH_SIZE || (address < HIL_FLASH_SIZE && !bank->boot_rom));
+    return bank->busy && (address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
+                          (address < HIL_FLASH_SIZE && !bank->boot_rom));
 }
 
 /* Bytes of flash, SRAM, CCM and ROM. MR_UNKNOWN when the range is not in one memory. */

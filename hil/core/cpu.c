@@ -13,19 +13,33 @@
 #include "hil/core/stores.h"
 
 /* Why Unicorn came back, told by its hooks. */
-enum { CAME_BACK_UNALIGNED = -2, CAME_BACK_NOCP = -1, CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
+enum {
+    CAME_BACK_UNALIGNED = -2,
+    CAME_BACK_NOCP = -1,
+    CAME_BACK_PLAIN,
+    CAME_BACK_RETURN,
+    CAME_BACK_SVC,
+    CAME_BACK_BKPT,
+    CAME_BACK_OTHER
+};
 
-#define XPSR_T (1u << 24)
-#define OPCODE_YIELD 0xbf10u
-#define OPCODE_WFE 0xbf20u
-#define OPCODE_WFI 0xbf30u
-#define OPCODE_SEV 0xbf40u
-#define MAX_FP_SEARCH 256u
+#define XPSR_T          (1u << 24)
+#define OPCODE_YIELD    0xbf10u
+#define OPCODE_WFE      0xbf20u
+#define OPCODE_WFI      0xbf30u
+#define OPCODE_SEV      0xbf40u
+#define MAX_FP_SEARCH   256u
 #define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
 
-static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+static uint16_t halfword(const uint8_t *p)
+{
+    return (uint16_t)(p[0] | p[1] << 8);
+}
 
-static bool is_wide(uint16_t first) { return first >= 0xe800u; }
+static bool is_wide(uint16_t first)
+{
+    return first >= 0xe800u;
+}
 
 static bool is_fp(uint16_t first, uint16_t second)
 {
@@ -56,12 +70,14 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
         info.profile_block = lookers->profiler->block(lookers->profiler_who, address, size);
     if (lookers->tracer && lookers->tracer->marks(lookers->tracer_who, address))
         info.flags |= HIL_BLOCK_MARKED;
-    if (lookers->store_watch && lookers->store_watch->wants(lookers->store_watch_who, address, size))
+    if (lookers->store_watch &&
+        lookers->store_watch->wants(lookers->store_watch_who, address, size))
         info.flags |= HIL_BLOCK_WALKED;
     return info;
 }
 
-static const struct hil_block_info *block_info(struct hil_core *core, uint32_t address, uint32_t size)
+static const struct hil_block_info *block_info(struct hil_core *core, uint32_t address,
+                                               uint32_t size)
 {
     struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
     if (info->address != address || info->size != size)
@@ -111,7 +127,8 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     struct hil_core_state *state = &core->state;
     if (core->engine.runs_to_fp)
         return;
-    if (core->engine.single) { /* no block of the run, but the instruction, and whatever follows it */
+    if (core->engine.single) {
+        /* no block of the run, but the instruction, and whatever follows it */
         if (core->engine.single++ > 1)
             uc_emu_stop(uc);
         return;
@@ -142,8 +159,9 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
     core->engine.profile_block = info->profile_block;
-    if ((info->flags & HIL_BLOCK_WALKED)
-        || (lookers->debugger && lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size))) {
+    if ((info->flags & HIL_BLOCK_WALKED) ||
+        (lookers->debugger &&
+         lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size))) {
         state->cpu.walking = true;
         uc_emu_stop(uc);
     }
@@ -156,9 +174,11 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_core_state *state = &core->state;
     const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
     uint64_t now_cycle = state->clock.now_cycle + state->cpu.block_instructions;
-    bool plain = info->flags == 0 || (info->flags == HIL_BLOCK_FP && (state->scb.cpacr & 0xf00000u) == 0xf00000u);
-    if (!plain || now_cycle >= core->limit_cycle || info->address != address || info->size != size
-        || core->onlookers.debugger || core->onlookers.profiler || core->engine.single || core->engine.runs_to_fp) {
+    bool plain = info->flags == 0 ||
+                 (info->flags == HIL_BLOCK_FP && (state->scb.cpacr & 0xf00000u) == 0xf00000u);
+    if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
+        info->size != size || core->onlookers.debugger || core->onlookers.profiler ||
+        core->engine.single || core->engine.runs_to_fp) {
         treat_block(uc, address, size, core);
         return;
     }
@@ -185,9 +205,9 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
 {
     struct hil_core *core = user;
     core->engine.came_back = number == 8 ? CAME_BACK_RETURN
-                       : number == 2 ? CAME_BACK_SVC
-                       : number == 7 ? CAME_BACK_BKPT
-                                     : CAME_BACK_OTHER;
+                           : number == 2 ? CAME_BACK_SVC
+                           : number == 7 ? CAME_BACK_BKPT
+                                         : CAME_BACK_OTHER;
     core->engine.came_back_number = number;
     uc_emu_stop(uc);
 }
@@ -200,12 +220,14 @@ void hil_cpu_create(struct hil_core *core)
     hil_map_create(core);
     uc_hook hook;
     hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, core, 1, 0),
-         "block hook");
-    hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, core, 1, 0),
-         "interrupt hook");
+             "block hook");
+    hil_must(
+        uc_hook_add(core->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, core, 1, 0),
+        "interrupt hook");
     if (core->watch_alignment)
-        hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, core, 1, 0),
-             "instruction hook");
+        hil_must(
+            uc_hook_add(core->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, core, 1, 0),
+            "instruction hook");
 }
 
 void hil_cpu_destroy(struct hil_core *core)
@@ -229,12 +251,15 @@ void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n)
         hil_cpu_forget_code(core);
         return;
     }
-    /* A block that holds a changed byte begins at most its own length before it; aliases of flash share a place. */
+    /* A block that holds a changed byte begins at most its own length before it; aliases of flash
+     * share a place. */
     for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
-        core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+        core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address =
+            UINT32_MAX;
     uc_ctl_remove_cache(core->uc, address, address + n);
     if (hil_map_is_flash(core, address) && !core->engine.rom_at_zero) {
-        uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE : address - HIL_FLASH_BASE;
+        uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE
+                                                  : address - HIL_FLASH_BASE;
         uc_ctl_remove_cache(core->uc, alias, alias + n);
     }
 }
@@ -251,8 +276,8 @@ static uint32_t read_pc(const struct hil_core *core)
     return pc;
 }
 
-/* Unicorn stopped at an instruction it does not execute: WFE and YIELD (PC already past) or an undefined
- * one. */
+/* Unicorn stopped at an instruction it does not execute: WFE and YIELD (PC already past) or an
+ * undefined one. */
 static void treat_invalid(struct hil_core *core)
 {
     uint32_t pc = read_pc(core) & ~1u;
@@ -268,8 +293,10 @@ static void treat_invalid(struct hil_core *core)
     } else if (opcode != OPCODE_YIELD) {
         const uint8_t *code = hil_memory_at(core, pc, 4, false);
         uint16_t first = code ? halfword(code) : 0;
-        /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M A5.3.18). */
-        bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
+        /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M
+         * A5.3.18). */
+        bool coprocessor = (first & 0xec00u) == 0xec00u && code &&
+                           !is_fp(first, halfword(code + 2));
         hil_exception_fault(core, coprocessor ? HIL_CFSR_NOCP : HIL_CFSR_UNDEFINSTR, pc, 0);
     }
 }
@@ -285,8 +312,9 @@ static void treat_bad_memory(struct hil_core *core, uc_err err)
     bool write = err == UC_ERR_WRITE_UNMAPPED || err == UC_ERR_WRITE_PROT;
     uint32_t pc = hil_cpu_access_pc(core, address, write);
     if (err == UC_ERR_WRITE_PROT) {
-        hil_core_stop(core, MR_UNMODELLED, "unmodelled write of %u bytes to system memory at 0x%08x, PC 0x%08x",
-                       (unsigned)core->engine.bad_size, (unsigned)address, (unsigned)pc);
+        hil_core_stop(core, MR_UNMODELLED,
+                      "unmodelled write of %u bytes to system memory at 0x%08x, PC 0x%08x",
+                      (unsigned)core->engine.bad_size, (unsigned)address, (unsigned)pc);
         return;
     }
     hil_exception_fault(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
@@ -320,50 +348,41 @@ static void treat_fp_off(struct hil_core *core)
         uc_err err = start(core, from, at);
         core->engine.runs_to_fp = false;
         if (err != UC_ERR_OK || (read_pc(core) & ~1u) != at) {
-            hil_core_stop(core, MR_HALTED, "floating point near PC 0x%08x while CPACR keeps the unit off",
-                           (unsigned)at);
+            hil_core_stop(core, MR_HALTED,
+                          "floating point near PC 0x%08x while CPACR keeps the unit off",
+                          (unsigned)at);
             return;
         }
     }
     hil_exception_fault(core, HIL_CFSR_NOCP, at, 0);
 }
 
-/* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing else. */
+/* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing
+ * else. */
 static void treat_return(struct hil_core *core, uc_err err, bool slept)
 {
     switch (err) {
-    case UC_ERR_OK:
-        break;
-    case UC_ERR_INSN_INVALID:
-        treat_invalid(core);
-        return;
+    case UC_ERR_OK: break;
+    case UC_ERR_INSN_INVALID: treat_invalid(core); return;
     case UC_ERR_READ_UNMAPPED:
     case UC_ERR_WRITE_UNMAPPED:
     case UC_ERR_FETCH_UNMAPPED:
     case UC_ERR_WRITE_PROT:
     case UC_ERR_READ_PROT:
-    case UC_ERR_FETCH_PROT:
-        treat_bad_memory(core, err);
-        return;
+    case UC_ERR_FETCH_PROT: treat_bad_memory(core, err); return;
     default:
-        hil_core_stop(core, MR_HALTED, "the CPU emulator failed at PC 0x%08x: %s", (unsigned)read_pc(core),
-                       uc_strerror(err));
+        hil_core_stop(core, MR_HALTED, "the CPU emulator failed at PC 0x%08x: %s",
+                      (unsigned)read_pc(core), uc_strerror(err));
         return;
     }
     count_block(core);
     switch (core->engine.came_back) {
-    case CAME_BACK_RETURN:
-        hil_exception_return(core, read_pc(core) | 1u);
-        break;
-    case CAME_BACK_NOCP:
-        treat_fp_off(core);
-        break;
+    case CAME_BACK_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
+    case CAME_BACK_NOCP: treat_fp_off(core); break;
     case CAME_BACK_UNALIGNED:
         hil_exception_fault(core, HIL_CFSR_UNALIGNED, core->engine.bad_address, 0);
         break;
-    case CAME_BACK_SVC:
-        hil_exception_svc(core, read_pc(core));
-        break;
+    case CAME_BACK_SVC: hil_exception_svc(core, read_pc(core)); break;
     case CAME_BACK_BKPT:
         if (core->onlookers.debugger)
             core->onlookers.debugger->hold_bkpt(core->onlookers.debugger_who);
@@ -372,12 +391,9 @@ static void treat_return(struct hil_core *core, uc_err err, bool slept)
         break;
     case CAME_BACK_OTHER:
         hil_core_stop(core, MR_HALTED, "processor exception %u at PC 0x%08x",
-                       (unsigned)core->engine.came_back_number,
-                       (unsigned)read_pc(core));
+                      (unsigned)core->engine.came_back_number, (unsigned)read_pc(core));
         break;
-    default:
-        core->state.cpu.asleep |= slept;
-        break;
+    default: core->state.cpu.asleep |= slept; break;
     }
 }
 
@@ -391,12 +407,14 @@ static uint32_t instruction_bytes(const struct hil_core *core, uint32_t pc, uint
 static void forget_block(struct hil_core *core)
 {
     uint32_t start = core->state.cpu.block_address;
-    hil_must(uc_ctl_remove_cache(core->uc, (uint64_t)start, (uint64_t)start + core->state.cpu.block_size),
-         "forgetting a block");
+    hil_must(uc_ctl_remove_cache(core->uc, (uint64_t)start,
+                                 (uint64_t)start + core->state.cpu.block_size),
+             "forgetting a block");
 }
 
-/* Run the block instruction by instruction, from where it stands, to its end or to where the debugger wants
- * to hold. The pieces translated for that must not stay: they would be blocks of the run. */
+/* Run the block instruction by instruction, from where it stands, to its end or to where the
+ * debugger wants to hold. The pieces translated for that must not stay: they would be blocks of the
+ * run. */
 static void walk(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;

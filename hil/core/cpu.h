@@ -1,6 +1,6 @@
-/* The Cortex-M4F core: Unicorn runs the instructions, this file counts them, keeps virtual time and stops
- * where an exception is due. Everything above single instructions (exceptions, system control space) is
- * our own. */
+/* The Cortex-M4F core: Unicorn runs the instructions, this file counts them, keeps virtual time and
+ * stops where an exception is due. Everything above single instructions (exceptions, system control
+ * space) is our own. */
 #ifndef MATRIG_HIL_CPU_H
 #define MATRIG_HIL_CPU_H
 
@@ -24,8 +24,8 @@ void hil_cpu_inspect_again(struct hil_core *core, uint32_t address);
 void hil_cpu_run(struct hil_core *core);
 /* A debugger jumps out of the block that is walked through: what was run of it counts. */
 void hil_cpu_leave_block(struct hil_core *core);
-/* Write bytes of flash, SRAM or CCM from outside, and forget the code that was there. MR_UNKNOWN when the range is not in one
- * memory. */
+/* Write bytes of flash, SRAM or CCM from outside, and forget the code that was there. MR_UNKNOWN
+ * when the range is not in one memory. */
 enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n);
 
 #endif

@@ -7,16 +7,16 @@
 #include "hil/core/file_place.h"
 #include "hil/core/memory.h"
 
-#define HEADER_BYTES 52u
+#define HEADER_BYTES         52u
 #define PROGRAM_HEADER_BYTES 32u
-#define FILE_MAX (64u * 1024u * 1024u) /* debug information included */
-#define TYPE_EXECUTABLE 2u
-#define MACHINE_ARM 40u
-#define SEGMENT_LOAD 1u
+#define FILE_MAX             (64u * 1024u * 1024u) /* debug information included */
+#define TYPE_EXECUTABLE      2u
+#define MACHINE_ARM          40u
+#define SEGMENT_LOAD         1u
 #define SECTION_HEADER_BYTES 40u
-#define SECTION_SYMBOLS 2u
-#define SYMBOL_BYTES 16u
-#define SYMBOL_FUNCTION 2u
+#define SECTION_SYMBOLS      2u
+#define SYMBOL_BYTES         16u
+#define SYMBOL_FUNCTION      2u
 
 #define refuse(image, ...) hil_file_refuse(&(image)->at, __VA_ARGS__)
 
@@ -33,8 +33,14 @@ struct segment {
     uint32_t offset, address, file_bytes;
 };
 
-static uint32_t u16(const uint8_t *p) { return (uint32_t)p[0] | (uint32_t)p[1] << 8; }
-static uint32_t u32(const uint8_t *p) { return u16(p) | u16(p + 2) << 16; }
+static uint32_t u16(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8;
+}
+static uint32_t u32(const uint8_t *p)
+{
+    return u16(p) | u16(p + 2) << 16;
+}
 
 static enum mr_status check_header(const struct image *image)
 {
@@ -46,7 +52,8 @@ static enum mr_status check_header(const struct image *image)
     if (h[4] != 1 || h[5] != 1 || u16(h + 18) != MACHINE_ARM)
         return refuse(image, MR_VERSION,
                       "not for a 32-bit little-endian ARM (class %u, data %u, machine %u); "
-                      "this board is an STM32F407", h[4], h[5], (unsigned)u16(h + 18));
+                      "this board is an STM32F407",
+                      h[4], h[5], (unsigned)u16(h + 18));
     if (u16(h + 16) != TYPE_EXECUTABLE)
         return refuse(image, MR_MALFORMED, "an ELF of type %u, not a linked executable",
                       (unsigned)u16(h + 16));
@@ -60,13 +67,16 @@ static enum mr_status check_header(const struct image *image)
 
 static enum mr_status read_header(struct image *image)
 {
-    enum mr_status status = hil_file_read(&image->at, FILE_MAX, "build the firmware or give another --elf", &image->text, &image->size);
+    enum mr_status status = hil_file_read(&image->at, FILE_MAX,
+                                          "build the firmware or give another --elf", &image->text,
+                                          &image->size);
     return status == MR_OK ? check_header(image) : status;
 }
 
 static uint8_t *place(struct hil_memory *memory, uint32_t address, uint32_t n)
 {
-    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
+    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE &&
+        n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
         return memory->flash + (address - HIL_FLASH_BASE);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
         return memory->sram + (address - HIL_SRAM_BASE);
@@ -86,13 +96,15 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         if (u32(p) != SEGMENT_LOAD || s.file_bytes == 0)
             continue;
         if ((uint64_t)s.offset + s.file_bytes > image->size)
-            return refuse(image, MR_TRUNCATED, "ends inside segment %u (needs %llu bytes, has %zu)", i,
-                          (unsigned long long)s.offset + s.file_bytes, image->size);
+            return refuse(image, MR_TRUNCATED, "ends inside segment %u (needs %llu bytes, has %zu)",
+                          i, (unsigned long long)s.offset + s.file_bytes, image->size);
         uint8_t *to = place(memory, s.address, s.file_bytes);
         if (!to)
-            return refuse(image, MR_VERSION,
-                          "segment %u at 0x%08x (%u bytes) lies outside the STM32F407ZG's memories; "
-                          "is it for another chip?", i, (unsigned)s.address, (unsigned)s.file_bytes);
+            return refuse(
+                image, MR_VERSION,
+                "segment %u at 0x%08x (%u bytes) lies outside the STM32F407ZG's memories; "
+                "is it for another chip?",
+                i, (unsigned)s.address, (unsigned)s.file_bytes);
         flash |= s.address == HIL_FLASH_BASE;
         if (copy)
             memcpy(to, image->bytes + s.offset, s.file_bytes);
@@ -121,11 +133,13 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
 static const char *string_at(const struct image *image, uint64_t table, uint32_t n)
 {
     uint64_t at = table + n;
-    return at < image->size && memchr(image->bytes + at, 0, image->size - at) ? (const char *)image->bytes + at : "";
+    return at < image->size && memchr(image->bytes + at, 0, image->size - at)
+             ? (const char *)image->bytes + at
+             : "";
 }
 
-static bool find_symbol(const struct image *image, const uint8_t *section, const uint8_t *sections, uint32_t count,
-                        const char *name, uint32_t *address)
+static bool find_symbol(const struct image *image, const uint8_t *section, const uint8_t *sections,
+                        uint32_t count, const char *name, uint32_t *address)
 {
     uint32_t offset = u32(section + 16), bytes = u32(section + 20), link = u32(section + 24);
     if ((uint64_t)offset + bytes > image->size || link >= count)

@@ -1,4 +1,5 @@
-/* What there is between the core and Unicorn: blocks met so far, the state of a return, the ranges that the bus answers. */
+/* What there is between the core and Unicorn: blocks met so far, the state of a return, the ranges
+ * that the bus answers. */
 #ifndef MATRIG_HIL_ENGINE_H
 #define MATRIG_HIL_ENGINE_H
 
@@ -10,7 +11,12 @@
 struct hil_core;
 
 /* Flags of a basic block, found when it is first met. */
-enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_MARKED = 4 /* for the trace */, HIL_BLOCK_WALKED = 8 /* hil_store_watch_calls */ };
+enum {
+    HIL_BLOCK_FP = 1,
+    HIL_BLOCK_SEV = 2,
+    HIL_BLOCK_MARKED = 4 /* for the trace */,
+    HIL_BLOCK_WALKED = 8 /* hil_store_watch_calls */
+};
 
 struct hil_block_info {
     uint32_t address;
@@ -21,7 +27,7 @@ struct hil_block_info {
 };
 
 #define HIL_BLOCK_CACHE 8192u
-#define HIL_REGIONS 7
+#define HIL_REGIONS     7
 
 /* A range of addresses that the bus answers. */
 struct hil_region {
@@ -29,21 +35,24 @@ struct hil_region {
     uint32_t base;
 };
 
-/* What there is between this and Unicorn; derived, or of one return from it: no part of a snapshot. */
+/* What there is between this and Unicorn; derived, or of one return from it: no part of a
+ * snapshot. */
 struct hil_cpu_engine {
     struct hil_stores stores;
-    uint32_t profile_block;    /* number of the block that runs */
-    unsigned single;           /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
+    uint32_t profile_block; /* number of the block that runs */
+    /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
+    unsigned single;
     /* What the core's hooks leave for the loop. */
     int came_back;
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
 
-    bool runs_to_fp;           /* the core runs up to a floating-point instruction that will fault */
-    unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
-    bool rom_at_zero;          /* as the core's address space is mapped now */
-    bool flash_guarded;        /* reads of flash by the core are caught */
-    bool looks_at_loads;       /* stuck.h */
+    /* the core runs up to a floating-point instruction that will fault */
+    bool runs_to_fp;
+    unsigned split_bytes; /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;     /* as the core's address space is mapped now */
+    bool flash_guarded;   /* reads of flash by the core are caught */
+    bool looks_at_loads;  /* stuck.h */
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
 };

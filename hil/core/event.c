@@ -9,7 +9,8 @@ static void target_event(void *device, uint64_t at)
     core->target_reached = true;
 }
 
-void hil_event_wire(struct hil_core *core, enum hil_event_slot slot, void (*handler)(void *device, uint64_t at), void *device)
+void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
+                    void (*handler)(void *device, uint64_t at), void *device)
 {
     core->handler[slot] = (struct hil_event_wire){handler, device};
 }
@@ -29,11 +30,12 @@ void hil_event_create(struct hil_core *core)
     hil_event_wire(core, HIL_EVENT_TARGET, target_event, core);
 }
 
-/* Least of the times with their slots below them, so that of those at the same time the first slot wins; in chains that do not wait
- * for one another. */
+/* Least of the times with their slots below them, so that of those at the same time the first slot
+ * wins; in chains that do not wait for one another. */
 #define SLOT_BITS 5u
-#define CHAINS 4u
-_Static_assert(HIL_EVENT_COUNT % CHAINS == 0 && HIL_EVENT_COUNT <= 1u << SLOT_BITS, "slots in whole steps");
+#define CHAINS    4u
+_Static_assert(HIL_EVENT_COUNT % CHAINS == 0 && HIL_EVENT_COUNT <= 1u << SLOT_BITS,
+               "slots in whole steps");
 
 static void find_next(struct hil_core *core)
 {
@@ -41,12 +43,14 @@ static void find_next(struct hil_core *core)
     uint64_t least[CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
 #pragma GCC unroll 28
     for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
-        uint64_t key = events->at_cycle[i] << SLOT_BITS | i; /* cycles of a hundred years take 59 bits */
+        /* cycles of a hundred years take 59 bits */
+        uint64_t key = events->at_cycle[i] << SLOT_BITS | i;
         least[i % CHAINS] = key < least[i % CHAINS] ? key : least[i % CHAINS];
     }
     least[0] = least[1] < least[0] ? least[1] : least[0];
     least[2] = least[3] < least[2] ? least[3] : least[2];
-    unsigned slot = (unsigned)((least[2] < least[0] ? least[2] : least[0]) & ((1u << SLOT_BITS) - 1u));
+    unsigned slot = (unsigned)((least[2] < least[0] ? least[2] : least[0]) &
+                               ((1u << SLOT_BITS) - 1u));
     uint64_t next = events->at_cycle[slot];
     events->next_cycle = next;
     events->next_slot = slot;
@@ -62,7 +66,8 @@ static void set(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle,
     events->at_ps[slot] = t_ps;
     if (before == events->next_cycle && cycle > before) { /* it may have been the earliest */
         find_next(core);
-    } else if (cycle < events->next_cycle || (cycle == events->next_cycle && slot < events->next_slot)) {
+    } else if (cycle < events->next_cycle ||
+               (cycle == events->next_cycle && slot < events->next_slot)) {
         events->next_cycle = cycle;
         events->next_slot = slot;
     }
@@ -101,7 +106,8 @@ void hil_event_run(struct hil_core *core)
         events->at_ps[slot] = HIL_NEVER;
         events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
         core->handler[slot].handler(core->handler[slot].device, at);
-        if (lookers->tracer && slot != HIL_EVENT_TARGET) /* where a run is cut changes nothing, and shows nowhere */
+        /* where a run is cut changes nothing, and shows nowhere */
+        if (lookers->tracer && slot != HIL_EVENT_TARGET)
             lookers->tracer->sample(lookers->tracer_who, at);
         find_next(core);
     }

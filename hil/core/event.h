@@ -1,8 +1,8 @@
 /* Event queue: one fixed slot per source, so that the whole queue is a few words without pointers.
  *
- * A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate is) or a
- * physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is converted again
- * whenever HCLK changes. */
+ * A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate is)
+ * or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
+ * converted again whenever HCLK changes. */
 #ifndef MATRIG_HIL_EVENT_H
 #define MATRIG_HIL_EVENT_H
 
@@ -14,7 +14,8 @@ struct hil_core;
 
 /* An empty queue. */
 void hil_event_create(struct hil_core *core);
-void hil_event_wire(struct hil_core *core, enum hil_event_slot slot, void (*handler)(void *device, uint64_t at), void *device);
+void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
+                    void (*handler)(void *device, uint64_t at), void *device);
 /* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
 void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
 void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);

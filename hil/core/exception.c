@@ -5,20 +5,20 @@
 #include "hil/core/core.h"
 #include "hil/core/nvic.h"
 
-#define ENTRY_CYCLES 12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
+#define ENTRY_CYCLES  12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
 #define RETURN_CYCLES 10u
-#define TAIL_CYCLES 6u
+#define TAIL_CYCLES   6u
 #define CONTROL_NPRIV 1u
 #define CONTROL_SPSEL 2u
-#define CONTROL_FPCA 4u
-#define XPSR_T (1u << 24)
-#define XPSR_ALIGN (1u << 9)
-#define XPSR_NUMBER 0x1ffu
-#define FRAME_BASIC 0x20u
-#define FRAME_FP 0x68u
-#define FPCCR_ASPEN (1u << 31)
-#define HFSR_VECTTBL (1u << 1)
-#define HFSR_FORCED (1u << 30)
+#define CONTROL_FPCA  4u
+#define XPSR_T        (1u << 24)
+#define XPSR_ALIGN    (1u << 9)
+#define XPSR_NUMBER   0x1ffu
+#define FRAME_BASIC   0x20u
+#define FRAME_FP      0x68u
+#define FPCCR_ASPEN   (1u << 31)
+#define HFSR_VECTTBL  (1u << 1)
+#define HFSR_FORCED   (1u << 30)
 #define HFSR_DEBUGEVT (1u << 31)
 
 static uint32_t get_u32(const uint8_t *p)
@@ -32,7 +32,8 @@ static void put_u32(uint8_t *p, uint32_t v)
         p[i] = (uint8_t)(v >> (8u * i));
 }
 
-static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basepri, uint32_t *faultmask)
+static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basepri,
+                       uint32_t *faultmask)
 {
     int ids[3] = {UC_ARM_REG_PRIMASK, UC_ARM_REG_BASEPRI, UC_ARM_REG_FAULTMASK};
     void *values[3] = {primask, basepri, faultmask};
@@ -60,10 +61,13 @@ unsigned hil_exception_due(struct hil_core *core)
     return beats(core, true) ? core->state.nvic.best : 0;
 }
 
-bool hil_exception_wakes(struct hil_core *core) { return beats(core, false); }
+bool hil_exception_wakes(struct hil_core *core)
+{
+    return beats(core, false);
+}
 
-/* Unicorn keeps flags of the translator's view of the core (handler mode among them) and renews them only
- * when the condition flags are written as a register. */
+/* Unicorn keeps flags of the translator's view of the core (handler mode among them) and renews
+ * them only when the condition flags are written as a register. */
 static void renew_core_flags(struct hil_core *core)
 {
     uint32_t apsr = 0;
@@ -87,14 +91,14 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
     if (hil_memory_peek(core, core->state.scb.vtor + 4u * exception, &vector, 4) != MR_OK) {
         core->state.scb.hfsr |= HFSR_VECTTBL;
         hil_core_stop(core, MR_HALTED, "vector table at 0x%08x is not in memory (exception %u)",
-                       (unsigned)core->state.scb.vtor, exception);
+                      (unsigned)core->state.scb.vtor, exception);
         return;
     }
     if (!vector) {
         hil_core_stop(core, MR_HALTED,
-                       "exception %u has no handler: its vector is 0x%08x (CFSR 0x%08x, PC 0x%08x)",
-                       exception, (unsigned)vector, (unsigned)core->state.scb.cfsr,
-                       (unsigned)core->state.counters.last_fault_pc);
+                      "exception %u has no handler: its vector is 0x%08x (CFSR 0x%08x, PC 0x%08x)",
+                      exception, (unsigned)vector, (unsigned)core->state.scb.cfsr,
+                      (unsigned)core->state.counters.last_fault_pc);
         return;
     }
     uint32_t xpsr = XPSR_T | exception;
@@ -157,8 +161,8 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     uint32_t r[6] = {0};
     uint32_t xpsr = 0, sp = 0, control = 0;
-    int ids[9] = {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR,
-                  UC_ARM_REG_XPSR, UC_ARM_REG_SP, UC_ARM_REG_CONTROL};
+    int ids[9] = {UC_ARM_REG_R0, UC_ARM_REG_R1,   UC_ARM_REG_R2, UC_ARM_REG_R3,     UC_ARM_REG_R12,
+                  UC_ARM_REG_LR, UC_ARM_REG_XPSR, UC_ARM_REG_SP, UC_ARM_REG_CONTROL};
     void *values[9] = {&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &xpsr, &sp, &control};
     uc_reg_read_batch(core->uc, ids, values, 9);
 
@@ -169,8 +173,8 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
     if (!frame) {
         core->state.scb.cfsr |= HIL_CFSR_STKERR;
         hil_core_stop(core, MR_HALTED,
-                       "no memory at 0x%08x for the frame of exception %u, PC 0x%08x, CFSR 0x%08x",
-                       (unsigned)frame_at, exception, (unsigned)pc, (unsigned)core->state.scb.cfsr);
+                      "no memory at 0x%08x for the frame of exception %u, PC 0x%08x, CFSR 0x%08x",
+                      (unsigned)frame_at, exception, (unsigned)pc, (unsigned)core->state.scb.cfsr);
         return;
     }
     for (unsigned i = 0; i < 6; i++)
@@ -181,7 +185,9 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
         save_fp(core, frame);
 
     bool handler = (xpsr & XPSR_NUMBER) != 0;
-    uint32_t exc_return = handler ? 0xfffffff1u : (control & CONTROL_SPSEL) ? 0xfffffffdu : 0xfffffff9u;
+    uint32_t exc_return = handler                   ? 0xfffffff1u
+                        : (control & CONTROL_SPSEL) ? 0xfffffffdu
+                                                    : 0xfffffff9u;
     if (fp)
         exc_return &= ~0x10u;
     uc_reg_write(core->uc, UC_ARM_REG_SP, &frame_at);
@@ -206,7 +212,7 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
     const uint8_t *frame = hil_memory_at(core, frame_at, size, false);
     if (!frame) {
         hil_core_stop(core, MR_HALTED, "exception return 0x%08x: no frame in memory at 0x%08x",
-                       (unsigned)exc_return, (unsigned)frame_at);
+                      (unsigned)exc_return, (unsigned)frame_at);
         return;
     }
     uint32_t r[6];
@@ -216,8 +222,8 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
     uint32_t xpsr = get_u32(frame + 28);
     if (((xpsr & XPSR_NUMBER) != 0) != handler || !(xpsr & XPSR_T)) {
         hil_core_stop(core, MR_HALTED,
-                       "exception return 0x%08x does not fit the stacked xPSR 0x%08x (PC 0x%08x)",
-                       (unsigned)exc_return, (unsigned)xpsr, (unsigned)pc);
+                      "exception return 0x%08x does not fit the stacked xPSR 0x%08x (PC 0x%08x)",
+                      (unsigned)exc_return, (unsigned)xpsr, (unsigned)pc);
         return;
     }
     if (fp)
@@ -227,8 +233,10 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
         sp |= 4u;
     *(psp ? &psp_value : &msp) = sp;
 
-    /* Mode first (writing xPSR switches it), then the stack selection, then both stack pointers by name. */
-    uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) | (fp ? CONTROL_FPCA : 0);
+    /* Mode first (writing xPSR switches it), then the stack selection, then both stack pointers by
+     * name. */
+    uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) |
+                           (fp ? CONTROL_FPCA : 0);
     uint32_t new_xpsr = xpsr & ~XPSR_ALIGN;
     uint32_t privileged = new_control & ~CONTROL_NPRIV;
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &new_xpsr);
@@ -236,8 +244,8 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
     uc_reg_write(core->uc, UC_ARM_REG_MSP, &msp);
     uc_reg_write(core->uc, UC_ARM_REG_PSP, &psp_value);
     pc |= 1u;
-    int ids[7] = {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR,
-                  UC_ARM_REG_PC};
+    int ids[7] = {UC_ARM_REG_R0,  UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
+                  UC_ARM_REG_R12, UC_ARM_REG_LR, UC_ARM_REG_PC};
     void *values[7] = {&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &pc};
     uc_reg_write_batch(core->uc, ids, values, 7);
     if (new_control & CONTROL_NPRIV)
@@ -252,10 +260,10 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
     uc_reg_read(core->uc, UC_ARM_REG_XPSR, &xpsr);
     unsigned number = xpsr & XPSR_NUMBER;
     uint32_t form = exc_return | 0x10u;
-    if ((form != 0xfffffff1u && form != 0xfffffff9u && form != 0xfffffffdu)
-        || !hil_nvic_is_active(&core->state.nvic, number)) {
+    if ((form != 0xfffffff1u && form != 0xfffffff9u && form != 0xfffffffdu) ||
+        !hil_nvic_is_active(&core->state.nvic, number)) {
         hil_core_stop(core, MR_HALTED, "branch to 0x%08x in exception %u is no exception return",
-                       (unsigned)exc_return, number);
+                      (unsigned)exc_return, number);
         return;
     }
     if (number != HIL_EXC_NMI) {
@@ -279,7 +287,8 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
         core->state.cpu.asleep = true; /* SLEEPONEXIT */
 }
 
-/* Take a synchronous exception, or HardFault in its place when it is disabled or not above what runs. */
+/* Take a synchronous exception, or HardFault in its place when it is disabled or not above what
+ * runs. */
 static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
@@ -293,15 +302,16 @@ static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t
     if ((faultmask & 1u) && running > -1)
         running = -1;
     bool enabled = (nvic->enabled[0] >> exception & 1u) != 0;
-    if (exception != HIL_EXC_HARD_FAULT
-        && (!enabled || hil_nvic_group(nvic, nvic->priority[exception]) >= running)) {
+    if (exception != HIL_EXC_HARD_FAULT &&
+        (!enabled || hil_nvic_group(nvic, nvic->priority[exception]) >= running)) {
         core->state.scb.hfsr |= HFSR_FORCED;
         exception = HIL_EXC_HARD_FAULT;
     }
     if (exception == HIL_EXC_HARD_FAULT && running <= -1) {
-        hil_core_stop(core, MR_HALTED,
-                       "lockup: fault at PC 0x%08x while a fault is handled (CFSR 0x%08x, HFSR 0x%08x)",
-                       (unsigned)pc, (unsigned)core->state.scb.cfsr, (unsigned)core->state.scb.hfsr);
+        hil_core_stop(
+            core, MR_HALTED,
+            "lockup: fault at PC 0x%08x while a fault is handled (CFSR 0x%08x, HFSR 0x%08x)",
+            (unsigned)pc, (unsigned)core->state.scb.cfsr, (unsigned)core->state.scb.hfsr);
         return;
     }
     hil_exception_enter(core, exception, pc);
@@ -315,15 +325,18 @@ void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint
         core->state.scb.bfar = address;
     counters->faults++;
     counters->last_fault_pc = pc;
-    hil_trace(core, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc, (unsigned)address,
-              (unsigned)core->state.scb.cfsr);
+    hil_trace(core, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc,
+              (unsigned)address, (unsigned)core->state.scb.cfsr);
     unsigned exception = HIL_EXC_USAGE_FAULT;
     if (cfsr & 0xffffu)
         exception = (cfsr & 0xffu) ? HIL_EXC_MEM_MANAGE : HIL_EXC_BUS_FAULT;
     take_or_escalate(core, exception, pc);
 }
 
-void hil_exception_svc(struct hil_core *core, uint32_t pc) { take_or_escalate(core, HIL_EXC_SVCALL, pc); }
+void hil_exception_svc(struct hil_core *core, uint32_t pc)
+{
+    take_or_escalate(core, HIL_EXC_SVCALL, pc);
+}
 
 void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 {

@@ -21,7 +21,8 @@ enum {
     HIL_CFSR_UNALIGNED = 1u << 24,
 };
 
-/* Number of the exception to take now, 0 for none: pending, of higher priority than what runs, not masked. */
+/* Number of the exception to take now, 0 for none: pending, of higher priority than what runs, not
+ * masked. */
 unsigned hil_exception_due(struct hil_core *core);
 /* True when WFI ends: as hil_exception_due, but PRIMASK does not count. */
 bool hil_exception_wakes(struct hil_core *core);

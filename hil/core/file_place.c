@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status status, const char *format, ...)
+enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status status,
+                               const char *format, ...)
 {
     va_list arguments;
     int n = at->line ? snprintf(at->error, at->error_size, "%s:%u: ", at->path, at->line)
@@ -16,14 +17,16 @@ enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status s
     if (n > 0 && (size_t)n < at->error_size)
         vsnprintf(at->error + n, at->error_size - (size_t)n, format, arguments);
     va_end(arguments);
-    for (char *p = at->error; *p; p++) { /* a name may have any other character, the text of a file may not */
+    for (char *p = at->error; *p; p++) {
+        /* a name may have any other character, the text of a file may not */
         if ((*p > 0 && *p < ' ') || (p - at->error >= n && (*p < ' ' || *p > '~')))
             *p = '?';
     }
     return status;
 }
 
-enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const char *advice, char **bytes, size_t *size)
+enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const char *advice,
+                             char **bytes, size_t *size)
 {
     FILE *file = fopen(at->path, "rb");
     size_t room = 0;
@@ -43,5 +46,7 @@ enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const
     (*bytes)[*size] = '\0';
     if (failed)
         return hil_file_refuse(at, MR_IO, "cannot be read; %s", advice);
-    return *size <= most ? MR_OK : hil_file_refuse(at, MR_TOO_LONG, "larger than %zu bytes; %s", most, advice);
+    return *size <= most
+             ? MR_OK
+             : hil_file_refuse(at, MR_TOO_LONG, "larger than %zu bytes; %s", most, advice);
 }

@@ -1,7 +1,8 @@
 /* Which instruction of a basic block makes a given access.
  *
- * Unicorn reports the block, not the instruction. The registers, however, are those at the instruction, so
- * the one whose effective address is the reported one is it. Encodings: ARMv7-M A5.2 and A5.3. */
+ * Unicorn reports the block, not the instruction. The registers, however, are those at the
+ * instruction, so the one whose effective address is the reported one is it. Encodings: ARMv7-M
+ * A5.2 and A5.3. */
 #include <unicorn/unicorn.h>
 
 #include "hil/core/locate.h"
@@ -12,7 +13,7 @@ struct access {
     uint32_t low;  /* first byte touched */
     uint32_t high; /* last */
     bool write;
-    bool any;      /* the instruction accesses memory at all */
+    bool any; /* the instruction accesses memory at all */
 };
 
 static uint32_t reg(const struct hil_core *core, unsigned n)
@@ -80,7 +81,8 @@ static struct access decode32(const struct hil_core *core, uint32_t pc, uint16_t
     }
     if ((a & 0xfe40u) == 0xe840u) { /* double, exclusive */
         uint32_t offset = 4u * (b & 0xffu);
-        if ((a & 0x0120u) == 0 && (a & 0x0080u)) /* byte, halfword exclusives and table branch: no offset */
+        /* byte, halfword exclusives and table branch: no offset */
+        if ((a & 0x0120u) == 0 && (a & 0x0080u))
             return one(base, 4, !load);
         if (!(a & 0x0100u) && (a & 0x0020u))
             offset = 0; /* post-indexed */
@@ -121,7 +123,8 @@ bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
     if (!code)
         return false;
-    uint16_t first = (uint16_t)(code[0] | code[1] << 8), second = (uint16_t)(code[2] | code[3] << 8);
+    uint16_t first = (uint16_t)(code[0] | code[1] << 8),
+             second = (uint16_t)(code[2] | code[3] << 8);
     unsigned base = first & 15u;
     struct access access;
     if ((first & 0xf000u) == 0xc000u) { /* STM, LDM */
@@ -132,7 +135,8 @@ bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t
         access = decode32(core, pc, first, second);
     } else if ((first & 0xfe40u) == 0xe840u && ((first & 0x0120u) || !(first & 0x0080u))) {
         access = decode32(core, pc, first, second); /* double; word exclusives */
-    } else if ((first & 0xfe00u) == 0xec00u && (second >> 8 & 0xeu) == 0xau && (first & 0x01e0u) != 0x0040u) {
+    } else if ((first & 0xfe00u) == 0xec00u && (second >> 8 & 0xeu) == 0xau &&
+               (first & 0x01e0u) != 0x0040u) {
         access = decode32(core, pc, first, second); /* of the floating-point unit */
     } else if ((first & 0xff20u) == 0xed00u && (second >> 8 & 0xeu) == 0xau) {
         access = decode32(core, pc, first, second);

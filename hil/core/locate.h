@@ -7,11 +7,11 @@
 
 struct hil_core;
 
-/* Address that the multiple, double or exclusive transfer at `pc` begins at, if it is one with a general base register
- * (as the registers are now). */
+/* Address that the multiple, double or exclusive transfer at `pc` begins at, if it is one with a
+ * general base register (as the registers are now). */
 bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t *address);
-/* PC of the instruction in the running block that accesses `address`; the block's start when it cannot be
- * found. */
+/* PC of the instruction in the running block that accesses `address`; the block's start when it
+ * cannot be found. */
 uint32_t hil_cpu_access_pc(const struct hil_core *core, uint32_t address, bool write);
 
 #endif

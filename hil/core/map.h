@@ -1,4 +1,5 @@
-/* The core's address space: where its memories are mapped, what is at address 0, and the ranges that answer through the bus. */
+/* The core's address space: where its memories are mapped, what is at address 0, and the ranges
+ * that answer through the bus. */
 #ifndef MATRIG_HIL_MAP_H
 #define MATRIG_HIL_MAP_H
 

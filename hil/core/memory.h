@@ -7,10 +7,10 @@
 
 #define HIL_FLASH_BASE 0x08000000u
 #define HIL_FLASH_SIZE 0x00100000u
-#define HIL_SRAM_BASE 0x20000000u /* SRAM1 112 KiB and SRAM2 16 KiB, contiguous */
-#define HIL_SRAM_SIZE 0x00020000u
-#define HIL_CCM_BASE 0x10000000u
-#define HIL_CCM_SIZE 0x00010000u
+#define HIL_SRAM_BASE  0x20000000u /* SRAM1 112 KiB and SRAM2 16 KiB, contiguous */
+#define HIL_SRAM_SIZE  0x00020000u
+#define HIL_CCM_BASE   0x10000000u
+#define HIL_CCM_SIZE   0x00010000u
 
 struct hil_memory {
     uint8_t flash[HIL_FLASH_SIZE];
@@ -25,10 +25,12 @@ struct hil_bank {
     bool boot_rom; /* system memory, not flash, is at address 0 */
 };
 
-/* The same, as calls. `wait` holds the bus until the operation in progress has ended: virtual time jumps. */
+/* The same, as calls. `wait` holds the bus until the operation in progress has ended: virtual time
+ * jumps. */
 struct hil_bank_calls {
     void *who;
-    void (*store)(void *who, uint32_t address, unsigned size, uint64_t value); /* 1, 2, 4, 8 bytes */
+    /* 1, 2, 4, 8 bytes */
+    void (*store)(void *who, uint32_t address, unsigned size, uint64_t value);
     void (*wait)(void *who);
 };
 

@@ -2,14 +2,17 @@
 
 #include "hil/core/core.h"
 
-#define ISPR 0x200u
-#define ICPR 0x280u
-#define IABR 0x300u
-#define IPR 0x400u
-#define IPR_END (IPR + (HIL_INTERRUPTS + 3u) / 4u * 4u)
+#define ISPR         0x200u
+#define ICPR         0x280u
+#define IABR         0x300u
+#define IPR          0x400u
+#define IPR_END      (IPR + (HIL_INTERRUPTS + 3u) / 4u * 4u)
 #define THREAD_GROUP 256
 
-static bool get(const uint32_t *set, unsigned i) { return (set[i / 32u] >> (i % 32u) & 1u) != 0; }
+static bool get(const uint32_t *set, unsigned i)
+{
+    return (set[i / 32u] >> (i % 32u) & 1u) != 0;
+}
 static void put(uint32_t *set, unsigned i, bool on)
 {
     uint32_t bit = 1u << (i % 32u);
@@ -115,7 +118,8 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
     return get(nvic->active, exception);
 }
 
-/* One 32-interrupt register, seen as part of the exception set (offset by the 16 system exceptions). */
+/* One 32-interrupt register, seen as part of the exception set (offset by the 16 system
+ * exceptions). */
 static uint32_t window(const uint32_t *set, unsigned n)
 {
     uint32_t value = 0;
@@ -140,7 +144,8 @@ uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, un
     return value;
 }
 
-void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count, uint32_t value)
+void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count,
+                             uint32_t value)
 {
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
         core->state.nvic.priority[exception + i] = (int16_t)(value >> (8u * i) & 0xf0u);

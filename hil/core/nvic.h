@@ -1,8 +1,8 @@
-/* Which exception is pending, active and allowed: NVIC and the system handlers' priorities (ARMv7-M B1.5,
- * PM0214 4.3).
+/* Which exception is pending, active and allowed: NVIC and the system handlers' priorities (ARMv7-M
+ * B1.5, PM0214 4.3).
  *
- * Exception numbers: 1..15 system, 16 + n interrupt n. Priorities keep the upper four bits, as on the
- * STM32F4. */
+ * Exception numbers: 1..15 system, 16 + n interrupt n. Priorities keep the upper four bits, as on
+ * the STM32F4. */
 #ifndef MATRIG_HIL_NVIC_H
 #define MATRIG_HIL_NVIC_H
 
@@ -53,7 +53,8 @@ void hil_nvic_reset(struct hil_nvic *nvic);
 void hil_nvic_update(struct hil_core *core);
 void hil_nvic_pend(struct hil_core *core, unsigned exception);
 void hil_nvic_unpend(struct hil_core *core, unsigned exception);
-/* A peripheral drives its interrupt line; a line that is high when its handler returns pends again. */
+/* A peripheral drives its interrupt line; a line that is high when its handler returns pends
+ * again. */
 void hil_irq_line(struct hil_core *core, unsigned irq, bool level);
 /* The same for an exception by its number (clock security holds NMI). */
 void hil_nvic_line(struct hil_core *core, unsigned exception, bool level);
@@ -64,12 +65,14 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 /* Group priority of a priority value under PRIGROUP. */
 int hil_nvic_group(const struct hil_nvic *nvic, int priority);
 
-/* Priorities of `count` exceptions, 1 to 4, from this one on: a byte each, as the registers of priorities have them. */
+/* Priorities of `count` exceptions, 1 to 4, from this one on: a byte each, as the registers of
+ * priorities have them. */
 uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count);
-void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count, uint32_t value);
+void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count,
+                             uint32_t value);
 
-/* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no such
- * register. */
+/* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no
+ * such register. */
 bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value);
 bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value);
 

@@ -16,32 +16,34 @@ struct hil_access {
     bool write;
 };
 
-/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each call, with `unit`. The bus refuses by
- * registers.def before it calls: `read` and `write` see registers of that table alone, and no value that the table refuses. */
+/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each
+ * call, with `unit`. The bus refuses by registers.def before it calls: `read` and `write` see
+ * registers of that table alone, and no value that the table refuses. */
 struct hil_peripheral {
     uint32_t base;
     const char *name;
     unsigned unit; /* of several alike behind one device */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
     void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
-    bool narrow;   /* byte and halfword writes are modelled */
-    /* What a narrow write leaves in the rest of the word: the register's own bits. NULL: nothing, where a written 0 means nothing
-     * or the register is no wider. */
+    bool narrow; /* byte and halfword writes are modelled */
+    /* What a narrow write leaves in the rest of the word: the register's own bits. NULL: nothing,
+     * where a written 0 means nothing or the register is no wider. */
     uint32_t (*rest)(void *device, unsigned unit, uint32_t offset);
     void *device;
     const uint32_t *clocks; /* its clock is on while one of these bits is; NULL: always */
     uint32_t clock_mask;
 };
 
-/* Memory of the chip that no store changes, from 0x1fff7000: unique id, option bytes and the like. */
+/* Memory of the chip that no store changes, from 0x1fff7000: unique id, option bytes and the
+ * like. */
 struct hil_system_memory {
     uint32_t (*read)(void *device, uint32_t address); /* the word at `address` & ~3 */
     void *device;
 };
 
 #define HIL_PERIPHERALS_MAX 64u
-#define HIL_REGISTER_WORDS 256u /* a kilobyte */
-#define HIL_BUS_PAGES 512u      /* kilobytes from 0x40000000 */
+#define HIL_REGISTER_WORDS  256u /* a kilobyte */
+#define HIL_BUS_PAGES       512u /* kilobytes from 0x40000000 */
 
 struct hil_bus {
     struct hil_access access;
@@ -58,7 +60,8 @@ struct hil_bus {
 #define HIL_NO_PERIPHERAL 0xffu
 
 /* The peripheral at an address; NULL: none. */
-static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bus *bus, uint32_t address)
+static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bus *bus,
+                                                             uint32_t address)
 {
     uint32_t page = (address - 0x40000000u) >> 10;
     uint8_t i = page < HIL_BUS_PAGES ? bus->peripheral_of[page] : HIL_NO_PERIPHERAL;

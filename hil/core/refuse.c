@@ -10,10 +10,11 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
     unsigned pc = (unsigned)hil_cpu_access_pc(core, current.address, current.write);
     char place[32] = "";
     if (p)
-        snprintf(place, sizeof place, " (%s + 0x%x)", p->name, (unsigned)(current.address - p->base));
+        snprintf(place, sizeof place, " (%s + 0x%x)", p->name,
+                 (unsigned)(current.address - p->base));
     hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
-                   current.write ? "write" : "read", current.size, (unsigned)current.address, place, pc,
-                   what ? ": " : "", what ? what : "");
+                  current.write ? "write" : "read", current.size, (unsigned)current.address, place,
+                  pc, what ? ": " : "", what ? what : "");
 }
 
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what)

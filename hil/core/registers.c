@@ -1,13 +1,17 @@
 #include "hil/core/registers.h"
 
-#define REG_ROW(access, offset, count, stride, loose, name, reset, plain, action, status, partly, refused, what)         \
-    {offset, count, stride, access, loose, #name, reset, plain, action, status, partly, refused, what},
-#define REG(access, offset, count, stride, name, ...)                                                                   \
+/* clang-format off */
+#define REG_ROW(access, offset, count, stride, loose, name, reset, plain, action, status,        \
+    partly, refused, what)                                                                       \
+    {offset, count, stride, access, loose, #name, reset, plain, action, status, partly, refused, \
+     what},
+#define REG(access, offset, count, stride, name, ...) \
     REG_ROW(access, offset, count, stride, false, name, __VA_ARGS__)
-#define LOOSE(access, offset, count, stride, name, ...)                                                                 \
+#define LOOSE(access, offset, count, stride, name, ...) \
     REG_ROW(access, offset, count, stride, true, name, __VA_ARGS__)
 #define SET(name, peripheral, base) static const struct hil_register name##_registers[] = {
 #define END(name) };
+/* clang-format on */
 #include "hil/core/registers.def"
 #undef REG
 #undef LOOSE
@@ -17,7 +21,7 @@
 static const struct hil_register_set sets[] = {
 #define REG(...)
 #define LOOSE(...)
-#define SET(name, peripheral, base)                                                                                     \
+#define SET(name, peripheral, base) \
     {peripheral, base, name##_registers, sizeof name##_registers / sizeof name##_registers[0]},
 #define END(name)
 #include "hil/core/registers.def"
@@ -34,36 +38,53 @@ static const struct {
     const char *name;
     uint32_t base;
 } chip[] = {
-    {"TIM2", 0x40000000u},   {"TIM3", 0x40000400u},   {"TIM4", 0x40000800u},   {"TIM5", 0x40000c00u},
-    {"TIM6", 0x40001000u},   {"TIM7", 0x40001400u},   {"TIM12", 0x40001800u},  {"TIM13", 0x40001c00u},
-    {"TIM14", 0x40002000u},  {"RTC and backup registers", 0x40002800u},        {"WWDG", 0x40002c00u},
-    {"IWDG", 0x40003000u},   {"I2S2ext", 0x40003400u}, {"SPI2", 0x40003800u},  {"SPI3", 0x40003c00u},
-    {"I2S3ext", 0x40004000u}, {"USART2", 0x40004400u}, {"USART3", 0x40004800u}, {"UART4", 0x40004c00u},
-    {"UART5", 0x40005000u},  {"I2C1", 0x40005400u},   {"I2C2", 0x40005800u},   {"I2C3", 0x40005c00u},
-    {"CAN1", 0x40006400u},   {"CAN2", 0x40006800u},   {"PWR", 0x40007000u},    {"DAC", 0x40007400u},
-    {"TIM1", 0x40010000u},   {"TIM8", 0x40010400u},   {"USART1", 0x40011000u}, {"USART6", 0x40011400u},
-    {"ADC", 0x40012000u},    {"SDIO", 0x40012c00u},   {"SPI1", 0x40013000u},   {"SYSCFG", 0x40013800u},
-    {"EXTI", 0x40013c00u},   {"TIM9", 0x40014000u},   {"TIM10", 0x40014400u},  {"TIM11", 0x40014800u},
-    {"CRC", 0x40023000u},    {"backup SRAM", 0x40024000u}, {"Ethernet", 0x40028000u}, {"USB OTG HS", 0x40040000u},
-    {"USB OTG FS", 0x50000000u}, {"DCMI", 0x50050000u}, {"RNG", 0x50060800u},  {"FSMC", 0xa0000000u},
+    {"TIM2", 0x40000000u},        {"TIM3", 0x40000400u},
+    {"TIM4", 0x40000800u},        {"TIM5", 0x40000c00u},
+    {"TIM6", 0x40001000u},        {"TIM7", 0x40001400u},
+    {"TIM12", 0x40001800u},       {"TIM13", 0x40001c00u},
+    {"TIM14", 0x40002000u},       {"RTC and backup registers", 0x40002800u},
+    {"WWDG", 0x40002c00u},        {"IWDG", 0x40003000u},
+    {"I2S2ext", 0x40003400u},     {"SPI2", 0x40003800u},
+    {"SPI3", 0x40003c00u},        {"I2S3ext", 0x40004000u},
+    {"USART2", 0x40004400u},      {"USART3", 0x40004800u},
+    {"UART4", 0x40004c00u},       {"UART5", 0x40005000u},
+    {"I2C1", 0x40005400u},        {"I2C2", 0x40005800u},
+    {"I2C3", 0x40005c00u},        {"CAN1", 0x40006400u},
+    {"CAN2", 0x40006800u},        {"PWR", 0x40007000u},
+    {"DAC", 0x40007400u},         {"TIM1", 0x40010000u},
+    {"TIM8", 0x40010400u},        {"USART1", 0x40011000u},
+    {"USART6", 0x40011400u},      {"ADC", 0x40012000u},
+    {"SDIO", 0x40012c00u},        {"SPI1", 0x40013000u},
+    {"SYSCFG", 0x40013800u},      {"EXTI", 0x40013c00u},
+    {"TIM9", 0x40014000u},        {"TIM10", 0x40014400u},
+    {"TIM11", 0x40014800u},       {"CRC", 0x40023000u},
+    {"backup SRAM", 0x40024000u}, {"Ethernet", 0x40028000u},
+    {"USB OTG HS", 0x40040000u},  {"USB OTG FS", 0x50000000u},
+    {"DCMI", 0x50050000u},        {"RNG", 0x50060800u},
+    {"FSMC", 0xa0000000u},
 };
 
 /* What no register shows. The peripherals' headers say more. */
 static const char *const behaviour[] = {
-    "core: cycles; an instruction takes one (silicon differs by up to two), exception entry 12, return 10",
-    "core: memory protection unit, ITM, ETM, breakpoints of the FPB, lazy stacking (registers are stacked at once)",
+    "core: cycles; an instruction takes one (silicon differs by up to two), exception entry 12, "
+    "return 10",
+    "core: memory protection unit, ITM, ETM, breakpoints of the FPB, lazy stacking (registers are "
+    "stacked at once)",
     "core: DIV_0_TRP; it is kept, but a division by zero gives 0",
     "core: imprecise bus faults (all are precise); late arrival of an exception during stacking",
     "DMA: FIFO, bursts, double buffers, priorities and bus load; a direct mode error cannot arise",
     "TIM: trigger and synchronisation delays of one or two timer clocks",
-    "ADC: errors of gain and offset, crosstalk, source impedance; calibration of the stabilisation time",
+    "ADC: errors of gain and offset, crosstalk, source impedance; calibration of the stabilisation "
+    "time",
     "CAN: two nodes, frames as a whole; resynchronisation is a limit of 1 % between the rates",
     "USART: edges on the pins; a rate more than 3 % off is garbage",
     "SPI: edges on the pins; the memory behind it is one W25Q",
-    "I2C: edges on the pins; the chip behind it is one TMP112, which sees clocks, starts and stops of a program that drives the pins, no bytes",
+    "I2C: edges on the pins; the chip behind it is one TMP112, which sees clocks, starts and stops "
+    "of a program that drives the pins, no bytes",
     "IWDG: option for the hardware watchdog; LSI constant over a run",
     "RCC: CCM answers without its clock too",
-    "RCC: a crystal that stops without clock security stops the clock (silicon's PLL drifts); HSE bypass",
+    "RCC: a crystal that stops without clock security stops the clock (silicon's PLL drifts); HSE "
+    "bypass",
     "PWR: stop and standby, voltage detector; a dip of the supply does not reach the converters",
 };
 
@@ -108,7 +129,8 @@ const char *hil_register_objection(const struct hil_register *r, uint32_t value)
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        const struct hil_register *r = hil_register_at(hil_registers_of(base), offset + 4u * (uint32_t)i);
+        const struct hil_register *r = hil_register_at(hil_registers_of(base),
+                                                       offset + 4u * (uint32_t)i);
         word[i] = r ? r->reset : 0;
     }
 }
@@ -154,7 +176,9 @@ void hil_registers_print(FILE *file, bool (*is_modelled)(uint32_t base))
         fprintf(file, "%s%s", between, chip[i].name);
         between = ", ";
     }
-    fputs("\nRegisters and bits (registers of these peripherals that are not in hil/core/registers.def likewise):\n", file);
+    fputs("\nRegisters and bits (registers of these peripherals that are not in "
+          "hil/core/registers.def likewise):\n",
+          file);
     for (size_t i = 0; i < SETS; i++) {
         fprintf(file, "%s, %zu kinds of registers modelled\n", sets[i].peripheral, sets[i].count);
         for (size_t k = 0; k < sets[i].count; k++)

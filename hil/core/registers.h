@@ -1,8 +1,10 @@
-/* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses by it, a reset takes its values, matrig-board
- * --not-modelled prints it, a test pokes every register of every peripheral and compares.
+/* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses
+ * by it, a reset takes its values, matrig-board --not-modelled prints it, a test pokes every
+ * register of every peripheral and compares.
  *
- * A write that changes a reserved bit, a bit that is not modelled or a read-only register ends the run with a message.
- * Silicon ignores such writes; a program that makes them is wrong or relies on something that is not here. */
+ * A write that changes a reserved bit, a bit that is not modelled or a read-only register ends the
+ * run with a message. Silicon ignores such writes; a program that makes them is wrong or relies on
+ * something that is not here. */
 #ifndef MATRIG_HIL_REGISTERS_H
 #define MATRIG_HIL_REGISTERS_H
 
@@ -12,19 +14,19 @@
 #include <stdio.h>
 
 struct hil_register {
-    uint16_t offset;   /* of the first */
-    uint8_t count;     /* so many alike, */
-    uint8_t stride;    /* so many bytes apart */
-    char access;       /* 'b' both, 'r' read-only, 'w' write-only */
-    bool loose;        /* reserved bits may be written with anything: flags cleared by 0, keys */
+    uint16_t offset; /* of the first */
+    uint8_t count;   /* so many alike, */
+    uint8_t stride;  /* so many bytes apart */
+    char access;     /* 'b' both, 'r' read-only, 'w' write-only */
+    bool loose;      /* reserved bits may be written with anything: flags cleared by 0, keys */
     const char *name;
     uint32_t reset;
-    uint32_t plain;    /* bits that read back as written */
-    uint32_t action;   /* bits whose writing does something or clears a flag */
-    uint32_t status;   /* bits that hardware sets; what is written there does not matter */
-    uint32_t partly;   /* bits of which some values, or in some states, are modelled: see `what` */
-    uint32_t refused;  /* bits that silicon has and the board does not model */
-    const char *what;  /* about partly and refused */
+    uint32_t plain;   /* bits that read back as written */
+    uint32_t action;  /* bits whose writing does something or clears a flag */
+    uint32_t status;  /* bits that hardware sets; what is written there does not matter */
+    uint32_t partly;  /* bits of which some values, or in some states, are modelled: see `what` */
+    uint32_t refused; /* bits that silicon has and the board does not model */
+    const char *what; /* about partly and refused */
 };
 
 struct hil_register_set {
@@ -43,7 +45,8 @@ const struct hil_register *hil_register_at(const struct hil_register_set *set, u
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);
 /* What `count` registers from `offset` on are after a reset; where there is none: 0. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
-/* The whole of what is not modelled, as text; `is_modelled` says whether there is a peripheral at a base address at all. */
+/* The whole of what is not modelled, as text; `is_modelled` says whether there is a peripheral at a
+ * base address at all. */
 void hil_registers_print(FILE *file, bool (*is_modelled)(uint32_t base));
 
 #endif

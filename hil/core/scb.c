@@ -7,29 +7,30 @@
 #include "hil/core/registers.h"
 #include "hil/core/systick.h"
 
-#define SYSTEM 0xe000e000u
-#define ICTR 0x004u
-#define SCB 0xd00u
-#define ICSR 0xd04u
-#define AIRCR 0xd0cu
-#define SHPR 0xd18u
-#define SHCSR 0xd24u
-#define CFSR 0xd28u
-#define HFSR 0xd2cu
-#define STIR 0xf00u
-#define FPCCR 0xf34u
-#define DWT_CTRL 0xe0001000u
-#define DWT_CYCCNT 0xe0001004u
-#define DWT_LAR 0xe0001fb0u
-#define DBGMCU 0xe0042000u
-#define DEMCR_TRCENA (1u << 24)
+#define SYSTEM        0xe000e000u
+#define ICTR          0x004u
+#define SCB           0xd00u
+#define ICSR          0xd04u
+#define AIRCR         0xd0cu
+#define SHPR          0xd18u
+#define SHCSR         0xd24u
+#define CFSR          0xd28u
+#define HFSR          0xd2cu
+#define STIR          0xf00u
+#define FPCCR         0xf34u
+#define DWT_CTRL      0xe0001000u
+#define DWT_CYCCNT    0xe0001004u
+#define DWT_LAR       0xe0001fb0u
+#define DBGMCU        0xe0042000u
+#define DEMCR_TRCENA  (1u << 24)
 #define DWT_CYCCNTENA 1u
-#define AIRCR_KEY 0x05fau
-#define CSR_SOFTWARE (1u << 28) /* RCC_CSR.SFTRSTF */
+#define AIRCR_KEY     0x05fau
+#define CSR_SOFTWARE  (1u << 28) /* RCC_CSR.SFTRSTF */
 
 void hil_scb_reset(struct hil_scb *scb)
 {
-    *scb = (struct hil_scb){.dwt_ctrl = 0x40000000, .idcode = 0x100f6413 /* device 0x413, revision Y */};
+    *scb = (struct hil_scb){.dwt_ctrl = 0x40000000,
+                            .idcode = 0x100f6413 /* device 0x413, revision Y */};
     hil_registers_reset(SYSTEM, SCB, scb->word, sizeof scb->word / 4u);
 }
 
@@ -69,10 +70,10 @@ static void icsr_write(struct hil_core *core, uint32_t value)
 static uint32_t shcsr(const struct hil_nvic *nvic)
 {
     uint32_t active = nvic->active[0], pending = nvic->pending[0], enabled = nvic->enabled[0];
-    return (active >> 4 & 1u) | (active >> 5 & 1u) << 1 | (active >> 6 & 1u) << 3 | (active >> 11 & 1u) << 7
-           | (active >> 14 & 1u) << 10 | (active >> 15 & 1u) << 11 | (pending >> 6 & 1u) << 12
-           | (pending >> 4 & 1u) << 13 | (pending >> 5 & 1u) << 14 | (pending >> 11 & 1u) << 15
-           | (enabled >> 4 & 7u) << 16;
+    return (active >> 4 & 1u) | (active >> 5 & 1u) << 1 | (active >> 6 & 1u) << 3 |
+           (active >> 11 & 1u) << 7 | (active >> 14 & 1u) << 10 | (active >> 15 & 1u) << 11 |
+           (pending >> 6 & 1u) << 12 | (pending >> 4 & 1u) << 13 | (pending >> 5 & 1u) << 14 |
+           (pending >> 11 & 1u) << 15 | (enabled >> 4 & 7u) << 16;
 }
 
 static void aircr_write(struct hil_core *core, uint32_t value)
@@ -100,22 +101,20 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     if (offset >= 0x100u && offset < 0x500u)
         return hil_nvic_read(core, offset, size, &value) ? value : hil_bus_no_register(core);
     if (offset >= SHPR && offset + size <= SHCSR)
-        return hil_nvic_priorities(&core->state.nvic, 4u + offset - SHPR, size); /* of exceptions 4 to 15 */
+        /* of exceptions 4 to 15 */
+        return hil_nvic_priorities(&core->state.nvic, 4u + offset - SHPR, size);
     if (offset >= CFSR && offset < HFSR) /* CFSR and its byte parts */
-        return scb->cfsr >> (8u * (offset & 3u)) & (size == 4 ? 0xffffffffu : (1u << (8u * size)) - 1u);
+        return scb->cfsr >> (8u * (offset & 3u)) &
+               (size == 4 ? 0xffffffffu : (1u << (8u * size)) - 1u);
     if (size != 4 || offset % 4u)
         return hil_bus_no_register(core);
     switch (offset) {
-    case ICTR: /* interrupt lines in groups of 32, minus one */
-        return 2;
-    case ICSR:
-        return icsr(core);
+    case ICTR: /* interrupt lines in groups of 32, minus one */ return 2;
+    case ICSR: return icsr(core);
     case AIRCR: /* reads with the key's complement */
         return 0xfa050000u | (uint32_t)core->state.nvic.prigroup << 8;
-    case SHCSR:
-        return shcsr(&core->state.nvic);
-    default:
-        return scb->word[(offset - SCB) / 4u];
+    case SHCSR: return shcsr(&core->state.nvic);
+    default: return scb->word[(offset - SCB) / 4u];
     }
 }
 
@@ -123,26 +122,20 @@ static void system_write(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     switch (offset) {
-    case ICSR:
-        icsr_write(core, value);
-        break;
-    case AIRCR:
-        aircr_write(core, value);
-        break;
+    case ICSR: icsr_write(core, value); break;
+    case AIRCR: aircr_write(core, value); break;
     case SHCSR:
-        core->state.nvic.enabled[0] = (core->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u) << 4;
+        core->state.nvic.enabled[0] = (core->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u)
+                                                                                   << 4;
         hil_nvic_update(core);
         break;
-    case CFSR: case HFSR: /* flags are cleared by writing 1 */
-        scb->word[(offset - SCB) / 4u] &= ~value;
-        break;
+    case CFSR:
+    case HFSR: /* flags are cleared by writing 1 */ scb->word[(offset - SCB) / 4u] &= ~value; break;
     case STIR:
         if ((value & 0x1ffu) < HIL_INTERRUPTS)
             hil_nvic_pend(core, 16u + (value & 0x1ffu));
         break;
-    case FPCCR:
-        scb->fpccr = value & 0xc0000000u;
-        break;
+    case FPCCR: scb->fpccr = value & 0xc0000000u; break;
     default: /* CCR.DIV_0_TRP is kept, but a division by zero gives 0 either way */
         scb->word[(offset - SCB) / 4u] = value;
         break;
@@ -202,8 +195,10 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
         dwt_write(core, value);
     else if (size == 4 && address == DWT_CYCCNT)
         scb->dwt_offset = (scb->dwt_ctrl & DWT_CYCCNTENA) ? value - (uint32_t)hil_now(core) : value;
-    else if (size == 4 && address % 4u == 0 && address > DBGMCU && address - DBGMCU < sizeof scb->dbgmcu)
+    else if (size == 4 && address % 4u == 0 && address > DBGMCU &&
+             address - DBGMCU < sizeof scb->dbgmcu)
         scb->dbgmcu[(address - DBGMCU) / 4u] = address == DBGMCU + 4u ? value & 0xffu : value;
-    else if (size != 4 || address != DWT_LAR) /* the lock is not implemented on the STM32F4: writes are ignored */
+    /* the lock is not implemented on the STM32F4: writes are ignored */
+    else if (size != 4 || address != DWT_LAR)
         hil_bus_no_register(core);
 }

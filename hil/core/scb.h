@@ -1,5 +1,5 @@
-/* System control block and the rest of the private peripheral bus: CPUID to CPACR, FPU control, DWT cycle
- * counter, debug identification (ARMv7-M B3.2, RM0090 38). */
+/* System control block and the rest of the private peripheral bus: CPUID to CPACR, FPU control, DWT
+ * cycle counter, debug identification (ARMv7-M B3.2, RM0090 38). */
 #ifndef MATRIG_HIL_SCB_H
 #define MATRIG_HIL_SCB_H
 

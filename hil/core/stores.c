@@ -1,14 +1,15 @@
 /* Half of the time of a run, given back.
  *
- * Unicorn 2.0.1 (Debian 12) sends every store to RAM through its slow path, to look for translated code that the
- * store changes; it never notices that a page has none, as QEMU does, and later versions do (its pull requests 1838,
- * 2031). Here pages of RAM are told to be free of code (`tlb_set_dirty`) when they come into its translation buffer,
- * until the board first runs code from RAM; from then on every store of that board is looked at again. And the
- * locks around that look, which build a tree for each store and lock nothing in a single thread, are left out, as in the
- * next version.
+ * Unicorn 2.0.1 (Debian 12) sends every store to RAM through its slow path, to look for translated
+ * code that the store changes; it never notices that a page has none, as QEMU does, and later
+ * versions do (its pull requests 1838, 2031). Here pages of RAM are told to be free of code
+ * (`tlb_set_dirty`) when they come into its translation buffer, until the board first runs code
+ * from RAM; from then on every store of that board is looked at again. And the locks around that
+ * look, which build a tree for each store and lock nothing in a single thread, are left out, as in
+ * the next version.
  *
- * The functions have the names of exported ones of the library, whose own uses of them come here first. A version
- * without them is served no worse: then nobody calls these. */
+ * The functions have the names of exported ones of the library, whose own uses of them come here
+ * first. A version without them is served no worse: then nobody calls these. */
 #include <dlfcn.h>
 #include <stdint.h>
 
@@ -18,12 +19,13 @@
 struct CPUState;
 struct page_collection;
 struct uc_struct;
-typedef bool fill(struct CPUState *core, uint64_t address, int size, unsigned access, int mmu_index, bool probe,
-                  uintptr_t from);
+typedef bool fill(struct CPUState *core, uint64_t address, int size, unsigned access, int mmu_index,
+                  bool probe, uintptr_t from);
 typedef void set_dirty(struct CPUState *core, uint32_t address);
 typedef void flush(struct CPUState *core);
 
-struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t start, uint64_t end);
+struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t start,
+                                                 uint64_t end);
 void page_collection_unlock_arm(struct page_collection *set);
 fill arm_cpu_tlb_fill_arm;
 
@@ -40,7 +42,10 @@ void hil_stores_start(struct hil_stores *stores)
     *(void **)&library_flush = dlsym(RTLD_NEXT, "tlb_flush_arm");
 }
 
-void hil_stores_run(struct hil_stores *stores) { running = stores; }
+void hil_stores_run(struct hil_stores *stores)
+{
+    running = stores;
+}
 
 void hil_stores_meet_code(struct hil_stores *stores)
 {
@@ -51,8 +56,8 @@ void hil_stores_meet_code(struct hil_stores *stores)
         library_flush(stores->core); /* every page comes again, now as one that may have code */
 }
 
-bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, unsigned access, int mmu_index, bool probe,
-                          uintptr_t from)
+bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, unsigned access,
+                          int mmu_index, bool probe, uintptr_t from)
 {
     bool filled = library_fill(core, address, size, access, mmu_index, probe, from);
     if (!filled || !running)
@@ -73,4 +78,7 @@ struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t 
     return 0;
 }
 
-void page_collection_unlock_arm(struct page_collection *set) { (void)set; }
+void page_collection_unlock_arm(struct page_collection *set)
+{
+    (void)set;
+}

@@ -1,4 +1,5 @@
-/* Faster stores to RAM: stores.c tells what Unicorn does at each store, and how it is spared that. */
+/* Faster stores to RAM: stores.c tells what Unicorn does at each store, and how it is spared
+ * that. */
 #ifndef MATRIG_HIL_STORES_H
 #define MATRIG_HIL_STORES_H
 

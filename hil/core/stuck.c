@@ -14,7 +14,8 @@ static void hold(struct hil_core *core, unsigned i)
     *cell = (uint8_t)(core->state.stuck.bit[i].level ? *cell | mask : *cell & ~mask);
 }
 
-static void on_load(struct uc_struct *uc, int type, uint64_t address, int size, int64_t value, void *context)
+static void on_load(struct uc_struct *uc, int type, uint64_t address, int size, int64_t value,
+                    void *context)
 {
     struct hil_core *core = context;
     (void)uc;
@@ -32,8 +33,9 @@ void hil_stuck_look(struct hil_core *core)
     uc_hook hook;
     if (!core->state.stuck.count || core->engine.looks_at_loads)
         return;
-    core->engine.looks_at_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ, (void *)(uintptr_t)on_load, core,
-                                        HIL_CCM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
+    core->engine.looks_at_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
+                                              (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
+                                              HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
     hil_cpu_forget_code(core); /* translated code does not look */
 }
 

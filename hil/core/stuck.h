@@ -1,5 +1,6 @@
-/* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the core; DMA still sees what was
- * written. A board with one is slower, for every load is looked at. */
+/* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the
+ * core; DMA still sees what was written. A board with one is slower, for every load is looked
+ * at. */
 #ifndef MATRIG_HIL_STUCK_H
 #define MATRIG_HIL_STUCK_H
 

@@ -4,12 +4,15 @@
 #include "hil/core/event.h"
 #include "hil/core/nvic.h"
 
-#define ENABLE 1u
-#define TICKINT 2u
+#define ENABLE    1u
+#define TICKINT   2u
 #define CLKSOURCE 4u /* 1: HCLK, 0: HCLK / 8 */
 #define COUNTFLAG (1u << 16)
 
-static uint32_t divider(const struct hil_systick *s) { return (s->ctrl & CLKSOURCE) ? 1 : 8; }
+static uint32_t divider(const struct hil_systick *s)
+{
+    return (s->ctrl & CLKSOURCE) ? 1 : 8;
+}
 
 static uint32_t current(const struct hil_core *core)
 {
@@ -43,7 +46,10 @@ static void on_zero(void *device, uint64_t at)
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
 
-void hil_systick_create(struct hil_core *core) { hil_event_wire(core, HIL_EVENT_SYSTICK, on_zero, core); }
+void hil_systick_create(struct hil_core *core)
+{
+    hil_event_wire(core, HIL_EVENT_SYSTICK, on_zero, core);
+}
 
 void hil_systick_reset(struct hil_core *core)
 {
@@ -60,12 +66,9 @@ uint32_t hil_systick_read(struct hil_core *core, uint32_t offset)
         value = s->ctrl;
         s->ctrl &= ~COUNTFLAG;
         return value;
-    case 0x14:
-        return s->load;
-    case 0x18:
-        return current(core);
-    default: /* CALIB: 18750, skewed */
-        return 0x4000493e;
+    case 0x14: return s->load;
+    case 0x18: return current(core);
+    default: /* CALIB: 18750, skewed */ return 0x4000493e;
     }
 }
 
@@ -82,16 +85,13 @@ void hil_systick_write(struct hil_core *core, uint32_t offset, uint32_t value)
         else
             hil_event_set_cycle(core, HIL_EVENT_SYSTICK, HIL_NEVER);
         break;
-    case 0x14:
-        s->load = value & 0xffffffu;
-        break;
+    case 0x14: s->load = value & 0xffffffu; break;
     case 0x18: /* any write clears counter and flag, without an interrupt */
         s->ctrl &= ~COUNTFLAG;
         s->value = 0;
         if (s->ctrl & ENABLE)
             schedule(core, 0);
         break;
-    default: /* CALIB is read-only */
-        break;
+    default: /* CALIB is read-only */ break;
     }
 }

@@ -1,5 +1,5 @@
-/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when somebody looks; only its zero
- * is an event. */
+/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when somebody looks; only
+ * its zero is an event. */
 #ifndef MATRIG_HIL_SYSTICK_H
 #define MATRIG_HIL_SYSTICK_H
 

@@ -18,7 +18,10 @@ double hil_wall_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-int64_t hil_wall_ms(void) { return (int64_t)(1e3 * hil_wall_s()); }
+int64_t hil_wall_ms(void)
+{
+    return (int64_t)(1e3 * hil_wall_s());
+}
 
 void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop)
 {
@@ -40,8 +43,9 @@ void hil_pace_done(struct hil_pace *pace, uint64_t t_ps)
 
 static void on_alarm(int number)
 {
-    static const char text[] = "matrig-board: still not at an end some seconds after its wall-clock limit: a link or a "
-                               "file blocks, or the emulator hangs; look at who should read them\n";
+    static const char text[] =
+        "matrig-board: still not at an end some seconds after its wall-clock limit: a link or a "
+        "file blocks, or the emulator hangs; look at who should read them\n";
     (void)number;
     *stop_flag = HIL_WALL_STOP;
     if (alarms++) {

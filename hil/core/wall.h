@@ -1,4 +1,5 @@
-/* The wall clock of matrig-board: pacing, and a limit that ends a run which does not end by itself. */
+/* The wall clock of matrig-board: pacing, and a limit that ends a run which does not end by
+ * itself. */
 #ifndef MATRIG_HIL_WALL_H
 #define MATRIG_HIL_WALL_H
 
@@ -9,14 +10,15 @@
 double hil_wall_s(void);
 int64_t hil_wall_ms(void);
 
-/* Virtual time tied to the wall clock. A piece of virtual time is run when the wall clock has passed its end,
- * so nothing leaves the board early; how late the end was, at worst, is kept. */
+/* Virtual time tied to the wall clock. A piece of virtual time is run when the wall clock has
+ * passed its end, so nothing leaves the board early; how late the end was, at worst, is kept. */
 #define HIL_PACE_START_S 1.0
 
 struct hil_pace {
     double began_s; /* wall clock at virtual time 0 */
     double late_s;  /* of the latest piece so far */
-    double late_started_s; /* of those after HIL_PACE_START_S: at power-on the emulator translates and the board scans */
+    /* of those after HIL_PACE_START_S: at power-on the emulator translates and the board scans */
+    double late_started_s;
 };
 
 /* Wait until the wall clock shows virtual time t_ps; `*stop` ends it. */
@@ -24,9 +26,10 @@ void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile in
 /* The piece that ended at t_ps is done. */
 void hil_pace_done(struct hil_pace *pace, uint64_t t_ps);
 
-/* After limit_s of wall clock set *stop to HIL_WALL_STOP; if the process is still there HIL_WALL_GRACE_S later
- * (it waits for something that does not come, or virtual time stands still), say so and exit with 3. 0: none. */
-#define HIL_WALL_STOP 2
+/* After limit_s of wall clock set *stop to HIL_WALL_STOP; if the process is still there
+ * HIL_WALL_GRACE_S later (it waits for something that does not come, or virtual time stands still),
+ * say so and exit with 3. 0: none. */
+#define HIL_WALL_STOP    2
 #define HIL_WALL_GRACE_S 5
 void hil_wall_limit(double limit_s, volatile int *stop);
 

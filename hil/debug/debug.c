@@ -10,11 +10,15 @@
 #include "hil/core/locate.h"
 #include "hil/core/nvic.h"
 
-#define XPSR_NUMBER 0x1ffu
-#define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR /* faults and SVCall are taken by the instruction itself */
+#define XPSR_NUMBER      0x1ffu
+/* faults and SVCall are taken by the instruction itself */
+#define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR
 
 /* The debugger that is attached, or NULL. */
-static struct hil_debug *debugger_of(const struct hil_board *board) { return board->core.onlookers.debugger_who; }
+static struct hil_debug *debugger_of(const struct hil_board *board)
+{
+    return board->core.onlookers.debugger_who;
+}
 
 static unsigned depth(const struct hil_board *board)
 {
@@ -60,7 +64,10 @@ static void go_on(struct hil_board *board)
     d->fresh_pc = pc;
 }
 
-void hil_debug_reset(struct hil_board *board) { hil_board_reset(board); }
+void hil_debug_reset(struct hil_board *board)
+{
+    hil_board_reset(board);
+}
 
 void hil_debug_run(struct hil_board *board)
 {
@@ -96,7 +103,8 @@ enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool s
     return MR_OK;
 }
 
-static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value, void *user)
+static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
+                      void *user)
 {
     struct hil_board *board = user;
     struct hil_debug *d = debugger_of(board);
@@ -108,7 +116,8 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
     for (unsigned i = 0; i < HIL_WATCHPOINTS; i++) {
         const struct hil_watchpoint *w = &d->watch[i];
         bool kind = w->kind == HIL_WATCH_ACCESS || (w->kind == HIL_WATCH_WRITE) == write;
-        if (w->size && kind && address < (uint64_t)w->address + w->size && address + (uint64_t)size > w->address) {
+        if (w->size && kind && address < (uint64_t)w->address + w->size &&
+            address + (uint64_t)size > w->address) {
             d->watch_hit = true;
             d->watch_kind = w->kind;
             d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
@@ -118,17 +127,19 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
     }
 }
 
-static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kind, uint32_t address, uint32_t size)
+static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kind, uint32_t address,
+                                         uint32_t size)
 {
     for (unsigned i = 0; i < HIL_WATCHPOINTS; i++) {
-        if (d->watch[i].size == size && (!size || (d->watch[i].kind == kind && d->watch[i].address == address)))
+        if (d->watch[i].size == size &&
+            (!size || (d->watch[i].kind == kind && d->watch[i].address == address)))
             return &d->watch[i];
     }
     return NULL;
 }
 
-enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uint32_t address, uint32_t size,
-                               bool set)
+enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uint32_t address,
+                               uint32_t size, bool set)
 {
     struct hil_watchpoint *there = find_watch(debugger_of(board), kind, address, size);
     struct hil_watchpoint *place = find_watch(debugger_of(board), kind, 0, 0);
@@ -139,12 +150,12 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
     if (set) {
         *place = (struct hil_watchpoint){.kind = kind, .address = address, .size = size};
         /* An access may begin before the range; the callback looks closely. */
-        int types = kind == HIL_WATCH_WRITE  ? UC_HOOK_MEM_WRITE
-                    : kind == HIL_WATCH_READ ? UC_HOOK_MEM_READ
-                                             : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
+        int types = kind == HIL_WATCH_WRITE ? UC_HOOK_MEM_WRITE
+                  : kind == HIL_WATCH_READ  ? UC_HOOK_MEM_READ
+                                            : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
         uint64_t low = address < 8 ? 0 : address - 8u;
-        if (uc_hook_add(board->core.uc, &place->hook[0], types, (void *)(uintptr_t)on_access, board, low,
-                        (uint64_t)address + size - 1u) != UC_ERR_OK) {
+        if (uc_hook_add(board->core.uc, &place->hook[0], types, (void *)(uintptr_t)on_access, board,
+                        low, (uint64_t)address + size - 1u) != UC_ERR_OK) {
             place->size = 0;
             return MR_FULL;
         }
@@ -169,8 +180,8 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
 static bool step_sees(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
-    return d->step_into_interrupts || depth(board) <= d->step_depth
-           || (hil_board_register(board, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
+    return d->step_into_interrupts || depth(board) <= d->step_depth ||
+           (hil_board_register(board, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
 static bool wants(const void *who, uint32_t address, uint32_t size)
@@ -231,7 +242,12 @@ static void hold_bkpt(void *who)
 }
 
 static const struct hil_debugger_calls calls = {
-    .holds = holds, .hit = is_hit, .hold_hit = hold_hit, .hold_bkpt = hold_bkpt, .wants = wants, .stops_before = stops_before,
+    .holds = holds,
+    .hit = is_hit,
+    .hold_hit = hold_hit,
+    .hold_bkpt = hold_bkpt,
+    .wants = wants,
+    .stops_before = stops_before,
 };
 
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
@@ -243,9 +259,9 @@ void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
 
 static int unicorn_register(unsigned number)
 {
-    static const int special[] = {UC_ARM_REG_SP,      UC_ARM_REG_LR,        UC_ARM_REG_PC,
-                                  UC_ARM_REG_XPSR,    UC_ARM_REG_MSP,       UC_ARM_REG_PSP,
-                                  UC_ARM_REG_PRIMASK, UC_ARM_REG_BASEPRI,   UC_ARM_REG_FAULTMASK,
+    static const int special[] = {UC_ARM_REG_SP,      UC_ARM_REG_LR,      UC_ARM_REG_PC,
+                                  UC_ARM_REG_XPSR,    UC_ARM_REG_MSP,     UC_ARM_REG_PSP,
+                                  UC_ARM_REG_PRIMASK, UC_ARM_REG_BASEPRI, UC_ARM_REG_FAULTMASK,
                                   UC_ARM_REG_CONTROL};
     if (number < 13)
         return UC_ARM_REG_R0 + (int)number;
@@ -271,7 +287,8 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
         value |= 1u;
     }
     if (number == HIL_REG_XPSR) {
-        /* Flags only: mode and T bit are not the debugger's, and writing more would move the stack. */
+        /* Flags only: mode and T bit are not the debugger's, and writing more would move the
+         * stack. */
         uint32_t flags = (uint32_t)value;
         uc_reg_write(board->core.uc, UC_ARM_REG_APSR_NZCVQG, &flags);
         return;
@@ -302,8 +319,8 @@ static void forget(struct hil_board *board, const struct bystander *b)
 
 static bool is_bus(uint32_t address)
 {
-    return (address >= 0x40000000u && address < 0x60000000u) || (address >= 0xe0000000u && address < 0xe0100000u)
-           || address - 0x1fff0000u < 0x10000u;
+    return (address >= 0x40000000u && address < 0x60000000u) ||
+           (address >= 0xe0000000u && address < 0xe0100000u) || address - 0x1fff0000u < 0x10000u;
 }
 
 static unsigned access_size(uint32_t address, size_t n)
@@ -334,7 +351,8 @@ enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t
     return status;
 }
 
-enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes, size_t n)
+enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes,
+                               size_t n)
 {
     static struct bystander before;
     if (hil_board_poke(board, address, bytes, n) == MR_OK)

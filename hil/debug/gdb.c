@@ -14,36 +14,50 @@
 #include "hil/core/wall.h"
 #include "hil/link/wire_link.h"
 
-#define POLL_MS 50
-#define MEMORY_MAX (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
+#define POLL_MS          50
+#define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
 #define SIGNAL_INTERRUPT 2
-#define SIGNAL_TRAP 5
-#define SIGNAL_SEGMENT 11
+#define SIGNAL_TRAP      5
+#define SIGNAL_SEGMENT   11
 
 /* In the order of enum hil_debug_register. */
 static const char target_xml[] =
-    "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
+    "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target "
+    "version=\"1.0\">\n"
     "<architecture>armv7e-m</architecture>\n<feature name=\"org.gnu.gdb.arm.m-profile\">\n"
-    "<reg name=\"r0\" bitsize=\"32\" regnum=\"0\"/><reg name=\"r1\" bitsize=\"32\"/><reg name=\"r2\" bitsize=\"32\"/>\n"
-    "<reg name=\"r3\" bitsize=\"32\"/><reg name=\"r4\" bitsize=\"32\"/><reg name=\"r5\" bitsize=\"32\"/>\n"
-    "<reg name=\"r6\" bitsize=\"32\"/><reg name=\"r7\" bitsize=\"32\"/><reg name=\"r8\" bitsize=\"32\"/>\n"
-    "<reg name=\"r9\" bitsize=\"32\"/><reg name=\"r10\" bitsize=\"32\"/><reg name=\"r11\" bitsize=\"32\"/>\n"
+    "<reg name=\"r0\" bitsize=\"32\" regnum=\"0\"/><reg name=\"r1\" bitsize=\"32\"/><reg "
+    "name=\"r2\" bitsize=\"32\"/>\n"
+    "<reg name=\"r3\" bitsize=\"32\"/><reg name=\"r4\" bitsize=\"32\"/><reg name=\"r5\" "
+    "bitsize=\"32\"/>\n"
+    "<reg name=\"r6\" bitsize=\"32\"/><reg name=\"r7\" bitsize=\"32\"/><reg name=\"r8\" "
+    "bitsize=\"32\"/>\n"
+    "<reg name=\"r9\" bitsize=\"32\"/><reg name=\"r10\" bitsize=\"32\"/><reg name=\"r11\" "
+    "bitsize=\"32\"/>\n"
     "<reg name=\"r12\" bitsize=\"32\"/><reg name=\"sp\" bitsize=\"32\" type=\"data_ptr\"/>\n"
     "<reg name=\"lr\" bitsize=\"32\"/><reg name=\"pc\" bitsize=\"32\" type=\"code_ptr\"/>\n"
     "<reg name=\"xpsr\" bitsize=\"32\"/></feature>\n"
-    "<feature name=\"org.gnu.gdb.arm.m-system\"><reg name=\"msp\" bitsize=\"32\" type=\"data_ptr\"/>\n"
+    "<feature name=\"org.gnu.gdb.arm.m-system\"><reg name=\"msp\" bitsize=\"32\" "
+    "type=\"data_ptr\"/>\n"
     "<reg name=\"psp\" bitsize=\"32\" type=\"data_ptr\"/><reg name=\"primask\" bitsize=\"32\"/>\n"
     "<reg name=\"basepri\" bitsize=\"32\"/><reg name=\"faultmask\" bitsize=\"32\"/>\n"
     "<reg name=\"control\" bitsize=\"32\"/></feature>\n"
     "<feature name=\"org.gnu.gdb.arm.vfp\">\n"
-    "<reg name=\"d0\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d1\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d2\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d3\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d4\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d5\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d6\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d7\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d8\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d9\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d10\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d11\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d12\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d13\" bitsize=\"64\" type=\"ieee_double\"/>\n"
-    "<reg name=\"d14\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d15\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d0\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d1\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d2\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d3\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d4\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d5\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d6\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d7\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d8\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d9\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d10\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d11\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d12\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d13\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
+    "<reg name=\"d14\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d15\" bitsize=\"64\" "
+    "type=\"ieee_double\"/>\n"
     "<reg name=\"fpscr\" bitsize=\"32\" type=\"int\" group=\"float\"/></feature>\n</target>\n";
 
 static const char monitor_help[] =
@@ -81,7 +95,8 @@ static char *put_register(const struct hil_gdb *gdb, unsigned number, char *text
 static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
 {
     uint64_t value = 0;
-    if (number >= HIL_REG_COUNT || hil_gdb_from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
+    if (number >= HIL_REG_COUNT ||
+        hil_gdb_from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
         return false;
     hil_debug_write_register(gdb->board, number, value);
     return true;
@@ -114,7 +129,8 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
         strcpy(answer, "E0e"); /* EFAULT */
 }
 
-static void write_memory(struct hil_gdb *gdb, const char *text, const char *end, bool binary, char *answer)
+static void write_memory(struct hil_gdb *gdb, const char *text, const char *end, bool binary,
+                         char *answer)
 {
     uint8_t bytes[HIL_GDB_PACKET];
     uint32_t address, n;
@@ -143,7 +159,8 @@ static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *ans
         return;
     }
     enum mr_status status = kind < '2' ? hil_debug_break(gdb->board, address, set)
-                                       : hil_debug_watch(gdb->board, (enum hil_watch)(kind - '0'), address, size, set);
+                                       : hil_debug_watch(gdb->board, (enum hil_watch)(kind - '0'),
+                                                         address, size, set);
     strcpy(answer, status == MR_OK ? "OK" : "E1c"); /* ENOSPC */
 }
 
@@ -182,18 +199,22 @@ static void tell_time(const struct hil_board *board, char *text, size_t size)
 static void tell_counters(const struct hil_board *board, char *text, size_t size)
 {
     const struct hil_counters *c = hil_board_counters(board);
-    snprintf(text, size,
-             "instructions %llu\nasleep %llu cycles\nexceptions %llu, %llu of them tail-chained\nfaults %llu\n"
-             "resets %llu, %llu of them by the watchdog\nCAN frames %llu out, %llu in, errors %llu\n"
-             "serial bytes %llu out, %llu in\nADC scans %llu and %llu, overruns %llu\nswitches opened %llu, edges captured %llu\n",
-             (unsigned long long)c->instructions, (unsigned long long)c->asleep_cycles,
-             (unsigned long long)c->exceptions, (unsigned long long)c->tail_chains, (unsigned long long)c->faults,
-             (unsigned long long)c->resets, (unsigned long long)c->watchdog_resets,
-             (unsigned long long)c->can_frames_out, (unsigned long long)c->can_frames_in,
-             (unsigned long long)c->can_errors, (unsigned long long)c->serial_bytes_out,
-             (unsigned long long)c->serial_bytes_in, (unsigned long long)c->adc_scans[0],
-             (unsigned long long)c->adc_scans[1], (unsigned long long)c->adc_overruns,
-             (unsigned long long)c->switches_opened, (unsigned long long)c->edges_captured);
+    snprintf(
+        text, size,
+        "instructions %llu\nasleep %llu cycles\nexceptions %llu, %llu of them tail-chained\nfaults "
+        "%llu\n"
+        "resets %llu, %llu of them by the watchdog\nCAN frames %llu out, %llu in, errors %llu\n"
+        "serial bytes %llu out, %llu in\nADC scans %llu and %llu, overruns %llu\nswitches opened "
+        "%llu, edges captured %llu\n",
+        (unsigned long long)c->instructions, (unsigned long long)c->asleep_cycles,
+        (unsigned long long)c->exceptions, (unsigned long long)c->tail_chains,
+        (unsigned long long)c->faults, (unsigned long long)c->resets,
+        (unsigned long long)c->watchdog_resets, (unsigned long long)c->can_frames_out,
+        (unsigned long long)c->can_frames_in, (unsigned long long)c->can_errors,
+        (unsigned long long)c->serial_bytes_out, (unsigned long long)c->serial_bytes_in,
+        (unsigned long long)c->adc_scans[0], (unsigned long long)c->adc_scans[1],
+        (unsigned long long)c->adc_overruns, (unsigned long long)c->switches_opened,
+        (unsigned long long)c->edges_captured);
 }
 
 static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
@@ -206,13 +227,17 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
         tell_counters(gdb->board, text, sizeof text);
     } else if (strcmp(command, "reset") == 0) {
         hil_debug_reset(gdb->board);
-        snprintf(text, sizeof text, "reset; PC 0x%08x\n", (unsigned)hil_board_register(gdb->board, 15));
-    } else if (strcmp(command, "interrupts step-into") == 0 || strcmp(command, "interrupts step-over") == 0) {
+        snprintf(text, sizeof text, "reset; PC 0x%08x\n",
+                 (unsigned)hil_board_register(gdb->board, 15));
+    } else if (strcmp(command, "interrupts step-into") == 0 ||
+               strcmp(command, "interrupts step-over") == 0) {
         gdb->debug.step_into_interrupts = strstr(command, "into") != NULL;
-        snprintf(text, sizeof text, "a step goes %s interrupts\n", gdb->debug.step_into_interrupts ? "into" : "over");
+        snprintf(text, sizeof text, "a step goes %s interrupts\n",
+                 gdb->debug.step_into_interrupts ? "into" : "over");
     } else {
-        snprintf(text, sizeof text, "%s%s%s", strcmp(command, "help") == 0 ? "" : "no such command; there are:\n",
-                 monitor_help, "");
+        snprintf(text, sizeof text, "%s%s%s",
+                 strcmp(command, "help") == 0 ? "" : "no such command; there are:\n", monitor_help,
+                 "");
     }
     hil_gdb_to_hex(answer, text, strlen(text));
 }
@@ -222,7 +247,8 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
 static void query(struct hil_gdb *gdb, const char *packet, char *answer)
 {
     if (strncmp(packet, "qSupported", 10) == 0)
-        snprintf(answer, HIL_GDB_PACKET, "PacketSize=%x;qXfer:features:read+;vContSupported+;QStartNoAckMode+",
+        snprintf(answer, HIL_GDB_PACKET,
+                 "PacketSize=%x;qXfer:features:read+;vContSupported+;QStartNoAckMode+",
                  (unsigned)HIL_GDB_PACKET);
     else if (strncmp(packet, "qXfer:features:read:target.xml:", 31) == 0)
         read_description(packet + 31, answer);
@@ -244,11 +270,15 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
 {
     char packet[64];
     const struct hil_debug *d = &gdb->debug;
-    int signal = status != MR_OK ? SIGNAL_SEGMENT : d->hold == HIL_HOLD_ASKED ? SIGNAL_INTERRUPT : SIGNAL_TRAP;
+    int signal = status != MR_OK           ? SIGNAL_SEGMENT
+               : d->hold == HIL_HOLD_ASKED ? SIGNAL_INTERRUPT
+                                           : SIGNAL_TRAP;
     int n = snprintf(packet, sizeof packet, "T%02xthread:1;", (unsigned)signal);
     if (status == MR_OK && d->hold == HIL_HOLD_WATCHPOINT)
         snprintf(packet + n, sizeof packet - (size_t)n, "%swatch:%x;",
-                 d->watch_kind == HIL_WATCH_READ ? "r" : d->watch_kind == HIL_WATCH_ACCESS ? "a" : "",
+                 d->watch_kind == HIL_WATCH_READ     ? "r"
+                 : d->watch_kind == HIL_WATCH_ACCESS ? "a"
+                                                     : "",
                  (unsigned)d->watch_address);
     gdb->reported = true;
     hil_gdb_put_packet(&gdb->line, packet);
@@ -277,16 +307,12 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
     unsigned number;
     const char *equals = strchr(packet, '=');
     switch (packet[0]) {
-    case '?':
-        report(gdb, status);
-        return false;
+    case '?': report(gdb, status); return false;
     case 'g':
         for (unsigned i = 0; i < HIL_REG_COUNT; i++)
             put_register(gdb, i, answer + strlen(answer));
         break;
-    case 'G':
-        strcpy(answer, set_all_registers(gdb, packet + 1) ? "OK" : "E01");
-        break;
+    case 'G': strcpy(answer, set_all_registers(gdb, packet + 1) ? "OK" : "E01"); break;
     case 'p':
         number = (unsigned)strtoul(packet + 1, NULL, 16);
         if (number < HIL_REG_COUNT)
@@ -298,26 +324,18 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         number = (unsigned)strtoul(packet + 1, NULL, 16);
         strcpy(answer, equals && set_register(gdb, number, equals + 1) ? "OK" : "E01");
         break;
-    case 'm':
-        read_memory(gdb, packet + 1, answer);
-        break;
+    case 'm': read_memory(gdb, packet + 1, answer); break;
     case 'M':
-    case 'X':
-        write_memory(gdb, packet + 1, end, packet[0] == 'X', answer);
-        break;
+    case 'X': write_memory(gdb, packet + 1, end, packet[0] == 'X', answer); break;
     case 'Z':
-    case 'z':
-        set_point(gdb, packet + 1, packet[0] == 'Z', answer);
-        break;
+    case 'z': set_point(gdb, packet + 1, packet[0] == 'Z', answer); break;
     case 'c':
     case 's':
         if (packet[1])
             hil_debug_write_register(gdb->board, HIL_REG_PC, strtoul(packet + 1, NULL, 16));
         return vcont(gdb, packet[0] == 'c' ? "c" : "s");
     case 'H':
-    case 'T':
-        strcpy(answer, "OK");
-        break;
+    case 'T': strcpy(answer, "OK"); break;
     case 'D':
         hil_gdb_put_packet(&gdb->line, "OK");
         hil_gdb_lose(&gdb->line);
@@ -326,9 +344,7 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         gdb->killed = true;
         hil_gdb_lose(&gdb->line);
         return true;
-    case 'q':
-        query(gdb, packet, answer);
-        break;
+    case 'q': query(gdb, packet, answer); break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
             hil_gdb_put_packet(&gdb->line, "OK");
@@ -350,8 +366,7 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
             return true;
         }
         break;
-    default:
-        break; /* the empty answer: not supported */
+    default: break; /* the empty answer: not supported */
     }
     hil_gdb_put_packet(&gdb->line, answer);
     return false;
@@ -408,10 +423,11 @@ static void explain(struct hil_gdb *gdb, enum mr_status status)
     if (status != MR_OK)
         snprintf(text, sizeof text, "the board has stopped: %s\n", hil_board_reason(gdb->board));
     else if (d->hold == HIL_HOLD_WATCHPOINT)
-        snprintf(text, sizeof text, "access to 0x%08x by the instruction at 0x%08x\n", (unsigned)d->watch_address,
-                 (unsigned)d->watch_pc);
+        snprintf(text, sizeof text, "access to 0x%08x by the instruction at 0x%08x\n",
+                 (unsigned)d->watch_address, (unsigned)d->watch_pc);
     else if (d->hold == HIL_HOLD_BKPT)
-        snprintf(text, sizeof text, "the firmware's own BKPT instruction; going on steps over it\n");
+        snprintf(text, sizeof text,
+                 "the firmware's own BKPT instruction; going on steps over it\n");
     else
         return;
     hil_gdb_put_console(&gdb->line, text);
@@ -430,7 +446,8 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
     if (gdb->line.fd >= 0 && !hil_debug_holds(gdb->board) && hil_gdb_receive(&gdb->line, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
-        hil_gdb_take_packet(&gdb->line, packet, &interrupt); /* while it runs nothing else is to come */
+        /* while it runs nothing else is to come */
+        hil_gdb_take_packet(&gdb->line, packet, &interrupt);
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
     }
@@ -446,7 +463,8 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
 
 /* --- opening and closing --- */
 
-static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char *error, size_t size)
+static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char *error,
+                                     size_t size)
 {
     enum mr_status status = hil_socket_listen("--gdb", path, &gdb->listener, error, size);
     if (status != MR_OK)
@@ -456,7 +474,8 @@ static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char
     return MR_OK;
 }
 
-static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, char *error, size_t size)
+static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, char *error,
+                                     size_t size)
 {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
     socklen_t length = sizeof address;
@@ -465,10 +484,12 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
     gdb->listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (gdb->listener >= 0)
         setsockopt(gdb->listener, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one);
-    if (gdb->listener < 0 || bind(gdb->listener, (const struct sockaddr *)&address, sizeof address) != 0
-        || listen(gdb->listener, 1) != 0 || getsockname(gdb->listener, (struct sockaddr *)&address, &length) != 0) {
-        snprintf(error, size, "--gdb: cannot listen on port %lu: %s; give another, or 0 for any", port,
-                 strerror(errno));
+    if (gdb->listener < 0 ||
+        bind(gdb->listener, (const struct sockaddr *)&address, sizeof address) != 0 ||
+        listen(gdb->listener, 1) != 0 ||
+        getsockname(gdb->listener, (struct sockaddr *)&address, &length) != 0) {
+        snprintf(error, size, "--gdb: cannot listen on port %lu: %s; give another, or 0 for any",
+                 port, strerror(errno));
         return MR_IO;
     }
     snprintf(gdb->place, sizeof gdb->place, "127.0.0.1:%u", ntohs(address.sin_port));
@@ -489,8 +510,8 @@ enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, 
     return listen_on_port(gdb, port, error, size);
 }
 
-enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int timeout_ms, const volatile int *stop,
-                              char *error, size_t size)
+enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int timeout_ms,
+                              const volatile int *stop, char *error, size_t size)
 {
     int64_t until = hil_wall_ms() + timeout_ms;
     gdb->board = board;
@@ -503,8 +524,10 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
     }
     if (gdb->line.fd >= 0)
         return MR_OK;
-    snprintf(error, size, "--gdb: no debugger came to %s within %d s; start gdb-multiarch with `target remote %s`",
-             gdb->place, timeout_ms / 1000, gdb->place);
+    snprintf(
+        error, size,
+        "--gdb: no debugger came to %s within %d s; start gdb-multiarch with `target remote %s`",
+        gdb->place, timeout_ms / 1000, gdb->place);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 
@@ -514,7 +537,8 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
     if (gdb->line.fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
         hil_gdb_put_packet(&gdb->line, packet);
-        hil_gdb_receive(&gdb->line, POLL_MS); /* its acknowledgement: closing with unread input would look like an error */
+        /* its acknowledgement: closing with unread input would look like an error */
+        hil_gdb_receive(&gdb->line, POLL_MS);
     }
     hil_gdb_lose(&gdb->line);
     if (gdb->listener >= 0)

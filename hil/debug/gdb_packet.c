@@ -16,7 +16,10 @@
 
 static int digit(char c)
 {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    return c >= '0' && c <= '9' ? c - '0'
+         : c >= 'a' && c <= 'f' ? c - 'a' + 10
+         : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                : -1;
 }
 
 /* Bytes from pairs of digits; how many there were. */
@@ -97,7 +100,8 @@ bool hil_gdb_receive(struct hil_gdb_line *line, int timeout_ms)
         line->in_size = 0; /* longer than any packet: none */
     if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
         return line->fd >= 0;
-    ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size, MSG_DONTWAIT);
+    ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size,
+                     MSG_DONTWAIT);
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
         hil_gdb_lose(line);
         return false;
@@ -137,7 +141,8 @@ int hil_gdb_take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt
         }
     }
     packet[n] = '\0';
-    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 && sum == (digit(hash[1]) << 4 | digit(hash[2]));
+    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 &&
+                sum == (digit(hash[1]) << 4 | digit(hash[2]));
     drop(line, (size_t)(hash - line->in) + 3);
     if (line->acknowledges)
         send_all(line, good ? "+" : "-", 1);

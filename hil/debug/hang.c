@@ -42,15 +42,16 @@ static void tell(const struct hil_hang *hang, const struct hil_board *board,
     if (exception)
         snprintf(where, sizeof where, " of exception %u", exception);
     snprintf(text, size,
-             "the firmware hangs: since %.3f s it runs without sleeping%s, at PC 0x%08x in %s%s%s; look with --gdb, "
+             "the firmware hangs: since %.3f s it runs without sleeping%s, at PC 0x%08x in %s%s%s; "
+             "look with --gdb, "
              "or allow more with --hang S",
              (double)since_ps * 1e-12, hang->progress_ps > since_ps ? " (interrupts go on)" : "",
              (unsigned)pc, symbol ? symbol->name : "no known function", where,
              masked ? ", interrupts masked" : "");
 }
 
-bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const struct mr_symbols *symbols,
-                   char *text, size_t size)
+bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board,
+                   const struct mr_symbols *symbols, char *text, size_t size)
 {
     const struct hil_counters *c = hil_board_counters(board);
     uint64_t now_ps = hil_board_now_ps(board);
@@ -58,7 +59,8 @@ bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const s
     if (!hang->limit_ps)
         return false;
     bool slept = c->asleep_cycles != hang->asleep_cycles;
-    /* The boot ROM waits for its first byte by polling the pin: that is no hang, and what it starts begins anew. */
+    /* The boot ROM waits for its first byte by polling the pin: that is no hang, and what it starts
+     * begins anew. */
     bool in_rom = hil_board_register(board, 15) - HIL_ROM_BASE < HIL_ROM_SIZE;
     if (c->resets != hang->resets || in_rom) {
         hang->sleeps = false;

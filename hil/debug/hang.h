@@ -2,9 +2,11 @@
  *
  * It hangs when for `limit_s` of virtual time
  * - the core neither slept nor took an exception, and no frame or byte left the board; or
- * - the core did not sleep, although this firmware has slept since the last reset: interrupts may go on, the
+ * - the core did not sleep, although this firmware has slept since the last reset: interrupts may
+ * go on, the
  *   loop below them does not.
- * A firmware that polls without ever sleeping but is served by interrupts or keeps talking is none. */
+ * A firmware that polls without ever sleeping but is served by interrupts or keeps talking is
+ * none. */
 #ifndef MATRIG_HIL_HANG_H
 #define MATRIG_HIL_HANG_H
 
@@ -18,10 +20,10 @@
 #define HIL_HANG_PLACES 32u
 
 struct hil_hang {
-    uint64_t limit_ps;             /* 0: never */
+    uint64_t limit_ps; /* 0: never */
     uint64_t asleep_cycles, exceptions, spoken, resets;
     uint64_t slept_ps, progress_ps; /* when last seen to change */
-    bool sleeps;                   /* since the last reset */
+    bool sleeps;                    /* since the last reset */
     /* Where the core was seen since it last slept: functions, or addresses without symbols. */
     struct {
         uint32_t address;
@@ -32,8 +34,9 @@ struct hil_hang {
 };
 
 void hil_hang_start(struct hil_hang *hang, double limit_s);
-/* To be called every few milliseconds of virtual time, not while a debugger holds the board. True: it hangs, and `text` says since when and where. */
-bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const struct mr_symbols *symbols,
-                   char *text, size_t size);
+/* To be called every few milliseconds of virtual time, not while a debugger holds the board. True:
+ * it hangs, and `text` says since when and where. */
+bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board,
+                   const struct mr_symbols *symbols, char *text, size_t size);
 
 #endif

@@ -7,7 +7,7 @@
 #include "hil/board/parts.h"
 #include "hil/core/cpu.h"
 
-#define HASH_BITS 15u
+#define HASH_BITS  15u
 #define BLOCKS_MAX (1u << (HASH_BITS - 1))
 
 struct block {
@@ -26,19 +26,31 @@ struct hil_profile {
     unsigned exception;
 };
 
-static const char *const kind_names[HIL_KINDS] = {
-    "integer arithmetic and moves", "multiply",           "divide",        "load",
-    "store",                        "branch, call",       "floating point", "floating point divide, root",
-    "floating point load",          "floating point store", "system"};
+static const char *const kind_names[HIL_KINDS] = {"integer arithmetic and moves",
+                                                  "multiply",
+                                                  "divide",
+                                                  "load",
+                                                  "store",
+                                                  "branch, call",
+                                                  "floating point",
+                                                  "floating point divide, root",
+                                                  "floating point load",
+                                                  "floating point store",
+                                                  "system"};
 
-const char *hil_profile_kind_name(enum hil_kind kind) { return kind_names[kind]; }
+const char *hil_profile_kind_name(enum hil_kind kind)
+{
+    return kind_names[kind];
+}
 
 static enum hil_kind kind16(uint16_t op)
 {
     if (op < 0x4400u)
         return (op & 0xffc0u) == 0x4340u ? HIL_KIND_MULTIPLY : HIL_KIND_ALU; /* MULS */
     if (op < 0x4700u)
-        return (op & 0xff87u) == 0x4687u || (op & 0xff87u) == 0x4487u ? HIL_KIND_BRANCH : HIL_KIND_ALU; /* MOV, ADD to PC */
+        /* MOV, ADD to PC */
+        return (op & 0xff87u) == 0x4687u || (op & 0xff87u) == 0x4487u ? HIL_KIND_BRANCH
+                                                                      : HIL_KIND_ALU;
     if (op < 0x4800u)
         return HIL_KIND_BRANCH; /* BX, BLX */
     if (op < 0x5000u)
@@ -58,7 +70,9 @@ static enum hil_kind kind16(uint16_t op)
             return HIL_KIND_LOAD; /* POP */
         if ((op & 0xff00u) == 0xbf00u)
             return (op & 0xfu) ? HIL_KIND_ALU : HIL_KIND_SYSTEM; /* IT, hints */
-        return (op & 0xffe8u) == 0xb660u || (op & 0xff00u) == 0xbe00u ? HIL_KIND_SYSTEM : HIL_KIND_ALU; /* CPS, BKPT */
+        /* CPS, BKPT */
+        return (op & 0xffe8u) == 0xb660u || (op & 0xff00u) == 0xbe00u ? HIL_KIND_SYSTEM
+                                                                      : HIL_KIND_ALU;
     }
     if (op < 0xd000u)
         return (op & 0x0800u) ? HIL_KIND_LOAD : HIL_KIND_STORE; /* LDM, STM */
@@ -107,7 +121,10 @@ enum hil_kind hil_profile_kind(uint16_t first, uint16_t second)
     return first < 0xe800u ? kind16(first) : kind32(first, second);
 }
 
-static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+static uint16_t halfword(const uint8_t *p)
+{
+    return (uint16_t)(p[0] | p[1] << 8);
+}
 
 static struct block look_at(const struct hil_core *core, uint32_t address, uint32_t size)
 {
@@ -170,9 +187,13 @@ static void end(void *who)
     free(profile);
 }
 
-static const struct hil_profiler_calls calls = {.block = number_of, .count = count, .exception = enter, .end = end};
+static const struct hil_profiler_calls calls = {
+    .block = number_of, .count = count, .exception = enter, .end = end};
 
-static struct hil_profile *profile_of(const struct hil_board *board) { return board->core.onlookers.profiler_who; }
+static struct hil_profile *profile_of(const struct hil_board *board)
+{
+    return board->core.onlookers.profiler_who;
+}
 
 void hil_profile_begin(struct hil_board *board)
 {
@@ -203,9 +224,12 @@ struct row {
     uint64_t instructions, entries;
 };
 
-static uint64_t instructions_of(const struct hil_profile *profile, unsigned exception, uint32_t number)
+static uint64_t instructions_of(const struct hil_profile *profile, unsigned exception,
+                                uint32_t number)
 {
-    return profile->runs[exception] ? profile->runs[exception][number] * profile->block[number].instructions : 0;
+    return profile->runs[exception]
+             ? profile->runs[exception][number] * profile->block[number].instructions
+             : 0;
 }
 
 static uint64_t total_of(const struct hil_profile *profile, unsigned exception)
@@ -223,13 +247,17 @@ static int by_instructions(const void *a, const void *b)
         return x->instructions > y->instructions ? -1 : 1;
     if (x->exception != y->exception)
         return x->exception < y->exception ? -1 : 1;
-    return x->symbol && y->symbol ? strcmp(x->symbol->name, y->symbol->name) : !x->symbol - !y->symbol;
+    return x->symbol && y->symbol ? strcmp(x->symbol->name, y->symbol->name)
+                                  : !x->symbol - !y->symbol;
 }
 
-static double percent(uint64_t part, uint64_t whole) { return whole ? 100.0 * (double)part / (double)whole : 0.0; }
+static double percent(uint64_t part, uint64_t whole)
+{
+    return whole ? 100.0 * (double)part / (double)whole : 0.0;
+}
 
-static void level_name(const struct hil_board *board, const struct mr_symbols *symbols, unsigned exception,
-                       char *text, size_t size)
+static void level_name(const struct hil_board *board, const struct mr_symbols *symbols,
+                       unsigned exception, char *text, size_t size)
 {
     uint32_t vector = 0;
     if (!exception) {
@@ -241,7 +269,8 @@ static void level_name(const struct hil_board *board, const struct mr_symbols *s
     snprintf(text, size, "exception %u %s", exception, symbol ? symbol->name : "");
 }
 
-static void print_levels(const struct hil_board *board, const struct mr_symbols *symbols, uint64_t total, FILE *file)
+static void print_levels(const struct hil_board *board, const struct mr_symbols *symbols,
+                         uint64_t total, FILE *file)
 {
     fputs("\nby level\n   instructions       %  level\n", file);
     for (unsigned i = 0; i < HIL_EXCEPTIONS; i++) {
@@ -266,13 +295,16 @@ static void print_kinds(const struct hil_profile *profile, uint64_t total, FILE 
     }
     fputs("\nby kind\n   instructions       %  kind\n", file);
     for (unsigned k = 0; k < HIL_KINDS; k++)
-        fprintf(file, "%15llu  %6.2f  %s\n", (unsigned long long)kinds[k], percent(kinds[k], total), kind_names[k]);
+        fprintf(file, "%15llu  %6.2f  %s\n", (unsigned long long)kinds[k], percent(kinds[k], total),
+                kind_names[k]);
     if (part)
-        fprintf(file, "%15llu  %6.2f  in blocks that were not run whole\n", (unsigned long long)part, percent(part, total));
+        fprintf(file, "%15llu  %6.2f  in blocks that were not run whole\n",
+                (unsigned long long)part, percent(part, total));
 }
 
 /* Blocks sorted into functions: one row for each function and level. */
-static struct row *collect(const struct hil_profile *profile, const struct mr_symbols *symbols, size_t *count)
+static struct row *collect(const struct hil_profile *profile, const struct mr_symbols *symbols,
+                           size_t *count)
 {
     size_t room = 0;
     struct row *rows = NULL;
@@ -304,7 +336,8 @@ static struct row *collect(const struct hil_profile *profile, const struct mr_sy
     return rows;
 }
 
-enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols, FILE *file)
+enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols,
+                                 FILE *file)
 {
     const struct hil_profile *profile = profile_of(board);
     const struct hil_counters *c = hil_board_counters(board);
@@ -312,13 +345,16 @@ enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_
     size_t count;
     for (unsigned i = 0; i < HIL_EXCEPTIONS; i++)
         total += total_of(profile, i);
-    fprintf(file, "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of its cycles\n",
+    fprintf(file,
+            "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
+            "its cycles\n",
             (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
             percent(c->asleep_cycles, hil_board_now_cycles(board)));
     print_levels(board, symbols, total, file);
     print_kinds(profile, total, file);
     fputs("\nby function (entries: calls, and returns to its first instruction)\n"
-          "   instructions       %       entries  function, level\n", file);
+          "   instructions       %       entries  function, level\n",
+          file);
     struct row *rows = collect(profile, symbols, &count);
     for (size_t i = 0; i < count; i++) {
         char name[96];

@@ -12,10 +12,10 @@
 #include "hil/core/nvic.h"
 
 #define FUNCTIONS_MAX 64u
-#define LANES_MAX 192u
-#define MARKS_MAX 512u
-#define EXC_RETURN 0xffffffe0u
-#define FILE_BUFFER (1u << 20)
+#define LANES_MAX     192u
+#define MARKS_MAX     512u
+#define EXC_RETURN    0xffffffe0u
+#define FILE_BUFFER   (1u << 20)
 
 enum { FIXED_LANES = 13 };
 
@@ -56,11 +56,11 @@ struct hil_vcd {
     uint32_t value[LANES_MAX];
     unsigned bits[LANES_MAX];
     char code[LANES_MAX][4];
-    unsigned exceptions;            /* lanes of single exceptions, from FIXED_LANES on */
+    unsigned exceptions; /* lanes of single exceptions, from FIXED_LANES on */
     uint8_t exception[HIL_EXCEPTIONS];
-    unsigned functions;             /* after those */
+    unsigned functions; /* after those */
     struct function function[FUNCTIONS_MAX];
-    uint32_t mark[MARKS_MAX];       /* entries and return addresses met so far */
+    uint32_t mark[MARKS_MAX]; /* entries and return addresses met so far */
     unsigned marks;
 };
 
@@ -70,11 +70,14 @@ static void declare(struct hil_vcd *vcd, const char *name, unsigned bits)
     vcd->bits[n] = bits;
     vcd->code[n][0] = (char)('!' + n % 94u);
     vcd->code[n][1] = n >= 94u ? (char)('!' + n / 94u) : '\0';
-    fprintf(vcd->file, "$var %s %u %s %s $end\n", bits == 1 ? "wire" : "reg", bits, vcd->code[n], name);
+    fprintf(vcd->file, "$var %s %u %s %s $end\n", bits == 1 ? "wire" : "reg", bits, vcd->code[n],
+            name);
 }
 
-/* An exception has a lane when its vector is its own: not empty, and not the one that most share. */
-static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board, const struct mr_symbols *symbols)
+/* An exception has a lane when its vector is its own: not empty, and not the one that most
+ * share. */
+static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board,
+                               const struct mr_symbols *symbols)
 {
     uint32_t vector[HIL_EXCEPTIONS], shared = 0;
     unsigned most = 2;
@@ -94,7 +97,8 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
         const struct mr_symbol *symbol = mr_symbols_at(symbols, vector[i] & ~1u);
         if (!vector[i] || vector[i] == 0xffffffffu || vector[i] == shared)
             continue;
-        int n = i < 16 ? snprintf(name, sizeof name, "exception%u", i) : snprintf(name, sizeof name, "irq%u", i - 16);
+        int n = i < 16 ? snprintf(name, sizeof name, "exception%u", i)
+                       : snprintf(name, sizeof name, "irq%u", i - 16);
         if (symbol)
             snprintf(name + n, sizeof name - (size_t)n, "_%s", symbol->name);
         vcd->exception[vcd->exceptions++] = (uint8_t)i;
@@ -119,8 +123,8 @@ static void add_mark(struct hil_vcd *vcd, uint32_t address)
         vcd->mark[vcd->marks++] = address;
 }
 
-static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functions, const struct mr_symbols *symbols,
-                                        char *error, size_t size)
+static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functions,
+                                        const struct mr_symbols *symbols, char *error, size_t size)
 {
     const char *p = functions ? functions : HIL_VCD_FUNCTIONS;
     fputs("$scope module functions $end\n", vcd->file);
@@ -133,8 +137,10 @@ static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functio
         if (!symbol && !functions)
             continue;
         if (!symbol || vcd->functions == FUNCTIONS_MAX) {
-            snprintf(error, size, symbol ? "--vcd-functions: more than %2$u; leave out %1$s and what follows"
-                                         : "--vcd-functions: the image has no function `%s`; was it inlined? nm lists those there are",
+            snprintf(error, size,
+                     symbol ? "--vcd-functions: more than %2$u; leave out %1$s and what follows"
+                            : "--vcd-functions: the image has no function `%s`; was it inlined? nm "
+                              "lists those there are",
                      name, FUNCTIONS_MAX);
             return MR_UNKNOWN;
         }
@@ -146,13 +152,16 @@ static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functio
     return MR_OK;
 }
 
-static enum mr_status write_header(struct hil_vcd *vcd, const struct hil_board *board, const char *functions,
-                                   const struct mr_symbols *symbols, char *error, size_t size)
+static enum mr_status write_header(struct hil_vcd *vcd, const struct hil_board *board,
+                                   const char *functions, const struct mr_symbols *symbols,
+                                   char *error, size_t size)
 {
-    fputs("$version matrig-board $end\n$timescale 1 ns $end\n$scope module board $end\n", vcd->file);
+    fputs("$version matrig-board $end\n$timescale 1 ns $end\n$scope module board $end\n",
+          vcd->file);
     for (unsigned i = 0; i < FIXED_LANES; i++) {
         if (!i || strcmp(fixed[i].scope, fixed[i - 1].scope) != 0)
-            fprintf(vcd->file, "%s$scope module %s $end\n", i ? "$upscope $end\n" : "", fixed[i].scope);
+            fprintf(vcd->file, "%s$scope module %s $end\n", i ? "$upscope $end\n" : "",
+                    fixed[i].scope);
         declare(vcd, fixed[i].name, fixed[i].bits);
     }
     fputs("$upscope $end\n", vcd->file);
@@ -221,13 +230,15 @@ static void sample(void *who, uint64_t at)
     for (unsigned i = 0; i < FIXED_LANES; i++)
         set_value(vcd, i, value[i], t_ns);
     for (unsigned i = 0; i < vcd->exceptions; i++)
-        set_value(vcd, FIXED_LANES + i, hil_nvic_is_active(&board->core.state.nvic, vcd->exception[i]), t_ns);
+        set_value(vcd, FIXED_LANES + i,
+                  hil_nvic_is_active(&board->core.state.nvic, vcd->exception[i]), t_ns);
 }
 
 static void set_function(struct hil_vcd *vcd, unsigned i, bool active)
 {
     vcd->function[i].active = active;
-    set_value(vcd, FIXED_LANES + vcd->exceptions + i, active, hil_board_now_ps(vcd->board) / HIL_NS_PS);
+    set_value(vcd, FIXED_LANES + vcd->exceptions + i, active,
+              hil_board_now_ps(vcd->board) / HIL_NS_PS);
 }
 
 static void on_exception(void *who)
@@ -238,7 +249,8 @@ static void on_exception(void *who)
     sample(vcd, hil_now(&board->core));
     for (unsigned i = 0; i < vcd->functions; i++) {
         const struct function *f = &vcd->function[i];
-        if (f->active && (reset || (f->exception && !hil_nvic_is_active(&board->core.state.nvic, f->exception))))
+        if (f->active &&
+            (reset || (f->exception && !hil_nvic_is_active(&board->core.state.nvic, f->exception))))
             set_function(vcd, i, false);
     }
 }
@@ -285,7 +297,11 @@ static void on_end(void *who)
 }
 
 static const struct hil_tracer_calls calls = {
-    .sample = sample, .exception = on_exception, .marks = marks, .block = on_block, .end = on_end,
+    .sample = sample,
+    .exception = on_exception,
+    .marks = marks,
+    .block = on_block,
+    .end = on_end,
 };
 
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
@@ -297,7 +313,8 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const cha
     vcd->file = fopen(path, "w");
     vcd->path = strdup(path);
     if (!vcd->file || !vcd->path) {
-        snprintf(error, size, "--vcd: cannot write %s: %s; give another file", path, strerror(errno));
+        snprintf(error, size, "--vcd: cannot write %s: %s; give another file", path,
+                 strerror(errno));
         free(vcd->path);
         free(vcd);
         return MR_IO;
@@ -329,8 +346,8 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
     bool failed = ferror(vcd->file) != 0;
     failed |= fclose(vcd->file) != 0;
     if (failed)
-        snprintf(error, size, "--vcd: cannot write all of %s: %s; make room or give another file", vcd->path,
-                 strerror(errno));
+        snprintf(error, size, "--vcd: cannot write all of %s: %s; make room or give another file",
+                 vcd->path, strerror(errno));
     free(vcd->path);
     free(vcd);
     board->core.onlookers.tracer = NULL;

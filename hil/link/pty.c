@@ -40,17 +40,20 @@ enum mr_status hil_pty_open(const char *path, uint32_t baud, int *fd, char *erro
     *fd = -1;
     if (lstat(path, &st) == 0) {
         if (readlink(path, target, sizeof left - 1) < 0 || strcmp(target, left) != 0) {
-            snprintf(error, size, "--serial: %s is there and no link to a pseudo-terminal; remove it or give another path",
+            snprintf(error, size,
+                     "--serial: %s is there and no link to a pseudo-terminal; remove it or give "
+                     "another path",
                      path);
             return MR_IO;
         }
         unlink(path); /* left by an earlier run */
     }
     *fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
-    if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) && open_once(*fd)
-        && symlink(ptsname(*fd), path) == 0)
+    if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) &&
+        open_once(*fd) && symlink(ptsname(*fd), path) == 0)
         return MR_OK;
-    snprintf(error, size, "--serial: cannot make a pseudo-terminal at %s: %s; give another path", path, strerror(errno));
+    snprintf(error, size, "--serial: cannot make a pseudo-terminal at %s: %s; give another path",
+             path, strerror(errno));
     if (*fd >= 0)
         close(*fd);
     *fd = -1;

@@ -15,15 +15,15 @@
 #include "hil/core/wall.h"
 #include "hil/link/pty.h"
 
-#define FRAME_BYTES 16u
+#define FRAME_BYTES  16u
 #define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
-#define CAN_REMOTE 0x40000000u
-#define CAN_ERROR 0x20000000u
-#define BUFFER_MAX 65536u /* of a link that drops; beyond what the kernel holds */
-#define CLOSE_MS 500
-#define POLL_MS 100
-#define PTY_POLL_MS 2      /* nothing wakes us when a host opens it */
-#define PTY_BAUD 115200u   /* until a host says otherwise */
+#define CAN_REMOTE   0x40000000u
+#define CAN_ERROR    0x20000000u
+#define BUFFER_MAX   65536u /* of a link that drops; beyond what the kernel holds */
+#define CLOSE_MS     500
+#define POLL_MS      100
+#define PTY_POLL_MS  2       /* nothing wakes us when a host opens it */
+#define PTY_BAUD     115200u /* until a host says otherwise */
 
 static const char *noun(const struct hil_link *link)
 {
@@ -34,41 +34,49 @@ static const char *noun(const struct hil_link *link)
 static bool is_live(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    bool live = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) != 0 && errno == EPROTOTYPE;
+    bool live = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) != 0 &&
+                errno == EPROTOTYPE;
     if (fd >= 0)
         close(fd);
     return live;
 }
 
-enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error, size_t size)
+enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error,
+                                 size_t size)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct stat st;
     if (strlen(path) >= sizeof address.sun_path) {
-        snprintf(error, size, "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s", option, strlen(path),
-                 sizeof address.sun_path - 1, path);
+        snprintf(error, size,
+                 "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s",
+                 option, strlen(path), sizeof address.sun_path - 1, path);
         return MR_USAGE;
     }
     strcpy(address.sun_path, path);
     if (lstat(path, &st) == 0 && !S_ISSOCK(st.st_mode)) {
-        snprintf(error, size, "%s: %s is there and no socket; remove it or give another path", option, path);
+        snprintf(error, size, "%s: %s is there and no socket; remove it or give another path",
+                 option, path);
         return MR_IO;
     }
     if (is_live(&address)) {
-        snprintf(error, size, "%s: another program listens at %s; end it or give another path", option, path);
+        snprintf(error, size, "%s: another program listens at %s; end it or give another path",
+                 option, path);
         return MR_IO;
     }
     unlink(path); /* left by an earlier run */
     *listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (*listener < 0 || bind(*listener, (const struct sockaddr *)&address, sizeof address) != 0 || listen(*listener, 1) != 0) {
-        snprintf(error, size, "%s: cannot listen at %s: %s; give a path in a folder that can be written", option, path, strerror(errno));
+    if (*listener < 0 || bind(*listener, (const struct sockaddr *)&address, sizeof address) != 0 ||
+        listen(*listener, 1) != 0) {
+        snprintf(error, size,
+                 "%s: cannot listen at %s: %s; give a path in a folder that can be written", option,
+                 path, strerror(errno));
         return MR_IO;
     }
     return MR_OK;
 }
 
-enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
-                             size_t size)
+enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text,
+                             char *error, size_t size)
 {
     *link = (struct hil_link){.kind = kind, .listener = -1, .fd = -1};
     if (strcmp(text, "none") == 0)
@@ -88,16 +96,19 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->type = HIL_LINK_FILE;
         link->path = text + 5;
         if (hil_is_precious(link->path)) {
-            snprintf(error, size, "would overwrite a database or a program: %s; give another file", link->path);
+            snprintf(error, size, "would overwrite a database or a program: %s; give another file",
+                     link->path);
             return MR_USAGE;
         }
         link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
         if (link->fd >= 0)
             return MR_OK;
-        snprintf(error, size, "%s: cannot write %s: %s; give another file", noun(link), link->path, strerror(errno));
+        snprintf(error, size, "%s: cannot write %s: %s; give another file", noun(link), link->path,
+                 strerror(errno));
         return MR_IO;
     }
-    snprintf(error, size, "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH%s or none",
+    snprintf(error, size,
+             "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH%s or none",
              noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
     return MR_USAGE;
 }
@@ -120,8 +131,8 @@ static bool host_came(struct hil_link *link)
     return link->fd >= 0;
 }
 
-enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
-                               size_t size)
+enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop,
+                               char *error, size_t size)
 {
     int64_t until = hil_wall_ms() + timeout_ms;
     if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
@@ -130,8 +141,9 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
         if (host_came(link))
             return MR_OK;
     }
-    snprintf(error, size, "%s: no host connected to %s within %d s; start matrig log there, or give none", noun(link), link->path,
-             timeout_ms / 1000);
+    snprintf(error, size,
+             "%s: no host connected to %s within %d s; start matrig log there, or give none",
+             noun(link), link->path, timeout_ms / 1000);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 
@@ -166,14 +178,18 @@ static void put(struct hil_link *link, const uint8_t *bytes, size_t n)
     link->end += n;
 }
 
-void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n) { put(link, bytes, n); }
+void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
+{
+    put(link, bytes, n);
+}
 
 static void put_text(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
 {
     char line[80];
     uint64_t t_us = t_ps / HIL_US_PS;
-    int n = snprintf(line, sizeof line, "(%010llu.%06llu) can0 %0*X#", (unsigned long long)(t_us / 1000000u),
-                     (unsigned long long)(t_us % 1000000u), frame->extended ? 8 : 3, (unsigned)frame->id);
+    int n = snprintf(line, sizeof line, "(%010llu.%06llu) can0 %0*X#",
+                     (unsigned long long)(t_us / 1000000u), (unsigned long long)(t_us % 1000000u),
+                     frame->extended ? 8 : 3, (unsigned)frame->id);
     if (frame->remote)
         n += snprintf(line + n, sizeof line - (size_t)n, "R%u", frame->length);
     for (unsigned i = 0; !frame->remote && i < frame->length; i++)
@@ -189,7 +205,8 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
         return;
     }
     uint8_t bytes[FRAME_BYTES] = {0};
-    uint32_t id = frame->id | (frame->extended ? CAN_EXTENDED : 0) | (frame->remote ? CAN_REMOTE : 0);
+    uint32_t id = frame->id | (frame->extended ? CAN_EXTENDED : 0) |
+                  (frame->remote ? CAN_REMOTE : 0);
     memcpy(bytes, &id, sizeof id); /* host byte order, as the kernel's struct has it */
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
@@ -212,8 +229,8 @@ static ssize_t write_some(struct hil_link *link)
     return send(link->fd, from, n, MSG_NOSIGNAL);
 }
 
-enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop, char *error,
-                              size_t size)
+enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop,
+                              char *error, size_t size)
 {
     int64_t moved = hil_wall_ms();
     while (link->fd >= 0 && link->start < link->end && !link->hung_up) {
@@ -226,12 +243,12 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (n < 0 && errno == EINTR)
             continue;
         if (link->type == HIL_LINK_FILE) {
-            snprintf(error, size, "%s: cannot write %s: %s; make room or give another file", noun(link), link->path,
-                     strerror(errno));
+            snprintf(error, size, "%s: cannot write %s: %s; make room or give another file",
+                     noun(link), link->path, strerror(errno));
             return MR_IO;
         }
-        if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK)
-            || (link->type == HIL_LINK_PTY && !hil_pty_in_use(link->fd))) {
+        if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) ||
+            (link->type == HIL_LINK_PTY && !hil_pty_in_use(link->fd))) {
             hang_up(link);
             return MR_OK;
         }
@@ -240,8 +257,10 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (*stop)
             return MR_CLOSED;
         if (hil_wall_ms() - moved > stall_ms) {
-            snprintf(error, size, "%s: the host has read nothing from %s for %.4g s; is it stopped? --stall S waits longer", noun(link),
-                     link->path, stall_ms * 1e-3);
+            snprintf(error, size,
+                     "%s: the host has read nothing from %s for %.4g s; is it stopped? --stall S "
+                     "waits longer",
+                     noun(link), link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }
         struct pollfd wait = {.fd = link->fd, .events = POLLOUT};

@@ -1,10 +1,11 @@
-/* The board's ends of its two wires: `unix:PATH` (the board listens, one host connects), `pty:PATH` (serial
- * only: a pseudo-terminal, see hil/link/pty.h), `file:PATH` (candump -L text for CAN, raw bytes for serial), `none`.
+/* The board's ends of its two wires: `unix:PATH` (the board listens, one host connects), `pty:PATH`
+ * (serial only: a pseudo-terminal, see hil/link/pty.h), `file:PATH` (candump -L text for CAN, raw
+ * bytes for serial), `none`.
  *
- * A CAN socket carries 16-byte frames in the layout of Linux's struct can_frame (identifier with flags,
- * length, three bytes of padding, eight of data) each way, a serial socket bytes each way. What is put
- * waits in a buffer until hil_link_flush; a host that hangs up is no error, what is for it is dropped and
- * counted. A pty: can be opened and closed any number of times. */
+ * A CAN socket carries 16-byte frames in the layout of Linux's struct can_frame (identifier with
+ * flags, length, three bytes of padding, eight of data) each way, a serial socket bytes each way.
+ * What is put waits in a buffer until hil_link_flush; a host that hangs up is no error, what is for
+ * it is dropped and counted. A pty: can be opened and closed any number of times. */
 #ifndef MATRIG_HIL_WIRE_LINK_H
 #define MATRIG_HIL_WIRE_LINK_H
 
@@ -23,8 +24,8 @@ enum hil_link_type { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE, HIL_LINK_PTY }
 struct hil_link {
     enum hil_link_kind kind;
     enum hil_link_type type;
-    const char *path;        /* not owned */
-    int listener, fd;        /* -1: none */
+    const char *path; /* not owned */
+    int listener, fd; /* -1: none */
     uint8_t *buffer;
     size_t start, end, room; /* of what waits in buffer */
     bool drops;              /* when full, drop instead of growing */
@@ -36,27 +37,29 @@ struct hil_link {
     size_t partial_size;
 };
 
-/* Listen at a socket of the file system, where neither another program does nor another file is. `option` is for errors; `*listener` is
- * the caller's to close, also after an error. MR_USAGE, MR_IO. */
-enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error, size_t size);
+/* Listen at a socket of the file system, where neither another program does nor another file is.
+ * `option` is for errors; `*listener` is the caller's to close, also after an error. MR_USAGE,
+ * MR_IO. */
+enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error,
+                                 size_t size);
 /* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */
-enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
-                             size_t size);
-/* Wait until a host has connected, or has the pty open; at once for links without one. MR_TIMEOUT, MR_IO.
- * `*stop` ends it (MR_CLOSED). */
-enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
-                               size_t size);
+enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text,
+                             char *error, size_t size);
+/* Wait until a host has connected, or has the pty open; at once for links without one. MR_TIMEOUT,
+ * MR_IO. `*stop` ends it (MR_CLOSED). */
+enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop,
+                               char *error, size_t size);
 
 void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame);
 void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n);
-/* Write what waits. stall_ms 0: as much as goes without waiting; else until all is written, MR_TIMEOUT
- * when nothing moves for that long. */
-enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop, char *error,
-                              size_t size);
+/* Write what waits. stall_ms 0: as much as goes without waiting; else until all is written,
+ * MR_TIMEOUT when nothing moves for that long. */
+enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop,
+                              char *error, size_t size);
 /* Give the board what the host has sent. */
 void hil_link_receive(struct hil_link *link, struct hil_board *board);
-/* Finish: tell the host that nothing more comes, take in what it still sends for a moment, close, remove
- * the socket. */
+/* Finish: tell the host that nothing more comes, take in what it still sends for a moment, close,
+ * remove the socket. */
 void hil_link_close(struct hil_link *link);
 
 #endif

@@ -9,26 +9,26 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
-#define SR 0x00u
-#define CR2 0x08u
-#define DR 0x4cu
-#define COMMON_CSR 0x300u
-#define COMMON_CCR 0x304u
-#define SR_EOC 2u
-#define SR_STRT 16u
-#define SR_OVR 32u
-#define CR1_EOCIE (1u << 5)
-#define CR1_SCAN (1u << 8)
-#define CR1_OVRIE (1u << 26)
-#define CR2_ADON 1u
-#define CR2_DMA (1u << 8)
-#define CR2_DDS (1u << 9)
-#define CR2_EOCS (1u << 10)
-#define CR2_SWSTART (1u << 30)
-#define CONVERSION_CLOCKS 12u
-#define LATENCY_CLOCKS 2u          /* trigger to first sampling window, data sheet: at most 3 */
+#define SR                 0x00u
+#define CR2                0x08u
+#define DR                 0x4cu
+#define COMMON_CSR         0x300u
+#define COMMON_CCR         0x304u
+#define SR_EOC             2u
+#define SR_STRT            16u
+#define SR_OVR             32u
+#define CR1_EOCIE          (1u << 5)
+#define CR1_SCAN           (1u << 8)
+#define CR1_OVRIE          (1u << 26)
+#define CR2_ADON           1u
+#define CR2_DMA            (1u << 8)
+#define CR2_DDS            (1u << 9)
+#define CR2_EOCS           (1u << 10)
+#define CR2_SWSTART        (1u << 30)
+#define CONVERSION_CLOCKS  12u
+#define LATENCY_CLOCKS     2u /* trigger to first sampling window, data sheet: at most 3 */
 #define ADC_CLOCK_LIMIT_HZ 36000000u
-#define FIRST_CLOCK_BIT 8u         /* APB2ENR.ADC1EN; ADC3EN is two higher */
+#define FIRST_CLOCK_BIT    8u /* APB2ENR.ADC1EN; ADC3EN is two higher */
 
 static const uint32_t data_register[2] = {0x4001204cu, 0x4001224cu};
 static const enum hil_event_slot slot_of[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
@@ -39,10 +39,38 @@ struct pin {
 
 /* Analogue inputs (data sheet table 7): 0..15 of ADC1, and of ADC3. */
 static const struct pin pins[2][16] = {
-    {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}, {0, 6}, {0, 7},
-     {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {2, 3}, {2, 4}, {2, 5}},
-    {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {5, 6}, {5, 7}, {5, 8}, {5, 9},
-     {5, 10}, {5, 3}, {2, 0}, {2, 1}, {2, 2}, {2, 3}, {5, 4}, {5, 5}},
+    {{0, 0},
+     {0, 1},
+     {0, 2},
+     {0, 3},
+     {0, 4},
+     {0, 5},
+     {0, 6},
+     {0, 7},
+     {1, 0},
+     {1, 1},
+     {2, 0},
+     {2, 1},
+     {2, 2},
+     {2, 3},
+     {2, 4},
+     {2, 5}},
+    {{0, 0},
+     {0, 1},
+     {0, 2},
+     {0, 3},
+     {5, 6},
+     {5, 7},
+     {5, 8},
+     {5, 9},
+     {5, 10},
+     {5, 3},
+     {2, 0},
+     {2, 1},
+     {2, 2},
+     {2, 3},
+     {5, 4},
+     {5, 5}},
 };
 
 static void update_irq(struct hil_adc_device *dev)
@@ -50,7 +78,8 @@ static void update_irq(struct hil_adc_device *dev)
     bool line = false;
     for (unsigned i = 0; i < 2; i++) {
         const struct hil_adc *a = &dev->state[i];
-        line |= ((a->sr & SR_EOC) && (a->cr1 & CR1_EOCIE)) || ((a->sr & SR_OVR) && (a->cr1 & CR1_OVRIE));
+        line |= ((a->sr & SR_EOC) && (a->cr1 & CR1_EOCIE)) ||
+                ((a->sr & SR_OVR) && (a->cr1 & CR1_OVRIE));
     }
     hil_irq_line(dev->core, HIL_IRQ_ADC, line);
 }
@@ -76,10 +105,10 @@ static unsigned ones_of(uint64_t z)
     return (unsigned)(z * 0x0101010101010101ull >> 56);
 }
 
-/* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial, sigma 4)
- * in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond four sigma are
- * slightly thinner than Gaussian. Random bits: Steele, Lea and Flood's SplitMix64 (2014), a counter
- * through a mixing function. */
+/* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial,
+ * sigma 4) in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond
+ * four sigma are slightly thinner than Gaussian. Random bits: Steele, Lea and Flood's SplitMix64
+ * (2014), a counter through a mixing function. */
 static double noise_lsb(struct hil_adc *a)
 {
     uint64_t z = a->noise += 0x9e3779b97f4a7c15ull;
@@ -100,7 +129,8 @@ static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, u
     enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, (unsigned)pin.port, (unsigned)pin.number);
     /* the pin is driven: the converter sees its level */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
-        volts = hil_gpio_level(dev->gpio, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V : 0.0;
+        volts = hil_gpio_level(dev->gpio, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V
+                                                                                    : 0.0;
     else
         volts = dev->outside.volts(dev->outside.who, a->source[k], at);
     double code = volts / HIL_VREF_V * 4096.0 + 0.5;
@@ -166,7 +196,8 @@ static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
             a->delivered = (uint8_t)(a->delivered + n);
             a->dr = a->code[a->delivered - 1];
             if (n == before && !(a->cr2 & CR2_DDS))
-                a->dma_ended = true; /* its last item: no further requests until DMA is switched off and on */
+                /* its last item: no further requests until DMA is switched off and on */
+                a->dma_ended = true;
         } else {
             a->dr = a->code[a->delivered++];
             a->dr_full = true;
@@ -198,7 +229,8 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
     uint64_t next = HIL_NEVER;
     if (a->running) {
         struct hil_dma_request request = dma_request(dev, unit);
-        uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(dev->dma, &request) : 0;
+        uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(dev->dma, &request)
+                                                            : 0;
         uint32_t left = (uint32_t)a->length - a->delivered;
         /* Without DMA every conversion may matter (EOCS, overrun). */
         uint32_t n = room ? (room < left ? room : left) : 1;
@@ -247,14 +279,16 @@ static bool plan(struct hil_adc_device *dev, unsigned unit)
     for (unsigned k = 0; k < a->length; k++) {
         unsigned channel = sequence_channel(a, k);
         if (channel > 15) {
-            hil_core_stop(dev->core, MR_UNMODELLED, "conversion of internal channel %u of ADC%u", channel,
-                           unit == HIL_ADC1 ? 1 : 3);
+            hil_core_stop(dev->core, MR_UNMODELLED, "conversion of internal channel %u of ADC%u",
+                          channel, unit == HIL_ADC1 ? 1 : 3);
             return false;
         }
-        uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel) : a->smpr[0] >> (3u * (channel - 10u));
+        uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel)
+                                    : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
-        a->source[k] = (int8_t)dev->outside.source((unsigned)pins[unit][channel].port, (unsigned)pins[unit][channel].number);
+        a->source[k] = (int8_t)dev->outside.source((unsigned)pins[unit][channel].port,
+                                                   (unsigned)pins[unit][channel].number);
         a->end_clock[k] = (uint16_t)clocks;
     }
     a->planned = true;
@@ -268,7 +302,7 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     uint32_t clock_cycles = prescaler * hil_rcc_apb2_divider(dev->rcc);
     if (dev->core->state.clock.hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
         hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: silicon takes up to 36 MHz",
-                       (unsigned)(dev->core->state.clock.hclk_hz / clock_cycles));
+                      (unsigned)(dev->core->state.clock.hclk_hz / clock_cycles));
         return;
     }
     a->clock_cycles = clock_cycles;
@@ -284,7 +318,8 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 static void try_start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    if (!hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) || !(a->cr2 & CR2_ADON))
+    if (!hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) ||
+        !(a->cr2 & CR2_ADON))
         return;
     catch_up(dev, unit, at);
     if (a->running || (a->sr & SR_OVR)) {
@@ -368,12 +403,8 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
             a->dr_full = false;
         a->sr &= value;
         break;
-    case CR2:
-        cr2_write(dev, unit, value);
-        break;
-    default:
-        a->word[(offset & 0xffu) / 4u] = value;
-        break;
+    case CR2: cr2_write(dev, unit, value); break;
+    default: a->word[(offset & 0xffu) / 4u] = value; break;
     }
     update_irq(dev);
     schedule(dev, unit);

@@ -1,10 +1,10 @@
-/* ADC1 and ADC3 in independent mode (RM0090 13): regular sequences started by a timer or by software, with
- * DMA.
+/* ADC1 and ADC3 in independent mode (RM0090 13): regular sequences started by a timer or by
+ * software, with DMA.
  *
- * A sequence takes its real time. Each channel is sampled at the end of its own sampling window and its
- * code delivered 12 ADC clocks later; codes are worked out in bulk at the end of the sequence, or earlier
- * when DMA raises a flag inside it or somebody looks. Injected channels, analogue watchdog, continuous and
- * discontinuous mode, temperature sensor are refused. */
+ * A sequence takes its real time. Each channel is sampled at the end of its own sampling window and
+ * its code delivered 12 ADC clocks later; codes are worked out in bulk at the end of the sequence,
+ * or earlier when DMA raises a flag inside it or somebody looks. Injected channels, analogue
+ * watchdog, continuous and discontinuous mode, temperature sensor are refused. */
 #ifndef MATRIG_HIL_ADC_H
 #define MATRIG_HIL_ADC_H
 
@@ -27,24 +27,25 @@ struct hil_adc {
     HIL_WORDS(word, sr, cr1, cr2, smpr[2], jofr[4], htr, ltr, sqr[3], jsqr, jdr[4], dr);
     /* converted and not read: the next conversion overruns when DMA or EOCS ask for each */
     bool dr_full;
-    bool dma_ended;        /* DDS is 0 and the DMA has come to its end */
+    bool dma_ended; /* DDS is 0 and the DMA has come to its end */
     bool running;
     uint64_t start_cycle;  /* first sampling window opens */
     uint32_t clock_cycles; /* HCLK cycles of an ADC clock, for this sequence */
-    bool planned;           /* length, channels and end_clock are those of the registers */
+    bool planned;          /* length, channels and end_clock are those of the registers */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
     int8_t source[16];      /* what is outside on the pin of channel[k]: hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
-    uint64_t noise;         /* of the generator */
+    uint64_t noise; /* of the generator */
 };
 
 /* What is outside on the analogue pins. */
 struct hil_analogue {
     void *who;
-    int (*source)(unsigned port, unsigned pin);               /* number of what is on a pin; -1: nothing */
-    double (*volts)(void *who, int source, uint64_t at);      /* not clipped; nothing: 0 V */
+    /* number of what is on a pin; -1: nothing */
+    int (*source)(unsigned port, unsigned pin);
+    double (*volts)(void *who, int source, uint64_t at); /* not clipped; nothing: 0 V */
 };
 
 /* A record in place of volts: the code of a pin sampled at a cycle. */
@@ -65,8 +66,8 @@ struct hil_adc_device {
     struct hil_recorded_codes record;
 };
 
-/* Of both converters: they have one reset line. `unit` is not used. For the bus and the event queue, `device` is a struct
- * hil_adc_device. */
+/* Of both converters: they have one reset line. `unit` is not used. For the bus and the event
+ * queue, `device` is a struct hil_adc_device. */
 void hil_adc_reset(void *device, unsigned unit);
 uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset);
 void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value);

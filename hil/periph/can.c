@@ -10,32 +10,33 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
-#define MCR_INRQ 1u
-#define MCR_SLEEP 2u
-#define MCR_TXFP 4u
-#define MCR_RFLM 8u
-#define MCR_NART 16u
-#define MCR_ABOM 64u
-#define MSR_INAK 1u
-#define MSR_SLAK 2u
-#define MSR_ERRI 4u
-#define BTR_LBKM (1u << 30)
-#define BTR_SILM (1u << 31)
-#define TIR_TXRQ 1u
-#define RFR_FULL 8u
-#define RFR_FOVR 16u
-#define LEC_STUFF 1u
-#define LEC_FORM 2u
+#define MCR_INRQ          1u
+#define MCR_SLEEP         2u
+#define MCR_TXFP          4u
+#define MCR_RFLM          8u
+#define MCR_NART          16u
+#define MCR_ABOM          64u
+#define MSR_INAK          1u
+#define MSR_SLAK          2u
+#define MSR_ERRI          4u
+#define BTR_LBKM          (1u << 30)
+#define BTR_SILM          (1u << 31)
+#define TIR_TXRQ          1u
+#define RFR_FULL          8u
+#define RFR_FOVR          16u
+#define LEC_STUFF         1u
+#define LEC_FORM          2u
 #define LEC_BIT_RECESSIVE 4u
-#define LEC_CRC 6u
-#define JAM_BITS 8u /* for every eight dominant bits after its error flag a node counts eight more */
-#define LEC_ACK 3u
-#define LEC_BIT_DOMINANT 5u
-#define OTHER_NODE 3
-#define ERROR_FRAME_BITS 14u /* flag of 6, delimiter of 8 */
-#define SUSPEND_BITS 8u      /* a passive transmitter waits these in addition */
-#define JOIN_BITS 11u
-#define RECOVERY_BITS (128u * 11u)
+#define LEC_CRC           6u
+/* for every eight dominant bits after its error flag a node counts eight more */
+#define JAM_BITS          8u
+#define LEC_ACK           3u
+#define LEC_BIT_DOMINANT  5u
+#define OTHER_NODE        3
+#define ERROR_FRAME_BITS  14u /* flag of 6, delimiter of 8 */
+#define SUSPEND_BITS      8u  /* a passive transmitter waits these in addition */
+#define JOIN_BITS         11u
+#define RECOVERY_BITS     (128u * 11u)
 
 static uint64_t bit_cycles(const struct hil_can_device *dev)
 {
@@ -49,10 +50,14 @@ uint32_t hil_can_esr(const struct hil_can *c)
     uint32_t tec = c->bus_off ? 0xffu : c->tec > 255 ? 255 : c->tec;
     bool warning = c->tec >= 96 || c->rec >= 96, passive = c->tec > 127 || c->rec > 127;
     uint32_t flags = (uint32_t)(warning || c->bus_off) | (uint32_t)(passive || c->bus_off) << 1;
-    return flags | (uint32_t)c->bus_off << 2 | c->esr | tec << 16 | (c->rec > 255 ? 255u : c->rec) << 24;
+    return flags | (uint32_t)c->bus_off << 2 | c->esr | tec << 16 |
+           (c->rec > 255 ? 255u : c->rec) << 24;
 }
 
-bool hil_can_mailbox_empty(const struct hil_can *c, unsigned m) { return !(c->mailbox[m].tir & TIR_TXRQ); }
+bool hil_can_mailbox_empty(const struct hil_can *c, unsigned m)
+{
+    return !(c->mailbox[m].tir & TIR_TXRQ);
+}
 
 static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
 {
@@ -144,8 +149,8 @@ static void forget_other(struct hil_can *c)
     c->queue_count--;
 }
 
-/* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil every
- * frame. */
+/* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil
+ * every frame. */
 static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
@@ -153,14 +158,15 @@ static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
     double ratio = rate / HIL_CAN_HOST_RATE;
     if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
-    /* Two nodes whose rates differ by more than about 1 % lose step within the longest run without an
-     * edge. */
+    /* Two nodes whose rates differ by more than about 1 % lose step within the longest run without
+     * an edge. */
     if (bus == HIL_CAN_CONNECTED && (ratio < 0.99 || ratio > 1.01))
         return HIL_CAN_SHORTED;
     return bus;
 }
 
-static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
+                      uint64_t bits)
 {
     dev->state->phase = phase;
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
@@ -177,16 +183,21 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
         c->other_waits_ps = 0;
         return true;
     }
-    while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame", c->queue[c->queue_head].id))
+    while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame",
+                                               c->queue[c->queue_head].id))
         forget_other(c);
-    if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame", c->queue[c->queue_head].id))
+    if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame",
+                                              c->queue[c->queue_head].id))
         return c->queue_count != 0;
     c->other_waits_ps = now_ps + dev->wire.delay_ps(dev->wire.who, HIL_CAN_IN);
     hil_event_set_ps(dev->core, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
     return false;
 }
 
-void hil_can_other_event(void *device, uint64_t at) { hil_can_try_start(device, at); }
+void hil_can_other_event(void *device, uint64_t at)
+{
+    hil_can_try_start(device, at);
+}
 
 /* The bus is free: let whoever wins start a frame. */
 void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
@@ -199,11 +210,13 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
     int mine = silent && !loopback ? -1 : next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
-    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback && other_is_ready(dev, at);
+    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
+                 other_is_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
         mailbox_frame(&c->mailbox[mine], &frame);
-    if (other && (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
+    if (other &&
+        (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
         if (mine >= 0) { /* lost arbitration */
             c->tsr |= 4u << (8u * (unsigned)mine);
             if (c->mcr & MCR_NART) {
@@ -212,10 +225,11 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
             }
         }
         c->sender = OTHER_NODE;
-        c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame", c->queue[c->queue_head].id);
+        c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame",
+                                       c->queue[c->queue_head].id);
         phase_for(dev, HIL_CAN_FRAME, at,
-                  hil_can_frame_bits(&c->queue[c->queue_head]).length
-                      - (c->spoiled ? HIL_CAN_TAIL_BITS - ERROR_FRAME_BITS : 0u));
+                  hil_can_frame_bits(&c->queue[c->queue_head]).length -
+                      (c->spoiled ? HIL_CAN_TAIL_BITS - ERROR_FRAME_BITS : 0u));
         hil_can_update_irq(dev);
         return;
     }
@@ -224,20 +238,22 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
     unsigned length = bits.length;
     if (!loopback && bus == HIL_CAN_UNPLUGGED)
-        length = bits.length - HIL_CAN_TAIL_BITS + 2u + ERROR_FRAME_BITS; /* the ACK slot stays recessive */
+        /* the ACK slot stays recessive */
+        length = bits.length - HIL_CAN_TAIL_BITS + 2u + ERROR_FRAME_BITS;
     else if (!loopback && bus == HIL_CAN_SHORTED)
         length = 1u + ERROR_FRAME_BITS; /* start of frame already reads back wrong */
     c->sender = (int8_t)mine;
     c->abort_current = false;
-    c->spoiled = !loopback && bus == HIL_CAN_CONNECTED
-                 && dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
+    c->spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
+                 dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
     if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
         length = bits.length - HIL_CAN_TAIL_BITS + ERROR_FRAME_BITS;
     phase_for(dev, HIL_CAN_FRAME, at, length);
 }
 
 /* A state that so many recessive bits in a row end: not while the bus is held dominant. */
-static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
+                           uint64_t bits)
 {
     phase_for(dev, phase, from, bits);
     if (dev->options->can_bus == HIL_CAN_DOMINANT)
@@ -289,7 +305,8 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
         return;
     }
     struct hil_can_received r = {
-        .rir = (frame->extended ? frame->id << 3 | 4u : frame->id << 21) | (uint32_t)frame->remote << 1,
+        .rir = (frame->extended ? frame->id << 3 | 4u : frame->id << 21) | (uint32_t)frame->remote
+                                                                               << 1,
         .rdtr = frame->length | match << 8,
     };
     for (unsigned i = 0; i < frame->length; i++)
@@ -306,17 +323,19 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
     hil_can_update_irq(dev);
 }
 
-static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil_can_bus bus, uint64_t at)
+static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil_can_bus bus,
+                                uint64_t at)
 {
     struct hil_can *c = dev->state;
     uint32_t before_esr = hil_can_esr(c);
     bool passive = c->tec > 127;
     dev->core->state.counters.can_errors++;
-    uint32_t lec = c->spoiled                                    ? LEC_BIT_RECESSIVE
-                   : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
-                                                                 : LEC_BIT_DOMINANT;
+    uint32_t lec = c->spoiled                                 ? LEC_BIT_RECESSIVE
+                 : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
+                                                              : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
-    if (!(bus == HIL_CAN_UNPLUGGED && passive)) /* exception 1 of fault confinement: alone on the bus */
+    /* exception 1 of fault confinement: alone on the bus */
+    if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
     if ((c->mcr & MCR_NART) || c->abort_current)
         hil_can_mailbox_done(dev, m, 8u);
@@ -328,7 +347,8 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
         hil_trace(dev->core, "CAN bus-off");
         begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else {
-        phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
+        phase_for(dev, HIL_CAN_GAP, at,
+                  HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
     }
     error_states(dev, before_esr, true);
 }
@@ -348,7 +368,8 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     }
     if (c->sender == OTHER_NODE) {
         frame = c->queue[c->queue_head];
-        c->repeated = !c->repeated && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
+        c->repeated = !c->repeated &&
+                      dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
         if (!c->repeated)
             forget_other(c);
         dev->core->state.counters.can_frames_in++;
@@ -412,9 +433,7 @@ void hil_can_event(void *device, uint64_t at)
     struct hil_can_device *dev = device;
     struct hil_can *c = dev->state;
     switch (c->phase) {
-    case HIL_CAN_FRAME:
-        frame_ended(dev, at);
-        break;
+    case HIL_CAN_FRAME: frame_ended(dev, at); break;
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
@@ -424,12 +443,8 @@ void hil_can_event(void *device, uint64_t at)
         c->msr &= ~(MSR_INAK | MSR_SLAK);
         c->phase = HIL_CAN_IDLE;
         break;
-    case HIL_CAN_JAMMED:
-        jammed(dev, at);
-        return;
-    default:
-        c->phase = HIL_CAN_IDLE;
-        break;
+    case HIL_CAN_JAMMED: jammed(dev, at); return;
+    default: c->phase = HIL_CAN_IDLE; break;
     }
     hil_can_update_mode(dev, at);
     hil_can_try_start(dev, at);
@@ -448,7 +463,8 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
     return MR_OK;
 }
 
-/* The bus becomes dominant: a frame under way is destroyed by its own sender, everybody else sees an error. */
+/* The bus becomes dominant: a frame under way is destroyed by its own sender, everybody else sees
+ * an error. */
 static void begin_jam(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;

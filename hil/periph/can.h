@@ -1,11 +1,12 @@
 /* CAN1, the bxCAN controller (RM0090 32), and its bus.
  *
- * A frame holds the bus for its exact number of bits, stuff bits included, at the rate that BTR gives. The
- * other side is one node: it acknowledges, receives at the last bit of end of frame, and sends frames in
- * the order given, arbitrating by identifier with the board's mailboxes whenever the bus becomes free.
- * Nobody there: no acknowledge, TEC rises to 128 and sticks. Wires touching, a wrong bit rate, or pins not
- * given to CAN: bit errors, TEC rises to bus-off. Held dominant: nothing begins, initialisation is not left, a
- * transmitter counts to bus-off and a receiver to error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled. */
+ * A frame holds the bus for its exact number of bits, stuff bits included, at the rate that BTR
+ * gives. The other side is one node: it acknowledges, receives at the last bit of end of frame, and
+ * sends frames in the order given, arbitrating by identifier with the board's mailboxes whenever
+ * the bus becomes free. Nobody there: no acknowledge, TEC rises to 128 and sticks. Wires touching,
+ * a wrong bit rate, or pins not given to CAN: bit errors, TEC rises to bus-off. Held dominant:
+ * nothing begins, initialisation is not left, a transmitter counts to bus-off and a receiver to
+ * error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled. */
 #ifndef MATRIG_HIL_CAN_H
 #define MATRIG_HIL_CAN_H
 
@@ -22,8 +23,8 @@ struct hil_gpio_device;
 struct hil_options;
 struct hil_rcc_device;
 
-#define HIL_CAN_QUEUE 64u
-#define HIL_CAN_BANKS 28u
+#define HIL_CAN_QUEUE     64u
+#define HIL_CAN_BANKS     28u
 #define HIL_CAN_HOST_RATE 1000000u
 
 struct hil_can_mailbox {
@@ -49,17 +50,17 @@ struct hil_can {
     uint32_t tec, rec;
     bool bus_off;
     struct hil_can_mailbox mailbox[3];
-    uint32_t orders;                       /* requests so far */
+    uint32_t orders; /* requests so far */
     struct hil_can_received fifo[2][3];
     uint8_t fifo_count[2];
     HIL_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
     uint32_t filter[HIL_CAN_BANKS][2];
 
     uint32_t phase;
-    int8_t sender;                         /* mailbox 0..2, 3: the other node */
-    bool spoiled;                          /* the frame under way will be destroyed */
-    bool repeated;                         /* the other node's frame has been sent once too often */
-    uint64_t other_waits_ps;               /* the other node does not begin before */
+    int8_t sender;           /* mailbox 0..2, 3: the other node */
+    bool spoiled;            /* the frame under way will be destroyed */
+    bool repeated;           /* the other node's frame has been sent once too often */
+    uint64_t other_waits_ps; /* the other node does not begin before */
     bool abort_current;
     uint32_t queue_head, queue_count;
     struct hil_can_frame queue[HIL_CAN_QUEUE];
@@ -74,7 +75,8 @@ struct hil_can_device {
     struct hil_wire wire;
 };
 
-/* A frame of the other node; it waits for the bus and arbitrates. MR_FULL when HIL_CAN_QUEUE wait. */
+/* A frame of the other node; it waits for the bus and arbitrates. MR_FULL when HIL_CAN_QUEUE
+ * wait. */
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
 
@@ -85,8 +87,8 @@ void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 void hil_can_event(void *device, uint64_t at);
 void hil_can_other_event(void *device, uint64_t at);
 
-/* Between the bus (can.c) and the registers (can_registers.c): error and transmit status as software reads
- * them, whether a mailbox is free, and what follows from a change. */
+/* Between the bus (can.c) and the registers (can_registers.c): error and transmit status as
+ * software reads them, whether a mailbox is free, and what follows from a change. */
 uint32_t hil_can_esr(const struct hil_can *can);
 uint32_t hil_can_tsr(const struct hil_can *can);
 bool hil_can_mailbox_empty(const struct hil_can *can, unsigned mailbox);

@@ -1,5 +1,5 @@
-/* Acceptance filters of bxCAN (RM0090 32.7.4): 14 banks of CAN1, mask or list, one of 32 or two of 16
- * bits. */
+/* Acceptance filters of bxCAN (RM0090 32.7.4): 14 banks of CAN1, mask or list, one of 32 or two of
+ * 16 bits. */
 #include "hil/periph/can.h"
 
 struct best {

@@ -13,10 +13,10 @@ enum hil_can_bus {
 };
 
 struct hil_can_frame {
-    uint32_t id;       /* 11 or 29 bits */
+    uint32_t id; /* 11 or 29 bits */
     bool extended;
     bool remote;
-    uint8_t length;    /* 0..8 */
+    uint8_t length; /* 0..8 */
     uint8_t data[8];
 };
 

@@ -3,27 +3,30 @@
 #include "hil/core/refuse.h"
 #include "hil/periph/can.h"
 
-#define MCR 0x000u
-#define MSR 0x004u
-#define TSR 0x008u
-#define RF0R 0x00cu
-#define RF1R 0x010u
-#define ESR 0x018u
-#define BTR 0x01cu
-#define MAILBOXES 0x180u
-#define FIFOS 0x1b0u
-#define FMR 0x200u
-#define FA1R 0x21cu
-#define BANKS 0x240u
-#define MCR_RESET 0x8000u
-#define MSR_INAK 1u
-#define TIR_TXRQ 1u
-#define RFR_FULL 8u
-#define RFR_FOVR 16u
-#define RFR_RFOM 32u
+#define MCR        0x000u
+#define MSR        0x004u
+#define TSR        0x008u
+#define RF0R       0x00cu
+#define RF1R       0x010u
+#define ESR        0x018u
+#define BTR        0x01cu
+#define MAILBOXES  0x180u
+#define FIFOS      0x1b0u
+#define FMR        0x200u
+#define FA1R       0x21cu
+#define BANKS      0x240u
+#define MCR_RESET  0x8000u
+#define MSR_INAK   1u
+#define TIR_TXRQ   1u
+#define RFR_FULL   8u
+#define RFR_FOVR   16u
+#define RFR_RFOM   32u
 #define OTHER_NODE 3
 
-static bool is_mailbox(uint32_t offset) { return offset >= MAILBOXES && offset < FIFOS; }
+static bool is_mailbox(uint32_t offset)
+{
+    return offset >= MAILBOXES && offset < FIFOS;
+}
 
 static uint32_t *mailbox_register(struct hil_can *c, uint32_t offset)
 {
@@ -32,7 +35,8 @@ static uint32_t *mailbox_register(struct hil_can *c, uint32_t offset)
 
 static uint32_t *filter_register(struct hil_can *c, uint32_t offset)
 {
-    return offset < BANKS ? &c->filter_word[(offset - FMR) / 4u] : &c->filter[(offset - BANKS) / 8u][offset / 4u % 2u];
+    return offset < BANKS ? &c->filter_word[(offset - FMR) / 4u]
+                          : &c->filter[(offset - BANKS) / 8u][offset / 4u % 2u];
 }
 
 uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
@@ -49,15 +53,13 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
         return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
     case MSR: /* RX and SAMP: the pin, recessive between frames */
-        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != OTHER_NODE) << 8 | (uint32_t)(in_frame && c->sender == OTHER_NODE) << 9;
-    case TSR:
-        return hil_can_tsr(c);
-    case RF0R: case RF1R:
-        return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
-    case ESR:
-        return hil_can_esr(c);
-    default:
-        return c->word[offset / 4u];
+        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != OTHER_NODE) << 8 |
+               (uint32_t)(in_frame && c->sender == OTHER_NODE) << 9;
+    case TSR: return hil_can_tsr(c);
+    case RF0R:
+    case RF1R: return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
+    case ESR: return hil_can_esr(c);
+    default: return c->word[offset / 4u];
     }
 }
 
@@ -109,7 +111,9 @@ static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t v
     struct hil_can *c = dev->state;
     bool initialising = (c->fmr & 1u) != 0;
     if (offset > FMR && offset < FA1R && !initialising)
-        hil_bus_refuse(dev->core, "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
+        hil_bus_refuse(
+            dev->core,
+            "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
     if (offset >= BANKS && !initialising && (c->fa1r >> (offset - BANKS) / 8u & 1u))
         hil_bus_refuse(dev->core, "the bank of an active filter: silicon ignores it");
     *filter_register(c, offset) = value;
@@ -123,18 +127,11 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
         c->mcr = value;
         hil_can_update_mode(dev, hil_now(dev->core));
         break;
-    case MSR: /* ERRI, WKUI, SLAKI are cleared by writing 1 */
-        c->msr &= ~(value & 0x1cu);
-        break;
-    case TSR:
-        tsr_write(dev, value);
-        break;
-    case RF0R: case RF1R:
-        release_fifo(c, (offset - RF0R) / 4u, value);
-        break;
-    case ESR: /* LEC can be set by software, to see it change */
-        c->esr = value & 0x70u;
-        break;
+    case MSR: /* ERRI, WKUI, SLAKI are cleared by writing 1 */ c->msr &= ~(value & 0x1cu); break;
+    case TSR: tsr_write(dev, value); break;
+    case RF0R:
+    case RF1R: release_fifo(c, (offset - RF0R) / 4u, value); break;
+    case ESR: /* LEC can be set by software, to see it change */ c->esr = value & 0x70u; break;
     default:
         if (offset == BTR && !(c->msr & MSR_INAK))
             hil_bus_refuse(dev->core, "BTR outside initialisation: silicon ignores it");

@@ -4,8 +4,8 @@
 
 struct stream {
     struct hil_can_bits bits;
-    unsigned last;   /* level of the last bit sent */
-    unsigned run;    /* equal bits up to and including it */
+    unsigned last; /* level of the last bit sent */
+    unsigned run;  /* equal bits up to and including it */
 };
 
 static void send(struct stream *s, unsigned bit)
@@ -63,5 +63,6 @@ uint32_t hil_can_arbitration(const struct hil_can_frame *frame)
 {
     if (!frame->extended)
         return (frame->id & 0x7ffu) << 21 | (uint32_t)frame->remote << 20;
-    return (frame->id >> 18 & 0x7ffu) << 21 | 3u << 19 | (frame->id & 0x3ffffu) << 1 | frame->remote;
+    return (frame->id >> 18 & 0x7ffu) << 21 | 3u << 19 | (frame->id & 0x3ffffu) << 1 |
+           frame->remote;
 }

@@ -7,13 +7,14 @@
 #include "hil/periph/can_frame.h"
 
 /* Bits after the stuffed part: CRC delimiter, ACK slot, ACK delimiter, seven of end of frame. */
-#define HIL_CAN_TAIL_BITS 10u
+#define HIL_CAN_TAIL_BITS         10u
 #define HIL_CAN_INTERMISSION_BITS 3u
 
 struct hil_can_bits {
-    uint16_t crc;      /* CRC-15 of the frame */
-    unsigned stuff;    /* stuff bits inserted */
-    unsigned length;   /* bits from start of frame to the last bit of end of frame, stuff bits included */
+    uint16_t crc;   /* CRC-15 of the frame */
+    unsigned stuff; /* stuff bits inserted */
+    /* bits from start of frame to the last bit of end of frame, stuff bits included */
+    unsigned length;
 };
 
 struct hil_can_bits hil_can_frame_bits(const struct hil_can_frame *frame);

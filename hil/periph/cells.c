@@ -8,9 +8,11 @@ uint64_t hil_random(uint64_t *state)
     return z ^ z >> 31;
 }
 
-uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us, uint64_t *random)
+uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
+                          uint64_t *random)
 {
-    double u = (double)(hil_random(random) >> 11) * 0x1p-53; /* drawn in any case: other draws stay the same */
+    /* drawn in any case: other draws stay the same */
+    double u = (double)(hil_random(random) >> 11) * 0x1p-53;
     if (times != HIL_TIMES_SPREAD)
         return (times == HIL_TIMES_TYPICAL ? typical_us : maximum_us) * 1000000ull;
     u *= u;
@@ -19,8 +21,8 @@ uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32
     return (uint64_t)((typical_us + (maximum_us - typical_us) * u) * 1e6);
 }
 
-/* 64 independent bits, each 1 with probability permille / 1000: from the lowest of ten binary digits of the
- * probability upwards, a digit 1 is an OR with a random word, a digit 0 an AND. */
+/* 64 independent bits, each 1 with probability permille / 1000: from the lowest of ten binary
+ * digits of the probability upwards, a digit 1 is an OR with a random word, a digit 0 an AND. */
 static uint64_t biased_bits(unsigned permille, uint64_t *random)
 {
     unsigned p = permille * 1024u / 1000u;
@@ -32,7 +34,8 @@ static uint64_t biased_bits(unsigned permille, uint64_t *random)
     return bits;
 }
 
-void hil_cells_tear(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille, uint64_t *random)
+void hil_cells_tear(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+                    uint64_t *random)
 {
     uint64_t changes = 0;
     for (size_t i = 0; i < n; i++) {

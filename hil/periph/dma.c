@@ -8,22 +8,22 @@
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
 
-#define LIFCR 0x08u
-#define STREAMS 0x10u /* the first of eight */
-#define STREAM_BYTES 0x18u
-#define CR 0x00u
-#define FCR 0x14u
-#define CR_EN 1u
-#define CR_CIRC 0x100u
-#define CR_PINC 0x200u
-#define CR_MINC 0x400u
-#define FCR_DMDIS 4u
-#define FCR_RESET 0x21u
+#define LIFCR              0x08u
+#define STREAMS            0x10u /* the first of eight */
+#define STREAM_BYTES       0x18u
+#define CR                 0x00u
+#define FCR                0x14u
+#define CR_EN              1u
+#define CR_CIRC            0x100u
+#define CR_PINC            0x200u
+#define CR_MINC            0x400u
+#define FCR_DMDIS          4u
+#define FCR_RESET          0x21u
 /* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF never rise here. */
-#define FLAG_TE 8u
-#define FLAG_HT 16u
-#define FLAG_TC 32u
-#define FLAG_ALL 0x3du
+#define FLAG_TE            8u
+#define FLAG_HT            16u
+#define FLAG_TC            32u
+#define FLAG_ALL           0x3du
 #define MEMORY_ITEM_CYCLES 6u /* measured order of magnitude: two bus accesses and arbitration */
 
 static unsigned flag_shift(unsigned stream)
@@ -39,7 +39,8 @@ static uint32_t flags(const struct hil_dma *dma, unsigned stream)
 
 static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
-    static const uint8_t irq[2][8] = {{11, 12, 13, 14, 15, 16, 17, 47}, {56, 57, 58, 59, 60, 68, 69, 70}};
+    static const uint8_t irq[2][8] = {{11, 12, 13, 14, 15, 16, 17, 47},
+                                      {56, 57, 58, 59, 60, 68, 69, 70}};
     const struct hil_dma *dma = &dev->state[unit];
     uint32_t cr = dma->stream[stream].cr;
     uint32_t enabled = (cr & 2u ? 4u : 0) | (cr & 4u ? FLAG_TE : 0) | (cr & 8u ? FLAG_HT : 0);
@@ -53,10 +54,12 @@ static void raise(struct hil_dma_device *dev, unsigned unit, unsigned stream, ui
     update_irq(dev, unit, stream);
 }
 
-static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t address)
+static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned stream,
+                           uint32_t address)
 {
     dev->state[unit].stream[stream].cr &= ~CR_EN;
-    hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream, (unsigned)address);
+    hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream,
+              (unsigned)address);
     raise(dev, unit, stream, FLAG_TE);
 }
 
@@ -68,7 +71,10 @@ static uint8_t *reach(struct hil_dma_device *dev, uint32_t address, uint32_t n, 
     return hil_memory_at(dev->core, address, n, write);
 }
 
-static uint32_t item_bytes(const struct hil_dma_stream *s) { return 1u << (s->cr >> 11 & 3u); }
+static uint32_t item_bytes(const struct hil_dma_stream *s)
+{
+    return 1u << (s->cr >> 11 & 3u);
+}
 
 static void account(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t n)
 {
@@ -96,12 +102,14 @@ uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_req
 {
     const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t direction = s->cr >> 6 & 3u;
-    if (!(s->cr & CR_EN) || (s->cr >> 25 & 7u) != r->channel || direction != (r->from_memory ? 1u : 0u))
+    if (!(s->cr & CR_EN) || (s->cr >> 25 & 7u) != r->channel ||
+        direction != (r->from_memory ? 1u : 0u))
         return 0;
     if (s->par != r->peripheral) {
-        hil_core_stop(dev->core, MR_UNMODELLED,
-                       "DMA%u stream %u serves a request of the register at 0x%08x, but PAR is 0x%08x",
-                       r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
+        hil_core_stop(
+            dev->core, MR_UNMODELLED,
+            "DMA%u stream %u serves a request of the register at 0x%08x, but PAR is 0x%08x",
+            r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
         return 0;
     }
     if (r->from_memory && hil_memory_stalls(dev->core, s->m0ar))
@@ -126,8 +134,8 @@ static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_requ
     return memory;
 }
 
-void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *r, const uint16_t *values,
-                         uint32_t n)
+void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
+                         const uint16_t *values, uint32_t n)
 {
     const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t bytes = item_bytes(s);
@@ -146,7 +154,8 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
     account(dev, r->controller, r->stream, n);
 }
 
-bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *r, uint8_t *values, uint32_t n)
+bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
+                        uint8_t *values, uint32_t n)
 {
     const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t bytes = item_bytes(s);
@@ -159,7 +168,8 @@ bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request
     return true;
 }
 
-void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream, unsigned channel)
+void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream,
+                     unsigned channel)
 {
     struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
@@ -177,7 +187,8 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
 /* Memory to memory takes its time, then happens at once. */
 static void memory_start(struct hil_dma_device *dev, const struct hil_dma_stream *s)
 {
-    hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY, hil_now(dev->core) + (uint64_t)s->ndtr * MEMORY_ITEM_CYCLES);
+    hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY,
+                        hil_now(dev->core) + (uint64_t)s->ndtr * MEMORY_ITEM_CYCLES);
 }
 
 void hil_dma_memory_event(void *device, uint64_t at)
@@ -247,8 +258,8 @@ void hil_dma_reset(void *device, unsigned unit)
         hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY, HIL_NEVER);
 }
 
-/* What the emulator knows of the streams' data is as of the last event; bring it up to now before anybody
- * looks. */
+/* What the emulator knows of the streams' data is as of the last event; bring it up to now before
+ * anybody looks. */
 static void catch_up(struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
@@ -265,7 +276,8 @@ uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset)
     catch_up(dev, unit);
     if (offset < STREAMS) /* LIFCR and HIFCR are write-only */
         return offset < LIFCR ? dma->isr[offset / 4u] : 0;
-    return dma->stream[(offset - STREAMS) / STREAM_BYTES].word[(offset - STREAMS) % STREAM_BYTES / 4u];
+    return dma->stream[(offset - STREAMS) / STREAM_BYTES]
+        .word[(offset - STREAMS) % STREAM_BYTES / 4u];
 }
 
 static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
@@ -329,8 +341,8 @@ void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     else if (at == FCR)
         s->fcr = (s->fcr & 0x38u) | (value & 0x87u);
     else if (s->cr & CR_EN)
-        hil_trace(dev->core, "DMA%u stream %u is on: write to offset 0x%x ignored", unit + 1, stream,
-                  (unsigned)offset);
+        hil_trace(dev->core, "DMA%u stream %u is on: write to offset 0x%x ignored", unit + 1,
+                  stream, (unsigned)offset);
     else
         s->word[at / 4u] = value;
 }

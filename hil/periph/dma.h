@@ -1,9 +1,10 @@
-/* DMA1 and DMA2 (RM0090 10), direct mode between a peripheral and SRAM, and memory to memory on DMA2.
+/* DMA1 and DMA2 (RM0090 10), direct mode between a peripheral and SRAM, and memory to memory on
+ * DMA2.
  *
- * Peripherals that have data or room call hil_dma_write_items / hil_dma_read_items with as many items as
- * moved at that moment; half-transfer and transfer-complete flags rise then. A peripheral that moves
- * several items in one event must not step over a flag: hil_dma_until_flag says how many items there are
- * to the next. CCM is out of reach: transfer error. */
+ * Peripherals that have data or room call hil_dma_write_items / hil_dma_read_items with as many
+ * items as moved at that moment; half-transfer and transfer-complete flags rise then. A peripheral
+ * that moves several items in one event must not step over a flag: hil_dma_until_flag says how many
+ * items there are to the next. CCM is out of reach: transfer error. */
 #ifndef MATRIG_HIL_DMA_H
 #define MATRIG_HIL_DMA_H
 
@@ -33,8 +34,8 @@ struct hil_dma_request {
     bool from_memory;
 };
 
-/* A peripheral behind a controller. `catch_up`: bring what it has moved up to this cycle; `enabled`: a stream was enabled, it may
- * be the one that waited. NULL: it has no use for it. */
+/* A peripheral behind a controller. `catch_up`: bring what it has moved up to this cycle;
+ * `enabled`: a stream was enabled, it may be the one that waited. NULL: it has no use for it. */
 struct hil_dma_client {
     void *who;
     void (*catch_up)(void *who, uint64_t at);
@@ -46,7 +47,8 @@ struct hil_dma_client {
 struct hil_dma_device {
     struct hil_core *core;
     struct hil_dma *state; /* of both */
-    struct hil_dma_client client[2][HIL_DMA_CLIENTS]; /* of each controller, in the order in which they catch up */
+    /* of each controller, in the order in which they catch up */
+    struct hil_dma_client client[2][HIL_DMA_CLIENTS];
 };
 
 /* For the bus and the event queue; `device` is a struct hil_dma_device. */
@@ -58,17 +60,20 @@ void hil_dma_memory_event(void *device, uint64_t at);
 /* Flash can be read again; `device` is a struct hil_dma_device. */
 void hil_dma_flash_ready(void *device);
 
-/* Items the stream would move now without stopping or raising a flag before the last of them; 0 while it
- * does not serve this request (off, other channel or direction). A wrong PAR stops the run. */
+/* Items the stream would move now without stopping or raising a flag before the last of them; 0
+ * while it does not serve this request (off, other channel or direction). A wrong PAR stops the
+ * run. */
 uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *request);
-/* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream of
- * bytes takes the low byte. Reading returns false when the memory is out of reach: transfer error, nothing
- * moved. */
+/* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream
+ * of bytes takes the low byte. Reading returns false when the memory is out of reach: transfer
+ * error, nothing moved. */
 void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *request,
                          const uint16_t *values, uint32_t n);
-bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *request, uint8_t *values,
-                        uint32_t n);
-/* One item of a 32-bit peripheral register (capture), read through the bus with its side effects. */
-void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream, unsigned channel);
+bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *request,
+                        uint8_t *values, uint32_t n);
+/* One item of a 32-bit peripheral register (capture), read through the bus with its side
+ * effects. */
+void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream,
+                     unsigned channel);
 
 #endif

@@ -11,54 +11,59 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
-#define ACR 0x00u
-#define KEYR 0x04u
-#define OPTKEYR 0x08u
-#define SR 0x0cu
-#define CR 0x10u
-#define ACR_RESETS 0x1800u   /* ICRST, DCRST */
-#define KEY1 0x45670123u
-#define KEY2 0xcdef89abu
-#define OPTKEY1 0x08192a3bu
-#define OPTKEY2 0x4c5d6e7fu
-#define SR_EOP (1u << 0)
-#define SR_OPERR (1u << 1)
-#define SR_WRPERR (1u << 4)
-#define SR_PGAERR (1u << 5)
-#define SR_PGPERR (1u << 6)
-#define SR_PGSERR (1u << 7)
-#define SR_CLEARABLE 0xf3u
-#define SR_BSY (1u << 16)
-#define CR_PG (1u << 0)
-#define CR_SER (1u << 1)
-#define CR_MER (1u << 2)
-#define CR_STRT (1u << 16)
-#define CR_EOPIE (1u << 24)
-#define CR_ERRIE (1u << 25)
-#define CR_LOCK (1u << 31)
-#define OPTCR_LOCK (1u << 0)
-#define OPTCR_STRT (1u << 1)
-#define OPTCR_WDG_SW (1u << 5)
-#define OPTCR_BITS 0x0fffffecu
+#define ACR            0x00u
+#define KEYR           0x04u
+#define OPTKEYR        0x08u
+#define SR             0x0cu
+#define CR             0x10u
+#define ACR_RESETS     0x1800u /* ICRST, DCRST */
+#define KEY1           0x45670123u
+#define KEY2           0xcdef89abu
+#define OPTKEY1        0x08192a3bu
+#define OPTKEY2        0x4c5d6e7fu
+#define SR_EOP         (1u << 0)
+#define SR_OPERR       (1u << 1)
+#define SR_WRPERR      (1u << 4)
+#define SR_PGAERR      (1u << 5)
+#define SR_PGPERR      (1u << 6)
+#define SR_PGSERR      (1u << 7)
+#define SR_CLEARABLE   0xf3u
+#define SR_BSY         (1u << 16)
+#define CR_PG          (1u << 0)
+#define CR_SER         (1u << 1)
+#define CR_MER         (1u << 2)
+#define CR_STRT        (1u << 16)
+#define CR_EOPIE       (1u << 24)
+#define CR_ERRIE       (1u << 25)
+#define CR_LOCK        (1u << 31)
+#define OPTCR_LOCK     (1u << 0)
+#define OPTCR_STRT     (1u << 1)
+#define OPTCR_WDG_SW   (1u << 5)
+#define OPTCR_BITS     0x0fffffecu
 #define OPTIONS_ERASED 0x0fffffecu /* protection byte 0xff: level 1 */
-#define ROW_BYTES 16u
-#define NO_VPP 3u /* PSIZE x64 */
+#define ROW_BYTES      16u
+#define NO_VPP         3u /* PSIZE x64 */
 
 /* Steps of an unlocking sequence. */
 enum { STEP_LOCKED, STEP_ONE_KEY, STEP_OPEN, STEP_DEAD };
 
 static const uint32_t sector_starts[HIL_FLASH_SECTORS + 1] = {
-    0x00000, 0x04000, 0x08000, 0x0c000, 0x10000, 0x20000, 0x40000,
+    0x00000, 0x04000, 0x08000, 0x0c000, 0x10000, 0x20000,  0x40000,
     0x60000, 0x80000, 0xa0000, 0xc0000, 0xe0000, 0x100000,
 };
 
 /* DS8626, flash memory programming: typical and maximum by parallelism x8, x16, x32. */
-struct duration { uint32_t typical_us[3], maximum_us[3]; };
+struct duration {
+    uint32_t typical_us[3], maximum_us[3];
+};
 static const struct duration program_time = {{16, 16, 16}, {100, 100, 100}};
 static const struct duration erase_16k_time = {{400000, 300000, 250000}, {800000, 600000, 500000}};
-static const struct duration erase_64k_time = {{1200000, 700000, 550000}, {2400000, 1400000, 1100000}};
-static const struct duration erase_128k_time = {{2000000, 1300000, 1000000}, {4000000, 2600000, 2000000}};
-static const struct duration erase_all_time = {{16000000, 11000000, 8000000}, {32000000, 22000000, 16000000}};
+static const struct duration erase_64k_time = {{1200000, 700000, 550000},
+                                               {2400000, 1400000, 1100000}};
+static const struct duration erase_128k_time = {{2000000, 1300000, 1000000},
+                                                {4000000, 2600000, 2000000}};
+static const struct duration erase_all_time = {{16000000, 11000000, 8000000},
+                                               {32000000, 22000000, 16000000}};
 
 static unsigned sector_of(uint32_t offset)
 {
@@ -68,7 +73,10 @@ static unsigned sector_of(uint32_t offset)
     return sector;
 }
 
-uint32_t hil_flash_sector_start(unsigned sector) { return sector_starts[sector]; }
+uint32_t hil_flash_sector_start(unsigned sector)
+{
+    return sector_starts[sector];
+}
 
 static unsigned level_of(uint32_t options)
 {
@@ -97,17 +105,20 @@ static void refuse(struct hil_flash_device *dev, uint32_t error, const char *why
     struct hil_flash *flash = dev->state;
     flash->sr |= error | (error && (flash->cr & CR_ERRIE) ? SR_OPERR : 0);
     dev->core->state.counters.flash_refused++;
-    hil_trace(dev->core, "flash: %s at 0x%08x, SR 0x%x", why, (unsigned)address, (unsigned)flash->sr);
+    hil_trace(dev->core, "flash: %s at 0x%08x, SR 0x%x", why, (unsigned)address,
+              (unsigned)flash->sr);
     update_irq(dev);
 }
 
-static void begin(struct hil_flash_device *dev, enum hil_flash_operation operation, const struct duration *duration)
+static void begin(struct hil_flash_device *dev, enum hil_flash_operation operation,
+                  const struct duration *duration)
 {
     struct hil_flash *flash = dev->state;
     unsigned width = flash->cr >> 8 & 3u;
     uint64_t now_ps = hil_now_ps(dev->core);
     if (width == NO_VPP) {
-        hil_bus_refuse(dev->core, "PSIZE x64 needs an external supply on VPP, which this board does not have");
+        hil_bus_refuse(dev->core,
+                       "PSIZE x64 needs an external supply on VPP, which this board does not have");
         return;
     }
     flash->operation = operation;
@@ -143,12 +154,13 @@ static void change_cells(struct hil_flash_device *dev, unsigned permille)
         hil_cells_tear(cells, NULL, flash->size, permille, &flash->random);
         break;
     case HIL_FLASH_OPTIONS:
-        if (level_of(flash->options) == 1 && level_of(flash->value) == 0) /* back to level 0: everything goes */
-            hil_cells_tear(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille, &flash->random);
+        /* back to level 0: everything goes */
+        if (level_of(flash->options) == 1 && level_of(flash->value) == 0)
+            hil_cells_tear(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille,
+                           &flash->random);
         flash->options = permille >= 1000 ? flash->value : OPTIONS_ERASED;
         break;
-    case HIL_FLASH_IDLE:
-        return;
+    case HIL_FLASH_IDLE: return;
     }
     if (flash->operation == HIL_FLASH_PROGRAM)
         hil_cpu_forget_range(dev->core, HIL_FLASH_BASE + flash->address, flash->size);
@@ -210,7 +222,8 @@ void hil_flash_power_lost(struct hil_flash_device *dev)
     uint64_t now_ps = hil_now_ps(dev->core);
     if (!dev->core->state.bank.busy)
         return;
-    uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps : flash->end_ps - flash->begin_ps;
+    uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps
+                                              : flash->end_ps - flash->begin_ps;
     tear(dev, (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps)));
 }
 
@@ -249,7 +262,8 @@ void hil_flash_reset(struct hil_flash_device *dev)
     flash->key_step = flash->option_key_step = STEP_LOCKED;
     dev->core->state.bank.boot_rom = dev->options->boot0 && level_of(flash->options) != 2;
     if (!(flash->options & OPTCR_WDG_SW))
-        hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled option: hardware watchdog (WDG_SW is 0)");
+        hil_core_stop(dev->core, MR_UNMODELLED,
+                      "unmodelled option: hardware watchdog (WDG_SW is 0)");
     update_irq(dev);
 }
 
@@ -293,7 +307,8 @@ static void erase(struct hil_flash_device *dev)
     struct hil_flash *flash = dev->state;
     unsigned sector = flash->cr >> 3 & 15u;
     bool all = (flash->cr & CR_MER) != 0;
-    if (all == ((flash->cr & CR_SER) != 0)) { /* both: neither is performed (3.6.3); none: nothing to start */
+    if (all == ((flash->cr & CR_SER) != 0)) {
+        /* both: neither is performed (3.6.3); none: nothing to start */
         refuse(dev, 0, "STRT with not exactly one of SER and MER", HIL_FLASH_BASE);
         flash->cr &= ~CR_STRT;
         return;
@@ -304,7 +319,8 @@ static void erase(struct hil_flash_device *dev)
     }
     for (unsigned i = all ? 0 : sector; i < (all ? HIL_FLASH_SECTORS : sector + 1); i++) {
         if (is_write_protected(dev, i)) {
-            refuse(dev, SR_WRPERR, "erase of a write-protected sector", HIL_FLASH_BASE + sector_starts[i]);
+            refuse(dev, SR_WRPERR, "erase of a write-protected sector",
+                   HIL_FLASH_BASE + sector_starts[i]);
             flash->cr &= ~CR_STRT;
             return;
         }
@@ -312,7 +328,10 @@ static void erase(struct hil_flash_device *dev)
     flash->address = all ? 0 : sector_starts[sector];
     flash->size = all ? HIL_FLASH_SIZE : sector_starts[sector + 1] - sector_starts[sector];
     begin(dev, all ? HIL_FLASH_ERASE_ALL : HIL_FLASH_ERASE_SECTOR,
-          all ? &erase_all_time : sector < 4 ? &erase_16k_time : sector == 4 ? &erase_64k_time : &erase_128k_time);
+          all           ? &erase_all_time
+          : sector < 4  ? &erase_16k_time
+          : sector == 4 ? &erase_64k_time
+                        : &erase_128k_time);
 }
 
 static void cr_write(struct hil_flash_device *dev, uint32_t value)
@@ -355,8 +374,10 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
     begin(dev, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
 }
 
-/* One key of a sequence; true when the register opens. A wrong key closes it until the next reset. */
-static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first, uint32_t second)
+/* One key of a sequence; true when the register opens. A wrong key closes it until the next
+ * reset. */
+static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first,
+                   uint32_t second)
 {
     if (*step == STEP_OPEN || *step == STEP_DEAD)
         return false;
@@ -375,9 +396,10 @@ static void acr_write(struct hil_flash_device *dev, uint32_t value)
     struct hil_rcc *rcc = dev->rcc->state;
     rcc->flash_acr = value & ~ACR_RESETS;
     if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
-        hil_core_stop(dev->core, MR_HALTED, "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
-                       (unsigned)value, (unsigned)dev->core->state.clock.hclk_hz,
-                       (unsigned)hil_cpu_access_pc(dev->core, dev->core->bus.access.address, true));
+        hil_core_stop(dev->core, MR_HALTED,
+                      "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
+                      (unsigned)value, (unsigned)dev->core->state.clock.hclk_hz,
+                      (unsigned)hil_cpu_access_pc(dev->core, dev->core->bus.access.address, true));
 }
 
 uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset)
@@ -393,9 +415,7 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
     struct hil_flash *flash = dev->state;
     (void)unit;
     switch (offset) {
-    case ACR:
-        acr_write(dev, value);
-        break;
+    case ACR: acr_write(dev, value); break;
     case KEYR:
         if (unlock(dev, &flash->key_step, value, KEY1, KEY2))
             flash->cr &= ~CR_LOCK;
@@ -408,11 +428,7 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
         flash->sr &= ~(value & SR_CLEARABLE);
         update_irq(dev);
         break;
-    case CR:
-        cr_write(dev, value);
-        break;
-    default:
-        optcr_write(dev, value);
-        break;
+    case CR: cr_write(dev, value); break;
+    default: optcr_write(dev, value); break;
     }
 }

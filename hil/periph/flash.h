@@ -1,19 +1,21 @@
-/* Flash memory and its interface (RM0090 3): 1 MiB in one bank of twelve sectors (4 x 16, 1 x 64, 7 x 128 KiB), option
- * bytes, one-time area.
+/* Flash memory and its interface (RM0090 3): 1 MiB in one bank of twelve sectors (4 x 16, 1 x 64, 7
+ * x 128 KiB), option bytes, one-time area.
  *
- * Programming only turns ones into zeroes, in the width that PSIZE says; it and erasing take the time of the data
- * sheet (DS8626, flash memory programming, 2.7 to 3.6 V). Until an operation ends the bank cannot be read: code in
- * flash stands still while virtual time, peripherals and interrupts go on, code in RAM runs on and sees BSY, and a
- * DMA controller that wants data from flash waits with all its streams. On silicon a loop that sits in the
- * instruction cache also runs on; here it stands still.
+ * Programming only turns ones into zeroes, in the width that PSIZE says; it and erasing take the
+ * time of the data sheet (DS8626, flash memory programming, 2.7 to 3.6 V). Until an operation ends
+ * the bank cannot be read: code in flash stands still while virtual time, peripherals and
+ * interrupts go on, code in RAM runs on and sees BSY, and a DMA controller that wants data from
+ * flash waits with all its streams. On silicon a loop that sits in the instruction cache also runs
+ * on; here it stands still.
  *
- * Flash and option bytes keep their content through resets and power cuts. An operation that a reset or a power cut
- * ends early leaves cells half changed (hil/periph/cells.h); option bytes cut off read as erased: protection level 1, nothing
- * write-protected (RM0090 3.7.1).
+ * Flash and option bytes keep their content through resets and power cuts. An operation that a
+ * reset or a power cut ends early leaves cells half changed (hil/periph/cells.h); option bytes cut
+ * off read as erased: protection level 1, nothing write-protected (RM0090 3.7.1).
  *
- * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), the hardware watchdog option,
- * programming the one-time area, stop-mode options (there is no stop mode). The block on flash that silicon has at
- * level 1 for code in RAM after booting from system memory is not modelled: the boot ROM itself refuses. */
+ * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), the hardware
+ * watchdog option, programming the one-time area, stop-mode options (there is no stop mode). The
+ * block on flash that silicon has at level 1 for code in RAM after booting from system memory is
+ * not modelled: the boot ROM itself refuses. */
 #ifndef MATRIG_HIL_FLASH_H
 #define MATRIG_HIL_FLASH_H
 
@@ -28,8 +30,9 @@ struct hil_core;
 struct hil_options;
 struct hil_rcc_device;
 
-#define HIL_FLASH_SECTORS 12u
-#define HIL_FLASH_OPTIONS_FACTORY 0x0fffaaecu /* layout of FLASH_OPTCR: level 0, no sector protected */
+#define HIL_FLASH_SECTORS         12u
+/* layout of FLASH_OPTCR: level 0, no sector protected */
+#define HIL_FLASH_OPTIONS_FACTORY 0x0fffaaecu
 
 enum hil_flash_operation {
     HIL_FLASH_IDLE,
@@ -43,12 +46,13 @@ struct hil_flash {
     HIL_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr); /* ACR is in struct hil_rcc */
     uint8_t key_step, option_key_step; /* of the unlocking sequences; see unlock() */
     enum hil_flash_operation operation;
-    uint32_t address, value, size;     /* program: offset in flash, bytes; erase: offset and bytes */
-    uint64_t begin_ps, end_ps;         /* of the operation */
+    /* program: offset in flash, bytes; erase: offset and bytes */
+    uint32_t address, value, size;
+    uint64_t begin_ps, end_ps; /* of the operation */
     /* survive resets */
-    uint32_t options;                  /* programmed option bytes, layout of FLASH_OPTCR */
-    uint64_t operations;               /* begun since creation: words and sectors alike */
-    uint64_t cut_at;                   /* the operation that a power cut ends; 0: none */
+    uint32_t options;    /* programmed option bytes, layout of FLASH_OPTCR */
+    uint64_t operations; /* begun since creation: words and sectors alike */
+    uint64_t cut_at;     /* the operation that a power cut ends; 0: none */
     unsigned cut_permille;
     uint64_t random;
 };
@@ -66,7 +70,8 @@ struct hil_flash_device {
 void hil_flash_create(struct hil_flash_device *dev);
 /* System reset. */
 void hil_flash_reset(struct hil_flash_device *dev);
-/* For the bus, the event queue and the core (hil_bank_calls); `device` is a struct hil_flash_device. */
+/* For the bus, the event queue and the core (hil_bank_calls); `device` is a struct
+ * hil_flash_device. */
 uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset);
 void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
 void hil_flash_event(void *device, uint64_t at);
@@ -77,8 +82,8 @@ void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t val
 void hil_flash_wait(void *device);
 /* The supply went: an operation in progress stays where it is. */
 void hil_flash_power_lost(struct hil_flash_device *dev);
-/* Cut the supply in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
- * began. */
+/* Cut the supply in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of
+ * its time after it began. */
 void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permille);
 
 /* Where a sector begins in flash (12: the end). */

@@ -6,12 +6,13 @@
 #include "hil/core/registers.h"
 
 #define FIRST_PORT 0x40020000u
-#define IDR 0x10u
-#define PORT_B 1u
-#define PORT_D 3u
-#define PORT_E 4u
+#define IDR        0x10u
+#define PORT_B     1u
+#define PORT_D     3u
+#define PORT_E     4u
 
-void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at), void *who)
+void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at),
+                     void *who)
 {
     if (dev->listeners == HIL_PIN_LISTENERS)
         abort();
@@ -92,7 +93,8 @@ void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at)
         dev->listener[i].changed(dev->listener[i].who, at);
 }
 
-void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level, uint64_t at)
+void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
+                    uint64_t at)
 {
     struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t bit = (uint16_t)(1u << pin);

@@ -1,8 +1,8 @@
-/* GPIO ports A to I (RM0090 8): mode, output, input, alternate functions, and the level that a pin has in
- * the end.
+/* GPIO ports A to I (RM0090 8): mode, output, input, alternate functions, and the level that a pin
+ * has in the end.
  *
- * A pin's level: in output mode what ODR and OTYPER say; in alternate mode what the peripheral drives;
- * otherwise what is connected from outside; otherwise the pull. */
+ * A pin's level: in output mode what ODR and OTYPER say; in alternate mode what the peripheral
+ * drives; otherwise what is connected from outside; otherwise the pull. */
 #ifndef MATRIG_HIL_GPIO_H
 #define MATRIG_HIL_GPIO_H
 
@@ -14,7 +14,7 @@
 struct hil_core;
 
 #define HIL_GPIO_PORTS 9u
-#define HIL_GPIO_BSRR 0x18u
+#define HIL_GPIO_BSRR  0x18u
 
 struct hil_gpio_port {
     HIL_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
@@ -28,13 +28,15 @@ struct hil_gpio {
 
 enum hil_pin_mode { HIL_PIN_INPUT, HIL_PIN_OUTPUT, HIL_PIN_ALTERNATE, HIL_PIN_ANALOGUE };
 
-/* A peripheral on a pin as its alternate function `function`, or what is outside on it. `channel` is handed to its calls. */
+/* A peripheral on a pin as its alternate function `function`, or what is outside on it. `channel`
+ * is handed to its calls. */
 struct hil_pin {
     void *who;
     int function;
     unsigned channel;
     bool (*level)(const void *who, unsigned channel, bool *drives); /* NULL: it only listens */
-    void (*edge)(void *who, unsigned channel, bool level, uint64_t at); /* a driver outside changed the level; NULL: it does not look */
+    /* a driver outside changed the level; NULL: it does not look */
+    void (*edge)(void *who, unsigned channel, bool level, uint64_t at);
 };
 
 /* Told that a pin may have changed. */
@@ -49,16 +51,20 @@ struct hil_gpio_device {
     struct hil_core *core;
     struct hil_gpio *state;
     const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
-    const struct hil_pin *outside[HIL_GPIO_PORTS][16];   /* NULL: nothing, or what hil_gpio_drive says */
-    struct hil_pin_listener listener[HIL_PIN_LISTENERS]; /* of ports B, D and E; told in this order */
+    /* NULL: nothing, or what hil_gpio_drive says */
+    const struct hil_pin *outside[HIL_GPIO_PORTS][16];
+    /* of ports B, D and E; told in this order */
+    struct hil_pin_listener listener[HIL_PIN_LISTENERS];
     unsigned listeners;
-    struct hil_pin_listener timer_listener;              /* of the pins that TIM4 can drive */
-    void (*stored)(void *who, unsigned port);            /* the core has stored to a port; NULL: nobody looks */
+    struct hil_pin_listener timer_listener; /* of the pins that TIM4 can drive */
+    /* the core has stored to a port; NULL: nobody looks */
+    void (*stored)(void *who, unsigned port);
     void *stored_who;
 };
 
 /* Up to HIL_PIN_LISTENERS; aborts beyond. */
-void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at), void *who);
+void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at),
+                     void *who);
 /* For a peripheral whose pin rests high and whose edges are not modelled. */
 bool hil_gpio_rests_high(const void *who, unsigned channel, bool *drives);
 
@@ -69,8 +75,10 @@ enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port
 int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* A driver outside changes its level. */
-void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level, uint64_t at);
-/* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): tell those who watch. */
+void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
+                    uint64_t at);
+/* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): tell those who
+ * watch. */
 void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at);
 /* The same of the pins that TIM4 can drive. */
 void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at);

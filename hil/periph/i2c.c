@@ -7,41 +7,44 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 
-#define CR1 0x00u
-#define DR 0x10u
-#define SR1 0x14u
-#define SR2 0x18u
-#define CCR 0x1cu
-#define TRISE 0x20u
-#define CR1_PE (1u << 0)
-#define CR1_START (1u << 8)
-#define CR1_STOP (1u << 9)
-#define CR1_ACK (1u << 10)
-#define CR1_POS (1u << 11)
-#define CR1_SWRST (1u << 15)
+#define CR1               0x00u
+#define DR                0x10u
+#define SR1               0x14u
+#define SR2               0x18u
+#define CCR               0x1cu
+#define TRISE             0x20u
+#define CR1_PE            (1u << 0)
+#define CR1_START         (1u << 8)
+#define CR1_STOP          (1u << 9)
+#define CR1_ACK           (1u << 10)
+#define CR1_POS           (1u << 11)
+#define CR1_SWRST         (1u << 15)
 #define CR1_CLEARED_BY_PE (CR1_START | CR1_STOP | CR1_ACK | CR1_POS)
-#define CR2_FREQ 0x3fu
-#define CR2_ITERREN (1u << 8)
-#define CR2_ITEVTEN (1u << 9)
-#define CR2_ITBUFEN (1u << 10)
-#define SR1_SB (1u << 0)
-#define SR1_ADDR (1u << 1)
-#define SR1_BTF (1u << 2)
-#define SR1_RXNE (1u << 6)
-#define SR1_TXE (1u << 7)
-#define SR1_BERR (1u << 8)
-#define SR1_ARLO (1u << 9)
-#define SR1_AF (1u << 10)
-#define SR1_ERRORS 0xdf00u /* cleared by writing 0 */
-#define CCR_FS (1u << 15)
-#define CCR_DUTY (1u << 14)
-#define TRISE_RESET 2u
-#define PORT_B 1u
-#define SCL 6u
-#define SDA 7u
-#define BYTE_PERIODS 9u
+#define CR2_FREQ          0x3fu
+#define CR2_ITERREN       (1u << 8)
+#define CR2_ITEVTEN       (1u << 9)
+#define CR2_ITBUFEN       (1u << 10)
+#define SR1_SB            (1u << 0)
+#define SR1_ADDR          (1u << 1)
+#define SR1_BTF           (1u << 2)
+#define SR1_RXNE          (1u << 6)
+#define SR1_TXE           (1u << 7)
+#define SR1_BERR          (1u << 8)
+#define SR1_ARLO          (1u << 9)
+#define SR1_AF            (1u << 10)
+#define SR1_ERRORS        0xdf00u /* cleared by writing 0 */
+#define CCR_FS            (1u << 15)
+#define CCR_DUTY          (1u << 14)
+#define TRISE_RESET       2u
+#define PORT_B            1u
+#define SCL               6u
+#define SDA               7u
+#define BYTE_PERIODS      9u
 
-static bool waits(const struct hil_i2c *i2c, uint32_t bit) { return (i2c->cr1 & bit) != 0; }
+static bool waits(const struct hil_i2c *i2c, uint32_t bit)
+{
+    return (i2c->cr1 & bit) != 0;
+}
 
 static uint64_t period_cycles(const struct hil_i2c_device *dev)
 {
@@ -52,7 +55,8 @@ static uint64_t period_cycles(const struct hil_i2c_device *dev)
 
 static bool is_connected(const struct hil_i2c_device *dev)
 {
-    return hil_gpio_alternate(dev->gpio, PORT_B, SCL) == 4 && hil_gpio_alternate(dev->gpio, PORT_B, SDA) == 4;
+    return hil_gpio_alternate(dev->gpio, PORT_B, SCL) == 4 &&
+           hil_gpio_alternate(dev->gpio, PORT_B, SDA) == 4;
 }
 
 static void update(struct hil_i2c_device *dev)
@@ -60,12 +64,14 @@ static void update(struct hil_i2c_device *dev)
     const struct hil_i2c *i2c = dev->state;
     bool event = i2c->sr1 & (SR1_SB | SR1_ADDR | SR1_BTF);
     bool buffer = i2c->sr1 & (SR1_RXNE | SR1_TXE);
-    hil_irq_line(dev->core, HIL_IRQ_I2C1_EV, (i2c->cr2 & CR2_ITEVTEN) && (event || (buffer && (i2c->cr2 & CR2_ITBUFEN))));
+    hil_irq_line(dev->core, HIL_IRQ_I2C1_EV,
+                 (i2c->cr2 & CR2_ITEVTEN) && (event || (buffer && (i2c->cr2 & CR2_ITBUFEN))));
     hil_irq_line(dev->core, HIL_IRQ_I2C1_ER, (i2c->cr2 & CR2_ITERREN) && (i2c->sr1 & SR1_ERRORS));
     hil_event_set_cycle(dev->core, HIL_EVENT_I2C, i2c->end_cycle);
 }
 
-static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at, unsigned periods)
+static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at,
+                  unsigned periods)
 {
     struct hil_i2c *i2c = dev->state;
     i2c->phase = phase;
@@ -73,7 +79,8 @@ static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t
     i2c->end_cycle = periods ? at + periods * period_cycles(dev) : HIL_NEVER;
     if (periods == BYTE_PERIODS) { /* somebody holds the clock */
         uint64_t stretch_ps = dev->slave.stretch_ps(dev->slave.who);
-        i2c->end_cycle += (uint64_t)((double)stretch_ps * 1e-12 * (double)dev->core->state.clock.hclk_hz);
+        i2c->end_cycle +=
+            (uint64_t)((double)stretch_ps * 1e-12 * (double)dev->core->state.clock.hclk_hz);
     }
 }
 
@@ -126,11 +133,8 @@ static void take_request(struct hil_i2c_device *dev, uint64_t at)
         break;
     case HIL_I2C_SENT:
     case HIL_I2C_FULL:
-    case HIL_I2C_REFUSED:
-        (void)takes_turn(dev, at);
-        break;
-    default:
-        break;
+    case HIL_I2C_REFUSED: (void)takes_turn(dev, at); break;
+    default: break;
     }
 }
 
@@ -194,7 +198,8 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
     bool acknowledges = waits(i2c, CR1_POS) ? i2c->acknowledge : waits(i2c, CR1_ACK);
     i2c->acknowledge = waits(i2c, CR1_ACK);
     if (!acknowledges)
-        dev->slave.stop(dev->slave.who); /* it lets go of the line; what is clocked in beyond is ones */
+        /* it lets go of the line; what is clocked in beyond is ones */
+        dev->slave.stop(dev->slave.who);
     if (i2c->sr1 & SR1_RXNE) {
         i2c->shifted = byte;
         i2c->sr1 |= SR1_BTF;
@@ -228,24 +233,12 @@ void hil_i2c_event(void *device, uint64_t at)
 {
     struct hil_i2c_device *dev = device;
     switch (dev->state->phase) {
-    case HIL_I2C_STARTING:
-        end_start(dev);
-        break;
-    case HIL_I2C_ADDRESSING:
-        end_address(dev);
-        break;
-    case HIL_I2C_SENDING:
-        end_sent(dev, at);
-        break;
-    case HIL_I2C_RECEIVING:
-        end_received(dev, at);
-        break;
-    case HIL_I2C_STOPPING:
-        end_stop(dev, at);
-        break;
-    default:
-        dev->state->end_cycle = HIL_NEVER;
-        break;
+    case HIL_I2C_STARTING: end_start(dev); break;
+    case HIL_I2C_ADDRESSING: end_address(dev); break;
+    case HIL_I2C_SENDING: end_sent(dev, at); break;
+    case HIL_I2C_RECEIVING: end_received(dev, at); break;
+    case HIL_I2C_STOPPING: end_stop(dev, at); break;
+    default: dev->state->end_cycle = HIL_NEVER; break;
     }
     update(dev);
 }
@@ -260,11 +253,14 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     hil_gpio_drive(dev->gpio, PORT_B, SDA, !dev->slave.holds_sda(dev->slave.who), at);
     bool sda = hil_gpio_level(dev->gpio, PORT_B, SDA);
     bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: it rises */
-    bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING || i2c->phase == HIL_I2C_RECEIVING;
+    bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||
+                   i2c->phase == HIL_I2C_RECEIVING;
     if (condition && sda && !in_byte)
         dev->slave.stop(dev->slave.who);
     if (is_connected(dev)) {
-        if (condition && in_byte && (at - i2c->begin_cycle) % period_cycles(dev) >= period_cycles(dev) / 2) /* SCL is high */
+        /* SCL is high */
+        if (condition && in_byte &&
+            (at - i2c->begin_cycle) % period_cycles(dev) >= period_cycles(dev) / 2)
             i2c->sr1 |= SR1_BERR;
         if (!scl || !sda)
             i2c->busy = true;
@@ -277,7 +273,8 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     update(dev);
 }
 
-/* The program or the chip stops in the middle of a byte that is being read: the slave goes on holding what it sent. */
+/* The program or the chip stops in the middle of a byte that is being read: the slave goes on
+ * holding what it sent. */
 static void abandon(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
@@ -321,9 +318,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
         }
         update(dev);
         return value;
-    case SR1:
-        i2c->sr1_was_read = true;
-        return i2c->sr1;
+    case SR1: i2c->sr1_was_read = true; return i2c->sr1;
     case SR2:
         value = (i2c->master ? 1u : 0u) | (i2c->busy ? 2u : 0u) | (i2c->transmits ? 4u : 0u);
         if (i2c->phase == HIL_I2C_ADDRESSED && i2c->sr1_was_read) {
@@ -340,8 +335,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
             update(dev);
         }
         return value;
-    default:
-        return i2c->word[offset / 4u];
+    default: return i2c->word[offset / 4u];
     }
 }
 
@@ -364,7 +358,8 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
         return;
     }
     if (waits(i2c, CR1_START | CR1_STOP) && value != i2c->cr1)
-        hil_bus_refuse(dev->core, "CR1 is written while START or STOP waits for the hardware to clear it");
+        hil_bus_refuse(dev->core,
+                       "CR1 is written while START or STOP waits for the hardware to clear it");
     if (!(value & CR1_PE) && i2c->master)
         hil_bus_refuse(dev->core, "PE is cleared before the end of the communication");
     const char *wrong = value & CR1_PE ? wrong_settings(dev) : NULL;
@@ -408,15 +403,9 @@ void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (waits(i2c, CR1_SWRST) && offset != CR1)
         return; /* held in reset */
     switch (offset) {
-    case CR1:
-        cr1_write(dev, value);
-        break;
-    case DR:
-        dr_write(dev, value);
-        break;
-    case SR1: /* flags of errors are cleared by 0 */
-        i2c->sr1 &= value | ~SR1_ERRORS;
-        break;
+    case CR1: cr1_write(dev, value); break;
+    case DR: dr_write(dev, value); break;
+    case SR1: /* flags of errors are cleared by 0 */ i2c->sr1 &= value | ~SR1_ERRORS; break;
     default:
         if ((offset == CCR || offset == TRISE) && waits(i2c, CR1_PE))
             hil_bus_refuse(dev->core, "CCR and TRISE can be written only while PE is 0");

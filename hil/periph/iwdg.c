@@ -7,13 +7,13 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
-#define KR 0x00u
-#define PR 0x04u
-#define SR 0x0cu
-#define KEY_RELOAD 0xaaaau
-#define KEY_UNLOCK 0x5555u
-#define KEY_START 0xccccu
-#define CSR_IWDGRSTF (1u << 29)
+#define KR                0x00u
+#define PR                0x04u
+#define SR                0x0cu
+#define KEY_RELOAD        0xaaaau
+#define KEY_UNLOCK        0x5555u
+#define KEY_START         0xccccu
+#define CSR_IWDGRSTF      (1u << 29)
 #define UPDATE_LSI_CYCLES 5u
 
 void hil_iwdg_reset(struct hil_iwdg_device *dev)
@@ -53,7 +53,8 @@ static bool may_change(struct hil_iwdg_device *dev, bool updating)
     if (!dev->state->unlocked)
         hil_bus_refuse(dev->core, "the register is locked: silicon ignores the write");
     else if (updating)
-        hil_bus_refuse(dev->core, "a value is still on its way (PVU, RVU): silicon ignores the write");
+        hil_bus_refuse(dev->core,
+                       "a value is still on its way (PVU, RVU): silicon ignores the write");
     return dev->state->unlocked && !updating;
 }
 

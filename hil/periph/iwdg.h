@@ -14,7 +14,8 @@ struct hil_rcc_device;
 struct hil_iwdg {
     HIL_WORDS(word, kr, pr, rlr);
     bool unlocked, running;
-    uint64_t until_ps[2]; /* SR.PVU and SR.RVU: a value written to PR or RLR takes up to five LSI cycles to arrive */
+    /* SR.PVU and SR.RVU: a value written to PR or RLR takes up to five LSI cycles to arrive */
+    uint64_t until_ps[2];
 };
 
 struct hil_iwdg_device {

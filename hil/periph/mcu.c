@@ -8,7 +8,7 @@
 #include "hil/core/refuse.h"
 #include "hil/periph/options.h"
 
-#define ALWAYS HIL_RCC_BUSES
+#define ALWAYS  HIL_RCC_BUSES
 #define ANY_ADC 0x700u
 
 /* Boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
@@ -24,8 +24,11 @@ static const struct part {
     uint8_t bit;
     bool narrow;
 } parts[] = {
-#define PART(base, name, unit, device, access, reset, bus, bit, narrow) \
-    {base, name, unit, offsetof(struct hil_mcu, device), access##_read, access##_write, reset, bus, bit, narrow}
+#define PART(base, name, unit, device, access, reset, bus, bit, narrow)                           \
+    {                                                                                             \
+        base, name, unit, offsetof(struct hil_mcu, device), access##_read, access##_write, reset, \
+            bus, bit, narrow                                                                      \
+    }
     PART(0x40000000u, "TIM2", 0, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 0, false),
     PART(0x40000800u, "TIM4", 1, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 2, false),
     PART(0x40003000u, "IWDG", 0, iwdg, hil_iwdg, NULL, ALWAYS, 0, false),
@@ -69,19 +72,15 @@ static uint32_t read_system_memory(void *device, uint32_t address)
     switch (address & ~3u) {
     case 0x1fff77dcu: /* boot loader identification is the byte at ...de (AN2606) */
         return HIL_ROM_VERSION << 16 | 0xff00ffffu;
-    case 0x1fff7a10u:
-        return mcu->options->uid[0];
-    case 0x1fff7a14u:
-        return mcu->options->uid[1];
-    case 0x1fff7a18u:
-        return mcu->options->uid[2];
+    case 0x1fff7a10u: return mcu->options->uid[0];
+    case 0x1fff7a14u: return mcu->options->uid[1];
+    case 0x1fff7a18u: return mcu->options->uid[2];
     case 0x1fff7a20u: /* flash size in KiB is the upper half: address ...22 */
         return (HIL_FLASH_SIZE / 1024u) << 16 | 0xffffu;
     case 0x1fffc000u:
     case 0x1fffc004u:
     case 0x1fffc008u:
-    case 0x1fffc00cu:
-        return hil_flash_option_word(&mcu->flash, (address & 0xcu) / 4u);
+    case 0x1fffc00cu: return hil_flash_option_word(&mcu->flash, (address & 0xcu) / 4u);
     default:
         if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: factory new */
             return 0xffffffffu;
@@ -95,13 +94,20 @@ static void attach_to_bus(struct hil_mcu *mcu)
         const struct part *part = &parts[i];
         void *device = (char *)mcu + part->device;
         struct hil_peripheral peripheral = {
-            .base = part->base, .name = part->name, .unit = part->unit, .read = part->read, .write = part->write,
-            .narrow = part->narrow, .rest = part->write == hil_gpio_write ? hil_gpio_rest : NULL, .device = device,
+            .base = part->base,
+            .name = part->name,
+            .unit = part->unit,
+            .read = part->read,
+            .write = part->write,
+            .narrow = part->narrow,
+            .rest = part->write == hil_gpio_write ? hil_gpio_rest : NULL,
+            .device = device,
         };
         if (part->bus != ALWAYS) {
             peripheral.clocks = hil_rcc_clocks(&mcu->rcc, part->bus);
             peripheral.clock_mask = device == &mcu->adc ? ANY_ADC : 1u << part->bit;
-            mcu->rcc.line[part->bus][part->bit] = (struct hil_reset_line){part->reset, device, part->unit};
+            mcu->rcc.line[part->bus][part->bit] = (struct hil_reset_line){part->reset, device,
+                                                                          part->unit};
         }
         hil_bus_attach(mcu->core, &peripheral);
     }
@@ -137,18 +143,27 @@ static void attach_to_events(struct hil_mcu *mcu)
         hil_event_wire(mcu->core, wires[i].slot, wires[i].handler, wires[i].device);
 }
 
-static void catch_up_adc(void *who, uint64_t at) { hil_adc_catch_up(who, at); }
+static void catch_up_adc(void *who, uint64_t at)
+{
+    hil_adc_catch_up(who, at);
+}
 
-/* Alternate functions (data sheet table 9) of the pins whose levels are modelled, and who listens to pins. */
+/* Alternate functions (data sheet table 9) of the pins whose levels are modelled, and who listens
+ * to pins. */
 static void attach_to_pins(struct hil_mcu *mcu)
 {
     struct hil_gpio_device *gpio = &mcu->gpio;
-    mcu->pin[0] = (struct hil_pin){&mcu->tim, 2, 0, hil_tim4_output, NULL};      /* PD12, TIM4_CH1 */
-    mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};      /* PD13, TIM4_CH2 */
-    mcu->pin[2] = (struct hil_pin){NULL, 7, 0, hil_gpio_rests_high, NULL};       /* PA9, USART1_TX */
-    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_rests_high, NULL};       /* PD1, CAN1_TX: recessive */
-    mcu->pin[4] = (struct hil_pin){&mcu->tim, 1, 0, NULL, hil_tim2_input_edge};  /* PA15, TIM2_CH1 */
-    mcu->pin[5] = (struct hil_pin){&mcu->tim, 1, 1, NULL, hil_tim2_input_edge};  /* PB3, TIM2_CH2 */
+    /* PD12, TIM4_CH1 */
+    mcu->pin[0] = (struct hil_pin){&mcu->tim, 2, 0, hil_tim4_output, NULL};
+    /* PD13, TIM4_CH2 */
+    mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};
+    /* PA9, USART1_TX */
+    mcu->pin[2] = (struct hil_pin){NULL, 7, 0, hil_gpio_rests_high, NULL};
+    /* PD1, CAN1_TX: recessive */
+    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_rests_high, NULL};
+    /* PA15, TIM2_CH1 */
+    mcu->pin[4] = (struct hil_pin){&mcu->tim, 1, 0, NULL, hil_tim2_input_edge};
+    mcu->pin[5] = (struct hil_pin){&mcu->tim, 1, 1, NULL, hil_tim2_input_edge}; /* PB3, TIM2_CH2 */
     gpio->alternate[3][12] = &mcu->pin[0];
     gpio->alternate[3][13] = &mcu->pin[1];
     gpio->alternate[0][9] = &mcu->pin[2];
@@ -164,12 +179,15 @@ static void attach_to_pins(struct hil_mcu *mcu)
 /* Streams of DMA1 serve SPI2, those of DMA2 the converters and USART1 (RM0090 tables 42, 43). */
 static void attach_to_dma(struct hil_mcu *mcu)
 {
-    mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_catch_up, hil_spi_dma_enabled};
+    mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_catch_up,
+                                                    hil_spi_dma_enabled};
     mcu->dma.client[1][0] = (struct hil_dma_client){&mcu->adc, catch_up_adc, NULL};
-    mcu->dma.client[1][1] = (struct hil_dma_client){&mcu->usart, hil_usart_catch_up, hil_usart_dma_enabled};
+    mcu->dma.client[1][1] = (struct hil_dma_client){&mcu->usart, hil_usart_catch_up,
+                                                    hil_usart_dma_enabled};
 }
 
-void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options, struct hil_mcu_state *state)
+void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
+                    struct hil_mcu_state *state)
 {
     struct hil_rcc_device *rcc = &mcu->rcc;
     struct hil_dma_device *dma = &mcu->dma;
@@ -179,12 +197,16 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     rcc->state = &state->rcc;
     dma->state = state->dma;
     gpio->state = &state->gpio;
-    mcu->flash.core = mcu->iwdg.core = mcu->tim.core = mcu->adc.core = mcu->usart.core = mcu->spi.core = core;
+    mcu->flash.core = mcu->iwdg.core = mcu->tim.core = mcu->adc.core = mcu->usart.core =
+        mcu->spi.core = core;
     mcu->i2c.core = mcu->can.core = core;
-    mcu->flash.options = mcu->iwdg.options = mcu->adc.options = mcu->usart.options = mcu->can.options = options;
-    mcu->flash.rcc = mcu->iwdg.rcc = mcu->tim.rcc = mcu->adc.rcc = mcu->usart.rcc = mcu->spi.rcc = rcc;
+    mcu->flash.options = mcu->iwdg.options = mcu->adc.options = mcu->usart.options =
+        mcu->can.options = options;
+    mcu->flash.rcc = mcu->iwdg.rcc = mcu->tim.rcc = mcu->adc.rcc = mcu->usart.rcc = mcu->spi.rcc =
+        rcc;
     mcu->i2c.rcc = mcu->can.rcc = rcc;
-    mcu->tim.gpio = mcu->adc.gpio = mcu->usart.gpio = mcu->spi.gpio = mcu->i2c.gpio = mcu->can.gpio = gpio;
+    mcu->tim.gpio = mcu->adc.gpio = mcu->usart.gpio = mcu->spi.gpio = mcu->i2c.gpio =
+        mcu->can.gpio = gpio;
     mcu->tim.dma = mcu->adc.dma = mcu->usart.dma = mcu->spi.dma = dma;
     mcu->tim.adc = &mcu->adc;
     mcu->flash.state = &state->flash;

@@ -1,8 +1,10 @@
-/* The microcontroller: the peripherals of an STM32F407 around the core, where each is on the bus, and how the chip joins them:
- * clocks and reset lines, requests of DMA, triggers, alternate functions of pins.
+/* The microcontroller: the peripherals of an STM32F407 around the core, where each is on the bus,
+ * and how the chip joins them: clocks and reset lines, requests of DMA, triggers, alternate
+ * functions of pins.
  *
- * Whoever builds a board sets the core's, the options' and the state's places, and connects what is outside: the wires of CAN and
- * USART, the slaves of SPI and I2C, the analogue source, the flash's calls. */
+ * Whoever builds a board sets the core's, the options' and the state's places, and connects what is
+ * outside: the wires of CAN and USART, the slaves of SPI and I2C, the analogue source, the flash's
+ * calls. */
 #ifndef MATRIG_HIL_MCU_H
 #define MATRIG_HIL_MCU_H
 
@@ -55,9 +57,12 @@ struct hil_mcu {
     struct hil_pin line_in;
 };
 
-/* Join the parts. `mcu` is zero and outlived by the others. Pins are told after those that listened before. */
-void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options, struct hil_mcu_state *state);
-/* What a reset line of the chip reaches, the core apart. `csr_flags` are the flags that RCC_CSR will show. */
+/* Join the parts. `mcu` is zero and outlived by the others. Pins are told after those that listened
+ * before. */
+void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
+                    struct hil_mcu_state *state);
+/* What a reset line of the chip reaches, the core apart. `csr_flags` are the flags that RCC_CSR
+ * will show. */
 void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags);
 /* Is there a peripheral at this base address? */
 bool hil_mcu_has(uint32_t base);

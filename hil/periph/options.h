@@ -1,4 +1,5 @@
-/* What is chosen when a board is made: its oscillators and identity, the other ends of its links, what is fitted to it. */
+/* What is chosen when a board is made: its oscillators and identity, the other ends of its links,
+ * what is fitted to it. */
 #ifndef MATRIG_HIL_OPTIONS_H
 #define MATRIG_HIL_OPTIONS_H
 
@@ -11,27 +12,30 @@
 #include "hil/periph/serial_line.h"
 
 struct hil_options {
-    uint64_t seed;           /* of converter noise */
-    uint32_t hse_hz;         /* crystal; 0: it never starts */
-    int32_t hsi_error_ppm;   /* of the internal 16 MHz oscillator */
-    uint32_t lsi_hz;         /* 17000..47000, watchdog clock */
-    uint32_t host_baud;      /* rate of the serial line's other end */
+    uint64_t seed;               /* of converter noise */
+    uint32_t hse_hz;             /* crystal; 0: it never starts */
+    int32_t hsi_error_ppm;       /* of the internal 16 MHz oscillator */
+    uint32_t lsi_hz;             /* 17000..47000, watchdog clock */
+    uint32_t host_baud;          /* rate of the serial line's other end */
     enum hil_parity host_parity; /* and its parity; not used where it follows the board's own */
     bool host_parity_follows;
     enum hil_can_bus can_bus;
-    double camera_hz;        /* frames a second of the film camera; 0: there is none (hil/rig/camera.h) */
+    /* frames a second of the film camera; 0: there is none (hil/rig/camera.h) */
+    double camera_hz;
     uint64_t camera_delay_ps;  /* from its trigger to the first frame */
     uint64_t camera_jitter_ps; /* of each frame, either way, evenly distributed */
-    bool adc_noise;          /* false: codes are exact, for tests */
-    uint32_t uid[3];         /* unique device identifier */
-    bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
-    double temperature_c;    /* of the mat at power on; NaN: no thermometer is fitted */
+    bool adc_noise;            /* false: codes are exact, for tests */
+    uint32_t uid[3];           /* unique device identifier */
+    bool boot0;                /* level of the BOOT0 pin at reset: high starts the boot ROM */
+    double temperature_c;      /* of the mat at power on; NaN: no thermometer is fitted */
     double temperature_c_per_h;
     enum hil_cell_times cell_times; /* how long flash and NOR operations take */
-    bool watch_alignment;    /* fault on multiple and double transfers that are not aligned to words; two to three times
-                                slower, since every instruction is looked at */
-    FILE *trace;             /* NULL, or where exceptions and unusual events are told */
-    FILE *log;               /* NULL, or where injected faults are told, a line each (hil/rig/faults.h) */
+    /* fault on multiple and double transfers that are not aligned to words; two to three times
+     * slower, since every instruction is looked at */
+    bool watch_alignment;
+    FILE *trace; /* NULL, or where exceptions and unusual events are told */
+    /* NULL, or where injected faults are told, a line each (hil/rig/faults.h) */
+    FILE *log;
 };
 
 /* Defaults: 8 MHz crystal, exact HSI, 32 kHz LSI, 2 Mbaud, bus connected, noise on, seed 1. */

@@ -10,34 +10,34 @@
 #include "hil/periph/options.h"
 
 #define HSE_START_PS (2ull * HIL_MS_PS)
-#define PLL_LOCK_PS (200ull * HIL_US_PS)
+#define PLL_LOCK_PS  (200ull * HIL_US_PS)
 #define LSI_START_PS (40ull * HIL_US_PS)
-#define HSI_HZ 16000000u
+#define HSI_HZ       16000000u
 
-#define BASE 0x40023800u
-#define CR 0x00u
-#define PLLCFGR 0x04u
-#define CFGR 0x08u
-#define CIR 0x0cu
-#define AHB1RSTR 0x10u
-#define APB1RSTR 0x20u
-#define APB2RSTR 0x24u
-#define CSR 0x74u
-#define CR_HSION (1u << 0)
-#define CR_HSIRDY (1u << 1)
-#define CR_HSEON (1u << 16)
-#define CR_HSERDY (1u << 17)
-#define CR_CSSON (1u << 19)
-#define CIR_CSSF 0x80u
-#define CR_PLLON (1u << 24)
-#define CR_PLLRDY (1u << 25)
-#define CR_WRITABLE 0x010d00f9u
+#define BASE            0x40023800u
+#define CR              0x00u
+#define PLLCFGR         0x04u
+#define CFGR            0x08u
+#define CIR             0x0cu
+#define AHB1RSTR        0x10u
+#define APB1RSTR        0x20u
+#define APB2RSTR        0x24u
+#define CSR             0x74u
+#define CR_HSION        (1u << 0)
+#define CR_HSIRDY       (1u << 1)
+#define CR_HSEON        (1u << 16)
+#define CR_HSERDY       (1u << 17)
+#define CR_CSSON        (1u << 19)
+#define CIR_CSSF        0x80u
+#define CR_PLLON        (1u << 24)
+#define CR_PLLRDY       (1u << 25)
+#define CR_WRITABLE     0x010d00f9u
 #define PLLCFGR_SRC_HSE (1u << 22)
-#define CFGR_SWS 0x0000000cu
-#define CSR_LSION 1u
-#define CSR_LSIRDY 2u
-#define CSR_RMVF (1u << 24)
-#define CSR_FLAGS 0xfe000000u
+#define CFGR_SWS        0x0000000cu
+#define CSR_LSION       1u
+#define CSR_LSIRDY      2u
+#define CSR_RMVF        (1u << 24)
+#define CSR_FLAGS       0xfe000000u
 
 enum { SOURCE_HSI, SOURCE_HSE, SOURCE_PLL };
 enum { READY_LSI = 0, READY_HSI = 2, READY_HSE = 3, READY_PLL = 4 }; /* bits of RCC_CIR */
@@ -54,13 +54,16 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
     hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
-    hil_hclk_change(dev->core, (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
+    hil_hclk_change(dev->core,
+                    (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
 }
 
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
     const struct hil_rcc *rcc = dev->state;
-    return bus == HIL_RCC_AHB1 ? &rcc->ahb1enr : bus == HIL_RCC_APB1 ? &rcc->apb1enr : &rcc->apb2enr;
+    return bus == HIL_RCC_AHB1 ? &rcc->ahb1enr
+         : bus == HIL_RCC_APB1 ? &rcc->apb1enr
+                               : &rcc->apb2enr;
 }
 
 bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit)
@@ -68,7 +71,10 @@ bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, uns
     return (*hil_rcc_clocks(dev, bus) >> bit & 1u) != 0;
 }
 
-static uint32_t apb_divider(uint32_t ppre) { return (ppre & 4u) ? 2u << (ppre & 3u) : 1u; }
+static uint32_t apb_divider(uint32_t ppre)
+{
+    return (ppre & 4u) ? 2u << (ppre & 3u) : 1u;
+}
 
 uint32_t hil_rcc_apb1_divider(const struct hil_rcc_device *dev)
 {
@@ -94,10 +100,10 @@ static uint32_t hpre_divider(uint32_t hpre)
 
 static void halt(struct hil_rcc_device *dev, const char *what)
 {
-    hil_core_stop(dev->core, MR_HALTED,
-                   "clock setting silicon would not run at: %s (RCC_CR 0x%08x, PLLCFGR 0x%08x, CFGR 0x%08x)",
-                   what, (unsigned)dev->state->cr, (unsigned)dev->state->pllcfgr,
-                   (unsigned)dev->state->cfgr);
+    hil_core_stop(
+        dev->core, MR_HALTED,
+        "clock setting silicon would not run at: %s (RCC_CR 0x%08x, PLLCFGR 0x%08x, CFGR 0x%08x)",
+        what, (unsigned)dev->state->cr, (unsigned)dev->state->pllcfgr, (unsigned)dev->state->cfgr);
 }
 
 /* Output of the PLL for a source frequency; halts when a limit of the data sheet is broken. */
@@ -117,7 +123,8 @@ static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     return (uint32_t)(vco / p);
 }
 
-/* Frequency of HCLK, true and nominal (without the error of the HSI), as CR, PLLCFGR and CFGR.SWS say. */
+/* Frequency of HCLK, true and nominal (without the error of the HSI), as CR, PLLCFGR and CFGR.SWS
+ * say. */
 static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
 {
     struct hil_rcc *rcc = dev->state;
@@ -125,14 +132,11 @@ static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
     uint32_t hsi = (uint32_t)(HSI_HZ + error);
     uint32_t hz = hsi;
     switch (rcc->cfgr >> 2 & 3u) {
-    case SOURCE_HSE:
-        hz = dev->options->hse_hz;
-        break;
+    case SOURCE_HSE: hz = dev->options->hse_hz; break;
     case SOURCE_PLL:
         hz = pll_hz(dev, (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? dev->options->hse_hz : hsi);
         break;
-    default:
-        break;
+    default: break;
     }
     return hz / hpre_divider(rcc->cfgr >> 4 & 15u);
 }
@@ -276,7 +280,8 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
         hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     }
     if (rising & CR_PLLON) {
-        bool fed = (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? (rcc->cr & CR_HSERDY) != 0 : (rcc->cr & CR_HSIRDY) != 0;
+        bool fed = (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? (rcc->cr & CR_HSERDY) != 0
+                                                    : (rcc->cr & CR_HSIRDY) != 0;
         if (fed)
             hil_event_set_ps(dev->core, HIL_EVENT_PLL, now_ps + PLL_LOCK_PS);
     }
@@ -330,28 +335,18 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_rcc *rcc = dev->state;
     (void)unit;
     switch (offset) {
-    case CR:
-        cr_write(dev, value);
-        break;
+    case CR: cr_write(dev, value); break;
     case CFGR:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
         switch_source(dev);
         break;
-    case CIR:
-        cir_write(dev, value);
-        break;
+    case CIR: cir_write(dev, value); break;
     case AHB1RSTR: /* a reset is over as soon as it is given */
         reset_lines(dev, HIL_RCC_AHB1, value);
         break;
-    case APB1RSTR:
-        reset_lines(dev, HIL_RCC_APB1, value);
-        break;
-    case APB2RSTR:
-        reset_lines(dev, HIL_RCC_APB2, value);
-        break;
-    case CSR:
-        csr_write(dev, value);
-        break;
+    case APB1RSTR: reset_lines(dev, HIL_RCC_APB1, value); break;
+    case APB2RSTR: reset_lines(dev, HIL_RCC_APB2, value); break;
+    case CSR: csr_write(dev, value); break;
     default:
         if (offset == PLLCFGR && (rcc->cr & CR_PLLON))
             hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: silicon ignores it");

@@ -1,8 +1,9 @@
-/* Reset and clock control with power control (RM0090 7, 5.4); the flash interface is in hil/periph/flash.h.
+/* Reset and clock control with power control (RM0090 7, 5.4); the flash interface is in
+ * hil/periph/flash.h.
  *
- * Oscillators take their time: HSE 2 ms, PLL 200 us, LSI 40 us. Settings that silicon would not survive
- * (PLL out of range, bus too fast, too few flash wait states, voltage scale too low) halt the run with a
- * message. */
+ * Oscillators take their time: HSE 2 ms, PLL 200 us, LSI 40 us. Settings that silicon would not
+ * survive (PLL out of range, bus too fast, too few flash wait states, voltage scale too low) halt
+ * the run with a message. */
 #ifndef MATRIG_HIL_RCC_H
 #define MATRIG_HIL_RCC_H
 
@@ -17,8 +18,8 @@ struct hil_options;
 enum hil_rcc_bus { HIL_RCC_AHB1, HIL_RCC_APB1, HIL_RCC_APB2, HIL_RCC_BUSES };
 
 struct hil_rcc {
-    HIL_WORDS(word, cr, pllcfgr, cfgr, cir, rstr[8], ahb1enr, ahb2enr, ahb3enr, at_3c, apb1enr, apb2enr, at_48[2], lpenr[6], at_68[3], csr,
-              at_78[2], sscgr);
+    HIL_WORDS(word, cr, pllcfgr, cfgr, cir, rstr[8], ahb1enr, ahb2enr, ahb3enr, at_3c, apb1enr,
+              apb2enr, at_48[2], lpenr[6], at_68[3], csr, at_78[2], sscgr);
     uint32_t flash_acr;
     uint32_t pwr_cr;
     uint64_t scale_ready_cycle; /* PWR_CSR.VOSRDY */

@@ -16,12 +16,15 @@ static bool level_at(uint64_t levels, unsigned bits, double bit_ps, double t_ps)
 }
 
 unsigned hil_serial_hear(uint8_t byte, int follower, const struct hil_serial_format *sender,
-                         const struct hil_serial_format *receiver, struct hil_heard_byte heard[HIL_HEARD_MAX])
+                         const struct hil_serial_format *receiver,
+                         struct hil_heard_byte heard[HIL_HEARD_MAX])
 {
-    unsigned bits = hil_frame_bits(sender->parity), data_bits = hil_frame_bits(receiver->parity) - 2u;
+    unsigned bits = hil_frame_bits(sender->parity),
+             data_bits = hil_frame_bits(receiver->parity) - 2u;
     double end_ps = bits * sender->bit_ps, t_ps = 0.0; /* t: begin of a start bit */
     unsigned count = 0;
-    uint64_t after = follower < 0 ? UINT64_MAX : hil_frame_levels((uint8_t)follower, sender->parity);
+    uint64_t after = follower < 0 ? UINT64_MAX
+                                  : hil_frame_levels((uint8_t)follower, sender->parity);
     uint64_t levels = hil_frame_levels(byte, sender->parity) | after << bits;
     while (t_ps < end_ps && count < HIL_HEARD_MAX) {
         uint32_t sampled = 0;
@@ -33,8 +36,8 @@ unsigned hil_serial_hear(uint8_t byte, int follower, const struct hil_serial_for
         h->value = (uint8_t)sampled;
         h->parity_bit = data_bits == 9 && (sampled >> 8 & 1u);
         h->framing_error = !(sampled >> data_bits & 1u);
-        h->parity_error = data_bits == 9
-                          && h->parity_bit != (hil_frame_levels(h->value, receiver->parity) >> 9 & 1u);
+        h->parity_error = data_bits == 9 &&
+                          h->parity_bit != (hil_frame_levels(h->value, receiver->parity) >> 9 & 1u);
         /* from the middle of the stop bit, the next fall of the line */
         t_ps += (data_bits + 1.5) * receiver->bit_ps;
         unsigned at = t_ps < end_ps ? (unsigned)(t_ps / sender->bit_ps) : bits;

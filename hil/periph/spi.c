@@ -8,30 +8,30 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 
-#define CR1 0x00u
-#define SR 0x08u
-#define DR 0x0cu
-#define CR1_CPHA (1u << 0)
-#define CR1_CPOL (1u << 1)
-#define CR1_MSTR (1u << 2)
-#define CR1_SPE (1u << 6)
-#define CR1_LSBFIRST (1u << 7)
-#define CR1_SSI (1u << 8)
-#define CR1_SSM (1u << 9)
-#define CR1_FIXED (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | CR1_LSBFIRST | 0x38u)
-#define CR2_RXDMAEN (1u << 0)
-#define CR2_TXDMAEN (1u << 1)
-#define CR2_ERRIE (1u << 5)
-#define CR2_RXNEIE (1u << 6)
-#define CR2_TXEIE (1u << 7)
-#define SR_RXNE (1u << 0)
-#define SR_TXE (1u << 1)
-#define SR_MODF (1u << 5)
-#define SR_OVR (1u << 6)
-#define SR_BSY (1u << 7)
+#define CR1           0x00u
+#define SR            0x08u
+#define DR            0x0cu
+#define CR1_CPHA      (1u << 0)
+#define CR1_CPOL      (1u << 1)
+#define CR1_MSTR      (1u << 2)
+#define CR1_SPE       (1u << 6)
+#define CR1_LSBFIRST  (1u << 7)
+#define CR1_SSI       (1u << 8)
+#define CR1_SSM       (1u << 9)
+#define CR1_FIXED     (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | CR1_LSBFIRST | 0x38u)
+#define CR2_RXDMAEN   (1u << 0)
+#define CR2_TXDMAEN   (1u << 1)
+#define CR2_ERRIE     (1u << 5)
+#define CR2_RXNEIE    (1u << 6)
+#define CR2_TXEIE     (1u << 7)
+#define SR_RXNE       (1u << 0)
+#define SR_TXE        (1u << 1)
+#define SR_MODF       (1u << 5)
+#define SR_OVR        (1u << 6)
+#define SR_BSY        (1u << 7)
 #define DATA_REGISTER 0x4000380cu
-#define PORT_B 1u
-#define GROUP 64u /* bytes that one event may move under DMA */
+#define PORT_B        1u
+#define GROUP         64u /* bytes that one event may move under DMA */
 
 /* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
@@ -57,8 +57,9 @@ static void update_irq(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
     uint32_t sr = flags(spi);
-    bool line = ((spi->cr2 & CR2_RXNEIE) && (sr & SR_RXNE)) || ((spi->cr2 & CR2_TXEIE) && (sr & SR_TXE))
-                || ((spi->cr2 & CR2_ERRIE) && (sr & (SR_OVR | SR_MODF)));
+    bool line = ((spi->cr2 & CR2_RXNEIE) && (sr & SR_RXNE)) ||
+                ((spi->cr2 & CR2_TXEIE) && (sr & SR_TXE)) ||
+                ((spi->cr2 & CR2_ERRIE) && (sr & (SR_OVR | SR_MODF)));
     hil_irq_line(dev->core, HIL_IRQ_SPI2, line);
 }
 
@@ -98,7 +99,8 @@ static uint8_t exchange(struct hil_spi_device *dev, uint8_t out, uint64_t at)
 static void refill(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
-    if (is_on(spi) && !spi->holding && (spi->cr2 & CR2_TXDMAEN) && hil_dma_until_flag(dev->dma, &send_request))
+    if (is_on(spi) && !spi->holding && (spi->cr2 & CR2_TXDMAEN) &&
+        hil_dma_until_flag(dev->dma, &send_request))
         spi->holding = hil_dma_read_items(dev->dma, &send_request, &spi->held, 1);
 }
 
@@ -137,14 +139,16 @@ static void begin(struct hil_spi_device *dev, uint64_t at)
     refill(dev);
 }
 
-/* The next event is the end of the byte after which anybody can notice something: a flag of a stream, an interrupt. */
+/* The next event is the end of the byte after which anybody can notice something: a flag of a
+ * stream, an interrupt. */
 static void schedule(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
     uint64_t next = HIL_NEVER;
     if (spi->shifting) {
         uint32_t n = 1;
-        if (spi->holding && (spi->cr2 & CR2_TXDMAEN) && !(spi->cr2 & (CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE))) {
+        if (spi->holding && (spi->cr2 & CR2_TXDMAEN) &&
+            !(spi->cr2 & (CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE))) {
             n = hil_dma_until_flag(dev->dma, &send_request);
             if (n > GROUP)
                 n = GROUP;
@@ -175,7 +179,10 @@ void hil_spi_catch_up(void *device, uint64_t at)
     schedule(dev);
 }
 
-void hil_spi_event(void *device, uint64_t at) { hil_spi_catch_up(device, at); }
+void hil_spi_event(void *device, uint64_t at)
+{
+    hil_spi_catch_up(device, at);
+}
 
 void hil_spi_dma_enabled(void *device)
 {
@@ -245,7 +252,8 @@ static void cr1_write(struct hil_spi_device *dev, uint32_t value)
         spi->sr &= ~SR_MODF;
     spi->sr_was_accessed = false;
     spi->cr1 = value;
-    if ((value & CR1_MSTR) && (value & CR1_SSM) && !(value & CR1_SSI)) { /* NSS seems low: another master */
+    if ((value & CR1_MSTR) && (value & CR1_SSM) && !(value & CR1_SSI)) {
+        /* NSS seems low: another master */
         spi->sr |= SR_MODF;
         spi->cr1 &= ~(CR1_SPE | CR1_MSTR);
     }
@@ -259,9 +267,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     (void)unit;
     hil_spi_catch_up(dev, now);
     switch (offset) {
-    case CR1:
-        cr1_write(dev, value);
-        break;
+    case CR1: cr1_write(dev, value); break;
     case SR: /* nothing in it can be written here; CRCERR is never set */
         spi->sr_was_accessed = true;
         break;
@@ -269,9 +275,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         spi->held = (uint8_t)value;
         spi->holding = true;
         break;
-    default:
-        spi->word[offset / 4u] = value;
-        break;
+    default: spi->word[offset / 4u] = value; break;
     }
     begin(dev, now);
     update_irq(dev);

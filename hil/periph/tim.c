@@ -9,34 +9,37 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 
-#define CR1_CEN 1u
-#define CR1_UDIS 2u
-#define CR1_URS 4u
-#define CR1_OPM 8u
-#define CR1_ARPE 0x80u
-#define SR_UIF 1u
-#define SR_TIF 0x40u
-#define SR_CC1IF 2u
-#define SR_CC1OF 0x200u
+#define CR1_CEN    1u
+#define CR1_UDIS   2u
+#define CR1_URS    4u
+#define CR1_OPM    8u
+#define CR1_ARPE   0x80u
+#define SR_UIF     1u
+#define SR_TIF     0x40u
+#define SR_CC1IF   2u
+#define SR_CC1OF   0x200u
 #define DIER_CC1DE 0x200u
 #define DIER_CC2DE 0x400u
-#define CR1 0x00u
-#define CR2 0x04u
-#define SMCR 0x08u
-#define SR 0x10u
-#define EGR 0x14u
-#define CCMR1 0x18u
-#define CCMR2 0x1cu
-#define CCER 0x20u
-#define CNT 0x24u
-#define PSC 0x28u
-#define ARR 0x2cu
-#define CCR1 0x34u
+#define CR1        0x00u
+#define CR2        0x04u
+#define SMCR       0x08u
+#define SR         0x10u
+#define EGR        0x14u
+#define CCMR1      0x18u
+#define CCMR2      0x1cu
+#define CCER       0x20u
+#define CNT        0x24u
+#define PSC        0x28u
+#define ARR        0x2cu
+#define CCR1       0x34u
 
 static const enum hil_event_slot slot_of[HIL_TIMERS] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
 static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
 
-static uint32_t counter_mask(unsigned unit) { return unit == HIL_TIM2 ? 0xffffffffu : 0xffffu; }
+static uint32_t counter_mask(unsigned unit)
+{
+    return unit == HIL_TIM2 ? 0xffffffffu : 0xffffu;
+}
 
 static uint64_t tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
 {
@@ -89,11 +92,13 @@ static void update_irq(struct hil_tim_device *dev, unsigned unit)
 static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     const struct hil_tim *t = &dev->state[unit];
-    uint64_t next = t->capture_cycle[0] < t->capture_cycle[1] ? t->capture_cycle[0] : t->capture_cycle[1];
+    uint64_t next = t->capture_cycle[0] < t->capture_cycle[1] ? t->capture_cycle[0]
+                                                              : t->capture_cycle[1];
     if (t->cr1 & CR1_CEN) {
         uint64_t tick = tick_cycles(dev, t);
         uint32_t count = count_at(dev, t, at);
-        uint64_t wrap = count > t->arr_now ? (uint64_t)counter_mask(unit) + 1u : (uint64_t)t->arr_now + 1u;
+        uint64_t wrap = count > t->arr_now ? (uint64_t)counter_mask(unit) + 1u
+                                           : (uint64_t)t->arr_now + 1u;
         uint64_t ticks = wrap - t->base_count;
         for (unsigned i = 0; i < 4; i++) {
             uint32_t match = t->ccr_now[i];
@@ -106,33 +111,26 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
-/* Reference level of a channel for the present count; the modes that act on a match do so when `match`. */
+/* Reference level of a channel for the present count; the modes that act on a match do so when
+ * `match`. */
 static bool next_reference(const struct hil_tim *t, unsigned channel, uint32_t count, bool match)
 {
     bool now = t->reference[channel];
     switch (channel_mode(t, channel) >> 4 & 7u) {
-    case 1:
-        return match ? true : now;
-    case 2:
-        return match ? false : now;
-    case 3:
-        return match ? !now : now;
-    case 4:
-        return false;
-    case 5:
-        return true;
-    case 6:
-        return count < t->ccr_now[channel];
-    case 7:
-        return count >= t->ccr_now[channel];
-    default:
-        return now;
+    case 1: return match ? true : now;
+    case 2: return match ? false : now;
+    case 3: return match ? !now : now;
+    case 4: return false;
+    case 5: return true;
+    case 6: return count < t->ccr_now[channel];
+    case 7: return count >= t->ccr_now[channel];
+    default: return now;
     }
 }
 
 /* External triggers of the converters that these timers make (RM0090 table 69). */
-static void trigger_converters(struct hil_tim_device *dev, unsigned unit, unsigned channel, bool rising,
-                               uint64_t at)
+static void trigger_converters(struct hil_tim_device *dev, unsigned unit, unsigned channel,
+                               bool rising, uint64_t at)
 {
     static const int8_t extsel[HIL_TIMERS][4] = {{-1, 3, 4, 5}, {-1, -1, -1, 9}};
     if (extsel[unit][channel] >= 0)
@@ -153,7 +151,8 @@ static struct levels output_levels(const struct hil_tim *t)
 }
 
 /* Outputs may have changed since `before`: pins and converters see it, all channels at once. */
-static void tell_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before, uint64_t at)
+static void tell_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before,
+                         uint64_t at)
 {
     struct levels after = output_levels(&dev->state[unit]);
     if (unit == HIL_TIM4 && (after.of[0] != before.of[0] || after.of[1] != before.of[1]))
@@ -217,7 +216,8 @@ static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at,
 
 static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel, uint64_t at)
 {
-    static const uint8_t stream[HIL_CAPTURES] = {5, 6}; /* of DMA1, request channel 3 (RM0090 table 42) */
+    /* of DMA1, request channel 3 (RM0090 table 42) */
+    static const uint8_t stream[HIL_CAPTURES] = {5, 6};
     unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
     if (++t->capture_skipped[channel] < every)
@@ -247,7 +247,8 @@ static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
         uint64_t tick = tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
         uint64_t count = t->base_count + ticks;
-        if (on_tick && ticks && (count == (uint64_t)t->arr_now + 1u || count > counter_mask(unit))) {
+        if (on_tick && ticks &&
+            (count == (uint64_t)t->arr_now + 1u || count > counter_mask(unit))) {
             update_event(dev, unit, at, false);
             count = 0;
         }
@@ -265,13 +266,20 @@ static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     schedule(dev, unit, at);
 }
 
-void hil_tim2_event(void *device, uint64_t at) { event(device, HIL_TIM2, at); }
-void hil_tim4_event(void *device, uint64_t at) { event(device, HIL_TIM4, at); }
+void hil_tim2_event(void *device, uint64_t at)
+{
+    event(device, HIL_TIM2, at);
+}
+void hil_tim4_event(void *device, uint64_t at)
+{
+    event(device, HIL_TIM4, at);
+}
 
 /* Delay of a channel's input filter in timer clocks (CCMR1.ICxF, CR1.CKD). */
 static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
 {
-    static const uint16_t of_dts[16] = {0, 2, 4, 8, 12, 16, 24, 32, 48, 64, 80, 96, 128, 160, 192, 256};
+    static const uint16_t of_dts[16] = {0,  2,  4,  8,  12,  16,  24,  32,
+                                        48, 64, 80, 96, 128, 160, 192, 256};
     uint32_t f = channel_mode(t, channel) >> 4;
     uint32_t dts = 1u << (t->cr1 >> 8 & 3u);
     return f < 4 ? of_dts[f] : of_dts[f] * dts;
@@ -279,7 +287,8 @@ static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
 
 static uint64_t capture_delay(const struct hil_tim_device *dev, unsigned channel)
 {
-    return (uint64_t)filter_clocks(&dev->state[HIL_TIM2], channel) * hil_rcc_apb1_timer_divider(dev->rcc);
+    return (uint64_t)filter_clocks(&dev->state[HIL_TIM2], channel) *
+           hil_rcc_apb1_timer_divider(dev->rcc);
 }
 
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev)
@@ -354,7 +363,8 @@ static void check_channels(struct hil_tim_device *dev, unsigned unit)
     for (unsigned i = 0; i < 4; i++) {
         uint32_t select = channel_mode(t, i) & 3u;
         if (select && !(unit == HIL_TIM2 && i < HIL_CAPTURES && select == 1))
-            hil_bus_refuse(dev->core, "input capture other than TIM2 channels 1 and 2 from their own pins");
+            hil_bus_refuse(dev->core,
+                           "input capture other than TIM2 channels 1 and 2 from their own pins");
         if (!select && (channel_mode(t, i) & 0x84u))
             hil_bus_refuse(dev->core, "fast or cleared output compare");
     }
@@ -378,12 +388,8 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     uint64_t now = hil_now(dev->core);
     struct levels before = output_levels(t);
     switch (offset) {
-    case CR1:
-        cr1_write(dev, unit, value);
-        break;
-    case SR: /* flags are cleared by writing 0 */
-        t->sr &= value;
-        break;
+    case CR1: cr1_write(dev, unit, value); break;
+    case SR: /* flags are cleared by writing 0 */ t->sr &= value; break;
     case EGR:
         if (value & 1u)
             update_event(dev, unit, now, true);
@@ -392,9 +398,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         t->base_count = value & counter_mask(unit);
         t->base_cycle = now;
         break;
-    case PSC: /* always preloaded */
-        t->psc = value & 0xffffu;
-        break;
+    case PSC: /* always preloaded */ t->psc = value & 0xffffu; break;
     case ARR:
         t->arr = value & counter_mask(unit);
         if (!(t->cr1 & CR1_ARPE))

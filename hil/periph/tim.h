@@ -1,9 +1,10 @@
-/* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18: counting up, output
- * compare with all eight modes, capture of TIM2's channels 1 and 2 from their own pins with filter and prescaler,
- * trigger mode from another timer. The rest is refused.
+/* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18: counting up,
+ * output compare with all eight modes, capture of TIM2's channels 1 and 2 from their own pins with
+ * filter and prescaler, trigger mode from another timer. The rest is refused.
  *
- * The counter is computed when somebody looks; compare matches, updates and captures are events. Trigger
- * and synchronisation delays of one or two timer clocks are not modelled; the input filter's is. */
+ * The counter is computed when somebody looks; compare matches, updates and captures are events.
+ * Trigger and synchronisation delays of one or two timer clocks are not modelled; the input
+ * filter's is. */
 #ifndef MATRIG_HIL_TIM_H
 #define MATRIG_HIL_TIM_H
 
@@ -18,18 +19,20 @@ struct hil_dma_device;
 struct hil_gpio_device;
 struct hil_rcc_device;
 
-#define HIL_TIMERS 2u
+#define HIL_TIMERS   2u
 #define HIL_CAPTURES 2u
 enum { HIL_TIM2, HIL_TIM4 };
 
 struct hil_tim {
-    HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]); /* as written */
+    /* as written */
+    HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
     uint32_t psc_now, arr_now, ccr_now[4]; /* in use (preload) */
-    uint64_t base_cycle;                   /* the counter was base_count here; runs from here while CEN */
+    /* the counter was base_count here; runs from here while CEN */
+    uint64_t base_cycle;
     uint32_t base_count;
-    bool reference[4];                     /* OCxREF */
+    bool reference[4]; /* OCxREF */
     /* Of channels 1 and 2: */
-    uint64_t capture_cycle[HIL_CAPTURES];  /* HIL_NEVER, or when the filter lets an edge through */
+    uint64_t capture_cycle[HIL_CAPTURES]; /* HIL_NEVER, or when the filter lets an edge through */
     bool capture_level[HIL_CAPTURES];
     uint8_t capture_skipped[HIL_CAPTURES]; /* edges since the last capture, for the prescaler */
 };

@@ -11,29 +11,29 @@
 #include "hil/periph/rcc.h"
 #include "hil/periph/serial_line.h"
 
-#define SR 0x00u
-#define DR 0x04u
-#define CR1 0x0cu
-#define SR_PE 1u
-#define SR_FE 2u
-#define SR_NF 4u
-#define SR_ORE 8u
-#define SR_IDLE 16u
-#define SR_RXNE 32u
-#define SR_TC 64u
-#define SR_TXE 128u
-#define CR1_RE 4u
-#define CR1_TE 8u
-#define CR1_UE (1u << 13)
-#define CR1_OVER8 (1u << 15)
-#define CR1_PEIE (1u << 8)
-#define CR1_PS (1u << 9)
-#define CR1_PCE (1u << 10)
-#define CR1_M (1u << 12)
-#define CR3_EIE 1u
-#define CR3_DMAR 64u
-#define CR3_ONEBIT 0x800u
-#define CR3_DMAT 128u
+#define SR            0x00u
+#define DR            0x04u
+#define CR1           0x0cu
+#define SR_PE         1u
+#define SR_FE         2u
+#define SR_NF         4u
+#define SR_ORE        8u
+#define SR_IDLE       16u
+#define SR_RXNE       32u
+#define SR_TC         64u
+#define SR_TXE        128u
+#define CR1_RE        4u
+#define CR1_TE        8u
+#define CR1_UE        (1u << 13)
+#define CR1_OVER8     (1u << 15)
+#define CR1_PEIE      (1u << 8)
+#define CR1_PS        (1u << 9)
+#define CR1_PCE       (1u << 10)
+#define CR1_M         (1u << 12)
+#define CR3_EIE       1u
+#define CR3_DMAR      64u
+#define CR3_ONEBIT    0x800u
+#define CR3_DMAT      128u
 #define DATA_REGISTER 0x40011004u
 
 static const struct hil_dma_request send_request = {1, 7, 4, DATA_REGISTER, true};
@@ -56,7 +56,9 @@ static uint64_t bit_cycles(const struct hil_usart_device *dev)
 
 static enum hil_parity parity(const struct hil_usart *u)
 {
-    return !(u->cr1 & CR1_PCE) ? HIL_PARITY_NONE : (u->cr1 & CR1_PS) ? HIL_PARITY_ODD : HIL_PARITY_EVEN;
+    return !(u->cr1 & CR1_PCE) ? HIL_PARITY_NONE
+         : (u->cr1 & CR1_PS)   ? HIL_PARITY_ODD
+                               : HIL_PARITY_EVEN;
 }
 
 static enum hil_parity host_parity(const struct hil_usart_device *dev)
@@ -64,10 +66,13 @@ static enum hil_parity host_parity(const struct hil_usart_device *dev)
     return dev->options->host_parity_follows ? parity(dev->state) : dev->options->host_parity;
 }
 
-static uint64_t frame_bits(const struct hil_usart_device *dev) { return hil_frame_bits(parity(dev->state)); }
+static uint64_t frame_bits(const struct hil_usart_device *dev)
+{
+    return hil_frame_bits(parity(dev->state));
+}
 
-/* Does the other end speak as is programmed: the parity, and a rate near enough (3 %, the tolerance of 8N1 with both
- * ends off)? */
+/* Does the other end speak as is programmed: the parity, and a rate near enough (3 %, the tolerance
+ * of 8N1 with both ends off)? */
 static bool line_fits(const struct hil_usart_device *dev)
 {
     uint64_t bit = bit_cycles(dev);
@@ -80,8 +85,8 @@ static bool line_fits(const struct hil_usart_device *dev)
 
 static struct hil_serial_format own_format(const struct hil_usart_device *dev)
 {
-    return (struct hil_serial_format){(double)bit_cycles(dev) / dev->core->state.clock.hclk_hz * 1e12,
-                                      parity(dev->state)};
+    return (struct hil_serial_format){
+        (double)bit_cycles(dev) / dev->core->state.clock.hclk_hz * 1e12, parity(dev->state)};
 }
 
 static struct hil_serial_format host_format(const struct hil_usart_device *dev)
@@ -94,7 +99,10 @@ static bool sends(const struct hil_usart *u)
     return (u->cr1 & (CR1_UE | CR1_TE)) == (CR1_UE | CR1_TE) && u->brr;
 }
 
-static uint32_t flags(const struct hil_usart *u) { return u->sr | (u->holding ? 0 : SR_TXE); }
+static uint32_t flags(const struct hil_usart *u)
+{
+    return u->sr | (u->holding ? 0 : SR_TXE);
+}
 
 static void update_irq(struct hil_usart_device *dev)
 {
@@ -123,7 +131,8 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
         struct hil_heard_byte heard[HIL_HEARD_MAX];
         dev->core->state.counters.serial_wrong_rate += u->out_count;
         for (uint32_t i = 0; connected && i < u->out_count; i++) {
-            unsigned n = hil_serial_hear(u->out[i], i + 1 < u->out_count ? u->out[i + 1] : -1, &own, &host, heard);
+            unsigned n = hil_serial_hear(u->out[i], i + 1 < u->out_count ? u->out[i + 1] : -1, &own,
+                                         &host, heard);
             for (unsigned k = 0; k < n; k++)
                 dev->wire.serial_out(dev->wire.who, at_ps, &heard[k].value, 1);
         }
@@ -170,8 +179,10 @@ static void schedule(struct hil_usart_device *dev)
             n = hil_dma_until_flag(dev->dma, &send_request);
         if (n > HIL_USART_GROUP)
             n = HIL_USART_GROUP;
-        /* Item n from now reaches DR when n - 1 more bytes have been shifted out after the present one. */
-        next = u->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(dev) * bit_cycles(dev);
+        /* Item n from now reaches DR when n - 1 more bytes have been shifted out after the present
+         * one. */
+        next = u->shift_end_cycle +
+               (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(dev) * bit_cycles(dev);
     }
     hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, next);
 }
@@ -201,7 +212,10 @@ void hil_usart_catch_up(void *device, uint64_t at)
     schedule(dev);
 }
 
-void hil_usart_tx_event(void *device, uint64_t at) { hil_usart_catch_up(device, at); }
+void hil_usart_tx_event(void *device, uint64_t at)
+{
+    hil_usart_catch_up(device, at);
+}
 
 void hil_usart_dma_enabled(void *device)
 {
@@ -238,25 +252,31 @@ static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = dev->state;
     struct hil_heard_byte heard[HIL_HEARD_MAX];
-    if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) || hil_gpio_alternate(dev->gpio, 0, 10) != 7 || !u->brr)
+    if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) ||
+        hil_gpio_alternate(dev->gpio, 0, 10) != 7 || !u->brr)
         return;
     if (line_fits(dev)) {
-        uint32_t levels = parity(u) == HIL_PARITY_NONE ? 0 : hil_frame_levels(byte, parity(u)) >> 1 & 0x100u;
+        uint32_t levels = parity(u) == HIL_PARITY_NONE
+                            ? 0
+                            : hil_frame_levels(byte, parity(u)) >> 1 & 0x100u;
         receive_frame(dev, (uint16_t)(levels | byte), errors);
         return;
     }
     struct hil_serial_format own = own_format(dev), host = host_format(dev);
-    unsigned n = hil_serial_hear(byte, u->queue_count ? u->queue[u->queue_head] : -1, &host, &own, heard);
+    unsigned n = hil_serial_hear(byte, u->queue_count ? u->queue[u->queue_head] : -1, &host, &own,
+                                 heard);
     for (unsigned i = 0; i < n; i++)
         receive_frame(dev, (uint16_t)((heard[i].parity_bit ? 0x100u : 0) | heard[i].value),
-                      errors | (heard[i].framing_error ? SR_FE : 0) | (heard[i].parity_error ? SR_PE : 0));
+                      errors | (heard[i].framing_error ? SR_FE : 0) |
+                          (heard[i].parity_error ? SR_PE : 0));
 }
 
 bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_usart_device *dev = device;
     const struct hil_usart *u = dev->state;
-    uint64_t end_ps = dev->core->state.events.at_ps[HIL_EVENT_USART_RX], now_ps = hil_now_ps(dev->core);
+    uint64_t end_ps = dev->core->state.events.at_ps[HIL_EVENT_USART_RX],
+             now_ps = hil_now_ps(dev->core);
     uint64_t frame_ps = host_frame_ps(dev);
     (void)channel;
     *drives = true;
@@ -277,7 +297,8 @@ static void arrive(struct hil_usart_device *dev, uint8_t byte)
         byte = (uint8_t)(byte ^ 1u << dev->wire.random(dev->wire.who, 8));
     if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
         errors |= SR_FE;
-    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) && !(u->cr3 & CR3_ONEBIT))
+    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) &&
+        !(u->cr3 & CR3_ONEBIT))
         errors |= SR_NF;
     receive(dev, byte, errors);
 }
@@ -289,9 +310,11 @@ void hil_usart_rx_event(void *device, uint64_t at)
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (u->queue_count) {
         uint8_t byte = u->queue[u->queue_head];
-        if (!u->delayed && dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
+        if (!u->delayed &&
+            dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
             u->delayed = true;
-            hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + dev->wire.delay_ps(dev->wire.who, HIL_SERIAL_IN));
+            hil_event_set_ps(dev->core, HIL_EVENT_USART_RX,
+                             now_ps + dev->wire.delay_ps(dev->wire.who, HIL_SERIAL_IN));
             return;
         }
         u->delayed = false;
@@ -374,9 +397,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
     (void)unit;
     hil_usart_catch_up(dev, now);
     switch (offset) {
-    case SR: /* RXNE and TC are cleared by writing 0 */
-        u->sr &= value | ~(SR_RXNE | SR_TC);
-        break;
+    case SR: /* RXNE and TC are cleared by writing 0 */ u->sr &= value | ~(SR_RXNE | SR_TC); break;
     case DR:
         if (u->sr_was_read)
             u->sr &= ~SR_TC;
@@ -393,9 +414,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
             u->listens_since_ps = hil_now_ps(dev->core);
         u->cr1 = value;
         break;
-    default:
-        u->word[offset / 4u] = value;
-        break;
+    default: u->word[offset / 4u] = value; break;
     }
     begin(dev, now);
     update_irq(dev);

@@ -1,5 +1,6 @@
-/* What lies between a link's pins and its other end, as a peripheral sees it: it takes what is sent, and says what befalls each
- * frame or byte on the way. The peripheral asks; who answers is the rig (hil/rig/lines.h). */
+/* What lies between a link's pins and its other end, as a peripheral sees it: it takes what is
+ * sent, and says what befalls each frame or byte on the way. The peripheral asks; who answers is
+ * the rig (hil/rig/lines.h). */
 #ifndef MATRIG_HIL_WIRE_H
 #define MATRIG_HIL_WIRE_H
 
@@ -10,12 +11,22 @@
 struct hil_can_frame;
 
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
-enum hil_line_fault { HIL_DROP, HIL_REPEAT, HIL_CORRUPT, HIL_DELAY, HIL_FRAMING, HIL_NOISE, HIL_LINE_FAULTS };
+enum hil_line_fault {
+    HIL_DROP,
+    HIL_REPEAT,
+    HIL_CORRUPT,
+    HIL_DELAY,
+    HIL_FRAMING,
+    HIL_NOISE,
+    HIL_LINE_FAULTS
+};
 
 struct hil_wire {
     void *who;
-    /* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the unit. */
-    bool (*suffers)(void *who, enum hil_line line, enum hil_line_fault kind, const char *what, uint32_t number);
+    /* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the
+     * unit. */
+    bool (*suffers)(void *who, enum hil_line line, enum hil_line_fault kind, const char *what,
+                    uint32_t number);
     /* Time by which the last unit that suffered HIL_DELAY is to be late. */
     uint64_t (*delay_ps)(const void *who, enum hil_line line);
     /* 0 <= value < bound, from the faults' own sequence. */

@@ -5,9 +5,9 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 
-#define PORT_B 1u
-#define FRAME_PIN 3u
-#define PORT_E 4u
+#define PORT_B      1u
+#define FRAME_PIN   3u
+#define PORT_E      4u
 #define TRIGGER_PIN 2u
 
 /* SplitMix64: -1 to 1. */
@@ -47,8 +47,11 @@ static void look_at_trigger(void *device, uint64_t at)
     camera->trigger = level;
     if (!rises || camera->running || !(dev->options->camera_hz > 0.0))
         return;
-    *camera = (struct hil_camera){.trigger = true, .running = true, .skip = camera->skip,
-                                  .start_ps = hil_clock_ps(&dev->core->state.clock, at), .random = dev->options->seed};
+    *camera = (struct hil_camera){.trigger = true,
+                                  .running = true,
+                                  .skip = camera->skip,
+                                  .start_ps = hil_clock_ps(&dev->core->state.clock, at),
+                                  .random = dev->options->seed};
     hil_trace(dev->core, "the camera starts");
     plan_frame(dev);
     schedule(dev);

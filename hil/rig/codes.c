@@ -28,7 +28,8 @@ static bool possible(unsigned sum, unsigned count, unsigned low, unsigned high)
     return sum >= least && sum <= most;
 }
 
-/* Begins with the least of each and hands the rest out evenly; a code that is full leaves its share to the next ones. */
+/* Begins with the least of each and hands the rest out evenly; a code that is full leaves its share
+ * to the next ones. */
 static void spread(unsigned sum, unsigned count, unsigned low, unsigned high, uint16_t *codes)
 {
     unsigned rest = sum;
@@ -57,7 +58,8 @@ static bool spread_transducer(const struct mr_block *block, unsigned i, struct h
                 !possible(block->minus[i], n, block->low[i] - low, block->high[i] - high))
                 continue;
             spread(block->plus[i], n, low, high, codes->transducer[0][i]);
-            spread(block->minus[i], n, block->low[i] - low, block->high[i] - high, codes->transducer[1][i]);
+            spread(block->minus[i], n, block->low[i] - low, block->high[i] - high,
+                   codes->transducer[1][i]);
             return true;
         }
     }

@@ -11,8 +11,9 @@
 struct hil_can_device;
 struct hil_usart_device;
 
-/* `sequence`: the number of the next frame on serial. MR_OK; else too many wait for the board, and the command is lost. */
-enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart, uint16_t *sequence, const struct mr_command *message,
-                              bool serial);
+/* `sequence`: the number of the next frame on serial. MR_OK; else too many wait for the board, and
+ * the command is lost. */
+enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart,
+                              uint16_t *sequence, const struct mr_command *message, bool serial);
 
 #endif

@@ -18,7 +18,8 @@
 #include "hil/rig/fault_log.h"
 #include "hil/rig/supply.h"
 
-#define tell(dev, fault, ...) hil_fault_tell((dev)->core, (dev)->options->log, (fault)->file_line, __VA_ARGS__)
+#define tell(dev, fault, ...) \
+    hil_fault_tell((dev)->core, (dev)->options->log, (fault)->file_line, __VA_ARGS__)
 
 static void schedule(struct hil_faults_device *dev)
 {
@@ -33,7 +34,8 @@ static void schedule(struct hil_faults_device *dev)
 
 /* --- triggers --- */
 
-/* Beyond the last switch that opens: the parabola through the last three. HIL_NEVER: it stops before. */
+/* Beyond the last switch that opens: the parabola through the last three. HIL_NEVER: it stops
+ * before. */
 static uint64_t coasting_ps(const struct hil_run *run, double station_ft)
 {
     double x[3] = {0}, t[3] = {0};
@@ -47,7 +49,8 @@ static uint64_t coasting_ps(const struct hil_run *run, double station_ft)
     if (n < 3)
         return HIL_NEVER;
     double late_ft_s = (x[0] - x[1]) / (t[0] - t[1]), early_ft_s = (x[1] - x[2]) / (t[1] - t[2]);
-    double half_a_ft_s2 = (late_ft_s - early_ft_s) / (t[0] - t[2]); /* Newton's divided differences */
+    /* Newton's divided differences */
+    double half_a_ft_s2 = (late_ft_s - early_ft_s) / (t[0] - t[2]);
     double v_ft_s = late_ft_s + half_a_ft_s2 * (t[0] - t[1]);
     double root = v_ft_s * v_ft_s + 4.0 * half_a_ft_s2 * (station_ft - x[0]);
     if (root < 0.0)
@@ -55,7 +58,8 @@ static uint64_t coasting_ps(const struct hil_run *run, double station_ft)
     return (uint64_t)((t[0] + 2.0 * (station_ft - x[0]) / (v_ft_s + sqrt(root))) * 1e12);
 }
 
-/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER: it does not. */
+/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER: it
+ * does not. */
 static uint64_t station_ps(const struct hil_run *run, double station_ft)
 {
     int before = -1;
@@ -67,7 +71,8 @@ static uint64_t station_ps(const struct hil_run *run, double station_ft)
         if (run->switch_ft[i] > station_ft) {
             if (before < 0)
                 return HIL_NEVER;
-            double part = (station_ft - run->switch_ft[before]) / (run->switch_ft[i] - run->switch_ft[before]);
+            double part = (station_ft - run->switch_ft[before]) /
+                          (run->switch_ft[i] - run->switch_ft[before]);
             uint64_t from = run->switch_open_ps[before];
             return from + (uint64_t)(part * (double)(run->switch_open_ps[i] - from));
         }
@@ -126,12 +131,14 @@ static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
 
 static void fail_channel(struct hil_faults_device *dev, const struct hil_fault *fault)
 {
-    static const char *const states[] = {"mended", "sticks", "saturated high", "saturated low", "open"};
+    static const char *const states[] = {"mended", "sticks", "saturated high", "saturated low",
+                                         "open"};
     static const char *const single[] = {"staircase", "reference"};
     hil_rig_fail(dev->rig, fault->index, (enum hil_channel_fault)fault->choice);
     if (fault->index < 22)
         tell(dev, fault, "%s %u %s", fault->index < 8 ? "transducer" : "gage",
-             (unsigned)(fault->index < 8 ? fault->index + 1 : fault->index - 7), states[fault->choice]);
+             (unsigned)(fault->index < 8 ? fault->index + 1 : fault->index - 7),
+             states[fault->choice]);
     else
         tell(dev, fault, "%s %s", single[fault->index - 22], states[fault->choice]);
 }
@@ -139,24 +146,14 @@ static void fail_channel(struct hil_faults_device *dev, const struct hil_fault *
 static void fail_nor(struct hil_faults_device *dev, const struct hil_fault *fault)
 {
     struct hil_nor_orders *nor = dev->nor;
-    static const char *const texts[] = {"NOR filled", "NOR dead", "NOR mended", "NOR page programs fail",
-                                        "NOR erases fail"};
+    static const char *const texts[] = {"NOR filled", "NOR dead", "NOR mended",
+                                        "NOR page programs fail", "NOR erases fail"};
     switch ((enum hil_nor_fault)fault->choice) {
-    case HIL_NOR_FILL:
-        nor->fill_requested = true;
-        break;
-    case HIL_NOR_DEAD:
-        nor->dead = true;
-        break;
-    case HIL_NOR_MEND:
-        *nor = (struct hil_nor_orders){0};
-        break;
-    case HIL_NOR_FAIL_PROGRAM:
-        nor->fail_program = fault->count;
-        break;
-    case HIL_NOR_FAIL_ERASE:
-        nor->fail_erase = fault->count;
-        break;
+    case HIL_NOR_FILL: nor->fill_requested = true; break;
+    case HIL_NOR_DEAD: nor->dead = true; break;
+    case HIL_NOR_MEND: *nor = (struct hil_nor_orders){0}; break;
+    case HIL_NOR_FAIL_PROGRAM: nor->fail_program = fault->count; break;
+    case HIL_NOR_FAIL_ERASE: nor->fail_erase = fault->count; break;
     }
     tell(dev, fault, "%s", texts[fault->choice]);
 }
@@ -164,20 +161,13 @@ static void fail_nor(struct hil_faults_device *dev, const struct hil_fault *faul
 static void fail_thermometer(struct hil_faults_device *dev, const struct hil_fault *fault)
 {
     struct hil_tmp112 *chip = dev->thermometer;
-    static const char *const texts[] = {"does not answer", "holds SDA low", "hangs within a byte", "holds SCL low at its next byte", "mended"};
+    static const char *const texts[] = {"does not answer", "holds SDA low", "hangs within a byte",
+                                        "holds SCL low at its next byte", "mended"};
     switch ((enum hil_thermometer_fault)fault->choice) {
-    case HIL_THERMOMETER_DEAD:
-        chip->dead = true;
-        break;
-    case HIL_THERMOMETER_STUCK:
-        chip->stuck = true;
-        break;
-    case HIL_THERMOMETER_HANG:
-        chip->hung_clocks = 9;
-        break;
-    case HIL_THERMOMETER_STRETCH:
-        chip->stretch_ps = fault->duration_ps;
-        break;
+    case HIL_THERMOMETER_DEAD: chip->dead = true; break;
+    case HIL_THERMOMETER_STUCK: chip->stuck = true; break;
+    case HIL_THERMOMETER_HANG: chip->hung_clocks = 9; break;
+    case HIL_THERMOMETER_STRETCH: chip->stretch_ps = fault->duration_ps; break;
     case HIL_THERMOMETER_MEND:
         chip->dead = chip->stuck = false;
         chip->hung_clocks = 0;
@@ -205,20 +195,17 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
         tell(dev, fault, "crystal %s", fault->on ? "starts" : "stops");
         hil_rcc_crystal(dev->rcc, fault->on);
         break;
-    case HIL_FAULT_FLIP:
-        flip(dev, fault);
-        break;
+    case HIL_FAULT_FLIP: flip(dev, fault); break;
     case HIL_FAULT_BUS:
         tell(dev, fault, "CAN bus %s", bus[fault->choice]);
         hil_can_set_bus(dev->can, (enum hil_can_bus)fault->choice);
         break;
     case HIL_FAULT_LINE:
         hil_lines_order(dev->lines, fault->line, (enum hil_line_fault)fault->choice,
-                        &(struct hil_line_effect){fault->count, fault->probability, fault->duration_ps, fault->file_line});
+                        &(struct hil_line_effect){fault->count, fault->probability,
+                                                  fault->duration_ps, fault->file_line});
         break;
-    case HIL_FAULT_CHANNEL:
-        fail_channel(dev, fault);
-        break;
+    case HIL_FAULT_CHANNEL: fail_channel(dev, fault); break;
     case HIL_FAULT_SKIP:
         tell(dev, fault, "switch %u will not open", (unsigned)fault->index + 1u);
         hil_rig_skip(dev->rig, fault->index);
@@ -232,20 +219,17 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
         tell(dev, fault, "the camera gives no pulse for %u frames", (unsigned)fault->count);
         hil_camera_skip(dev->camera, fault->count);
         break;
-    case HIL_FAULT_NOR:
-        fail_nor(dev, fault);
-        break;
+    case HIL_FAULT_NOR: fail_nor(dev, fault); break;
     case HIL_FAULT_DRIFT:
-        tell(dev, fault, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u, fault->gain,
-             fault->offset_lb);
+        tell(dev, fault, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u,
+             fault->gain, fault->offset_lb);
         hil_rig_drift(dev->rig, fault->index, fault->gain, fault->offset_lb);
         break;
-    case HIL_FAULT_THERMOMETER:
-        fail_thermometer(dev, fault);
-        break;
+    case HIL_FAULT_THERMOMETER: fail_thermometer(dev, fault); break;
     case HIL_FAULT_STICK:
         (void)hil_stuck_add(dev->core, fault->address, fault->bit, fault->on);
-        tell(dev, fault, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit, (unsigned)fault->address, fault->on);
+        tell(dev, fault, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit,
+             (unsigned)fault->address, fault->on);
         break;
     case HIL_FAULT_LAMP:
         dev->rig->state->lamp = (uint8_t)fault->choice;
@@ -271,8 +255,8 @@ static void on_due(void *device, uint64_t at)
 
 /* --- ordering --- */
 
-static enum mr_status refuse(struct hil_faults_device *dev, const struct hil_fault *fault, enum mr_status status,
-                             const char *why)
+static enum mr_status refuse(struct hil_faults_device *dev, const struct hil_fault *fault,
+                             enum mr_status status, const char *why)
 {
     char place[24] = "";
     if (fault->file_line)
@@ -287,40 +271,44 @@ static const char *wrong_argument(const struct hil_faults_device *dev, const str
     uint8_t byte;
     switch (f->action) {
     case HIL_FAULT_FLIP:
-        return f->bit > 31 || hil_memory_peek(dev->core, f->address + f->bit / 8u, &byte, 1) != MR_OK
-                   ? "flip: no flash or RAM at that address" : NULL;
-    case HIL_FAULT_BUS:
-        return f->choice > HIL_CAN_DOMINANT ? "no such state of the bus" : NULL;
+        return f->bit > 31 ||
+                       hil_memory_peek(dev->core, f->address + f->bit / 8u, &byte, 1) != MR_OK
+                 ? "flip: no flash or RAM at that address"
+                 : NULL;
+    case HIL_FAULT_BUS: return f->choice > HIL_CAN_DOMINANT ? "no such state of the bus" : NULL;
     case HIL_FAULT_LINE:
-        if (f->line >= HIL_LINES || f->choice >= HIL_LINE_FAULTS || f->count == 0
-            || !(f->probability > 0.0 && f->probability <= 1.0))
-            return "a line fault needs a line, a kind, a count and a probability above 0, at most 1";
-        return f->choice >= HIL_FRAMING && f->line != HIL_SERIAL_IN ? "framing and noise: only of serial in" : NULL;
+        if (f->line >= HIL_LINES || f->choice >= HIL_LINE_FAULTS || f->count == 0 ||
+            !(f->probability > 0.0 && f->probability <= 1.0))
+            return "a line fault needs a line, a kind, a count and a probability above 0, at most "
+                   "1";
+        return f->choice >= HIL_FRAMING && f->line != HIL_SERIAL_IN
+                 ? "framing and noise: only of serial in"
+                 : NULL;
     case HIL_FAULT_CHANNEL:
         return f->index > 23 || f->choice > HIL_CHANNEL_OPEN ? "no such channel" : NULL;
-    case HIL_FAULT_CAMERA:
-        return f->count ? NULL : "so many frames from 1";
-    case HIL_FAULT_SKIP:
-        return f->index >= HIL_RUN_SWITCHES ? "no such switch" : NULL;
+    case HIL_FAULT_CAMERA: return f->count ? NULL : "so many frames from 1";
+    case HIL_FAULT_SKIP: return f->index >= HIL_RUN_SWITCHES ? "no such switch" : NULL;
     case HIL_FAULT_BOUNCE:
-        return f->index >= HIL_RUN_SWITCHES || f->count == 0 || f->count > 255 || f->duration_ps < 2 * HIL_US_PS
-                   ? "a bounce needs a switch, 1 to 255 times, at least 2 us apart" : NULL;
-    case HIL_FAULT_NOR:
-        return f->choice > HIL_NOR_FAIL_ERASE ? "no such fault of the NOR" : NULL;
+        return f->index >= HIL_RUN_SWITCHES || f->count == 0 || f->count > 255 ||
+                       f->duration_ps < 2 * HIL_US_PS
+                 ? "a bounce needs a switch, 1 to 255 times, at least 2 us apart"
+                 : NULL;
+    case HIL_FAULT_NOR: return f->choice > HIL_NOR_FAIL_ERASE ? "no such fault of the NOR" : NULL;
     case HIL_FAULT_DRIFT:
-        return f->index >= HIL_RUN_GAGES || !(f->gain > 0.0 && f->gain <= 10.0) || !(fabs(f->offset_lb) <= 1000.0)
-                   ? "a drift needs a gage, a gain above 0 and an offset within 1000 lb" : NULL;
+        return f->index >= HIL_RUN_GAGES || !(f->gain > 0.0 && f->gain <= 10.0) ||
+                       !(fabs(f->offset_lb) <= 1000.0)
+                 ? "a drift needs a gage, a gain above 0 and an offset within 1000 lb"
+                 : NULL;
     case HIL_FAULT_THERMOMETER:
         return f->choice > HIL_THERMOMETER_MEND ? "no such fault of the thermometer" : NULL;
     case HIL_FAULT_STICK:
-        return f->bit > 31 || !hil_memory_at(dev->core, f->address + f->bit / 8u, 1, true) ? "stick: no RAM at that address" : NULL;
-    case HIL_FAULT_LAMP:
-        return f->choice > HIL_LAMP_SHORTED ? "no such state of the lamp" : NULL;
+        return f->bit > 31 || !hil_memory_at(dev->core, f->address + f->bit / 8u, 1, true)
+                 ? "stick: no RAM at that address"
+                 : NULL;
+    case HIL_FAULT_LAMP: return f->choice > HIL_LAMP_SHORTED ? "no such state of the lamp" : NULL;
     case HIL_FAULT_POWER_CUT:
-    case HIL_FAULT_BROWN_OUT:
-        return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;
-    case HIL_FAULT_CRYSTAL:
-        break;
+    case HIL_FAULT_BROWN_OUT: return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;
+    case HIL_FAULT_CRYSTAL: break;
     }
     return NULL;
 }
@@ -328,9 +316,9 @@ static const char *wrong_argument(const struct hil_faults_device *dev, const str
 static uint64_t counted(const struct hil_faults_device *dev, enum hil_trigger trigger)
 {
     const struct hil_faults *faults = dev->state;
-    return trigger == HIL_AT_FRAME   ? dev->core->state.counters.can_frames_out
-           : trigger == HIL_AT_FLASH ? faults->flash_operations
-                                     : faults->nor_operations;
+    return trigger == HIL_AT_FRAME ? dev->core->state.counters.can_frames_out
+         : trigger == HIL_AT_FLASH ? faults->flash_operations
+                                   : faults->nor_operations;
 }
 
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault)
@@ -349,12 +337,15 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
     } else if (fault->trigger == HIL_AT_STATION) {
         uint64_t t_ps = dev->rig->run ? station_ps(dev->rig->run, fault->station_ft) : HIL_NEVER;
         if (t_ps == HIL_NEVER)
-            return refuse(dev, fault, MR_UNKNOWN,
-                          dev->rig->run ? "the gear of this run does not pass that station, or before its first switch"
-                                     : "a station needs a run: give --rig");
+            return refuse(
+                dev, fault, MR_UNKNOWN,
+                dev->rig->run
+                    ? "the gear of this run does not pass that station, or before its first switch"
+                    : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->n <= counted(dev, fault->trigger)) {
-        return refuse(dev, fault, MR_USAGE, fault->n ? "that count has been passed" : "counting begins at 1");
+        return refuse(dev, fault, MR_USAGE,
+                      fault->n ? "that count has been passed" : "counting begins at 1");
     }
     faults->fault[faults->count] = *fault;
     faults->due_ps[faults->count++] = due_ps;
@@ -362,7 +353,8 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
     return MR_OK;
 }
 
-enum mr_status hil_faults_add_all(struct hil_faults_device *dev, const struct hil_fault_script *script)
+enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
+                                  const struct hil_fault_script *script)
 {
     enum mr_status status = MR_OK;
     hil_lines_seed(dev->lines, script->seed);

@@ -1,54 +1,44 @@
-/* Faults on order: when something happens (trigger), what goes wrong (action). As text and as calls.
- *
- * A fault file is lines of words; # begins a comment. The first line is `matrig-faults 1`, then in any order
- *
- *     seed N                    of the probabilities and of corrupted bits (default 1)
- *     TRIGGER [+ US] ACTION     US: microseconds after the trigger
- *
- * Triggers, each fires once:
- *     at S                      S seconds of virtual time since power on
- *     station FT                the gear passes a station: between the switches of the run that open in a straight line,
-                              beyond the last by the parabola through the last three
- *     frame N                   the N-th CAN frame that the board has sent
- *     flash N                   the N-th operation of the flash memory (a word programmed, a sector erased)
- *     nor N                     the N-th program or erase of the NOR
- *
- * Actions:
- *     power-cut MS              no supply for MS; RAM then holds noise
- *     brown-out VOLTS MS        a dip: below the brown-out level of the option bytes the chip is in reset for MS and
- *                               RAM stays; below 1.68 V it is a power cut; above, nothing, unless the clock or the wait
- *                               states are not allowed at that supply: then the run ends
- *     crystal stop|start        clock security turns to the HSI; without it what is clocked by the crystal stands still
- *                               (silicon's PLL drifts to some low frequency instead)
- *     flip PLACE BIT            one bit (0..31 from there) of flash or RAM; PLACE: 0xADDRESS, SYMBOL or SYMBOL+OFFSET
- *     stick PLACE BIT 0|1       one bit of RAM that from now on reads so, whatever is written (hil/core/stuck.h)
- *     lamp broken|shorted|mend  the warning lamp never draws current, or always
- *     bus unplug|short|dominant|connect
- *                               nobody there; wires touching: always recessive; held dominant; as it should be
- *     can out|in KIND COUNT [p P] [us T]
- *     serial out|in KIND COUNT [p P] [us T]
- *                               the next COUNT frames or bytes (`all`: all) with probability P (default 1) suffer
- *                               KIND: drop, repeat, corrupt, delay (by T, default 1000); serial in: framing, noise
- *     transducer K FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail), open (lead broken:
- *     gage K FAIL               0 V), mend
- *     gage K drift GAIN LB      its bridge and amplifier: gain (1: as it should be) and offset in pounds
- *     staircase FAIL
- *     reference FAIL
- *     switch K skip             it does not open
- *     switch K bounce N US      after it has opened it closes and opens N more times, US apart
- *     camera skip N             the next N frames of the film camera give no pulse
- *     nor fill | nor dead | nor mend | nor fail-program N | nor fail-erase N
- *                               the module behind it reads struct hil_nor_orders
- *     thermometer dead | stuck | hang | stretch MS | mend
- *                               it does not answer; SDA is held low for good; it stopped within a byte and holds SDA low until
- *                               it has been clocked nine times; SCL is held low for MS at its next byte; as it should be
- *
- * `can out` is from the board: drop, repeat and delay happen at the host's side of the link after the frame was
- * acknowledged; a delayed frame is overtaken by later ones. corrupt destroys a frame on the wire, so that its sender
- * sends it again and the error counters move. `serial` corrupt turns over one data bit; delay holds back what follows
- * too. Same file, seed and input: same faults.
- *
- * Each fault and each frame or byte that suffers one is told in one line to hil_options.log with its time. */
+/* Faults on order: when something happens (trigger), what goes wrong (action). As text and as
+ * calls. * * A fault file is lines of words; # begins a comment. The first line is `matrig-faults
+ * 1`, then in any order * *     seed N                    of the probabilities and of corrupted
+ * bits (default 1) *     TRIGGER [+ US] ACTION     US: microseconds after the trigger * * Triggers,
+ * each fires once: *     at S                      S seconds of virtual time since power on *
+ * station FT                the gear passes a station: between the switches of the run that open in
+ * a straight line,
+ *                            beyond the last by the parabola through the last three
+ * *     frame N                   the N-th CAN frame that the board has sent *     flash N
+ * the N-th operation of the flash memory (a word programmed, a sector erased) *     nor N
+ * the N-th program or erase of the NOR * * Actions: *     power-cut MS              no supply for
+ * MS; RAM then holds noise *     brown-out VOLTS MS        a dip: below the brown-out level of the
+ * option bytes the chip is in reset for MS and *                               RAM stays; below
+ * 1.68 V it is a power cut; above, nothing, unless the clock or the wait *
+ * states are not allowed at that supply: then the run ends *     crystal stop|start        clock
+ * security turns to the HSI; without it what is clocked by the crystal stands still *
+ * (silicon's PLL drifts to some low frequency instead) *     flip PLACE BIT            one bit
+ * (0..31 from there) of flash or RAM; PLACE: 0xADDRESS, SYMBOL or SYMBOL+OFFSET *     stick PLACE
+ * BIT 0|1       one bit of RAM that from now on reads so, whatever is written (hil/core/stuck.h) *
+ * lamp broken|shorted|mend  the warning lamp never draws current, or always *     bus
+ * unplug|short|dominant|connect *                               nobody there; wires touching:
+ * always recessive; held dominant; as it should be *     can out|in KIND COUNT [p P] [us T] *
+ * serial out|in KIND COUNT [p P] [us T] *                               the next COUNT frames or
+ * bytes (`all`: all) with probability P (default 1) suffer *                               KIND:
+ * drop, repeat, corrupt, delay (by T, default 1000); serial in: framing, noise *     transducer K
+ * FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail), open (lead
+ * broken: *     gage K FAIL               0 V), mend *     gage K drift GAIN LB      its bridge and
+ * amplifier: gain (1: as it should be) and offset in pounds *     staircase FAIL *     reference
+ * FAIL *     switch K skip             it does not open *     switch K bounce N US      after it
+ * has opened it closes and opens N more times, US apart *     camera skip N             the next N
+ * frames of the film camera give no pulse *     nor fill | nor dead | nor mend | nor fail-program N
+ * | nor fail-erase N *                               the module behind it reads struct
+ * hil_nor_orders *     thermometer dead | stuck | hang | stretch MS | mend *
+ * it does not answer; SDA is held low for good; it stopped within a byte and holds SDA low until *
+ * it has been clocked nine times; SCL is held low for MS at its next byte; as it should be * * `can
+ * out` is from the board: drop, repeat and delay happen at the host's side of the link after the
+ * frame was * acknowledged; a delayed frame is overtaken by later ones. corrupt destroys a frame on
+ * the wire, so that its sender * sends it again and the error counters move. `serial` corrupt turns
+ * over one data bit; delay holds back what follows * too. Same file, seed and input: same faults. *
+ * * Each fault and each frame or byte that suffers one is told in one line to hil_options.log with
+ * its time. */
 #ifndef MATRIG_HIL_FAULTS_H
 #define MATRIG_HIL_FAULTS_H
 
@@ -75,14 +65,15 @@ struct hil_tmp112;
 enum hil_trigger { HIL_AT_TIME, HIL_AT_STATION, HIL_AT_FRAME, HIL_AT_FLASH, HIL_AT_NOR };
 
 enum hil_action {
-    HIL_FAULT_POWER_CUT,   /* duration_ps */
-    HIL_FAULT_BROWN_OUT,   /* volts, duration_ps */
-    HIL_FAULT_CRYSTAL,     /* on */
-    HIL_FAULT_FLIP,        /* address, bit */
-    HIL_FAULT_BUS,         /* choice: enum hil_can_bus */
-    HIL_FAULT_LINE,        /* line, choice: enum hil_line_fault, count, probability, duration_ps */
-    HIL_FAULT_CHANNEL,     /* index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
-                              hil_channel_fault */
+    HIL_FAULT_POWER_CUT, /* duration_ps */
+    HIL_FAULT_BROWN_OUT, /* volts, duration_ps */
+    HIL_FAULT_CRYSTAL,   /* on */
+    HIL_FAULT_FLIP,      /* address, bit */
+    HIL_FAULT_BUS,       /* choice: enum hil_can_bus */
+    HIL_FAULT_LINE,      /* line, choice: enum hil_line_fault, count, probability, duration_ps */
+    /* index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
+     * hil_channel_fault */
+    HIL_FAULT_CHANNEL,
     HIL_FAULT_SKIP,        /* index: switch, from 0 */
     HIL_FAULT_BOUNCE,      /* index, count, duration_ps between openings */
     HIL_FAULT_CAMERA,      /* count */
@@ -93,9 +84,19 @@ enum hil_action {
     HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
 };
 
-enum hil_nor_fault { HIL_NOR_FILL, HIL_NOR_DEAD, HIL_NOR_MEND, HIL_NOR_FAIL_PROGRAM, HIL_NOR_FAIL_ERASE };
+enum hil_nor_fault {
+    HIL_NOR_FILL,
+    HIL_NOR_DEAD,
+    HIL_NOR_MEND,
+    HIL_NOR_FAIL_PROGRAM,
+    HIL_NOR_FAIL_ERASE
+};
 enum hil_thermometer_fault {
-    HIL_THERMOMETER_DEAD, HIL_THERMOMETER_STUCK, HIL_THERMOMETER_HANG, HIL_THERMOMETER_STRETCH, HIL_THERMOMETER_MEND,
+    HIL_THERMOMETER_DEAD,
+    HIL_THERMOMETER_STUCK,
+    HIL_THERMOMETER_HANG,
+    HIL_THERMOMETER_STRETCH,
+    HIL_THERMOMETER_MEND,
 };
 
 struct hil_fault {
@@ -109,11 +110,11 @@ struct hil_fault {
     unsigned choice;
     uint32_t index, count, address, bit;
     bool on;
-    double probability;     /* 0 < p <= 1 */
+    double probability; /* 0 < p <= 1 */
     double volts;
     double gain, offset_lb;
     uint64_t duration_ps;
-    unsigned file_line;     /* 0: not from a file */
+    unsigned file_line; /* 0: not from a file */
 };
 
 struct hil_fault_script {
@@ -122,10 +123,11 @@ struct hil_fault_script {
     struct hil_fault fault[HIL_FAULTS_MAX];
 };
 
-/* Read a fault file. `elf` names the image whose symbols PLACE may use, or NULL. On failure `error` says file, line, what
- * is wrong and what is right. MR_IO; MR_MALFORMED; MR_VERSION; MR_UNKNOWN: no such symbol; MR_FULL: too many lines. */
-enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script, char *error,
-                               size_t size);
+/* Read a fault file. `elf` names the image whose symbols PLACE may use, or NULL. On failure `error`
+ * says file, line, what is wrong and what is right. MR_IO; MR_MALFORMED; MR_VERSION; MR_UNKNOWN: no
+ * such symbol; MR_FULL: too many lines. */
+enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
+                               char *error, size_t size);
 
 struct hil_faults {
     uint32_t count;
@@ -152,12 +154,15 @@ struct hil_faults_device {
 
 /* Nothing is ordered. */
 void hil_faults_create(struct hil_faults_device *dev);
-/* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of range or a moment that has passed;
- * MR_UNKNOWN: no gear passes that station. The core's `reason` says which. */
+/* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of
+ * range or a moment that has passed; MR_UNKNOWN: no gear passes that station. The core's `reason`
+ * says which. */
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
 /* All of a script, and its seed. */
-enum mr_status hil_faults_add_all(struct hil_faults_device *dev, const struct hil_fault_script *script);
-/* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
+enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
+                                  const struct hil_fault_script *script);
+/* At the end of a run: names each fault that did not come to happen, in a line to
+ * hil_options.log. */
 void hil_faults_tell_rest(const struct hil_faults_device *dev);
 
 /* Counted things have happened; `device` is a struct hil_faults_device. */

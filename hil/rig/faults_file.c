@@ -12,8 +12,8 @@
 #include "hil/rig/faults.h"
 
 #define LINE_MAX_BYTES 256
-#define WORDS_MAX 16
-#define SECONDS_MAX 1e6
+#define WORDS_MAX      16
+#define SECONDS_MAX    1e6
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
 
@@ -27,7 +27,10 @@ struct reader {
 };
 
 /* At the end of a line what no word can be, for it has spaces. */
-static const char *peek(const struct reader *r) { return r->next < r->words ? r->word[r->next] : "end of line"; }
+static const char *peek(const struct reader *r)
+{
+    return r->next < r->words ? r->word[r->next] : "end of line";
+}
 
 static bool take(struct reader *r, const char *word)
 {
@@ -85,20 +88,25 @@ static enum mr_status read_trigger(struct reader *r, struct hil_fault *f)
     double value;
     int trigger = one_of(r, names, 5);
     if (trigger < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no trigger; at, station, frame, flash or nor begins a line", peek(r));
+        return refuse(r, MR_MALFORMED,
+                      "`%s` is no trigger; at, station, frame, flash or nor begins a line",
+                      peek(r));
     f->trigger = (enum hil_trigger)trigger;
     if (f->trigger == HIL_AT_TIME) {
         if (!number(r, 0.0, SECONDS_MAX, &value))
-            return refuse(r, MR_MALFORMED, "`at` needs a time in seconds, 0 to 1000000, not `%s`", peek(r));
+            return refuse(r, MR_MALFORMED, "`at` needs a time in seconds, 0 to 1000000, not `%s`",
+                          peek(r));
         f->t_ps = (uint64_t)(value * 1e12 + 0.5);
     } else if (f->trigger == HIL_AT_STATION) {
         if (!number(r, -1000.0, 10000.0, &f->station_ft))
             return refuse(r, MR_MALFORMED, "`station` needs a station in feet, not `%s`", peek(r));
     } else if (!whole(r, 1, UINT32_MAX, &f->n)) {
-        return refuse(r, MR_MALFORMED, "`%s` needs a count from 1, not `%s`", names[trigger], peek(r));
+        return refuse(r, MR_MALFORMED, "`%s` needs a count from 1, not `%s`", names[trigger],
+                      peek(r));
     }
     if (take(r, "+") && !duration(r, 1e6, &f->delay_ps))
-        return refuse(r, MR_MALFORMED, "`+` needs a time in microseconds above 0, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "`+` needs a time in microseconds above 0, not `%s`",
+                      peek(r));
     return MR_OK;
 }
 
@@ -110,7 +118,8 @@ static enum mr_status read_bit(struct reader *r, struct hil_fault *f, enum hil_a
     f->action = action;
     if (isdigit((unsigned char)*peek(r))) {
         if (!whole(r, 0, UINT32_MAX, &value))
-            return refuse(r, MR_MALFORMED, "`%s` is no address: 0x20001234, SYMBOL or SYMBOL+OFFSET", peek(r));
+            return refuse(r, MR_MALFORMED,
+                          "`%s` is no address: 0x20001234, SYMBOL or SYMBOL+OFFSET", peek(r));
         base = (uint32_t)value;
     } else {
         snprintf(name, sizeof name, "%s", peek(r));
@@ -120,26 +129,31 @@ static enum mr_status read_bit(struct reader *r, struct hil_fault *f, enum hil_a
             *plus = '\0';
             offset = strtoull(plus + 1, &end, 0);
         }
-        if (r->next == r->words || !*name || (plus && (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)))
-            return refuse(r, MR_MALFORMED, "`%s` is no place: 0x20001234, SYMBOL or SYMBOL+OFFSET", peek(r));
+        if (r->next == r->words || !*name ||
+            (plus && (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)))
+            return refuse(r, MR_MALFORMED, "`%s` is no place: 0x20001234, SYMBOL or SYMBOL+OFFSET",
+                          peek(r));
         enum mr_status status = r->elf ? hil_elf_symbol(r->elf, name, &base) : MR_UNKNOWN;
         if (status != MR_OK)
-            return refuse(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists those it has", r->elf ? r->elf : "no image",
-                          name);
+            return refuse(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists those it has",
+                          r->elf ? r->elf : "no image", name);
         r->next++;
     }
     f->address = base + (uint32_t)offset;
     if (!whole(r, 0, 31, &value))
-        return refuse(r, MR_MALFORMED, "`flip` and `stick` need a bit, 0 to 31, after the place, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED,
+                      "`flip` and `stick` need a bit, 0 to 31, after the place, not `%s`", peek(r));
     f->bit = (uint32_t)value;
     if (action == HIL_FAULT_STICK && !whole(r, 0, 1, &value))
-        return refuse(r, MR_MALFORMED, "at which level does it stick, 0 or 1? Not at `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "at which level does it stick, 0 or 1? Not at `%s`",
+                      peek(r));
     f->on = value != 0;
     return MR_OK;
 }
 
 /* The next word is a choice of this action; else `wrong` says what there is. */
-static enum mr_status choose(struct reader *r, struct hil_fault *f, enum hil_action action, const char *const *list, const char *wrong)
+static enum mr_status choose(struct reader *r, struct hil_fault *f, enum hil_action action,
+                             const char *const *list, const char *wrong)
 {
     unsigned n = 0;
     while (list[n])
@@ -156,7 +170,9 @@ static enum mr_status read_crystal(struct reader *r, struct hil_fault *f)
 {
     f->action = HIL_FAULT_CRYSTAL;
     f->on = take(r, "start");
-    return f->on || take(r, "stop") ? MR_OK : refuse(r, MR_MALFORMED, "`%s`: a crystal can `stop` or `start`", peek(r));
+    return f->on || take(r, "stop")
+             ? MR_OK
+             : refuse(r, MR_MALFORMED, "`%s`: a crystal can `stop` or `start`", peek(r));
 }
 
 static enum mr_status read_power(struct reader *r, struct hil_fault *f, bool brown_out)
@@ -165,7 +181,8 @@ static enum mr_status read_power(struct reader *r, struct hil_fault *f, bool bro
     if (brown_out && !number(r, 0.0, 3.6, &f->volts))
         return refuse(r, MR_MALFORMED, "`brown-out` needs volts, 0 to 3.6, not `%s`", peek(r));
     if (!duration(r, 1e9, &f->duration_ps))
-        return refuse(r, MR_MALFORMED, "a power fault needs milliseconds above 0, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "a power fault needs milliseconds above 0, not `%s`",
+                      peek(r));
     return MR_OK;
 }
 
@@ -179,7 +196,8 @@ static enum mr_status read_line(struct reader *r, struct hil_fault *f, bool seri
         return refuse(r, MR_MALFORMED, "`%s` is no direction: out (from the board) or in", peek(r));
     int kind = one_of(r, kinds, serial && way == 1 ? 6 : 4);
     if (kind < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no fault of that line: drop, repeat, corrupt, delay%s", peek(r),
+        return refuse(r, MR_MALFORMED,
+                      "`%s` is no fault of that line: drop, repeat, corrupt, delay%s", peek(r),
                       serial && way == 1 ? ", framing, noise" : "");
     if (!take(r, "all") && !whole(r, 1, UINT32_MAX - 1u, &count))
         return refuse(r, MR_MALFORMED, "how many? A count from 1, or `all`, not `%s`", peek(r));
@@ -190,13 +208,15 @@ static enum mr_status read_line(struct reader *r, struct hil_fault *f, bool seri
     f->probability = 1.0;
     f->duration_ps = HIL_MS_PS;
     if (take(r, "p") && (!number(r, 1e-9, 1.0, &f->probability)))
-        return refuse(r, MR_MALFORMED, "`p` needs a probability above 0, at most 1, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "`p` needs a probability above 0, at most 1, not `%s`",
+                      peek(r));
     if (take(r, "us") && !duration(r, 1e6, &f->duration_ps))
         return refuse(r, MR_MALFORMED, "`us` needs microseconds above 0, not `%s`", peek(r));
     return MR_OK;
 }
 
-static enum mr_status read_channel(struct reader *r, struct hil_fault *f, unsigned first, unsigned count)
+static enum mr_status read_channel(struct reader *r, struct hil_fault *f, unsigned first,
+                                   unsigned count)
 {
     static const char *const fails[] = {"mend", "stick", "high", "low", "open"};
     uint64_t number_of = 1;
@@ -206,12 +226,15 @@ static enum mr_status read_channel(struct reader *r, struct hil_fault *f, unsign
         f->action = HIL_FAULT_DRIFT;
         f->index = (uint32_t)number_of - 1u;
         if (!number(r, 1e-3, 10.0, &f->gain) || !number(r, -1000.0, 1000.0, &f->offset_lb))
-            return refuse(r, MR_MALFORMED, "`drift` needs a gain, 0.001 to 10, and an offset in pounds, not `%s`", peek(r));
+            return refuse(r, MR_MALFORMED,
+                          "`drift` needs a gain, 0.001 to 10, and an offset in pounds, not `%s`",
+                          peek(r));
         return MR_OK;
     }
     int fail = one_of(r, fails, 5);
     if (fail < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no fault of a channel: stick, high, low, open, mend%s", peek(r),
+        return refuse(r, MR_MALFORMED,
+                      "`%s` is no fault of a channel: stick, high, low, open, mend%s", peek(r),
                       count == HIL_RUN_GAGES ? ", drift" : "");
     f->action = HIL_FAULT_CHANNEL;
     f->index = first + (uint32_t)number_of - 1u;
@@ -223,7 +246,8 @@ static enum mr_status read_switch(struct reader *r, struct hil_fault *f)
 {
     uint64_t position, times;
     if (!whole(r, 1, HIL_RUN_SWITCHES, &position))
-        return refuse(r, MR_MALFORMED, "`switch` needs a position, 1 to %u, not `%s`", HIL_RUN_SWITCHES, peek(r));
+        return refuse(r, MR_MALFORMED, "`switch` needs a position, 1 to %u, not `%s`",
+                      HIL_RUN_SWITCHES, peek(r));
     f->index = (uint32_t)position - 1u;
     f->action = HIL_FAULT_SKIP;
     if (take(r, "skip"))
@@ -232,7 +256,8 @@ static enum mr_status read_switch(struct reader *r, struct hil_fault *f)
     if (!take(r, "bounce"))
         return refuse(r, MR_MALFORMED, "`%s` is no fault of a switch: skip or bounce", peek(r));
     if (!whole(r, 1, 255, &times) || !duration(r, 1e6, &f->duration_ps))
-        return refuse(r, MR_MALFORMED, "`bounce` needs a count, 1 to 255, and microseconds, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED,
+                      "`bounce` needs a count, 1 to 255, and microseconds, not `%s`", peek(r));
     f->count = (uint32_t)times;
     return MR_OK;
 }
@@ -241,9 +266,11 @@ static enum mr_status read_nor(struct reader *r, struct hil_fault *f)
 {
     static const char *const kinds[] = {"fill", "dead", "mend", "fail-program", "fail-erase", NULL};
     uint64_t count = 1;
-    enum mr_status status = choose(r, f, HIL_FAULT_NOR, kinds, "fault of the NOR: fill, dead, mend, fail-program, fail-erase");
+    enum mr_status status = choose(r, f, HIL_FAULT_NOR, kinds,
+                                   "fault of the NOR: fill, dead, mend, fail-program, fail-erase");
     if (status == MR_OK && f->choice >= HIL_NOR_FAIL_PROGRAM && !whole(r, 1, UINT32_MAX, &count))
-        return refuse(r, MR_MALFORMED, "how many operations fail? A count from 1, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "how many operations fail? A count from 1, not `%s`",
+                      peek(r));
     f->count = (uint32_t)count;
     return status;
 }
@@ -251,8 +278,10 @@ static enum mr_status read_nor(struct reader *r, struct hil_fault *f)
 static enum mr_status read_thermometer(struct reader *r, struct hil_fault *f)
 {
     static const char *const kinds[] = {"dead", "stuck", "hang", "stretch", "mend", NULL};
-    enum mr_status status = choose(r, f, HIL_FAULT_THERMOMETER, kinds, "fault of the thermometer: dead, stuck, hang, stretch, mend");
-    if (status == MR_OK && f->choice == HIL_THERMOMETER_STRETCH && !duration(r, 1e9, &f->duration_ps))
+    enum mr_status status = choose(r, f, HIL_FAULT_THERMOMETER, kinds,
+                                   "fault of the thermometer: dead, stuck, hang, stretch, mend");
+    if (status == MR_OK && f->choice == HIL_THERMOMETER_STRETCH &&
+        !duration(r, 1e9, &f->duration_ps))
         return refuse(r, MR_MALFORMED, "`stretch` needs milliseconds above 0, not `%s`", peek(r));
     return status;
 }
@@ -261,7 +290,8 @@ static enum mr_status read_camera(struct reader *r, struct hil_fault *f)
 {
     uint64_t frames;
     if (!take(r, "skip") || !whole(r, 1, UINT32_MAX, &frames))
-        return refuse(r, MR_MALFORMED, "`camera skip` and a count of frames from 1, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "`camera skip` and a count of frames from 1, not `%s`",
+                      peek(r));
     f->action = HIL_FAULT_CAMERA;
     f->count = (uint32_t)frames;
     return MR_OK;
@@ -302,12 +332,15 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
     if (take(r, "thermometer"))
         return read_thermometer(r, f);
     if (take(r, "bus"))
-        return choose(r, f, HIL_FAULT_BUS, bus, "state of the bus: connect, unplug, short, dominant");
+        return choose(r, f, HIL_FAULT_BUS, bus,
+                      "state of the bus: connect, unplug, short, dominant");
     if (take(r, "crystal"))
         return read_crystal(r, f);
     return refuse(r, MR_MALFORMED,
-                  "`%s` is no action: power-cut, brown-out, crystal, flip, stick, lamp, bus, can, serial, transducer, gage, staircase, "
-                  "reference, switch, camera, nor or thermometer", peek(r));
+                  "`%s` is no action: power-cut, brown-out, crystal, flip, stick, lamp, bus, can, "
+                  "serial, transducer, gage, staircase, "
+                  "reference, switch, camera, nor or thermometer",
+                  peek(r));
 }
 
 static enum mr_status read_words(struct reader *r)
@@ -315,9 +348,11 @@ static enum mr_status read_words(struct reader *r)
     struct hil_fault fault = {.file_line = r->at.line};
     if (!r->has_version) {
         if (!take(r, "matrig-faults") || r->words != 2)
-            return refuse(r, MR_MALFORMED, "not a fault file: its first line must be `matrig-faults 1`");
+            return refuse(r, MR_MALFORMED,
+                          "not a fault file: its first line must be `matrig-faults 1`");
         if (!take(r, "1"))
-            return refuse(r, MR_VERSION, "version `%s` of the fault file; this program reads version 1", peek(r));
+            return refuse(r, MR_VERSION,
+                          "version `%s` of the fault file; this program reads version 1", peek(r));
         r->has_version = true;
         return MR_OK;
     }
@@ -343,7 +378,8 @@ static enum mr_status read_text(struct reader *r, char *line)
 {
     r->words = r->next = 0;
     line[strcspn(line, "#\r\n")] = '\0';
-    for (char *save, *word = strtok_r(line, " \t", &save); word; word = strtok_r(NULL, " \t", &save)) {
+    for (char *save, *word = strtok_r(line, " \t", &save); word;
+         word = strtok_r(NULL, " \t", &save)) {
         if (r->words == WORDS_MAX)
             return refuse(r, MR_MALFORMED, "more than %u words in a line", WORDS_MAX);
         r->word[r->words++] = word;
@@ -351,8 +387,8 @@ static enum mr_status read_text(struct reader *r, char *line)
     return r->words ? read_words(r) : MR_OK;
 }
 
-enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script, char *error,
-                               size_t size)
+enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
+                               char *error, size_t size)
 {
     struct reader r = {.at = {path, 0, error, size}, .elf = elf, .script = script};
     char line[LINE_MAX_BYTES];
@@ -360,7 +396,9 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
     *script = (struct hil_fault_script){.seed = 1};
     FILE *file = fopen(path, "r");
     if (!file)
-        return refuse(&r, MR_IO, "%s; give a file of faults (hil/rig/faults.h says how it is written)", strerror(errno));
+        return refuse(&r, MR_IO,
+                      "%s; give a file of faults (hil/rig/faults.h says how it is written)",
+                      strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.at.line++;
         if (!strchr(line, '\n') && !feof(file))
@@ -373,7 +411,8 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
     if (status == MR_OK && (failed || !r.has_version)) {
         r.at.line = 0;
         status = failed ? refuse(&r, MR_IO, "cannot be read")
-                        : refuse(&r, MR_MALFORMED, "not a fault file: its first line must be `matrig-faults 1`");
+                        : refuse(&r, MR_MALFORMED,
+                                 "not a fault file: its first line must be `matrig-faults 1`");
     }
     return status;
 }

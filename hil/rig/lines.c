@@ -11,8 +11,8 @@
 _Static_assert(sizeof(struct hil_can_frame) <= 24, "a held frame has 24 bytes");
 
 static const char *const line_names[HIL_LINES] = {"CAN out", "CAN in", "serial out", "serial in"};
-static const char *const kind_names[HIL_LINE_FAULTS] = {"dropped",      "repeated",           "corrupted",
-                                                       "delayed",      "with a bad stop bit", "with noise"};
+static const char *const kind_names[HIL_LINE_FAULTS] = {
+    "dropped", "repeated", "corrupted", "delayed", "with a bad stop bit", "with noise"};
 
 static uint32_t random_below(void *device, uint32_t bound)
 {
@@ -32,17 +32,19 @@ static void schedule_late(struct hil_lines_device *dev)
 }
 
 static bool suffers(void *device, enum hil_line line, enum hil_line_fault kind, const char *what,
-                     uint32_t number)
+                    uint32_t number)
 {
     struct hil_lines_device *dev = device;
     struct hil_line_effect *effect = &dev->state->effect[line][kind];
     if (!effect->left)
         return false;
-    if (effect->probability < 1.0 && (double)random_below(dev, 1u << 30) >= effect->probability * 0x1p30)
+    if (effect->probability < 1.0 &&
+        (double)random_below(dev, 1u << 30) >= effect->probability * 0x1p30)
         return false;
     if (effect->left != HIL_FAULT_ALL)
         effect->left--;
-    hil_fault_tell(dev->core, dev->options->log, effect->file_line, "%s: %s 0x%02x %s", line_names[line], what, (unsigned)number, kind_names[kind]);
+    hil_fault_tell(dev->core, dev->options->log, effect->file_line, "%s: %s 0x%02x %s",
+                   line_names[line], what, (unsigned)number, kind_names[kind]);
     return true;
 }
 
@@ -52,7 +54,8 @@ static uint64_t delay_ps(const void *device, enum hil_line line)
     return dev->state->effect[line][HIL_DELAY].duration_ps;
 }
 
-static void give_frame(struct hil_lines_device *dev, uint64_t t_ps, const struct hil_can_frame *frame)
+static void give_frame(struct hil_lines_device *dev, uint64_t t_ps,
+                       const struct hil_can_frame *frame)
 {
     if (dev->callbacks.on_can_frame)
         dev->callbacks.on_can_frame(dev->callbacks.ctx, t_ps, frame);
@@ -67,7 +70,8 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
         dev->pin_callbacks.on_can_frame(dev->pin_callbacks.ctx, t_ps, frame);
     if (suffers(dev, HIL_CAN_OUT, HIL_DROP, "frame", frame->id))
         return;
-    if (lines->held_count < HIL_FAULT_HELD && suffers(dev, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
+    if (lines->held_count < HIL_FAULT_HELD &&
+        suffers(dev, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
         memcpy(lines->held_frame[lines->held_count], frame, sizeof *frame);
         lines->held_ps[lines->held_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
         schedule_late(dev);
@@ -121,7 +125,8 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
             from = i + 1;
             continue;
         }
-        if (lines->bytes_ps == HIL_NEVER && suffers(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
+        if (lines->bytes_ps == HIL_NEVER &&
+            suffers(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
             give_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
             lines->bytes_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
@@ -150,7 +155,8 @@ static void on_late(void *device, uint64_t at)
         struct hil_can_frame frame;
         memcpy(&frame, lines->held_frame[i], sizeof frame);
         lines->held_count--;
-        memmove(&lines->held_ps[i], &lines->held_ps[i + 1], (lines->held_count - i) * sizeof lines->held_ps[0]);
+        memmove(&lines->held_ps[i], &lines->held_ps[i + 1],
+                (lines->held_count - i) * sizeof lines->held_ps[0]);
         memmove(&lines->held_frame[i], &lines->held_frame[i + 1],
                 (lines->held_count - i) * sizeof lines->held_frame[0]);
         give_frame(dev, now_ps, &frame);
@@ -167,11 +173,15 @@ void hil_lines_order(struct hil_lines_device *dev, enum hil_line line, enum hil_
     char count[16] = "all";
     if (effect->left != HIL_FAULT_ALL)
         snprintf(count, sizeof count, "%u", (unsigned)effect->left);
-    hil_fault_tell(dev->core, dev->options->log, effect->file_line, "%s: from now on %s %s with probability %g", line_names[line],
-                   count, kind_names[kind], effect->probability);
+    hil_fault_tell(dev->core, dev->options->log, effect->file_line,
+                   "%s: from now on %s %s with probability %g", line_names[line], count,
+                   kind_names[kind], effect->probability);
 }
 
-void hil_lines_seed(struct hil_lines_device *dev, uint64_t seed) { dev->state->random = seed ^ 0xfa0175eedull; }
+void hil_lines_seed(struct hil_lines_device *dev, uint64_t seed)
+{
+    dev->state->random = seed ^ 0xfa0175eedull;
+}
 
 void hil_lines_create(struct hil_lines_device *dev, uint64_t seed)
 {

@@ -1,4 +1,5 @@
-/* The board's two links, from its pins to the host's end, and what befalls frames and bytes on the way. */
+/* The board's two links, from its pins to the host's end, and what befalls frames and bytes on the
+ * way. */
 #ifndef MATRIG_HIL_LINES_H
 #define MATRIG_HIL_LINES_H
 
@@ -13,9 +14,9 @@
 struct hil_core;
 struct hil_options;
 
-#define HIL_FAULT_HELD 16u     /* frames on their way late; more than that are not delayed */
+#define HIL_FAULT_HELD  16u    /* frames on their way late; more than that are not delayed */
 #define HIL_FAULT_BYTES 16384u /* bytes on their way late; likewise */
-#define HIL_FAULT_ALL UINT32_MAX
+#define HIL_FAULT_ALL   UINT32_MAX
 
 struct hil_callbacks {
     void *ctx;

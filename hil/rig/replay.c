@@ -9,18 +9,20 @@
 #include "hil/rig/command_in.h"
 #include "hil/rig/rig.h"
 
-/* The application takes a block 0.97 ms after its first trigger: what comes half way before that finds the block before
- * it done, and is there in time. */
-#define COMMAND_TICKS 37800u
-#define SCAN_TICKS (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
-#define PULSE_TICKS 84u /* the one-shot goes low again 1 us after the capture; edges may follow closely */
+/* The application takes a block 0.97 ms after its first trigger: what comes half way before that
+ * finds the block before it done, and is there in time. */
+#define COMMAND_TICKS     37800u
+#define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
+/* the one-shot goes low again 1 us after the capture; edges may follow closely */
+#define PULSE_TICKS       84u
 #define FRAME_PULSE_TICKS 8400u /* 100 us */
-#define SERIAL_COMMANDS 2u /* the application takes so many from each link in a block */
-#define MARGIN_S 1.0       /* from power on to the first scan, and to send the end */
+#define SERIAL_COMMANDS   2u    /* the application takes so many from each link in a block */
+#define MARGIN_S          1.0   /* from power on to the first scan, and to send the end */
 
 static uint64_t tick_cycles(const struct hil_replay_device *dev)
 {
-    return (uint64_t)hil_rcc_apb1_timer_divider(dev->rcc) * (dev->tim->state[HIL_TIM2].psc_now + 1u);
+    return (uint64_t)hil_rcc_apb1_timer_divider(dev->rcc) *
+           (dev->tim->state[HIL_TIM2].psc_now + 1u);
 }
 
 static uint64_t cycle_of(const struct hil_replay_device *dev, uint64_t tick)
@@ -30,7 +32,8 @@ static uint64_t cycle_of(const struct hil_replay_device *dev, uint64_t tick)
 
 static uint64_t command_tick(const struct hil_replay *replay, size_t i)
 {
-    return replay->origin_tick + (uint64_t)replay->commands[i].block * MR_TICKS_PER_BLOCK + COMMAND_TICKS;
+    return replay->origin_tick + (uint64_t)replay->commands[i].block * MR_TICKS_PER_BLOCK +
+           COMMAND_TICKS;
 }
 
 /* When PA15 has to rise or fall next, HIL_NEVER: no more. */
@@ -40,7 +43,8 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
     const struct hil_replay_state *state = dev->state;
     if (state->pulse) {
         uint64_t tick = replay->edge_tick[state->next_edge - 1], low = tick + PULSE_TICKS;
-        if (state->next_edge < replay->edge_count && (tick + replay->edge_tick[state->next_edge]) / 2u < low)
+        if (state->next_edge < replay->edge_count &&
+            (tick + replay->edge_tick[state->next_edge]) / 2u < low)
             low = (tick + replay->edge_tick[state->next_edge]) / 2u;
         return cycle_of(dev, low);
     }
@@ -56,7 +60,9 @@ static uint64_t frame_cycle(const struct hil_replay_device *dev)
     const struct hil_replay_state *state = dev->state;
     if (state->frame_pulse)
         return cycle_of(dev, replay->frame_tick[state->next_frame - 1] + FRAME_PULSE_TICKS);
-    return state->next_frame < replay->frame_count ? cycle_of(dev, replay->frame_tick[state->next_frame]) : HIL_NEVER;
+    return state->next_frame < replay->frame_count
+             ? cycle_of(dev, replay->frame_tick[state->next_frame])
+             : HIL_NEVER;
 }
 
 static void schedule(struct hil_replay_device *dev)
@@ -87,7 +93,8 @@ static void begin(struct hil_replay_device *dev)
 static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
 {
     if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
-        hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board", (unsigned)message->tag);
+        hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board",
+                      (unsigned)message->tag);
 }
 
 /* All commands of the next block at once. The application takes those from CAN first. */
@@ -96,7 +103,8 @@ static void give_block(struct hil_replay_device *dev)
     const struct hil_replay *replay = dev->replay;
     struct hil_replay_state *state = dev->state;
     uint32_t first = state->next_command, end = first;
-    while (end < replay->command_count && replay->commands[end].block == replay->commands[first].block)
+    while (end < replay->command_count &&
+           replay->commands[end].block == replay->commands[first].block)
         end++;
     for (uint32_t i = first; i < end; i++)
         give(dev, &replay->commands[i].message, end - i <= SERIAL_COMMANDS);
@@ -135,8 +143,8 @@ static void on_event(void *device, uint64_t at)
         move_pin(dev, at);
     if (frame_cycle(dev) <= at)
         move_frame_pin(dev, at);
-    if (state->next_command < dev->replay->command_count
-        && cycle_of(dev, command_tick(dev->replay, state->next_command)) <= at)
+    if (state->next_command < dev->replay->command_count &&
+        cycle_of(dev, command_tick(dev->replay, state->next_command)) <= at)
         give_block(dev);
     schedule(dev);
 }
@@ -155,7 +163,8 @@ static bool channel_of(unsigned port, unsigned pin, bool *transducer, unsigned *
 {
     *transducer = port == 5 && pin >= 3 && pin <= 10;
     *channel = *transducer ? pin - 3 : port == 0 ? pin : port == 1 ? pin + 8 : pin + 10;
-    return *transducer || (port == 0 && pin < 8) || (port == 1 && pin < 2) || (port == 2 && pin < 6);
+    return *transducer || (port == 0 && pin < 8) || (port == 1 && pin < 2) ||
+           (port == 2 && pin < 6);
 }
 
 /* Code of a pin sampled at cycle `at`. */
@@ -186,7 +195,10 @@ static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
     return dev->codes.transducer[polarity < 0][channel][scan / 2u];
 }
 
-void hil_replay_create(struct hil_replay_device *dev) { hil_event_wire(dev->core, HIL_EVENT_REPLAY, on_event, dev); }
+void hil_replay_create(struct hil_replay_device *dev)
+{
+    hil_event_wire(dev->core, HIL_EVENT_REPLAY, on_event, dev);
+}
 
 void hil_replay_connect(struct hil_replay_device *dev, const struct hil_replay *replay)
 {

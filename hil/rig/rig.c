@@ -5,22 +5,25 @@
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 
-#define PORT_D 3u
-#define PORT_E 4u
-#define STAIRCASE_ZERO_V 0.050
-#define STAIRCASE_TAU_S 20e-6
-#define GAGE_ZERO_V 0.400
-#define GAGE_V_PER_LB 0.005
-#define REFERENCE_V 2.500
-#define TRANSDUCER_MID_V 1.65
-#define TRANSDUCER_ZERO_V 0.050
+#define PORT_D              3u
+#define PORT_E              4u
+#define STAIRCASE_ZERO_V    0.050
+#define STAIRCASE_TAU_S     20e-6
+#define GAGE_ZERO_V         0.400
+#define GAGE_V_PER_LB       0.005
+#define REFERENCE_V         2.500
+#define TRANSDUCER_MID_V    1.65
+#define TRANSDUCER_ZERO_V   0.050
 #define TRANSDUCER_V_PER_IN 0.5
-#define TRANSDUCER_TAU_S 4e-6
-#define CHANNEL_STAIRCASE 22u
-#define CHANNEL_REFERENCE 23u
-#define SETTLED_TAUS 40.0 /* exp(-40) of full scale is 1e-14 codes */
+#define TRANSDUCER_TAU_S    4e-6
+#define CHANNEL_STAIRCASE   22u
+#define CHANNEL_REFERENCE   23u
+#define SETTLED_TAUS        40.0 /* exp(-40) of full scale is 1e-14 codes */
 
-unsigned hil_rig_step_codes(unsigned position) { return 64u + 8u * (7u * (position - 1u) % 24u); }
+unsigned hil_rig_step_codes(unsigned position)
+{
+    return 64u + 8u * (7u * (position - 1u) % 24u);
+}
 
 static void schedule(struct hil_rig_device *dev)
 {
@@ -65,7 +68,8 @@ static double contact_level(const struct hil_contact *contact, double t_s)
     return taus > 0.0 ? target + (contact->level - target) * exp(-taus) : contact->level;
 }
 
-static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint64_t t_ps, uint64_t at)
+static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint64_t t_ps,
+                         uint64_t at)
 {
     struct hil_rig *rig = dev->state;
     struct hil_contact *contact = &rig->contact[i];
@@ -106,8 +110,8 @@ static void on_event(void *device, uint64_t at)
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
             bounce(dev, i, at);
     }
-    while (dev->run && rig->opened < rig->order_count
-           && dev->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
+    while (dev->run && rig->opened < rig->order_count &&
+           dev->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
         unsigned i = rig->order[rig->opened++];
         struct hil_contact *contact = &rig->contact[i];
         uint64_t opens = dev->run->switch_open_ps[i];
@@ -130,7 +134,8 @@ void hil_rig_skip(struct hil_rig_device *dev, unsigned position)
     dev->state->contact[position].skipped = true;
 }
 
-void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times, uint64_t period_ps)
+void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times,
+                    uint64_t period_ps)
 {
     struct hil_contact *contact = &dev->state->contact[position];
     contact->bounces = (uint8_t)times;
@@ -138,7 +143,8 @@ void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t time
     contact->next_ps = HIL_NEVER;
 }
 
-/* What is left of a step after `taus`. The converters look after the same few times in every scan: those are remembered. */
+/* What is left of a step after `taus`. The converters look after the same few times in every scan:
+ * those are remembered. */
 static double rest_after(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
     struct hil_settling *known = &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
@@ -151,10 +157,12 @@ static double rest_after(struct hil_rig_device *dev, uint64_t cycles, double tau
 static double amplitude(struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_rig *rig = dev->state;
-    double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz / TRANSDUCER_TAU_S;
+    double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz /
+                  TRANSDUCER_TAU_S;
     if (at < rig->since_cycle || taus > SETTLED_TAUS)
         return rig->excitation;
-    return rig->excitation + (rig->from - rig->excitation) * rest_after(dev, at - rig->since_cycle, taus);
+    return rig->excitation +
+           (rig->from - rig->excitation) * rest_after(dev, at - rig->since_cycle, taus);
 }
 
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
@@ -203,7 +211,9 @@ void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, doubl
 
 static double gage_volts(const struct hil_rig *rig, unsigned gage, double tension_lb)
 {
-    double lb = (1.0 + rig->gain_drift[gage]) * (tension_lb + (rig->shunted ? HIL_RIG_SHUNT_LB : 0.0)) + rig->offset_lb[gage];
+    double lb = (1.0 + rig->gain_drift[gage]) *
+                    (tension_lb + (rig->shunted ? HIL_RIG_SHUNT_LB : 0.0)) +
+                rig->offset_lb[gage];
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
 }
 
@@ -248,12 +258,15 @@ static double quantity(const struct hil_rig_device *dev, unsigned channel, doubl
     return dev->run ? hil_run_truth(dev->run, channel, t_s) : 0.0;
 }
 
-/* Nothing moves where there is no run: the time of each conversion costs more than the rest of it. */
+/* Nothing moves where there is no run: the time of each conversion costs more than the rest of
+ * it. */
 static double quantity_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
     if (dev->run)
         return quantity(dev, channel, (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12);
-    return channel == CHANNEL_STAIRCASE ? STAIRCASE_ZERO_V : channel == CHANNEL_REFERENCE ? REFERENCE_V : 0.0;
+    return channel == CHANNEL_STAIRCASE ? STAIRCASE_ZERO_V
+         : channel == CHANNEL_REFERENCE ? REFERENCE_V
+                                        : 0.0;
 }
 
 void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
@@ -274,8 +287,11 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
     double value = fault == HIL_CHANNEL_STUCK ? dev->state->held[channel]
                                               : quantity_at(dev, (unsigned)channel, at);
     if (channel < (int)HIL_RUN_TRANSDUCERS)
-        return TRANSDUCER_MID_V + amplitude(dev, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
-    return channel < (int)HIL_RUN_COLUMNS ? gage_volts(dev->state, (unsigned)channel - HIL_RUN_TRANSDUCERS, value) : value;
+        return TRANSDUCER_MID_V +
+               amplitude(dev, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
+    return channel < (int)HIL_RUN_COLUMNS
+             ? gage_volts(dev->state, (unsigned)channel - HIL_RUN_TRANSDUCERS, value)
+             : value;
 }
 
 double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, uint64_t at)
@@ -288,7 +304,8 @@ double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, ui
 static void look_at_excitation(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    hil_rig_excitation(dev, hil_gpio_level(dev->gpio, PORT_D, 12), hil_gpio_level(dev->gpio, PORT_D, 13), at);
+    hil_rig_excitation(dev, hil_gpio_level(dev->gpio, PORT_D, 12),
+                       hil_gpio_level(dev->gpio, PORT_D, 13), at);
 }
 
 static void look_at_shunts(void *device, uint64_t at)

@@ -1,17 +1,17 @@
 /* The rig: physical truth of a run into what the board's pins see.
  *
- * Switches: each opens for good, fires a one-shot of 20 us on PA15, and adds its own step to the staircase
- * on PC4:
+ * Switches: each opens for good, fires a one-shot of 20 us on PA15, and adds its own step to the
+ * staircase on PC4:
  *     V = 0.050 + sum over opened switches of step * 3.3/4096 * (1 - exp(-(t - t_open)/20 us)),
  *     step(p) = 64 + 8 * ((7 (p - 1)) mod 24) codes, p = 1..24
- * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = 0.400 + 0.005 * (gain * (tension_lb + shunt_lb) + offset_lb), with a gain
- * of 1 and no offset unless a fault makes them drift, shunt_lb 40 while PE1 is high (its relay puts a resistor across an arm
- * of every bridge), else 0. Reference on PC5: 2.500 V.
- * Transducers 1..8 on PF3..PF10, excited by PD12 and PD13: V = 1.65 + a * (0.050 + 0.5 * displacement_in),
- * where a is +1 while PD12 is high and PD13 low, -1 reversed, 0 while equal, and follows a change
- * exponentially with 4 us. An electrolytic transducer wants no direct component: the time at each polarity
- * is counted. All voltages are clipped to 0..3.3 V by the converter. Pins that nothing is connected to
- * float at 0 V. */
+ * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = 0.400 + 0.005 * (gain * (tension_lb + shunt_lb)
+ * + offset_lb), with a gain of 1 and no offset unless a fault makes them drift, shunt_lb 40 while
+ * PE1 is high (its relay puts a resistor across an arm of every bridge), else 0. Reference on PC5:
+ * 2.500 V. Transducers 1..8 on PF3..PF10, excited by PD12 and PD13: V = 1.65 + a * (0.050 + 0.5 *
+ * displacement_in), where a is +1 while PD12 is high and PD13 low, -1 reversed, 0 while equal, and
+ * follows a change exponentially with 4 us. An electrolytic transducer wants no direct component:
+ * the time at each polarity is counted. All voltages are clipped to 0..3.3 V by the converter. Pins
+ * that nothing is connected to float at 0 V. */
 #ifndef MATRIG_HIL_RIG_H
 #define MATRIG_HIL_RIG_H
 
@@ -33,21 +33,28 @@ struct hil_core;
 /* A contact that has moved: the staircase follows it from `level` (0 closed, 1 open) since then. */
 struct hil_contact {
     bool moved, open, skipped;
-    uint8_t bounces;        /* openings still to come */
+    uint8_t bounces; /* openings still to come */
     double level;
     uint64_t since_ps;
-    uint64_t period_ps;     /* of its bouncing */
-    uint64_t next_ps;       /* when it moves again; HIL_NEVER: it rests */
+    uint64_t period_ps; /* of its bouncing */
+    uint64_t next_ps;   /* when it moves again; HIL_NEVER: it rests */
 };
 
-/* What was worked out of the transducers' settling: `rest` of a step is left after `taus`; 0: nothing yet. */
-#define HIL_SETTLINGS 32u
+/* What was worked out of the transducers' settling: `rest` of a step is left after `taus`; 0:
+ * nothing yet. */
+#define HIL_SETTLINGS       32u
 #define HIL_SETTLING_CYCLES 512u
 struct hil_settling {
     double taus, rest;
 };
 
-enum hil_channel_fault { HIL_CHANNEL_GOOD, HIL_CHANNEL_STUCK, HIL_CHANNEL_HIGH, HIL_CHANNEL_LOW, HIL_CHANNEL_OPEN };
+enum hil_channel_fault {
+    HIL_CHANNEL_GOOD,
+    HIL_CHANNEL_STUCK,
+    HIL_CHANNEL_HIGH,
+    HIL_CHANNEL_LOW,
+    HIL_CHANNEL_OPEN
+};
 enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 
 struct hil_rig {
@@ -57,14 +64,14 @@ struct hil_rig {
     double gain_drift[HIL_RUN_GAGES];        /* gain less 1 */
     double offset_lb[HIL_RUN_GAGES];
     bool shunted;
-    uint8_t order[24];      /* switches (0..23) in the order in which they open */
-    uint8_t order_count;    /* of those that open at all */
-    uint8_t opened;         /* so many have */
-    uint64_t pulse_end_ps;  /* HIL_NEVER: the one-shot is low */
-    uint8_t lamp;           /* enum hil_lamp */
-    int8_t excitation;      /* +1, -1, 0 */
-    double from;            /* amplitude when it last changed */
-    uint64_t since_cycle;   /* when */
+    uint8_t order[24];     /* switches (0..23) in the order in which they open */
+    uint8_t order_count;   /* of those that open at all */
+    uint8_t opened;        /* so many have */
+    uint64_t pulse_end_ps; /* HIL_NEVER: the one-shot is low */
+    uint8_t lamp;          /* enum hil_lamp */
+    int8_t excitation;     /* +1, -1, 0 */
+    double from;           /* amplitude when it last changed */
+    uint64_t since_cycle;  /* when */
     uint64_t since_ps;
 };
 
@@ -78,7 +85,8 @@ struct hil_rig_device {
     struct hil_settling settling[HIL_SETTLINGS]; /* derived; worked out again when needed */
 };
 
-/* Connect it to the pins, the converters and the event queue; its device is filled in but for `lamp` and `settling`. */
+/* Connect it to the pins, the converters and the event queue; its device is filled in but for
+ * `lamp` and `settling`. */
 void hil_rig_create(struct hil_rig_device *dev);
 /* Take the order of the switches from the run and schedule the first. */
 void hil_rig_start(struct hil_rig_device *dev);
@@ -91,13 +99,16 @@ void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel
 /* A bridge or its amplifier drifts: gage from 0, gain 1 and offset 0 as it should be. */
 void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb);
 void hil_rig_skip(struct hil_rig_device *dev, unsigned position);
-void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times, uint64_t period_ps);
+void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times,
+                    uint64_t period_ps);
 /* Channel that the rig has on a pin, 0..23, or -1. */
 int hil_rig_channel(unsigned port, unsigned pin);
-/* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V); `device` is a struct hil_rig_device. Of a pin. */
+/* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V); `device` is a struct
+ * hil_rig_device. Of a pin. */
 double hil_rig_channel_volts(void *device, int channel, uint64_t at);
 double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, uint64_t at);
-/* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is low while it does. */
+/* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is
+ * low while it does. */
 bool hil_rig_lamp_draws(const struct hil_rig_device *dev);
 /* Step of a switch, position 1..24, in codes. */
 unsigned hil_rig_step_codes(unsigned position);

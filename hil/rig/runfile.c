@@ -10,18 +10,18 @@
 #include "common/crc32.h"
 #include "hil/core/file_place.h"
 
-#define FILE_MAX (256u * 1024u * 1024u)
-#define SAMPLES_MAX 4000000u
+#define FILE_MAX     (256u * 1024u * 1024u)
+#define SAMPLES_MAX  4000000u
 #define COMMANDS_MAX 10000u
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
 
 struct reader {
     struct hil_file_place at; /* line: the present one */
-    char *bytes;     /* the whole file, 0 after it */
+    char *bytes;              /* the whole file, 0 after it */
     size_t size;
-    char *next;      /* line to come */
-    char *line;      /* present line, its end replaced by 0 */
+    char *next; /* line to come */
+    char *line; /* present line, its end replaced by 0 */
     struct hil_run *run;
     unsigned switches, transducers, gages, gaps, gaps_end;
     bool has_duration, has_samples, ended;
@@ -113,17 +113,20 @@ static enum mr_status read_switch(struct reader *r, char *p)
     double nominal_ft;
     uint64_t *open_ps;
     if (!whole(&p, 1, HIL_RUN_SWITCHES, &position) || (unsigned)position != r->switches + 1u)
-        return refuse(r, MR_MALFORMED, "switch %u of %u expected here", r->switches + 1u, HIL_RUN_SWITCHES);
+        return refuse(r, MR_MALFORMED, "switch %u of %u expected here", r->switches + 1u,
+                      HIL_RUN_SWITCHES);
     open_ps = &r->run->switch_open_ps[position - 1];
     if (!number(&p, &nominal_ft) || !number(&p, &r->run->switch_ft[position - 1]))
-        return refuse(r, MR_MALFORMED, "`switch <position> <nominal_ft> <true_ft> <t_open_s or ->` expected");
+        return refuse(r, MR_MALFORMED,
+                      "`switch <position> <nominal_ft> <true_ft> <t_open_s or ->` expected");
     while (*p == ' ')
         p++;
     if (*p == '-') {
         *open_ps = HIL_RUN_NEVER;
         p++;
     } else if (!time_ps(&p, open_ps)) {
-        return refuse(r, MR_MALFORMED, "time at which switch %ld opens expected: seconds, or -", position);
+        return refuse(r, MR_MALFORMED, "time at which switch %ld opens expected: seconds, or -",
+                      position);
     }
     r->switches++;
     return at_end(r, p, "switch");
@@ -132,9 +135,10 @@ static enum mr_status read_switch(struct reader *r, char *p)
 static enum mr_status read_transducer(struct reader *r, char *p)
 {
     long channel;
-    if (!whole(&p, 1, HIL_RUN_TRANSDUCERS, &channel) || (unsigned)channel != r->transducers + 1u
-        || !number(&p, &r->run->transducer_ft[channel - 1]))
-        return refuse(r, MR_MALFORMED, "`transducer %u <station_ft>` expected", r->transducers + 1u);
+    if (!whole(&p, 1, HIL_RUN_TRANSDUCERS, &channel) || (unsigned)channel != r->transducers + 1u ||
+        !number(&p, &r->run->transducer_ft[channel - 1]))
+        return refuse(r, MR_MALFORMED, "`transducer %u <station_ft>` expected",
+                      r->transducers + 1u);
     r->transducers++;
     return at_end(r, p, "transducer");
 }
@@ -142,8 +146,8 @@ static enum mr_status read_transducer(struct reader *r, char *p)
 static enum mr_status read_gage(struct reader *r, char *p)
 {
     long channel, band;
-    if (!whole(&p, 1, HIL_RUN_GAGES, &channel) || (unsigned)channel != r->gages + 1u
-        || !number(&p, &r->run->gage_ft[channel - 1]) || !whole(&p, 0, 255, &band))
+    if (!whole(&p, 1, HIL_RUN_GAGES, &channel) || (unsigned)channel != r->gages + 1u ||
+        !number(&p, &r->run->gage_ft[channel - 1]) || !whole(&p, 0, 255, &band))
         return refuse(r, MR_MALFORMED, "`gage %u <station_ft> <band>` expected", r->gages + 1u);
     r->run->gage_band[channel - 1] = (unsigned)band;
     r->gages++;
@@ -175,13 +179,15 @@ static enum mr_status read_command(struct reader *r, char *p)
         return refuse(r, MR_MALFORMED, "commands must be in order of time");
     const char *link = word(&p);
     if (!link || (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
-        return refuse(r, MR_MALFORMED, "a command comes by `can` or `serial`, not `%s`", link ? link : "");
+        return refuse(r, MR_MALFORMED, "a command comes by `can` or `serial`, not `%s`",
+                      link ? link : "");
     command.serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
         return refuse(r, MR_TOO_LONG, "more than %u commands", COMMANDS_MAX);
     if (mr_command_parse(p, (uint16_t)(run->command_count + 1u), &command.message) != MR_OK)
         return refuse(r, MR_MALFORMED, "`%s` is no command", p);
-    struct hil_run_command *grown = realloc(run->commands, (run->command_count + 1u) * sizeof *grown);
+    struct hil_run_command *grown = realloc(run->commands,
+                                            (run->command_count + 1u) * sizeof *grown);
     if (!grown)
         return refuse(r, MR_IO, "no memory for its commands");
     run->commands = grown;
@@ -198,7 +204,8 @@ static enum mr_status read_row(struct reader *r, int32_t row[HIL_RUN_COLUMNS])
         errno = 0;
         long value = strtol(p, &end, 10);
         if (end == p || errno || value > INT32_MAX || value < INT32_MIN)
-            return refuse(r, MR_MALFORMED, "a row of %u integers, or xN, expected", HIL_RUN_COLUMNS);
+            return refuse(r, MR_MALFORMED, "a row of %u integers, or xN, expected",
+                          HIL_RUN_COLUMNS);
         row[i] = (int32_t)value;
         p = end;
     }
@@ -220,18 +227,18 @@ static enum mr_status read_samples(struct reader *r, char *p)
         return refuse(r, MR_IO, "no memory for %ld samples", count);
     while (run->sample_count < (size_t)count) {
         if (!next_line(r))
-            return refuse(r, MR_TRUNCATED, "the file ends after %zu of %ld samples", run->sample_count,
-                          count);
+            return refuse(r, MR_TRUNCATED, "the file ends after %zu of %ld samples",
+                          run->sample_count, count);
         if (r->line[0] == '#')
             continue;
         if (r->line[0] == 'x') {
             char *q = r->line + 1;
             long repeat;
-            if (!run->sample_count || !whole(&q, 1, count, &repeat) || word(&q)
-                || (size_t)repeat > (size_t)count - run->sample_count)
+            if (!run->sample_count || !whole(&q, 1, count, &repeat) || word(&q) ||
+                (size_t)repeat > (size_t)count - run->sample_count)
                 return refuse(r, MR_MALFORMED,
-                              "`%s` does not repeat a row that is there, within the %ld samples", r->line,
-                                  count);
+                              "`%s` does not repeat a row that is there, within the %ld samples",
+                              r->line, count);
             for (; repeat; repeat--, run->sample_count++)
                 memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
                        sizeof *run->samples);
@@ -289,8 +296,9 @@ static enum mr_status read_line(struct reader *r, uint32_t crc)
         return at_end(r, p, keyword);
     }
     if (strcmp(keyword, "truth") == 0) /* for those who compare; the board must not know it */
-        return word(&p) && number(&p, &value) ? at_end(r, p, keyword)
-                                              : refuse(r, MR_MALFORMED, "`truth <name> <value>` expected");
+        return word(&p) && number(&p, &value)
+                 ? at_end(r, p, keyword)
+                 : refuse(r, MR_MALFORMED, "`truth <name> <value>` expected");
     if (strcmp(keyword, "switch") == 0)
         return read_switch(r, p);
     if (strcmp(keyword, "transducer") == 0)
@@ -316,13 +324,15 @@ static enum mr_status check_complete(const struct reader *r)
         return refuse(r, MR_TRUNCATED, "the file ends without its `end` line");
     if (!r->has_duration || !r->has_samples)
         return refuse(r, MR_MALFORMED, "no %s", r->has_duration ? "samples" : "duration_s");
-    if (r->switches != HIL_RUN_SWITCHES || r->transducers != HIL_RUN_TRANSDUCERS || r->gages != HIL_RUN_GAGES)
-        return refuse(r, MR_MALFORMED, "has %u switches, %u transducers, %u gages; needs %u, %u, %u",
-                      r->switches,
-                      r->transducers, r->gages, HIL_RUN_SWITCHES, HIL_RUN_TRANSDUCERS, HIL_RUN_GAGES);
+    if (r->switches != HIL_RUN_SWITCHES || r->transducers != HIL_RUN_TRANSDUCERS ||
+        r->gages != HIL_RUN_GAGES)
+        return refuse(r, MR_MALFORMED,
+                      "has %u switches, %u transducers, %u gages; needs %u, %u, %u", r->switches,
+                      r->transducers, r->gages, HIL_RUN_SWITCHES, HIL_RUN_TRANSDUCERS,
+                      HIL_RUN_GAGES);
     if (r->gaps != HIL_RUN_JOINTS || r->gaps_end != HIL_RUN_JOINTS)
-        return refuse(r, MR_MALFORMED, "has %u and %u joint gaps; needs %u of each", r->gaps, r->gaps_end,
-                      HIL_RUN_JOINTS);
+        return refuse(r, MR_MALFORMED, "has %u and %u joint gaps; needs %u of each", r->gaps,
+                      r->gaps_end, HIL_RUN_JOINTS);
     return MR_OK;
 }
 
@@ -338,7 +348,8 @@ static uint32_t checksum(const struct reader *r)
 
 static enum mr_status parse(struct reader *r)
 {
-    enum mr_status status = hil_file_read(&r->at, FILE_MAX, "give a matrig-run file", &r->bytes, &r->size);
+    enum mr_status status = hil_file_read(&r->at, FILE_MAX, "give a matrig-run file", &r->bytes,
+                                          &r->size);
     long version;
     if (status != MR_OK)
         return status;
@@ -349,7 +360,8 @@ static enum mr_status parse(struct reader *r)
         return refuse(r, MR_MALFORMED, "not a run file: it does not begin with `matrig-run 1`");
     p += 11;
     if (!whole(&p, 0, 1000000, &version) || version != 1)
-        return refuse(r, MR_VERSION, "run file of version `%s`; this program reads version 1", r->line + 11);
+        return refuse(r, MR_VERSION, "run file of version `%s`; this program reads version 1",
+                      r->line + 11);
     while (status == MR_OK && !r->ended && next_line(r))
         status = read_line(r, crc);
     return status == MR_OK ? check_complete(r) : status;

@@ -1,7 +1,8 @@
 /* The run file: physical truth of one landing as text (`matrig-run 1`), read once, then constant.
  *
- * Truth between samples is linear; before the first and after the last sample it holds. Displacements are
- * in inches, downfield positive, tensions in pounds. Times are seconds of virtual time since power on. */
+ * Truth between samples is linear; before the first and after the last sample it holds.
+ * Displacements are in inches, downfield positive, tensions in pounds. Times are seconds of virtual
+ * time since power on. */
 #ifndef MATRIG_HIL_RUNFILE_H
 #define MATRIG_HIL_RUNFILE_H
 
@@ -12,12 +13,12 @@
 #include "common/catalogue.h"
 #include "common/status.h"
 
-#define HIL_RUN_SWITCHES 24u
+#define HIL_RUN_SWITCHES    24u
 #define HIL_RUN_TRANSDUCERS 8u
-#define HIL_RUN_GAGES 14u
-#define HIL_RUN_COLUMNS (HIL_RUN_TRANSDUCERS + HIL_RUN_GAGES)
-#define HIL_RUN_JOINTS 421u
-#define HIL_RUN_NEVER UINT64_MAX
+#define HIL_RUN_GAGES       14u
+#define HIL_RUN_COLUMNS     (HIL_RUN_TRANSDUCERS + HIL_RUN_GAGES)
+#define HIL_RUN_JOINTS      421u
+#define HIL_RUN_NEVER       UINT64_MAX
 
 struct hil_run_command {
     uint64_t t_ps;
@@ -30,23 +31,25 @@ struct hil_run {
     double duration_s;
     double touchdown_ft;
     double touchdown_s;
-    uint64_t switch_open_ps[HIL_RUN_SWITCHES]; /* by position - 1; HIL_RUN_NEVER: it is not tripped */
-    double switch_ft[HIL_RUN_SWITCHES];        /* where it really is */
+    /* by position - 1; HIL_RUN_NEVER: it is not tripped */
+    uint64_t switch_open_ps[HIL_RUN_SWITCHES];
+    double switch_ft[HIL_RUN_SWITCHES]; /* where it really is */
     double transducer_ft[HIL_RUN_TRANSDUCERS];
     double gage_ft[HIL_RUN_GAGES];
     unsigned gage_band[HIL_RUN_GAGES];
     double gap_in[HIL_RUN_JOINTS];
     double gap_end_in[HIL_RUN_JOINTS];
     size_t command_count;
-    struct hil_run_command *commands;          /* rising in time */
+    struct hil_run_command *commands; /* rising in time */
     double rate_hz;
-    size_t sample_count;                       /* at least 1 */
-    int32_t (*samples)[HIL_RUN_COLUMNS];       /* 1e-5 in for 8 displacements, 0.01 lb for 14 tensions */
+    size_t sample_count; /* at least 1 */
+    /* 1e-5 in for 8 displacements, 0.01 lb for 14 tensions */
+    int32_t (*samples)[HIL_RUN_COLUMNS];
 };
 
-/* Read a file. On failure nothing is kept and `error` (size bytes) says what is wrong, with file and line.
- * MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a whole run file of version
- * 1. */
+/* Read a file. On failure nothing is kept and `error` (size bytes) says what is wrong, with file
+ * and line. MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a whole run
+ * file of version 1. */
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size);
 
 /* A run in which nothing moves and no switch opens, with zero displacement and tension. */

@@ -9,7 +9,8 @@ static void schedule(struct hil_script_device *dev)
 {
     const struct hil_script *script = dev->state;
     bool more = dev->rig->run && script->next < dev->rig->run->command_count;
-    hil_event_set_ps(dev->core, HIL_EVENT_SCRIPT, more ? dev->rig->run->commands[script->next].t_ps : HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_SCRIPT,
+                     more ? dev->rig->run->commands[script->next].t_ps : HIL_NEVER);
 }
 
 void hil_script_start(struct hil_script_device *dev)
@@ -20,9 +21,11 @@ void hil_script_start(struct hil_script_device *dev)
 
 static void give(struct hil_script_device *dev, const struct hil_run_command *command)
 {
-    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message, command->serial) != MR_OK)
-        hil_core_stop(dev->core, MR_FULL, "scripted command %u of the run file: too many wait for the %s",
-                       (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
+    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message,
+                       command->serial) != MR_OK)
+        hil_core_stop(dev->core, MR_FULL,
+                      "scripted command %u of the run file: too many wait for the %s",
+                      (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
 }
 
 static void on_event(void *device, uint64_t at)
@@ -30,10 +33,13 @@ static void on_event(void *device, uint64_t at)
     struct hil_script_device *dev = device;
     struct hil_script *script = dev->state;
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    while (dev->rig->run && script->next < dev->rig->run->command_count
-           && dev->rig->run->commands[script->next].t_ps <= now_ps)
+    while (dev->rig->run && script->next < dev->rig->run->command_count &&
+           dev->rig->run->commands[script->next].t_ps <= now_ps)
         give(dev, &dev->rig->run->commands[script->next++]);
     schedule(dev);
 }
 
-void hil_script_create(struct hil_script_device *dev) { hil_event_wire(dev->core, HIL_EVENT_SCRIPT, on_event, dev); }
+void hil_script_create(struct hil_script_device *dev)
+{
+    hil_event_wire(dev->core, HIL_EVENT_SCRIPT, on_event, dev);
+}

@@ -1,5 +1,5 @@
-/* Scripted commands of a run file: at their virtual time they arrive at the board as a CAN frame or as
- * bytes on the serial line, exactly as from the host. */
+/* Scripted commands of a run file: at their virtual time they arrive at the board as a CAN frame or
+ * as bytes on the serial line, exactly as from the host. */
 #ifndef MATRIG_HIL_SCRIPT_H
 #define MATRIG_HIL_SCRIPT_H
 

@@ -1,68 +1,70 @@
-/* The boot ROM of the emulated board: a program of our own in system memory that speaks AN3155 on USART1 (PA9, PA10) as
- * the STM32F407's boot loader version 3.1 does. It runs on the emulated core and reaches flash, option bytes and line
- * only through the emulated registers, so their locks, times and errors apply to it as to any firmware.
+/* The boot ROM of the emulated board: a program of our own in system memory that speaks AN3155 on
+ * USART1 (PA9, PA10) as the STM32F407's boot loader version 3.1 does. It runs on the emulated core
+ * and reaches flash, option bytes and line only through the emulated registers, so their locks,
+ * times and errors apply to it as to any firmware.
  *
- * It starts after a reset with BOOT0 high, or by a jump to the vectors at 0x1FFF0000 (stack pointer, entry) from
- * firmware that has put clock, interrupts and peripherals back to their reset state. Like the original it leaves VTOR
- * alone. It measures the rate from the first byte, 0x7F, with SysTick; the original promises 1200 to 115200 Baud, this
- * one also works somewhat above.
+ * It starts after a reset with BOOT0 high, or by a jump to the vectors at 0x1FFF0000 (stack
+ * pointer, entry) from firmware that has put clock, interrupts and peripherals back to their reset
+ * state. Like the original it leaves VTOR alone. It measures the rate from the first byte, 0x7F,
+ * with SysTick; the original promises 1200 to 115200 Baud, this one also works somewhat above.
  *
- * Different from ST's: CAN2, USB and USART3 are not listened to; flash is programmed x32 where alignment allows, else
- * x8, with no way to choose; option bytes cannot be written by Write Memory. */
+ * Different from ST's: CAN2, USB and USART3 are not listened to; flash is programmed x32 where
+ * alignment allows, else x8, with no way to choose; option bytes cannot be written by Write
+ * Memory. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#define REG(address) (*(volatile uint32_t *)(address))
-#define RCC_CR REG(0x40023800u)
-#define RCC_PLLCFGR REG(0x40023804u)
-#define RCC_CFGR REG(0x40023808u)
-#define RCC_AHB1ENR REG(0x40023830u)
-#define RCC_APB2ENR REG(0x40023844u)
-#define FLASH_ACR REG(0x40023c00u)
-#define FLASH_KEYR REG(0x40023c04u)
+#define REG(address)  (*(volatile uint32_t *)(address))
+#define RCC_CR        REG(0x40023800u)
+#define RCC_PLLCFGR   REG(0x40023804u)
+#define RCC_CFGR      REG(0x40023808u)
+#define RCC_AHB1ENR   REG(0x40023830u)
+#define RCC_APB2ENR   REG(0x40023844u)
+#define FLASH_ACR     REG(0x40023c00u)
+#define FLASH_KEYR    REG(0x40023c04u)
 #define FLASH_OPTKEYR REG(0x40023c08u)
-#define FLASH_SR REG(0x40023c0cu)
-#define FLASH_CR REG(0x40023c10u)
-#define FLASH_OPTCR REG(0x40023c14u)
-#define GPIOA_MODER REG(0x40020000u)
-#define GPIOA_IDR REG(0x40020010u)
-#define GPIOA_PUPDR REG(0x4002000cu)
-#define GPIOA_AFRH REG(0x40020024u)
-#define USART1_SR REG(0x40011000u)
-#define USART1_DR REG(0x40011004u)
-#define USART1_BRR REG(0x40011008u)
-#define USART1_CR1 REG(0x4001100cu)
-#define IWDG_KR REG(0x40003000u)
-#define IWDG_PR REG(0x40003004u)
-#define SYST_CSR REG(0xe000e010u)
-#define SYST_RVR REG(0xe000e014u)
-#define SYST_CVR REG(0xe000e018u)
-#define NVIC_ISER(n) REG(0xe000e100u + 4u * (n))
-#define NVIC_ICER(n) REG(0xe000e180u + 4u * (n))
-#define NVIC_ICPR(n) REG(0xe000e280u + 4u * (n))
-#define SCB_ICSR REG(0xe000ed04u)
-#define SCB_AIRCR REG(0xe000ed0cu)
+#define FLASH_SR      REG(0x40023c0cu)
+#define FLASH_CR      REG(0x40023c10u)
+#define FLASH_OPTCR   REG(0x40023c14u)
+#define GPIOA_MODER   REG(0x40020000u)
+#define GPIOA_IDR     REG(0x40020010u)
+#define GPIOA_PUPDR   REG(0x4002000cu)
+#define GPIOA_AFRH    REG(0x40020024u)
+#define USART1_SR     REG(0x40011000u)
+#define USART1_DR     REG(0x40011004u)
+#define USART1_BRR    REG(0x40011008u)
+#define USART1_CR1    REG(0x4001100cu)
+#define IWDG_KR       REG(0x40003000u)
+#define IWDG_PR       REG(0x40003004u)
+#define SYST_CSR      REG(0xe000e010u)
+#define SYST_RVR      REG(0xe000e014u)
+#define SYST_CVR      REG(0xe000e018u)
+#define NVIC_ISER(n)  REG(0xe000e100u + 4u * (n))
+#define NVIC_ICER(n)  REG(0xe000e180u + 4u * (n))
+#define NVIC_ICPR(n)  REG(0xe000e280u + 4u * (n))
+#define SCB_ICSR      REG(0xe000ed04u)
+#define SCB_AIRCR     REG(0xe000ed0cu)
 
-#define VERSION 0x31u
-#define ACK 0x79u
-#define NACK 0x1fu
-#define RXNE 0x20u
-#define TXE 0x80u
-#define TC 0x40u
-#define LINE_ERRORS 0x0fu /* parity, framing, noise, overrun */
-#define BSY (1u << 16)
-#define STRT (1u << 16)
-#define EOPIE (1u << 24)
-#define PSIZE_X32 (2u << 8)
-#define RX_PIN (1u << 10)
-#define FLASH_BEGIN 0x08000000u
-#define FLASH_END 0x08100000u
-#define RAM_BEGIN 0x20002000u /* below it are our own variables */
-#define RAM_END 0x20020000u
+#define VERSION      0x31u
+#define ACK          0x79u
+#define NACK         0x1fu
+#define RXNE         0x20u
+#define TXE          0x80u
+#define TC           0x40u
+#define LINE_ERRORS  0x0fu /* parity, framing, noise, overrun */
+#define BSY          (1u << 16)
+#define STRT         (1u << 16)
+#define EOPIE        (1u << 24)
+#define PSIZE_X32    (2u << 8)
+#define RX_PIN       (1u << 10)
+#define FLASH_BEGIN  0x08000000u
+#define FLASH_END    0x08100000u
+#define RAM_BEGIN    0x20002000u /* below it are our own variables */
+#define RAM_END      0x20020000u
 #define SYSTEM_BEGIN 0x1fff0000u
-#define SYSTEM_END 0x1fff7000u
-#define SECTORS 12u
+#define SYSTEM_END   0x1fff7000u
+#define SECTORS      12u
 
 static bool line_error; /* in a byte since it was cleared */
 
@@ -78,7 +80,8 @@ static void feed_watchdog(void)
     IWDG_KR = 0xaaaa;
 }
 
-/* Sleep until something pends: a byte, the end of a flash operation, or half a second of SysTick. */
+/* Sleep until something pends: a byte, the end of a flash operation, or half a second of
+ * SysTick. */
 static void sleep(void)
 {
     __asm__ volatile("wfi");
@@ -157,9 +160,13 @@ static uint32_t wait_level(bool high)
 }
 
 /* Cycles between two readings of SysTick, which counts down through 24 bits. */
-static uint32_t since(uint32_t from, uint32_t to) { return (from - to) & 0xffffffu; }
+static uint32_t since(uint32_t from, uint32_t to)
+{
+    return (from - to) & 0xffffffu;
+}
 
-/* 0x7F on the line: low for its start bit, high for seven bits, low for one. Eight bits lie between the falls. */
+/* 0x7F on the line: low for its start bit, high for seven bits, low for one. Eight bits lie between
+ * the falls. */
 static uint32_t measure_bit(void)
 {
     for (;;) {
@@ -241,7 +248,10 @@ static void flash_open(void)
     FLASH_KEYR = 0xcdef89abu;
 }
 
-static void flash_close(void) { FLASH_CR = 1u << 31; }
+static void flash_close(void)
+{
+    FLASH_CR = 1u << 31;
+}
 
 static void flash_erase(uint32_t what)
 {
@@ -257,8 +267,8 @@ static void flash_program(uint32_t address, const uint8_t *bytes, size_t n)
         bool word = ((address + i) & 3u) == 0 && n - i >= 4;
         FLASH_CR = (word ? PSIZE_X32 : 0) | EOPIE | 1u;
         if (word)
-            REG(address + i) = (uint32_t)bytes[i] | (uint32_t)bytes[i + 1] << 8 | (uint32_t)bytes[i + 2] << 16
-                               | (uint32_t)bytes[i + 3] << 24;
+            REG(address + i) = (uint32_t)bytes[i] | (uint32_t)bytes[i + 1] << 8 |
+                               (uint32_t)bytes[i + 2] << 16 | (uint32_t)bytes[i + 3] << 24;
         else
             *(volatile uint8_t *)(address + i) = bytes[i];
         flash_wait();
@@ -267,7 +277,10 @@ static void flash_program(uint32_t address, const uint8_t *bytes, size_t n)
     flash_close();
 }
 
-static uint8_t protection_byte(void) { return (uint8_t)(FLASH_OPTCR >> 8); }
+static uint8_t protection_byte(void)
+{
+    return (uint8_t)(FLASH_OPTCR >> 8);
+}
 
 static void options_program(uint32_t clear, uint32_t set)
 {
@@ -285,8 +298,14 @@ static bool in(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
     return address >= begin && address < end && n <= end - address;
 }
 
-static bool in_flash(uint32_t address, uint32_t n) { return in(address, FLASH_BEGIN, FLASH_END, n); }
-static bool in_ram(uint32_t address, uint32_t n) { return in(address, RAM_BEGIN, RAM_END, n); }
+static bool in_flash(uint32_t address, uint32_t n)
+{
+    return in(address, FLASH_BEGIN, FLASH_END, n);
+}
+static bool in_ram(uint32_t address, uint32_t n)
+{
+    return in(address, RAM_BEGIN, RAM_END, n);
+}
 
 /* Four bytes, most significant first, and their XOR; answered by the caller. */
 static bool get_address(uint32_t *address)
@@ -302,7 +321,8 @@ static bool get_address(uint32_t *address)
     return get() == sum && !line_error;
 }
 
-static const uint8_t get_reply[] = {11, VERSION, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x63, 0x73, 0x82, 0x92};
+static const uint8_t get_reply[] = {11,   VERSION, 0x00, 0x01, 0x02, 0x11, 0x21,
+                                    0x31, 0x44,    0x63, 0x73, 0x82, 0x92};
 static const uint8_t version_reply[] = {VERSION, 0, 0};
 static const uint8_t id_reply[] = {1, 0x04, 0x13};
 
@@ -318,13 +338,14 @@ static void command_read(void)
     uint32_t address;
     answer(true);
     bool good = get_address(&address);
-    good = good && (in_flash(address, 1) || in_ram(address, 1) || in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
+    good = good &&
+           (in_flash(address, 1) || in_ram(address, 1) || in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
     if (!answer(good))
         return;
     uint8_t n = get(), complement = get();
     good = (uint8_t)(n ^ complement) == 0xff && !line_error;
-    good = good && (in_flash(address, n + 1u) || in_ram(address, n + 1u)
-                    || in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
+    good = good && (in_flash(address, n + 1u) || in_ram(address, n + 1u) ||
+                    in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
     if (answer(good))
         put_bytes((const uint8_t *)address, n + 1u);
 }
@@ -379,8 +400,8 @@ static uint16_t get_half(uint8_t *sum)
     return (uint16_t)(high << 8 | low);
 }
 
-/* Extended erase: a count less one and as many sector numbers, or 0xFFFF for everything. There is one bank, so the
- * codes for single banks are refused. */
+/* Extended erase: a count less one and as many sector numbers, or 0xFFFF for everything. There is
+ * one bank, so the codes for single banks are refused. */
 static void command_erase(void)
 {
     uint8_t sectors[SECTORS], sum = 0;
@@ -453,7 +474,10 @@ static void command_readout_unprotect(void)
 }
 
 /* Commands that protection level 1 leaves (AN3155, table of commands, note 2). */
-static bool is_always_allowed(uint8_t command) { return command <= 0x02 || command == 0x92; }
+static bool is_always_allowed(uint8_t command)
+{
+    return command <= 0x02 || command == 0x92;
+}
 
 static void obey(uint8_t command)
 {
@@ -470,7 +494,7 @@ static void obey(uint8_t command)
     case 0x31: command_write(); break;
     case 0x44: command_erase(); break;
     case 0x63: command_write_protect(); break;
-    case 0x73: change_options(0, 0xfffu << 16); break; /* write unprotect */
+    case 0x73: change_options(0, 0xfffu << 16); break;        /* write unprotect */
     case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* readout protect */
     case 0x92: command_readout_unprotect(); break;
     default: answer(false); break;

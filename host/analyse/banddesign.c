@@ -8,15 +8,17 @@
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
-#define IN2_PER_FT2 144.0
-#define MATS_MOST 5000
-#define PATIENCE_S 120.0 /* of processor time, for all passes */
-/* Of the joints, in the model: 9500 lb/in per inch of width over 12 ft (3.4), 1/4 in of play (2.5, 3.2). */
-#define JOINT_LB_FT (9500.0 * 144.0 * 12.0)
-#define PLAY_FT (0.25 / 12.0)
-#define ENDS 0.05       /* of the length at either end, where the aircraft does not brake */
-#define BUILD_UP_S 0.5  /* until it brakes in full */
-#define JOINT_DAMPING 0.05 /* of critical; not measured. Undamped, mats that knock together never come to an answer */
+#define IN2_PER_FT2   144.0
+#define MATS_MOST     5000
+#define PATIENCE_S    120.0 /* of processor time, for all passes */
+/* Of the joints, in the model: 9500 lb/in per inch of width over 12 ft (3.4), 1/4 in of play (2.5,
+ * 3.2). */
+#define JOINT_LB_FT   (9500.0 * 144.0 * 12.0)
+#define PLAY_FT       (0.25 / 12.0)
+#define ENDS          0.05 /* of the length at either end, where the aircraft does not brake */
+#define BUILD_UP_S    0.5  /* until it brakes in full */
+/* of critical; not measured. Undamped, mats that knock together never come to an answer */
+#define JOINT_DAMPING 0.05
 
 void band_design_defaults(struct band_design *design)
 {
@@ -44,7 +46,8 @@ void band_design_defaults(struct band_design *design)
 static enum mr_status too_weak(const struct band_design *d, struct error *error)
 {
     return error_set(error, MR_USAGE,
-                     "bands too weak: each takes R = %.6g lb and yields at A fy = %.6g lb (C.10 leaves n F' = %.6g lb); give "
+                     "bands too weak: each takes R = %.6g lb and yields at A fy = %.6g lb (C.10 "
+                     "leaves n F' = %.6g lb); give "
                      "more bands, or a larger area or yield",
                      d->r_lb, d->strength_lb, d->strength_lb - d->r_lb);
 }
@@ -57,11 +60,15 @@ enum mr_status band_design(struct band_design *d, struct error *error)
     if (!(d->friction_lb > 0.0))
         return too_weak(d, error);
     d->connection_lb = d->held * d->friction * d->mat_lb;
-    d->most_connections = d->connection_lb > 0.0 ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12)) : HUGE_VAL;
+    d->most_connections = d->connection_lb > 0.0
+                            ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12))
+                            : HUGE_VAL;
     double apart_ft = d->every * d->row_ft;
     d->longest_ft = d->most_connections * apart_ft;
-    d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12)) : d->most_connections;
-    /* without a length the room that C.10 leaves is used up, as the example does: 52.5 kip, not 164 x 320 lb */
+    d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
+                                        : d->most_connections;
+    /* without a length the room that C.10 leaves is used up, as the example does: 52.5 kip, not 164
+     * x 320 lb */
     double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
     d->least_t0_lb = held_lb + 0.5 * d->r_lb;
     d->most_t0_lb = d->strength_lb - 0.5 * d->r_lb;
@@ -91,22 +98,26 @@ static enum mr_status lay_mats(struct sim_scene *scene, struct error *error)
 {
     double *gaps = calloc((size_t)scene->mats + 1, sizeof *gaps);
     if (!gaps)
-        return error_set(error, MR_FULL, "out of memory: %d mats; give a shorter band", scene->mats);
+        return error_set(error, MR_FULL, "out of memory: %d mats; give a shorter band",
+                         scene->mats);
     for (int j = 0; j <= scene->mats; j++)
         gaps[j] = PLAY_FT * spread(j);
-    enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gaps, (size_t)scene->mats + 1, error);
+    enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gaps, (size_t)scene->mats + 1,
+                                               error);
     free(gaps);
     return status;
 }
 
-static enum mr_status make_scene(const struct band_design *d, struct sim_scene *scene, struct error *error)
+static enum mr_status make_scene(const struct band_design *d, struct sim_scene *scene,
+                                 struct error *error)
 {
     sim_scene_defaults(scene);
     double length_ft = d->length_ft > 0.0 ? d->length_ft : d->longest_ft;
     double mats = length_ft / d->row_ft;
     if (!(mats <= MATS_MOST) || !(mats > d->every))
         return error_set(error, MR_USAGE,
-                         "no model of this band: %g rows; the model takes %g to %d: give a length for it, or --design-only",
+                         "no model of this band: %g rows; the model takes %g to %d: give a length "
+                         "for it, or --design-only",
                          mats, d->every, MATS_MOST);
     snprintf(scene->name, sizeof scene->name, "band");
     scene->model = SIM_CHAIN;
@@ -150,8 +161,8 @@ static double segment_ft(const struct sim_scene *scene, const struct mods_state 
     return 0.5 * (from + to) * scene->length_ft;
 }
 
-static void take(const struct band_design *d, const struct sim_scene *scene, const struct sim_result *result, int pass,
-                 struct band_check *check)
+static void take(const struct band_design *d, const struct sim_scene *scene,
+                 const struct sim_result *result, int pass, struct band_check *check)
 {
     const struct mods_state *s = result->mods;
     size_t slack = 0;
@@ -191,7 +202,8 @@ static bool go_on(void *ctx, int pass, double part)
     return (double)(clock() - *(const clock_t *)ctx) < PATIENCE_S * CLOCKS_PER_SEC;
 }
 
-enum mr_status band_check(const struct band_design *d, struct band_check *check, struct error *error)
+enum mr_status band_check(const struct band_design *d, struct band_check *check,
+                          struct error *error)
 {
     struct sim_scene scene;
     struct sim_result result = {0};
@@ -206,12 +218,14 @@ enum mr_status band_check(const struct band_design *d, struct band_check *check,
     for (int pass = 1; pass <= d->passes && error->status == MR_OK; pass++) {
         if (sim_run(&scene, &options, &result, error) == MR_OK) {
             take(d, &scene, &result, pass, check);
-            if (sim_scene_set_list(&scene.gap0_ft, result.gap_ft + 1, (size_t)scene.mats + 1, error) == MR_OK)
+            if (sim_scene_set_list(&scene.gap0_ft, result.gap_ft + 1, (size_t)scene.mats + 1,
+                                   error) == MR_OK)
                 mods_carry(&scene, &result, error);
         } else if (result.status == SIM_INTERRUPTED) {
             *error = (struct error){0}; /* say it in the words of this command */
             error_set(error, MR_NUMERICS,
-                      "the model of the band takes too long: pass %d came to %.3g of %.3g s in %.0f s; give a shorter length or "
+                      "the model of the band takes too long: pass %d came to %.3g of %.3g s in "
+                      "%.0f s; give a shorter length or "
                       "--design-only",
                       pass, result.t_s, result.t_end_s, PATIENCE_S);
         }

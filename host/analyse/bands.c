@@ -9,8 +9,8 @@
 #include "host/base/units.h"
 
 /* Block in which the board was armed for the next landing of the session; INT64_MAX: it was not. */
-static enum mr_status next_armed(struct store *store, const struct store_landing *landing, int64_t *block,
-                                 struct error *error)
+static enum mr_status next_armed(struct store *store, const struct store_landing *landing,
+                                 int64_t *block, struct error *error)
 {
     struct store_landing *rows = NULL;
     size_t count = 0;
@@ -18,8 +18,8 @@ static enum mr_status next_armed(struct store *store, const struct store_landing
     enum mr_status status = store_landings(store, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         const struct store_landing *row = &rows[i];
-        if (row->session == landing->session && row->boot == landing->boot && row->armed_block > landing->armed_block &&
-            row->armed_block < *block)
+        if (row->session == landing->session && row->boot == landing->boot &&
+            row->armed_block > landing->armed_block && row->armed_block < *block)
             *block = row->armed_block;
     }
     free(rows);
@@ -35,13 +35,17 @@ static struct bands_shunt *shunt_of(struct bands_summary *bands, int64_t gage)
     if (gage < 1 || gage > MR_GAGES || bands->shunts == MR_GAGES)
         return NULL;
     struct bands_shunt *made = &bands->shunt[bands->shunts++];
-    *made = (struct bands_shunt){.gage = (unsigned)gage, .expected_lb = (double)NAN, .before_lb = (double)NAN,
-                                 .after_lb = (double)NAN, .before_verdict = STORE_NONE, .after_verdict = STORE_NONE};
+    *made = (struct bands_shunt){.gage = (unsigned)gage,
+                                 .expected_lb = (double)NAN,
+                                 .before_lb = (double)NAN,
+                                 .after_lb = (double)NAN,
+                                 .before_verdict = STORE_NONE,
+                                 .after_verdict = STORE_NONE};
     return made;
 }
 
-static enum mr_status load_shunts(struct store *store, const struct store_landing *landing, struct bands_summary *bands,
-                                  struct error *error)
+static enum mr_status load_shunts(struct store *store, const struct store_landing *landing,
+                                  struct bands_summary *bands, struct error *error)
 {
     struct store_shunt *rows[2] = {NULL, NULL};
     size_t count[2] = {0, 0};
@@ -50,13 +54,16 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
         return MR_OK;
     enum mr_status status = next_armed(store, landing, &next, error);
     if (status == MR_OK)
-        status = store_shunts_before(store, landing->session, landing->boot, landing->armed_block, &rows[0], &count[0], error);
+        status = store_shunts_before(store, landing->session, landing->boot, landing->armed_block,
+                                     &rows[0], &count[0], error);
     if (status == MR_OK)
-        status = store_shunts_after(store, landing->session, landing->boot, landing->armed_block, &rows[1], &count[1], error);
+        status = store_shunts_after(store, landing->session, landing->boot, landing->armed_block,
+                                    &rows[1], &count[1], error);
     for (int side = 0; side < 2; side++) {
         for (size_t i = 0; status == MR_OK && i < count[side]; i++) {
             const struct store_shunt *row = &rows[side][i];
-            struct bands_shunt *shunt = side && row->block >= next ? NULL : shunt_of(bands, row->gage);
+            struct bands_shunt *shunt = side && row->block >= next ? NULL
+                                                                   : shunt_of(bands, row->gage);
             if (!shunt)
                 continue;
             bool measured = row->verdict == MR_SHUNT_GOOD || row->verdict == MR_SHUNT_WRONG;
@@ -69,8 +76,8 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
     return status;
 }
 
-enum mr_status bands_load(struct store *store, const struct measured *measured, struct bands_summary *bands,
-                          struct error *error)
+enum mr_status bands_load(struct store *store, const struct measured *measured,
+                          struct bands_summary *bands, struct error *error)
 {
     int64_t run = measured->landing.id;
     memset(bands, 0, sizeof *bands);
@@ -92,10 +99,12 @@ void bands_free(struct bands_summary *bands)
 /* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
 static double ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
 {
-    int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage) : -1;
+    int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage)
+                                         : -1;
     if (c < 0 || block == STORE_NONE)
         return (double)NAN;
-    double t_s = (1000.0 * (double)(block - 1) - (double)measured->t0_us) * 1e-6; /* middle of the four blocks up to it */
+    /* middle of the four blocks up to it */
+    double t_s = (1000.0 * (double)(block - 1) - (double)measured->t0_us) * 1e-6;
     return (double)measured->channel[c].config.station_ft - measured_station_ft(measured, t_s);
 }
 
@@ -118,7 +127,8 @@ static void shunts_text(const struct bands_summary *bands, bool si, char *out, s
         return;
     used = (size_t)snprintf(out, size, "%zu gages before, %zu after", before, after);
     if (most && used < size)
-        used += (size_t)snprintf(out + used, size - used, "; most drift %+.2f %s (%+.2f %%), gage %u",
+        used += (size_t)snprintf(out + used, size - used,
+                                 "; most drift %+.2f %s (%+.2f %%), gage %u",
                                  (most->after_lb - most->before_lb) * force->factor, force->text,
                                  100.0 * (most->after_lb / most->before_lb - 1.0), most->gage);
     for (size_t i = 0; i < bands->shunts && used < size; i++) {
@@ -130,8 +140,9 @@ static void shunts_text(const struct bands_summary *bands, bool si, char *out, s
         used += (size_t)snprintf(out + used, size - used, "; gage %u %s", s->gage,
                                  shunts_verdict_text(late ? s->after_verdict : s->before_verdict));
         if (!isnan(lb) && used < size)
-            used += (size_t)snprintf(out + used, size - used, " (%.2f for %.2f %s)", lb * force->factor,
-                                     s->expected_lb * force->factor, force->text);
+            used += (size_t)snprintf(out + used, size - used, " (%.2f for %.2f %s)",
+                                     lb * force->factor, s->expected_lb * force->factor,
+                                     force->text);
     }
 }
 
@@ -144,33 +155,48 @@ struct extreme {
     int64_t gage, block;
 };
 
-static void extreme_answer(const struct extreme *e, const struct measured *measured, struct answer *answer)
+static void extreme_answer(const struct extreme *e, const struct measured *measured,
+                           struct answer *answer)
 {
-    int c = e->gage > 0 && e->gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)e->gage) : -1;
+    int c = e->gage > 0 && e->gage <= MR_GAGES
+              ? measured_find(measured, MR_KIND_TENSION, (unsigned)e->gage)
+              : -1;
     answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->lb, e->error_lb, 1);
-    answer_value(answer, NULL, e->at, UNIT_STATION, c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
+    answer_value(answer, NULL, e->at, UNIT_STATION,
+                 c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
     answer_open(answer, e->name, "");
     answer_value(answer, "tension", NULL, UNIT_TENSION, e->lb, 1)->digits = 7;
     answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
     answer_count(answer, "gage", NULL, e->gage);
     answer_count(answer, "block", NULL, e->block);
-    answer_value(answer, "ahead_of_wheel", e->ahead, UNIT_STATION, ahead_ft(measured, e->gage, e->block), 1)->digits = 5;
+    answer_value(answer, "ahead_of_wheel", e->ahead, UNIT_STATION,
+                 ahead_ft(measured, e->gage, e->block), 1)
+        ->digits = 5;
     answer_close(answer);
 }
 
-static void band_answer(const struct store_band *band, const struct measured *measured, struct answer *answer)
+static void band_answer(const struct store_band *band, const struct measured *measured,
+                        struct answer *answer)
 {
-    const struct extreme least = {"least", "least|at", "ahead of|the wheel", band->least_lb, band->least_error_lb, band->least_gage, band->least_block};
-    const struct extreme most = {"most", "most|at", "ahead|of wheel", band->most_lb, band->most_error_lb, band->most_gage, band->most_block};
+    const struct extreme least = {"least",          "least|at",           "ahead of|the wheel",
+                                  band->least_lb,   band->least_error_lb, band->least_gage,
+                                  band->least_block};
+    const struct extreme most = {"most",          "most|at",           "ahead|of wheel",
+                                 band->most_lb,   band->most_error_lb, band->most_gage,
+                                 band->most_block};
     double recovered = band->before_lb > 0.0 ? band->after_lb / band->before_lb : (double)NAN;
     answer_open(answer, NULL, NULL);
     answer_count(answer, "band", "band", band->band);
-    answer_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb, band->before_error_lb, 1)->digits = 7;
+    answer_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb,
+                    band->before_error_lb, 1)
+        ->digits = 7;
     answer_value(answer, "spread", "spread", UNIT_TENSION, band->spread_lb, 1)->digits = 7;
     extreme_answer(&least, measured, answer);
     extreme_answer(&most, measured, answer);
     answer_value(answer, "after", "after", UNIT_TENSION, band->after_lb, 1)->digits = 7;
-    answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb, band->change_error_lb, 3)->digits = 7;
+    answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb,
+                    band->change_error_lb, 3)
+        ->digits = 7;
     answer_value(answer, "recovered", NULL, UNIT_NUMBER, recovered, 2)->digits = 5;
     answer_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
     answer_close(answer);
@@ -202,7 +228,8 @@ static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
     answer_close(answer);
 }
 
-void bands_answer(const struct bands_summary *bands, const struct measured *measured, struct answer *answer)
+void bands_answer(const struct bands_summary *bands, const struct measured *measured,
+                  struct answer *answer)
 {
     answer_table(answer, "bands", bands->bands ? "band tension (+- is one standard error)" : NULL);
     for (size_t i = 0; i < bands->bands; i++)

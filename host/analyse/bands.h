@@ -1,4 +1,5 @@
-/* Bands of a landing: what the board told of them, where the wheel was then, and the shunt calibrations around it. */
+/* Bands of a landing: what the board told of them, where the wheel was then, and the shunt
+ * calibrations around it. */
 #ifndef MATRIG_HOST_ANALYSE_BANDS_H
 #define MATRIG_HOST_ANALYSE_BANDS_H
 
@@ -21,13 +22,15 @@ struct bands_summary {
     size_t shunts;
 };
 
-/* MR_OK also when the board told nothing. Calibrations count until the board is armed again in the same session. */
-enum mr_status bands_load(struct store *store, const struct measured *measured, struct bands_summary *bands,
-                          struct error *error);
+/* MR_OK also when the board told nothing. Calibrations count until the board is armed again in the
+ * same session. */
+enum mr_status bands_load(struct store *store, const struct measured *measured,
+                          struct bands_summary *bands, struct error *error);
 void bands_free(struct bands_summary *bands);
 
 /* Tensions of the bands, and what the board found wrong with them. */
-void bands_answer(const struct bands_summary *bands, const struct measured *measured, struct answer *answer);
+void bands_answer(const struct bands_summary *bands, const struct measured *measured,
+                  struct answer *answer);
 /* What shunt calibrations found: people read one line and, with `each`, every gage. */
 void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer);
 #endif

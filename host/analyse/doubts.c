@@ -13,7 +13,8 @@ static enum doubt cause_of(const struct store_trouble *row)
     return (enum doubt)(row->code % DOUBT_ID);
 }
 
-static enum mr_status load_first_edge(struct store *store, int64_t run, struct doubts *doubts, struct error *error)
+static enum mr_status load_first_edge(struct store *store, int64_t run, struct doubts *doubts,
+                                      struct error *error)
 {
     struct store_edge *edges = NULL;
     size_t count;
@@ -27,7 +28,8 @@ static enum mr_status load_first_edge(struct store *store, int64_t run, struct d
     return status;
 }
 
-enum mr_status doubts_load(struct store *store, int64_t run, struct doubts *doubts, struct error *error)
+enum mr_status doubts_load(struct store *store, int64_t run, struct doubts *doubts,
+                           struct error *error)
 {
     memset(doubts, 0, sizeof *doubts);
     enum mr_status status = store_doubts(store, run, &doubts->row, &doubts->rows, error);
@@ -40,7 +42,8 @@ void doubts_free(struct doubts *doubts)
     doubts->row = NULL;
 }
 
-static enum mr_status find_can(struct store *store, const struct measured *measured, bool *on_can, struct error *error)
+static enum mr_status find_can(struct store *store, const struct measured *measured, bool *on_can,
+                               struct error *error)
 {
     struct store_session_row session;
     struct store_gap *gaps = NULL;
@@ -48,7 +51,8 @@ static enum mr_status find_can(struct store *store, const struct measured *measu
     enum mr_status status = store_session_get(store, measured->landing.session, &session, error);
     if (status == MR_OK)
         status = store_gaps(store, measured->landing.id, &gaps, &count, error);
-    *on_can = measured->blocks_from[MEASURED_CAN] > 0 || (status == MR_OK && !session.serial_link[0]);
+    *on_can = measured->blocks_from[MEASURED_CAN] > 0 ||
+              (status == MR_OK && !session.serial_link[0]);
     for (size_t i = 0; i < count; i++)
         *on_can |= gaps[i].link == LINK_SERIAL;
     for (size_t i = 0; i < measured->doubts.rows; i++)
@@ -65,15 +69,18 @@ static int64_t excess_left(const struct doubts *doubts)
         enum doubt cause = cause_of(&doubts->row[i]);
         if (cause == DOUBT_EXCESS)
             left += doubts->row[i].count;
-        else if (!doubt_obeyed(cause) && cause != DOUBT_LENGTH) /* those of another length are not counted as the board's */
+        /* those of another length are not counted as the board's */
+        else if (!doubt_obeyed(cause) && cause != DOUBT_LENGTH)
             left -= doubts->row[i].count;
     }
     return left > 0 ? left : 0;
 }
 
-enum mr_status doubts_judge(struct store *store, const struct measured *measured, struct doubts *doubts, struct error *error)
+enum mr_status doubts_judge(struct store *store, const struct measured *measured,
+                            struct doubts *doubts, struct error *error)
 {
-    enum mr_status status = doubts->rows ? find_can(store, measured, &doubts->on_can, error) : MR_OK;
+    enum mr_status status = doubts->rows ? find_can(store, measured, &doubts->on_can, error)
+                                         : MR_OK;
     doubts->excess = doubts->on_can ? excess_left(doubts) : 0;
     doubts->doubtful = doubts->excess > 0;
     for (size_t i = 0; i < doubts->rows; i++) {
@@ -88,7 +95,8 @@ const char *doubts_mark(const struct doubts *doubts)
     return doubts->doubtful ? " (doubtful)" : "";
 }
 
-/* A landing that was torn or never was is worst, then what may have been obeyed, then what was not. */
+/* A landing that was torn or never was is worst, then what may have been obeyed, then what was
+ * not. */
 static int badness(const struct doubts *doubts, const struct store_trouble *row)
 {
     switch (cause_of(row)) {
@@ -117,7 +125,8 @@ static const char *message_of(const struct store_trouble *row)
     return row->code / DOUBT_ID && place < MR_PLACES ? mr_message_text(place) : NULL;
 }
 
-/* What is told of the i-th row: each frame once, so of those in excess the ones that nobody recognised. */
+/* What is told of the i-th row: each frame once, so of those in excess the ones that nobody
+ * recognised. */
 struct told {
     const char *message; /* NULL: no single one */
     enum doubt cause;
@@ -131,7 +140,9 @@ static bool told_at(const struct doubts *doubts, size_t i, struct told *told)
     if (!row)
         return false;
     bool excess = cause_of(row) == DOUBT_EXCESS;
-    *told = (struct told){.message = message_of(row), .cause = cause_of(row), .count = excess ? excess_left(doubts) : row->count,
+    *told = (struct told){.message = message_of(row),
+                          .cause = cause_of(row),
+                          .count = excess ? excess_left(doubts) : row->count,
                           .obeyed = excess ? doubts->excess > 0 : doubt_obeyed(cause_of(row))};
     return true;
 }
@@ -141,15 +152,18 @@ static bool doubt_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TE
 {
     struct told told;
     if (doubts->torn && i-- == 0) {
-        snprintf(out, DOUBTS_TEXT, "torn: of its edges those before number %lld never came; speeds are not stated", (long long)doubts->first_edge);
+        snprintf(out, DOUBTS_TEXT,
+                 "torn: of its edges those before number %lld never came; speeds are not stated",
+                 (long long)doubts->first_edge);
         return true;
     }
     if (!told_at(doubts, i, &told))
         return false;
-    const char *effect = told.obeyed                  ? "what rests on CAN may be a stranger's"
-                         : told.cause == DOUBT_EXCESS ? "no number rests on CAN"
-                                                      : "not obeyed";
-    snprintf(out, DOUBTS_TEXT, "CAN: %lld %s%s%s %s; %s", (long long)told.count, told.message ? told.message : "", told.message ? " " : "",
+    const char *effect = told.obeyed                ? "what rests on CAN may be a stranger's"
+                       : told.cause == DOUBT_EXCESS ? "no number rests on CAN"
+                                                    : "not obeyed";
+    snprintf(out, DOUBTS_TEXT, "CAN: %lld %s%s%s %s; %s", (long long)told.count,
+             told.message ? told.message : "", told.message ? " " : "",
              told.count == 1 ? "frame" : "frames", doubt_text(told.cause), effect);
     return true;
 }

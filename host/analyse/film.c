@@ -4,7 +4,8 @@
 #include <stdlib.h>
 
 #define PERIODS_MOST 1e9 /* of a gap, whatever a damaged time says */
-#define AROUND 7u /* steps on each side whose median is the period: half of them may be gaps */
+/* steps on each side whose median is the period: half of them may be gaps */
+#define AROUND       7u
 
 static int ascending(const void *a, const void *b)
 {
@@ -12,7 +13,8 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Median of the steps from `from` to `to`. A gap of n periods is n steps, so a shorter one is taken where there are two. */
+/* Median of the steps from `from` to `to`. A gap of n periods is n steps, so a shorter one is taken
+ * where there are two. */
 static double median_step(const double *t_us, size_t from, size_t to)
 {
     double step_us[2 * AROUND + 1];
@@ -30,7 +32,8 @@ void film_number(const double *t_us, size_t count, int64_t *number)
     for (size_t i = 1; i < count; i++) {
         size_t from = i - 1 > AROUND ? i - 1 - AROUND : 0;
         size_t to = i + AROUND < count - 1 ? i + AROUND : count - 1;
-        int64_t periods = llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), PERIODS_MOST));
+        int64_t periods =
+            llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), PERIODS_MOST));
         number[i] = number[i - 1] + (periods > 1 ? periods : 1);
     }
 }
@@ -39,8 +42,10 @@ static enum mr_status number_frames(struct film *film, const char *path, struct 
 {
     double *t_us = calloc(film->frames, sizeof *t_us);
     int64_t *number = calloc(film->frames, sizeof *number);
-    enum mr_status status = t_us && number ? MR_OK
-                                           : error_set(error, MR_FULL, "no memory: film of %s; close other programs", path);
+    enum mr_status status = t_us && number
+                              ? MR_OK
+                              : error_set(error, MR_FULL,
+                                          "no memory: film of %s; close other programs", path);
     for (size_t i = 0; status == MR_OK && i < film->frames; i++)
         t_us[i] = film->frame[i].board_us;
     if (status == MR_OK)
@@ -52,20 +57,25 @@ static enum mr_status number_frames(struct film *film, const char *path, struct 
     return status;
 }
 
-/* Pulses in order of their count; one whose time is not known, or not later than the one before, is no frame. */
-static void take_frame(struct film *film, const struct measured *measured, const struct track *track,
-                       const struct store_film_frame *row)
+/* Pulses in order of their count; one whose time is not known, or not later than the one before, is
+ * no frame. */
+static void take_frame(struct film *film, const struct measured *measured,
+                       const struct track *track, const struct store_film_frame *row)
 {
     const struct film_frame *last = film->frames ? &film->frame[film->frames - 1] : NULL;
     if (isnan(row->board_us) || (last && row->board_us <= last->board_us))
         return;
     double t_s = (row->board_us - (double)measured->t0_us) / 1e6;
     struct film_frame *frame = &film->frame[film->frames++];
-    *frame = (struct film_frame){.pulse = row->number, .board_us = row->board_us, .t_s = t_s, .station_ft = track_at(track, t_s)};
+    *frame = (struct film_frame){.pulse = row->number,
+                                 .board_us = row->board_us,
+                                 .t_s = t_s,
+                                 .station_ft = track_at(track, t_s)};
     frame->speed_ft_s.value = measured_speed_ft_s(measured, t_s, &frame->speed_ft_s.error);
 }
 
-enum mr_status film_load(struct store *store, const struct measured *measured, struct film *film, struct error *error)
+enum mr_status film_load(struct store *store, const struct measured *measured, struct film *film,
+                         struct error *error)
 {
     struct store_film_frame *row = NULL;
     size_t count = 0;
@@ -76,7 +86,8 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
         return status;
     film->frame = calloc(count, sizeof *film->frame);
     if (!film->frame)
-        status = error_set(error, MR_FULL, "no memory: film of %s; close other programs", store_path(store));
+        status = error_set(error, MR_FULL, "no memory: film of %s; close other programs",
+                           store_path(store));
     track_make(measured, &track);
     for (size_t i = 0; status == MR_OK && i < count; i++)
         take_frame(film, measured, &track, &row[i]);
@@ -85,7 +96,8 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
         status = number_frames(film, store_path(store), error);
     if (status == MR_OK && film->frames > 1) {
         const struct film_frame *last = &film->frame[film->frames - 1];
-        film->rate_hz = (double)(last->number - 1) / ((last->board_us - film->frame[0].board_us) / 1e6);
+        film->rate_hz = (double)(last->number - 1) /
+                        ((last->board_us - film->frame[0].board_us) / 1e6);
         film->missing = last->number - (int64_t)film->frames;
     }
     return status;

@@ -8,7 +8,8 @@
 #include "host/store/store_predict.h"
 #include "host/base/units.h"
 
-#define SETTLING_BLOCKS 500 /* from arming on the transducers' zeros are found first (0.2 s): nobody lacks them then */
+/* from arming on the transducers' zeros are found first (0.2 s): nobody lacks them then */
+#define SETTLING_BLOCKS 500
 
 static double time_s(const struct measured *measured, int64_t block)
 {
@@ -22,13 +23,15 @@ static void stretch(struct foresight_span *span, double t_s)
     span->to_s = t_s;
 }
 
-/* No motion is a lack only where something moves: before the first switches nobody expects one, and then the level is not kinematic. */
+/* No motion is a lack only where something moves: before the first switches nobody expects one, and
+ * then the level is not kinematic. */
 static void look(struct foresight *foresight, const struct store_prediction *row, double t_s)
 {
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
     bool kinematic = row->level == MR_PREDICTOR_KINEMATIC && row->basis & MR_PREDICTOR_NO_MOTION;
-    const bool lacks[FORESIGHT_LACKS] = {row->basis & MR_PREDICTOR_BLIND, kinematic, row->basis & MR_PREDICTOR_DEGRADED,
+    const bool lacks[FORESIGHT_LACKS] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
+                                         row->basis & MR_PREDICTOR_DEGRADED,
                                          row->basis & MR_PREDICTOR_FELL_BACK};
     for (unsigned i = 0; i < FORESIGHT_LACKS; i++) {
         if (lacks[i])
@@ -38,7 +41,8 @@ static void look(struct foresight *foresight, const struct store_prediction *row
         foresight->worst_level = row->level;
 }
 
-static void doubt(struct foresight *foresight, const struct measured *measured, const struct store_trust *row)
+static void doubt(struct foresight *foresight, const struct measured *measured,
+                  const struct store_trust *row)
 {
     double t_s = time_s(measured, row->block);
     for (unsigned i = 0; i < MR_TRANSDUCERS && row->doubts != STORE_NONE; i++) {
@@ -53,7 +57,8 @@ static void doubt(struct foresight *foresight, const struct measured *measured, 
         foresight->resistance = row->resistance;
 }
 
-enum mr_status foresight_load(struct store *store, const struct measured *measured, struct foresight *foresight, struct error *error)
+enum mr_status foresight_load(struct store *store, const struct measured *measured,
+                              struct foresight *foresight, struct error *error)
 {
     struct store_prediction *rows = NULL;
     struct store_trust *trusts = NULL;
@@ -69,7 +74,8 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     if (status == MR_OK)
         status = store_trusts(store, measured->landing.id, &trusts, &trust_count, error);
     if (status == MR_OK)
-        status = store_runway_get(store, measured->landing.id, &state, &foresight->source, &there, error);
+        status = store_runway_get(store, measured->landing.id, &state, &foresight->source, &there,
+                                  error);
     if (status == MR_OK) {
         foresight->statements = count;
         foresight->landings = there ? state.landings : 0;
@@ -97,30 +103,43 @@ static void begin_answer(const struct foresight *foresight, struct answer *answe
     if (foresight->landings)
         snprintf(after, sizeof after, ", after %u landings", foresight->landings);
     if (!isnan(foresight->resistance))
-        snprintf(resists, sizeof resists, "; its joints resist closing %.2f times as much as configured", foresight->resistance);
+        snprintf(resists, sizeof resists,
+                 "; its joints resist closing %.2f times as much as configured",
+                 foresight->resistance);
     answer_words(answer, NULL, LABEL, "the runway it began with: %s%s%s",
-                 foresight->source == STORE_NONE ? "not told" : mr_runway_source_text((unsigned)foresight->source), after, resists);
+                 foresight->source == STORE_NONE
+                     ? "not told"
+                     : mr_runway_source_text((unsigned)foresight->source),
+                 after, resists);
 }
 
-static void lack_answer(const struct foresight *foresight, enum foresight_lack lack, struct answer *answer)
+static void lack_answer(const struct foresight *foresight, enum foresight_lack lack,
+                        struct answer *answer)
 {
     static const char *const words[] = {
-        [FORESIGHT_BLIND] = "blind: no transducer to correct the model; zones are what it makes of switches, survey and earlier landings",
-        [FORESIGHT_NO_MOTION] = "no switch told where the gear is: zones from transducers and survey alone, without times to them",
-        [FORESIGHT_BEGUN_AGAIN] = "the model ran away and was begun again from the last survey or landing: distrust its zones",
+        [FORESIGHT_BLIND] = "blind: no transducer to correct the model; zones are what it makes of "
+                            "switches, survey and earlier landings",
+        [FORESIGHT_NO_MOTION] = "no switch told where the gear is: zones from transducers and "
+                                "survey alone, without times to them",
+        [FORESIGHT_BEGUN_AGAIN] = "the model ran away and was begun again from the last survey or "
+                                  "landing: distrust its zones",
     };
     const struct foresight_span *span = &foresight->lack[lack];
     if (isnan(span->from_s))
         return;
     if (lack == FORESIGHT_DEGRADED)
         answer_words(answer, NULL, LABEL,
-                     "%s instead of every mat, from %.3f to %.3f s: the budget (predict.updates_per_block) or a backlog; ends of zones are less certain",
-                     mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
+                     "%s instead of every mat, from %.3f to %.3f s: the budget "
+                     "(predict.updates_per_block) or a backlog; ends of zones are less certain",
+                     mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s,
+                     span->to_s);
     else
-        answer_words(answer, NULL, LABEL, "%s; from %.3f to %.3f s", words[lack], span->from_s, span->to_s);
+        answer_words(answer, NULL, LABEL, "%s; from %.3f to %.3f s", words[lack], span->from_s,
+                     span->to_s);
 }
 
-static void doubt_answer(const struct foresight *foresight, const struct measured *measured, unsigned i, struct answer *answer)
+static void doubt_answer(const struct foresight *foresight, const struct measured *measured,
+                         unsigned i, struct answer *answer)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     const struct foresight_span *span = &foresight->left_out[i];
@@ -129,12 +148,15 @@ static void doubt_answer(const struct foresight *foresight, const struct measure
         return;
     if (!foresight->doubted_still[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
-    answer_words(answer, NULL, LABEL, "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on its neighbours and the model",
-                 i + 1u, (double)measured->channel[i].config.station_ft * station->factor, station->text,
-                 mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
+    answer_words(answer, NULL, LABEL,
+                 "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on "
+                 "its neighbours and the model",
+                 i + 1u, (double)measured->channel[i].config.station_ft * station->factor,
+                 station->text, mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
 }
 
-void foresight_answer(const struct foresight *foresight, const struct measured *measured, struct answer *answer)
+void foresight_answer(const struct foresight *foresight, const struct measured *measured,
+                      struct answer *answer)
 {
     answer_list(answer, "foresight", "");
     if (foresight->statements)

@@ -2,20 +2,24 @@
 
 #include <math.h>
 
-bool gear_take(struct known_gear *gear, const struct mr_gate *gate, size_t gates, double touchdown_ft, double switch_error_ft, double t_s)
+bool gear_take(struct known_gear *gear, const struct mr_gate *gate, size_t gates,
+               double touchdown_ft, double switch_error_ft, double t_s)
 {
     size_t before = gear->gates;
     while (gear->gates < gates && gate[gear->gates].t_s + GEAR_EDGE_NAMED_S <= t_s)
         gear->beyond += gate[gear->gates++].station_ft >= touchdown_ft;
     if (gear->gates == before)
         return false;
-    /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it replace them. */
+    /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it
+     * replace them. */
     size_t skip = gear->beyond >= 2 ? gear->gates - gear->beyond : 0;
-    gear->known = mr_gates_now(gate + skip, gear->gates - skip, switch_error_ft, &gear->motion) == MR_OK;
+    gear->known = mr_gates_now(gate + skip, gear->gates - skip, switch_error_ft, &gear->motion) ==
+                  MR_OK;
     return true;
 }
 
-void gear_tell(const struct known_gear *gear, double touchdown_ft, double t_s, struct mr_predictor_input *input)
+void gear_tell(const struct known_gear *gear, double touchdown_ft, double t_s,
+               struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = NAN;
     input->braking_known = input->on_runway = false;

@@ -2,7 +2,8 @@
 
 #include "host/survey/show.h"
 
-void journal_text_answer(struct answer *answer, const char *name, const char *label, const char *text)
+void journal_text_answer(struct answer *answer, const char *name, const char *label,
+                         const char *text)
 {
     if (text[0])
         answer_words(answer, name, label, "%s", text);

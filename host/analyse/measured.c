@@ -8,8 +8,8 @@
 #include "host/analyse/measured_peak.h"
 #include "host/analyse/measured_series.h"
 
-#define CLOCK_TOLERANCE 0.01    /* the internal oscillator's, taken as a standard error */
-#define BLOCKS_PER_H 3600000.0
+#define CLOCK_TOLERANCE  0.01 /* the internal oscillator's, taken as a standard error */
+#define BLOCKS_PER_H     3600000.0
 #define SAMPLE_MIDDLE_MS 0.4375 /* mean of 8 scans, 125 us apart, from the beginning of the block */
 
 double measured_time_s(const struct measured *measured, size_t sample)
@@ -24,8 +24,8 @@ double measured_value(const struct measured_channel *channel, size_t sample)
     return channel->config.kind == MR_KIND_DISPLACEMENT ? raw - channel->baseline : raw;
 }
 
-double measured_smooth(const struct measured *measured, const struct measured_channel *channel, size_t sample,
-                       size_t half)
+double measured_smooth(const struct measured *measured, const struct measured_channel *channel,
+                       size_t sample, size_t half)
 {
     size_t from = sample > half ? sample - half : 0;
     size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
@@ -44,7 +44,8 @@ double measured_smooth(const struct measured *measured, const struct measured_ch
 int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number)
 {
     for (int i = 0; i < (int)MR_CHANNELS; i++) {
-        if (measured->channel[i].config.kind == kind && measured->channel[i].config.number == number)
+        if (measured->channel[i].config.kind == kind &&
+            measured->channel[i].config.number == number)
             return i;
     }
     return -1;
@@ -53,12 +54,13 @@ int measured_find(const struct measured *measured, enum mr_channel_kind kind, un
 /* ---- gear ---- */
 
 /* Named edges in order of time; a switch counts once. */
-static void collect_gates(struct measured *measured, const struct store_edge *edges, size_t edge_count,
-                          const struct store_switch *places, size_t place_count)
+static void collect_gates(struct measured *measured, const struct store_edge *edges,
+                          size_t edge_count, const struct store_switch *places, size_t place_count)
 {
     measured->edges = edge_count;
     for (size_t p = 0; p < place_count; p++) {
-        if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64) /* of a damaged campaign */
+        /* of a damaged campaign */
+        if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
         measured->fitted |= 1ull << (places[p].position - 1);
         measured->switches++;
@@ -66,17 +68,19 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
     for (size_t e = 0; e < edge_count; e++) {
         for (size_t p = 0; p < place_count; p++) {
             uint64_t bit = 1ull << ((places[p].position - 1) & 63);
-            if (places[p].position < 1 || places[p].position > 64 || places[p].position != edges[e].position || measured->seen & bit || isnan(edges[e].board_us) ||
-                measured->gates == MR_GATES_MAX)
+            if (places[p].position < 1 || places[p].position > 64 ||
+                places[p].position != edges[e].position || measured->seen & bit ||
+                isnan(edges[e].board_us) || measured->gates == MR_GATES_MAX)
                 continue;
             measured->seen |= bit;
-            measured->gate[measured->gates++] =
-                (struct mr_gate){edges[e].board_us / 1e6, places[p].station_ft};
+            measured->gate[measured->gates++] = (struct mr_gate){edges[e].board_us / 1e6,
+                                                                 places[p].station_ft};
         }
     }
 }
 
-/* A clock that may be off by a fraction scales every speed by it, and decelerations by twice as much. */
+/* A clock that may be off by a fraction scales every speed by it, and decelerations by twice as
+ * much. */
 static void add_clock_error(struct mr_gates_summary *summary)
 {
     struct mr_estimate *speed = &summary->touchdown_speed_ft_s;
@@ -106,8 +110,8 @@ static enum mr_status fit_gates(struct measured *measured)
 static void fit_gear(struct measured *measured)
 {
     struct store_landing *landing = &measured->landing;
-    int64_t armed_us =
-        landing->armed_block == STORE_NONE ? 1000 * measured->first_block : 1000 * landing->armed_block;
+    int64_t armed_us = landing->armed_block == STORE_NONE ? 1000 * measured->first_block
+                                                          : 1000 * landing->armed_block;
     measured->t0_us = armed_us;
     if (measured->gates > 0)
         measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
@@ -115,8 +119,9 @@ static void fit_gear(struct measured *measured)
     measured->fit_status = MR_TOO_FEW;
     if (measured->doubts.torn || isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
         return;
-    measured->fit_status = mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft,
-                                              landing->switch_error_ft, &measured->summary);
+    measured->fit_status = mr_gates_summarise(measured->gate, measured->gates,
+                                              landing->touchdown_ft, landing->switch_error_ft,
+                                              &measured->summary);
     if (measured->fit_status != MR_OK)
         return;
     /* Once more with touchdown as the origin, to the microsecond. */
@@ -124,13 +129,15 @@ static void fit_gear(struct measured *measured)
     measured->t0_us += shift_us;
     measured->t0_is_touchdown = true;
     shift_gates(measured, (double)shift_us / 1e6);
-    mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft, landing->switch_error_ft,
-                       &measured->summary);
+    mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft,
+                       landing->switch_error_ft, &measured->summary);
     measured->fit_status = fit_gates(measured);
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
-    /* A stop that nobody watched is a guess that looks like a measurement: a record that ends before it has none. */
-    if (measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value)
+    /* A stop that nobody watched is a guess that looks like a measurement: a record that ends
+     * before it has none. */
+    if (measured->samples == 0 ||
+        measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value)
         measured->fit_status = MR_TRUNCATED;
 }
 
@@ -162,8 +169,8 @@ static struct moment between(struct moment from, struct moment to, double t_s)
                            (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
 }
 
-/* Touchdown and stop are the summary's; in between the fit, joined to them by cubics outside its first and
- * last gate. */
+/* Touchdown and stop are the summary's; in between the fit, joined to them by cubics outside its
+ * first and last gate. */
 static struct moment gear_at(const struct measured *measured, double t_s, double *error_ft_s)
 {
     const struct mr_gates_summary *summary = &measured->summary;
@@ -181,7 +188,8 @@ static struct moment gear_at(const struct measured *measured, double t_s, double
     double first_s = measured->fit.mid_s - measured->fit.half_s;
     double last_s = measured->fit.mid_s + measured->fit.half_s;
     if (t_s < first_s) {
-        struct moment touchdown = {0.0, measured->landing.touchdown_ft, summary->touchdown_speed_ft_s.value};
+        struct moment touchdown = {0.0, measured->landing.touchdown_ft,
+                                   summary->touchdown_speed_ft_s.value};
         *error_ft_s = summary->touchdown_speed_ft_s.error;
         return between(touchdown, fit_at(measured, first_s), t_s);
     }
@@ -235,7 +243,8 @@ static size_t first_edge_sample(const struct measured *measured)
     return sample < (double)measured->samples ? (size_t)sample : measured->samples;
 }
 
-/* From what has the full rate, if there is enough of it: what CAN sends is a mean already. Of one value of `stride` samples. */
+/* From what has the full rate, if there is enough of it: what CAN sends is a mean already. Of one
+ * value of `stride` samples. */
 static void find_noise(struct measured_channel *channel, size_t from, size_t to)
 {
     double squares[2] = {0.0, 0.0};
@@ -270,7 +279,8 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
     find_noise(channel, from, to);
 }
 
-double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples)
+double measured_error(const struct measured *measured, const struct measured_channel *channel,
+                      double value, double samples)
 {
     bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
     double stride = (double)channel->stride;
@@ -279,21 +289,24 @@ double measured_error(const struct measured *measured, const struct measured_cha
         .noise = (float)channel->noise,
         .averaged = (float)fmax(samples / stride, 1.0),
         .baseline_blocks = movement ? (float)fmax((double)channel->rest / stride, 1.0) : 0.0f,
-        /* Since power on: when the zero was taken before is in zero_error. A landing is over before its baseline drifts. */
+        /* Since power on: when the zero was taken before is in zero_error. A landing is over before
+         * its baseline drifts. */
         .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
         .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
     };
     return (double)mr_reading_error(&channel->config, &c);
 }
 
-static void find_extremes(const struct measured *measured, struct measured_channel *channel, size_t from)
+static void find_extremes(const struct measured *measured, struct measured_channel *channel,
+                          size_t from)
 {
     measured_peaks(measured, channel, from, &channel->high, &channel->low);
     bool up = fabs(channel->high) >= fabs(channel->low);
     channel->peak = up ? channel->high : channel->low;
     channel->end = (double)NAN;
     if (measured->samples > MEASURED_END_BLOCKS)
-        channel->end = measured_smooth(measured, channel, measured->samples - 1 - MEASURED_END_BLOCKS / 2,
+        channel->end = measured_smooth(measured, channel,
+                                       measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
     double samples = measured_peak_samples(channel);
     channel->high_error = measured_error(measured, channel, channel->high, samples);
@@ -312,7 +325,8 @@ void measured_find_facts(struct measured *measured)
             continue;
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid += channel->validity[i] == MR_VALID;
-        find_baseline(channel, from, edge, measured->relative && channel->config.kind == MR_KIND_DISPLACEMENT);
+        find_baseline(channel, from, edge,
+                      measured->relative && channel->config.kind == MR_KIND_DISPLACEMENT);
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
     }
 }
@@ -335,8 +349,8 @@ static enum mr_status load_gates(struct store *store, int64_t run, struct measur
     return status;
 }
 
-static enum mr_status load_configuration(struct store *store, int64_t run, struct measured *measured,
-                                         struct error *error)
+static enum mr_status load_configuration(struct store *store, int64_t run,
+                                         struct measured *measured, struct error *error)
 {
     struct mr_channel_config channels[MR_CHANNELS];
     size_t found;
@@ -346,7 +360,8 @@ static enum mr_status load_configuration(struct store *store, int64_t run, struc
     return status;
 }
 
-enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured, struct error *error)
+enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
+                             struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     enum mr_status status = store_landing_get(store, run, &measured->landing, error);

@@ -1,17 +1,20 @@
-/* A landing as measured: time base, gear, displacements and tensions, read back from the campaign database.
+/* A landing as measured: time base, gear, displacements and tensions, read back from the campaign
+ * database.
  *
- * Time t_s counts from touchdown (from the first edge when there is no fit, from arming without edges).
- * Samples are 1 ms blocks; a sample's time is the middle of its eight scans. Displacements and tensions are
- * computed here from the block records with the board's own calibration. Block records come over serial or from the black box; a
- * block that neither brought is filled from the CAN messages, each over the 2 or 4 blocks it is the mean of, and so is a landing
- * without any. Each sample says where it comes from. CAN does not fill a landing that was calibrated anew: the board computed its
- * messages by the old calibration. Those of another
- * instrument (matrig import) are as its file had them. A displacement is
- * relative to its mean over the half second before the first edge; a tension is absolute. What is missing or
- * not valid is NaN. A channel that stuck is not valid from where it stopped moving on, which is before anybody could know.
+ * Time t_s counts from touchdown (from the first edge when there is no fit, from arming without
+ * edges). Samples are 1 ms blocks; a sample's time is the middle of its eight scans. Displacements
+ * and tensions are computed here from the block records with the board's own calibration. Block
+ * records come over serial or from the black box; a block that neither brought is filled from the
+ * CAN messages, each over the 2 or 4 blocks it is the mean of, and so is a landing without any.
+ * Each sample says where it comes from. CAN does not fill a landing that was calibrated anew: the
+ * board computed its messages by the old calibration. Those of another instrument (matrig import)
+ * are as its file had them. A displacement is relative to its mean over the half second before the
+ * first edge; a tension is absolute. What is missing or not valid is NaN. A channel that stuck is
+ * not valid from where it stopped moving on, which is before anybody could know.
  *
- * A peak is looked for in every second reading and taken from the others, both ways round: the largest of many noisy means
- * lies above the truth, but the noise of the others knows nothing of it. Standard errors are those of common/measure.h. */
+ * A peak is looked for in every second reading and taken from the others, both ways round: the
+ * largest of many noisy means lies above the truth, but the noise of the others knows nothing of
+ * it. Standard errors are those of common/measure.h. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_H
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
@@ -20,13 +23,20 @@
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
-#define MEASURED_BEFORE_BLOCKS 60000 /* of a landing of more than twice that, before the first edge, or the end when there is none */
-#define MEASURED_WINDOW 11 /* blocks of the moving mean in which peaks are looked for */
-#define MEASURED_END_BLOCKS 200 /* mean over these is where a channel ended */
-#define MEASURED_LOST 255       /* validity: the block never came */
-#define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */
+/* of a landing of more than twice that, before the first edge, or the end when there is none */
+#define MEASURED_BEFORE_BLOCKS   60000
+#define MEASURED_WINDOW          11  /* blocks of the moving mean in which peaks are looked for */
+#define MEASURED_END_BLOCKS      200 /* mean over these is where a channel ended */
+#define MEASURED_LOST            255 /* validity: the block never came */
+#define MEASURED_NOT_VALID       254 /* validity: not valid, and CAN does not say why */
 
-enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN, MEASURED_BOX, MEASURED_IMPORT };
+enum measured_source {
+    MEASURED_NOTHING,
+    MEASURED_SERIAL,
+    MEASURED_CAN,
+    MEASURED_BOX,
+    MEASURED_IMPORT
+};
 #define MEASURED_SOURCES 5u
 
 /* Blocks in a row of one source: as of their records; CAN where it filled any channel. */
@@ -44,8 +54,10 @@ struct measured_channel {
     double baseline;   /* mean before the first edge; NaN: none */
     double noise;      /* standard deviation of one sample there */
     size_t rest;       /* samples in the baseline */
-    size_t stride;     /* samples that have one value: 1; as many as a CAN message is the mean of when any is from CAN */
-    size_t phase;      /* a message begins at each sample i for which `stride` divides i + phase */
+    /* samples that have one value: 1; as many as a CAN message is the mean of when any is from
+     * CAN */
+    size_t stride;
+    size_t phase; /* a message begins at each sample i for which `stride` divides i + phase */
     /* Of the value (raw, less the baseline for displacements), from the first edge on: */
     double high, low; /* extremes of the moving mean */
     double peak;      /* high or low, whichever is larger in size */
@@ -56,25 +68,28 @@ struct measured_channel {
 
 /* CAN messages against the block records they were computed from. */
 struct measured_check {
-    size_t compared;  /* values */
-    size_t different; /* by more than one digit of the wire, or valid in one and missing in the other */
+    size_t compared; /* values */
+    /* by more than one digit of the wire, or valid in one and missing in the other */
+    size_t different;
     double worst_digits;
 };
 
-/* What is set aside because its time lies far from the landing's (host/analyse/measured_moments.h). */
+/* What is set aside because its time lies far from the landing's
+ * (host/analyse/measured_moments.h). */
 struct measured_aside {
     size_t blocks, messages, edges, readings; /* readings: of an imported file */
-    int64_t block; /* of the first of them */
+    int64_t block;                            /* of the first of them */
 };
 
 struct measured {
     struct store_landing landing;
-    enum measured_source source; /* of most block records; without any CAN */
+    enum measured_source source;      /* of most block records; without any CAN */
     struct measured_stretch *stretch; /* in order, without a hole */
     size_t stretches;
     int64_t blocks_from[MEASURED_SOURCES]; /* how many of the samples */
     int64_t first_block;
-    int64_t skipped_blocks; /* of a landing that was armed long before: what lies further back is in the campaign alone */
+    /* of a landing that was armed long before: what lies further back is in the campaign alone */
+    int64_t skipped_blocks;
     struct measured_aside aside;
     size_t samples;
     bool relative; /* displacements were since the baseline when they were imported */
@@ -83,15 +98,17 @@ struct measured {
 
     struct mr_gate gate[MR_GATES_MAX]; /* named edges in order; t_s as above */
     size_t gates;
-    size_t edges;                    /* captured, named or not */
-    size_t switches;                 /* in the board's table, and fitted */
-    uint64_t fitted;                 /* which: bit p-1: switch p */
-    uint64_t seen;                   /* bit p-1: switch p */
-    enum mr_status fit_status;       /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends
-                                        while the gear moves, so only the touchdown of the summary is known; MR_TOO_FEW also
-                                        of a landing that is torn: its first edges never came */
-    struct mr_gates_summary summary; /* times as t_s; errors include the clock's when it is not the crystal */
-    struct mr_gates_fit fit;         /* the curve behind it */
+    size_t edges;    /* captured, named or not */
+    size_t switches; /* in the board's table, and fitted */
+    uint64_t fitted; /* which: bit p-1: switch p */
+    uint64_t seen;   /* bit p-1: switch p */
+    /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends while the gear
+     * moves, so only the touchdown of the summary is known; MR_TOO_FEW also of a landing that is
+     * torn: its first edges never came */
+    enum mr_status fit_status;
+    /* times as t_s; errors include the clock's when it is not the crystal */
+    struct mr_gates_summary summary;
+    struct mr_gates_fit fit; /* the curve behind it */
 
     struct measured_channel channel[MR_CHANNELS];
     struct measured_check check;
@@ -106,25 +123,30 @@ void measured_free(struct measured *measured);
 double measured_time_s(const struct measured *measured, size_t sample);
 /* Beginning of a block of the board, as t_s. */
 double measured_block_s(const struct measured *measured, int64_t block);
-/* Value of a channel in its unit: displacement since the baseline, tension absolute. NaN: missing. */
+/* Value of a channel in its unit: displacement since the baseline, tension absolute. NaN:
+ * missing. */
 double measured_value(const struct measured_channel *channel, size_t sample);
 /* Mean of the valid values within `half` samples of `sample`; NaN when none is. */
-double measured_smooth(const struct measured *measured, const struct measured_channel *channel, size_t sample,
-                       size_t half);
-/* Standard error (common/measure.h) of the mean of `samples` samples, `value`, as measured_value has it. */
-double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples);
-/* Baseline, noise, extremes and their errors of every channel, from the series and the first gate: what measured_load does last. */
+double measured_smooth(const struct measured *measured, const struct measured_channel *channel,
+                       size_t sample, size_t half);
+/* Standard error (common/measure.h) of the mean of `samples` samples, `value`, as measured_value
+ * has it. */
+double measured_error(const struct measured *measured, const struct measured_channel *channel,
+                      double value, double samples);
+/* Baseline, noise, extremes and their errors of every channel, from the series and the first gate:
+ * what measured_load does last. */
 void measured_find_facts(struct measured *measured);
-/* Station and speed of the lead wheel at a time; NaN before touchdown or without a fit, at rest after the
- * stop. */
+/* Station and speed of the lead wheel at a time; NaN before touchdown or without a fit, at rest
+ * after the stop. */
 double measured_station_ft(const struct measured *measured, double t_s);
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
-/* Time at which the lead wheel comes to a station beyond touchdown; NaN: it stops before, or there is no fit.
- */
+/* Time at which the lead wheel comes to a station beyond touchdown; NaN: it stops before, or there
+ * is no fit. */
 double measured_reach_s(const struct measured *measured, double station_ft);
 /* Channel index of transducer or gage `number`; -1: none. */
 int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number);
-/* The measuring channels as tables have them: displacements 1.., then tensions 1... `channels` has room for MR_CHANNELS; how many. */
+/* The measuring channels as tables have them: displacements 1.., then tensions 1... `channels` has
+ * room for MR_CHANNELS; how many. */
 size_t measured_in_order(const struct measured *measured, const struct measured_channel **channels);
 
 #endif

@@ -50,14 +50,17 @@ static void keep_source(void *context, int64_t index, int link)
         list->source[list->known++] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
-enum mr_status measured_blocks_load(struct store *store, int64_t run, struct measured_blocks *list, struct error *error)
+enum mr_status measured_blocks_load(struct store *store, int64_t run, struct measured_blocks *list,
+                                    struct error *error)
 {
     enum mr_status status = store_blocks_each(store, run, keep_block, list, error);
     if (status == MR_FULL)
-        return error_set(error, status, "no memory: RUN %lld; close other programs", (long long)run);
+        return error_set(error, status, "no memory: RUN %lld; close other programs",
+                         (long long)run);
     if (status != MR_OK)
-        return error_set(error, MR_MALFORMED, "damaged block record: RUN %lld of %s; the database is damaged", (long long)run,
-                         store_path(store));
+        return error_set(error, MR_MALFORMED,
+                         "damaged block record: RUN %lld of %s; the database is damaged",
+                         (long long)run, store_path(store));
     return store_block_links_each(store, run, keep_source, list, error);
 }
 

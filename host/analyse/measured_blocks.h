@@ -1,4 +1,5 @@
-/* Block records of a landing, in order, as far as their times can belong to it. Only measured_series.c. */
+/* Block records of a landing, in order, as far as their times can belong to it. Only
+ * measured_series.c. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_BLOCKS_H
 #define MATRIG_HOST_ANALYSE_MEASURED_BLOCKS_H
 
@@ -23,8 +24,10 @@ struct measured_blocks {
 /* One more of `*count`, of this block. */
 void measured_set_aside(struct measured_aside *aside, size_t *count, int64_t block);
 
-/* `from`, `moments` and `aside` are given. MR_FULL; MR_MALFORMED: a record that is none. Release with measured_blocks_free. */
-enum mr_status measured_blocks_load(struct store *store, int64_t run, struct measured_blocks *list, struct error *error);
+/* `from`, `moments` and `aside` are given. MR_FULL; MR_MALFORMED: a record that is none. Release
+ * with measured_blocks_free. */
+enum mr_status measured_blocks_load(struct store *store, int64_t run, struct measured_blocks *list,
+                                    struct error *error);
 void measured_blocks_free(struct measured_blocks *list);
 
 #endif

@@ -14,15 +14,18 @@
 /* A row of a damaged campaign may begin anywhere. */
 static bool on_board(const struct store_imported *row)
 {
-    return row->index >= 0 && row->index < (int64_t)MR_CHANNELS && row->first_block >= 0 && row->first_block < BLOCK_MOST;
+    return row->index >= 0 && row->index < (int64_t)MR_CHANNELS && row->first_block >= 0 &&
+           row->first_block < BLOCK_MOST;
 }
 
-/* The rows of a file begin together: how many begin within the pause that parts groups from where this one does? */
+/* The rows of a file begin together: how many begin within the pause that parts groups from where
+ * this one does? */
 static size_t beside(const struct store_imported *rows, size_t count, size_t r)
 {
     size_t n = 0;
     for (size_t k = 0; k < count; k++)
-        n += on_board(&rows[k]) && llabs(rows[k].first_block - rows[r].first_block) <= 1000 * MOMENTS_PAUSE_S;
+        n += on_board(&rows[k]) &&
+             llabs(rows[k].first_block - rows[r].first_block) <= 1000 * MOMENTS_PAUSE_S;
     return n;
 }
 
@@ -36,7 +39,8 @@ static size_t rows_together(struct measured *measured, struct store_imported *ro
         bool together = on_board(&rows[r]) && beside(rows, count, r) == most;
         for (size_t i = 0; !together && i < rows[r].count; i++) {
             if (!isnan(rows[r].reading[i]))
-                measured_set_aside(&measured->aside, &measured->aside.readings, rows[r].first_block);
+                measured_set_aside(&measured->aside, &measured->aside.readings,
+                                   rows[r].first_block);
         }
         struct store_imported row = rows[r];
         rows[r] = rows[left];
@@ -46,12 +50,15 @@ static size_t rows_together(struct measured *measured, struct store_imported *ro
     return left;
 }
 
-/* From the first to the last block of all rows, missing readings too; but where times were set aside, of what was left. */
-static struct measured_span span_of_rows(const struct store_imported *rows, size_t count, const struct moments *moments)
+/* From the first to the last block of all rows, missing readings too; but where times were set
+ * aside, of what was left. */
+static struct measured_span span_of_rows(const struct store_imported *rows, size_t count,
+                                         const struct moments *moments)
 {
     struct measured_span span = {0};
     for (size_t r = 0; r < count; r++)
-        measured_span_add(&span, rows[r].first_block, rows[r].first_block + (int64_t)rows[r].count - 1);
+        measured_span_add(&span, rows[r].first_block,
+                          rows[r].first_block + (int64_t)rows[r].count - 1);
     for (size_t g = 0; g < moments->groups; g++) {
         const struct moments_group *group = &moments->group[g];
         if (g == 0 && span.first / 1000 < group->from_s - MOMENTS_PAUSE_S)
@@ -62,7 +69,8 @@ static struct measured_span span_of_rows(const struct store_imported *rows, size
     return span;
 }
 
-static void fill_from_row(struct measured *measured, const struct store_imported *row, const struct moments *moments)
+static void fill_from_row(struct measured *measured, const struct store_imported *row,
+                          const struct moments *moments)
 {
     struct measured_channel *channel = &measured->channel[row->index];
     channel->stride = row->stride >= 1 && row->stride <= STRIDE_MAX ? (size_t)row->stride : 1;
@@ -81,7 +89,8 @@ static void fill_from_row(struct measured *measured, const struct store_imported
     }
 }
 
-static enum mr_status fill_from_import(struct measured *measured, struct store_imported *rows, size_t all, struct error *error)
+static enum mr_status fill_from_import(struct measured *measured, struct store_imported *rows,
+                                       size_t all, struct error *error)
 {
     struct moments moments = {0};
     size_t count = rows_together(measured, rows, all);
@@ -94,7 +103,8 @@ static enum mr_status fill_from_import(struct measured *measured, struct store_i
     enum mr_status status = measured_judge(measured, &moments, error);
     struct measured_span span = span_of_rows(rows, count, &moments);
     if (status == MR_OK)
-        status = span.any ? measured_check_span(measured, span.first, span.last, error) : measured_check_span(measured, 0, -1, error);
+        status = span.any ? measured_check_span(measured, span.first, span.last, error)
+                          : measured_check_span(measured, 0, -1, error);
     if (status == MR_OK)
         status = measured_make_series(measured, &span, error);
     for (size_t r = 0; r < count && status == MR_OK; r++)
@@ -105,11 +115,13 @@ static enum mr_status fill_from_import(struct measured *measured, struct store_i
 }
 
 /* A mean taken twice would move every reading by what rounding left. */
-static enum mr_status find_relative(struct store *store, struct measured *measured, struct error *error)
+static enum mr_status find_relative(struct store *store, struct measured *measured,
+                                    struct error *error)
 {
     struct store_import import;
     bool found;
-    enum mr_status status = store_import_get(store, measured->landing.session, &import, &found, error);
+    enum mr_status status = store_import_get(store, measured->landing.session, &import, &found,
+                                             error);
     if (status != MR_OK || !found)
         return status;
     measured->relative = import.mapping && strcmp(import.mapping, STORE_IMPORT_EXPORTED) == 0;
@@ -117,7 +129,8 @@ static enum mr_status find_relative(struct store *store, struct measured *measur
     return MR_OK;
 }
 
-enum mr_status measured_load_import(struct store *store, struct measured *measured, struct error *error)
+enum mr_status measured_load_import(struct store *store, struct measured *measured,
+                                    struct error *error)
 {
     struct store_imported *rows = NULL;
     size_t count = 0;

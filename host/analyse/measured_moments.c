@@ -4,9 +4,9 @@
 #include <stdlib.h>
 
 #define BLOCKS_PER_S 1000
-#define SHARE 100u  /* less than a hundredth of the largest group is none of the landing, */
-#define LEAST 100u  /* but with edges in it so many are enough: the link was down before */
-#define BOARD_S 4294968.0 /* a board counts blocks in 32 bits */
+#define SHARE        100u /* less than a hundredth of the largest group is none of the landing, */
+#define LEAST        100u /* but with edges in it so many are enough: the link was down before */
+#define BOARD_S      4294968.0 /* a board counts blocks in 32 bits */
 
 static void add(struct moments *moments, int64_t second, size_t count, size_t edges)
 {
@@ -47,7 +47,8 @@ void moments_add_edge(struct moments *moments, double board_s)
 
 static int by_time(const void *a, const void *b)
 {
-    int64_t x = ((const struct moments_group *)a)->from_s, y = ((const struct moments_group *)b)->from_s;
+    int64_t x = ((const struct moments_group *)a)->from_s,
+            y = ((const struct moments_group *)b)->from_s;
     return (x > y) - (x < y);
 }
 
@@ -79,7 +80,8 @@ enum mr_status moments_judge(struct moments *moments)
         most = moments->group[g].count > most ? moments->group[g].count : most;
     for (size_t g = 0; g < moments->groups; g++) {
         const struct moments_group group = moments->group[g];
-        if (group.count && (group.count > most / SHARE || group.count == most || (group.edges && group.count >= LEAST)))
+        if (group.count && (group.count > most / SHARE || group.count == most ||
+                            (group.edges && group.count >= LEAST)))
             moments->group[left++] = group;
     }
     moments->groups = left;

@@ -1,7 +1,8 @@
-/* Which times can belong to a landing? Those of its block records, messages and readings, by the second, are groups between pauses of
- * half a minute: a landing lasts 22 s from its first edge (common/onboard/landing.h), so whatever comes later is none of it. A group that is
- * small beside the largest is not the landing: one wrong time would make the record hours long. What belongs to no group is set aside
- * and counted; the campaign keeps it. Pure but for its memory. */
+/* Which times can belong to a landing? Those of its block records, messages and readings, by the
+ * second, are groups between pauses of half a minute: a landing lasts 22 s from its first edge
+ * (common/onboard/landing.h), so whatever comes later is none of it. A group that is small beside
+ * the largest is not the landing: one wrong time would make the record hours long. What belongs to
+ * no group is set aside and counted; the campaign keeps it. Pure but for its memory. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_MOMENTS_H
 #define MATRIG_HOST_ANALYSE_MEASURED_MOMENTS_H
 
@@ -17,7 +18,7 @@ struct moments {
     struct moments_group {
         int64_t from_s, to_s; /* both in it */
         size_t count, edges;
-    } *group;
+    } * group;
     size_t groups, room;
     bool full; /* no memory */
 };
@@ -25,7 +26,8 @@ struct moments {
 /* Any number of times, in any order. */
 void moments_add(struct moments *moments, int64_t block);
 void moments_add_edge(struct moments *moments, double board_s);
-/* Then, once: only groups that belong to the landing are left. MR_FULL: no memory was left for all of them. */
+/* Then, once: only groups that belong to the landing are left. MR_FULL: no memory was left for all
+ * of them. */
 enum mr_status moments_judge(struct moments *moments);
 /* True of all while there is none. */
 bool moments_hold(const struct moments *moments, int64_t block);

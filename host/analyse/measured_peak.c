@@ -5,8 +5,8 @@
 
 #define SUM_BITS 61 /* of a running sum, without sign */
 
-/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a step at the edge of the first
- * is none in the second. Two values of each half at least. */
+/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a
+ * step at the edge of the first is none in the second. Two values of each half at least. */
 static size_t search_reach(const struct measured_channel *channel)
 {
     return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
@@ -34,13 +34,14 @@ struct window {
 
 static struct window window_at(const struct measured *measured, size_t sample, size_t reach)
 {
-    return (struct window){sample > reach ? sample - reach : 0,
-                           sample + reach < measured->samples ? sample + reach + 1 : measured->samples};
+    return (struct window){sample > reach ? sample - reach : 0, sample + reach < measured->samples
+                                                                    ? sample + reach + 1
+                                                                    : measured->samples};
 }
 
 /* The mean around a sample of one half of the values. NaN: none is valid. */
-static double half_mean(const struct measured *measured, const struct measured_channel *channel, size_t sample, size_t reach,
-                        size_t half)
+static double half_mean(const struct measured *measured, const struct measured_channel *channel,
+                        size_t sample, size_t reach, size_t half)
 {
     struct window window = window_at(measured, sample, reach);
     double sum = 0.0;
@@ -55,9 +56,11 @@ static double half_mean(const struct measured *measured, const struct measured_c
     return count ? sum / (double)count : (double)NAN;
 }
 
-/* ---- running sums: nearly every sample is seen not to be the peak at the cost of two differences ---- */
+/* ---- running sums: nearly every sample is seen not to be the peak at the cost of two differences
+ * ---- */
 
-/* Of each half, over all samples before. Whole multiples of `unit`, so that no difference of two sums depends on what came before. */
+/* Of each half, over all samples before. Whole multiples of `unit`, so that no difference of two
+ * sums depends on what came before. */
 struct running {
     int64_t sum;
     int64_t count;
@@ -94,7 +97,8 @@ static struct sums sums_of(const struct measured *measured, const struct measure
     if (isnan(sums.unit))
         return sums;
     double per_unit = 1.0 / sums.unit; /* powers of two */
-    size_t within = channel->phase % channel->stride, half = half_of(channel, 0); /* counted on: dividing is dear */
+    /* counted on: dividing is dear */
+    size_t within = channel->phase % channel->stride, half = half_of(channel, 0);
     for (size_t i = 0; i < measured->samples; i++) {
         double value = measured_value(channel, i);
         if (!isnan(value)) {
@@ -111,20 +115,23 @@ static struct sums sums_of(const struct measured *measured, const struct measure
     return sums;
 }
 
-/* Of each sample from `from` on half_mean, to half a unit; NaN also where the other half has no value to take a peak from. Without
- * sums every sample has the same. */
-static double *rough_means(const struct measured *measured, const struct measured_channel *channel, const struct sums *sums, size_t from,
-                           size_t half)
+/* Of each sample from `from` on half_mean, to half a unit; NaN also where the other half has no
+ * value to take a peak from. Without sums every sample has the same. */
+static double *rough_means(const struct measured *measured, const struct measured_channel *channel,
+                           const struct sums *sums, size_t from, size_t half)
 {
     const struct running *mine = sums->half[half], *others = sums->half[1 - half];
     double *mean = calloc(measured->samples + 1, sizeof *mean);
     if (!mean)
         abort();
     for (size_t i = from; i < measured->samples && !isnan(sums->unit); i++) {
-        struct window search = window_at(measured, i, search_reach(channel)), peak = window_at(measured, i, peak_reach(channel));
+        struct window search = window_at(measured, i, search_reach(channel)),
+                      peak = window_at(measured, i, peak_reach(channel));
         int64_t count = mine[search.to].count - mine[search.from].count;
         bool usable = count > 0 && others[peak.to].count > others[peak.from].count;
-        mean[i] = usable ? sums->unit * (double)(mine[search.to].sum - mine[search.from].sum) / (double)count : (double)NAN;
+        mean[i] = usable ? sums->unit * (double)(mine[search.to].sum - mine[search.from].sum) /
+                               (double)count
+                         : (double)NAN;
     }
     return mean;
 }
@@ -135,12 +142,14 @@ static double least_of_peaks(const double *rough, size_t from, size_t to, double
     double most = -(double)INFINITY;
     for (size_t i = from; i < to; i++)
         most = sign * rough[i] > most ? sign * rough[i] : most;
-    return isnan(unit) ? most : most - 4.0 * unit - 1e-12 * fabs(most); /* sums round, and so does adding up a mean */
+    /* sums round, and so does adding up a mean */
+    return isnan(unit) ? most : most - 4.0 * unit - 1e-12 * fabs(most);
 }
 
-/* The extreme on the side of `sign`: found in one half, whose rough means are given, taken from the other. */
-static double extreme(const struct measured *measured, const struct measured_channel *channel, const double *rough, double unit,
-                      size_t from, double sign, size_t half)
+/* The extreme on the side of `sign`: found in one half, whose rough means are given, taken from the
+ * other. */
+static double extreme(const struct measured *measured, const struct measured_channel *channel,
+                      const double *rough, double unit, size_t from, double sign, size_t half)
 {
     double most = (double)NAN, other = (double)NAN;
     double least = least_of_peaks(rough, from, measured->samples, sign, unit);
@@ -159,7 +168,8 @@ static double extreme(const struct measured *measured, const struct measured_cha
     return other;
 }
 
-void measured_peaks(const struct measured *measured, const struct measured_channel *channel, size_t from, double *high, double *low)
+void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
+                    size_t from, double *high, double *low)
 {
     *high = *low = (double)NAN;
     if (measured->samples == 0) /* nor has the channel a stride then */

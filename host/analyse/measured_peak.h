@@ -4,9 +4,11 @@
 
 #include "host/analyse/measured.h"
 
-/* The extremes of the moving mean from sample `from` on, of the value (measured_value): each looked for in every second reading and
- * taken from the others, both ways round. NaN: no mean has a valid reading. */
-void measured_peaks(const struct measured *measured, const struct measured_channel *channel, size_t from, double *high, double *low);
+/* The extremes of the moving mean from sample `from` on, of the value (measured_value): each looked
+ * for in every second reading and taken from the others, both ways round. NaN: no mean has a valid
+ * reading. */
+void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
+                    size_t from, double *high, double *low);
 /* How many samples one of these is the mean of, for measured_error. */
 double measured_peak_samples(const struct measured_channel *channel);
 

@@ -20,7 +20,8 @@ void measured_span_add(struct measured_span *span, int64_t first, int64_t last)
     span->any = true;
 }
 
-enum mr_status measured_make_series(struct measured *measured, const struct measured_span *span, struct error *error)
+enum mr_status measured_make_series(struct measured *measured, const struct measured_span *span,
+                                    struct error *error)
 {
     size_t samples = (size_t)(span->last - span->first) + 1;
     measured->first_block = span->first;
@@ -32,7 +33,8 @@ enum mr_status measured_make_series(struct measured *measured, const struct meas
         channel->source = calloc(samples, 1);
         channel->stride = 1;
         if (!channel->raw || !channel->validity || !channel->source)
-            return error_set(error, MR_FULL, "no memory: RUN %lld with %zu samples; close other programs",
+            return error_set(error, MR_FULL,
+                             "no memory: RUN %lld with %zu samples; close other programs",
                              (long long)measured->landing.id, samples);
         memset(channel->validity, MEASURED_LOST, samples);
         for (size_t i = 0; i < samples; i++)
@@ -43,13 +45,15 @@ enum mr_status measured_make_series(struct measured *measured, const struct meas
 
 #define SAMPLES_MAX 3600000
 
-enum mr_status measured_check_span(const struct measured *measured, int64_t first, int64_t last, struct error *error)
+enum mr_status measured_check_span(const struct measured *measured, int64_t first, int64_t last,
+                                   struct error *error)
 {
     if (last >= first && last - first < SAMPLES_MAX)
         return MR_OK;
-    return error_set(error, MR_MALFORMED,
-                     "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is damaged",
-                     (long long)measured->landing.id, (long long)first, (long long)last);
+    return error_set(
+        error, MR_MALFORMED,
+        "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is damaged",
+        (long long)measured->landing.id, (long long)first, (long long)last);
 }
 
 static void begin_watch(struct mr_watch *watch, const struct measured *measured, uint32_t index)
@@ -60,8 +64,8 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
     mr_watch_begin(watch, config, index);
 }
 
-/* The board saw what came in a hole; here a channel may have left its band there and come back, while its neighbours moved. What was
- * not stuck before is judged anew. */
+/* The board saw what came in a hole; here a channel may have left its band there and come back,
+ * while its neighbours moved. What was not stuck before is judged anew. */
 #define WATCH_HOLE_BLOCKS 20
 static void pass_hole(struct mr_watch *watch)
 {
@@ -71,9 +75,11 @@ static void pass_hole(struct mr_watch *watch)
     }
 }
 
-/* As the board does it. A channel that turns out to be stuck has been so since its anchor: those readings lose their validity
- * here and, when they have been held against the board's messages, their value (blank_stuck). */
-static void read_block(struct measured *measured, struct mr_watch *watch, const struct mr_block *block, enum measured_source source)
+/* As the board does it. A channel that turns out to be stuck has been so since its anchor: those
+ * readings lose their validity here and, when they have been held against the board's messages,
+ * their value (blank_stuck). */
+static void read_block(struct measured *measured, struct mr_watch *watch,
+                       const struct mr_block *block, enum measured_source source)
 {
     size_t i = (size_t)((int64_t)block->index - measured->first_block);
     float ratio = mr_channels_ratio(block);
@@ -87,7 +93,8 @@ static void read_block(struct measured *measured, struct mr_watch *watch, const 
         channel->source[i] = (uint8_t)source;
         if (reading.validity != MR_INVALID_STUCK)
             continue;
-        for (size_t k = i; k-- > 0 && (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
+        for (size_t k = i; k-- > 0 &&
+                           (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
                            channel->validity[k] != MR_INVALID_STUCK;) {
             if (channel->validity[k] == MR_VALID)
                 channel->validity[k] = MR_INVALID_STUCK;
@@ -106,13 +113,16 @@ static void blank_stuck(struct measured *measured)
 }
 
 /* Samples from CAN: what the board said of a channel that stuck, up to what it said of it next. */
-static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured, struct error *error)
+static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured,
+                                             struct error *error)
 {
     struct store_fault *event = NULL;
     size_t count = 0;
-    enum mr_status status = store_channel_events(store, measured->landing.id, &event, &count, error);
+    enum mr_status status = store_channel_events(store, measured->landing.id, &event, &count,
+                                                 error);
     for (size_t e = 0; e < count && status == MR_OK; e++) {
-        if (event[e].code != MR_INVALID_STUCK || event[e].detail < 0 || event[e].detail >= (int64_t)MR_WATCHED)
+        if (event[e].code != MR_INVALID_STUCK || event[e].detail < 0 ||
+            event[e].detail >= (int64_t)MR_WATCHED)
             continue;
         int64_t until = measured->first_block + (int64_t)measured->samples;
         for (size_t later = count; later-- > e + 1;)
@@ -132,7 +142,8 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
 
 static const struct mr_series_pack *find_pack(const struct store_frame *frame)
 {
-    unsigned number = frame->id <= UINT16_MAX ? mr_series_pack_find((uint16_t)frame->id) : MR_SERIES_PACKS;
+    unsigned number = frame->id <= UINT16_MAX ? mr_series_pack_find((uint16_t)frame->id)
+                                              : MR_SERIES_PACKS;
     bool whole = frame->length == MR_MESSAGE_MAX && frame->board_us != STORE_NONE;
     return number < MR_SERIES_PACKS && whole ? mr_series_pack_at(number) : NULL;
 }
@@ -171,8 +182,10 @@ static enum mr_status find_span(void *context, const struct store_frame *frame)
     return MR_OK;
 }
 
-/* One of the samples that a message is the mean of, if nothing better has it. `end`: sample after the message's last. */
-static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks, size_t end)
+/* One of the samples that a message is the mean of, if nothing better has it. `end`: sample after
+ * the message's last. */
+static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks,
+                        size_t end)
 {
     if (channel->source[i] == MEASURED_SERIAL || channel->source[i] == MEASURED_BOX)
         return;
@@ -197,7 +210,8 @@ static enum mr_status fill_from_message(void *context, const struct store_frame 
         for (unsigned age = 0; c >= 0 && age < series->blocks; age++) {
             int64_t i = newest - (int64_t)age;
             if (i >= 0 && i < (int64_t)measured->samples)
-                fill_sample(&measured->channel[c], (size_t)i, values[k], series->blocks, (size_t)(newest + 1));
+                fill_sample(&measured->channel[c], (size_t)i, values[k], series->blocks,
+                            (size_t)(newest + 1));
         }
     }
     return MR_OK;
@@ -238,8 +252,9 @@ static enum mr_status check_against_message(void *context, const struct store_fr
 }
 
 /* `span`: of the blocks and of what CAN adds to them. */
-static enum mr_status series_from_blocks(struct measured *measured, const struct measured_blocks *list, const struct measured_span *span,
-                                         struct error *error)
+static enum mr_status series_from_blocks(struct measured *measured,
+                                         const struct measured_blocks *list,
+                                         const struct measured_span *span, struct error *error)
 {
     size_t from_box = 0;
     struct mr_watch watch = {0};
@@ -257,18 +272,24 @@ static enum mr_status series_from_blocks(struct measured *measured, const struct
     return status;
 }
 
-/* A board may be armed for hours before the gear comes: that is not held in memory. INT64_MIN: all of it. */
+/* A board may be armed for hours before the gear comes: that is not held in memory. INT64_MIN: all
+ * of it. */
 static int64_t find_from(const struct measured *measured, const struct moments *moments)
 {
-    int64_t blocks = moments->groups ? 1000 * (moments->group[moments->groups - 1].to_s - moments->group[0].from_s) : 0;
+    int64_t blocks = moments->groups ? 1000 * (moments->group[moments->groups - 1].to_s -
+                                               moments->group[0].from_s)
+                                     : 0;
     if (blocks <= 2 * MEASURED_BEFORE_BLOCKS || measured->landing.armed_block == STORE_NONE)
         return INT64_MIN;
-    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0) : 1000 * (moments->group[moments->groups - 1].to_s + 1);
+    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0)
+                                    : 1000 * (moments->group[moments->groups - 1].to_s + 1);
     return until - MEASURED_BEFORE_BLOCKS;
 }
 
-/* Where both are, the messages are held against the block records first: then they fill what these lack. */
-static enum mr_status take_messages(struct store *store, struct measured *measured, bool check, bool fill, struct error *error)
+/* Where both are, the messages are held against the block records first: then they fill what these
+ * lack. */
+static enum mr_status take_messages(struct store *store, struct measured *measured, bool check,
+                                    bool fill, struct error *error)
 {
     int64_t run = measured->landing.id;
     enum mr_status status = MR_OK;
@@ -289,25 +310,28 @@ static void add_row(void *context, int64_t index, int link)
     moments_add(context, index);
 }
 
-enum mr_status measured_judge(struct measured *measured, struct moments *moments, struct error *error)
+enum mr_status measured_judge(struct measured *measured, struct moments *moments,
+                              struct error *error)
 {
     size_t kept = 0;
     for (size_t g = 0; g < measured->gates; g++)
         moments_add_edge(moments, measured->gate[g].t_s);
     if (moments_judge(moments) != MR_OK)
-        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)measured->landing.id);
+        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
+                         (long long)measured->landing.id);
     for (size_t g = 0; g < measured->gates; g++) {
         if (moments_hold_edge(moments, measured->gate[g].t_s))
             measured->gate[kept++] = measured->gate[g];
         else
-            measured_set_aside(&measured->aside, &measured->aside.edges, (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1000.0)));
+            measured_set_aside(&measured->aside, &measured->aside.edges,
+                               (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1000.0)));
     }
     measured->gates = kept;
     return MR_OK;
 }
 
-static enum mr_status find_moments(struct store *store, struct measured *measured, bool recalibrated, struct moments *moments,
-                                   struct error *error)
+static enum mr_status find_moments(struct store *store, struct measured *measured,
+                                   bool recalibrated, struct moments *moments, struct error *error)
 {
     int64_t run = measured->landing.id;
     enum mr_status status = store_block_links_each(store, run, add_row, moments, error);
@@ -318,7 +342,8 @@ static enum mr_status find_moments(struct store *store, struct measured *measure
 
 /* ---- all of it ---- */
 
-static enum mr_status series_from_board(struct store *store, struct measured *measured, struct measured_blocks *list, bool recalibrated,
+static enum mr_status series_from_board(struct store *store, struct measured *measured,
+                                        struct measured_blocks *list, bool recalibrated,
                                         struct spans *spans, struct error *error)
 {
     bool fill = list->count == 0 || !recalibrated;
@@ -343,13 +368,15 @@ static enum mr_status series_from_board(struct store *store, struct measured *me
     return status;
 }
 
-enum mr_status measured_load_series(struct store *store, struct measured *measured, struct error *error)
+enum mr_status measured_load_series(struct store *store, struct measured *measured,
+                                    struct error *error)
 {
     struct moments moments = {0};
     struct measured_blocks list = {.moments = &moments, .aside = &measured->aside};
     struct spans spans = {.moments = &moments, .aside = &measured->aside};
     bool recalibrated = false;
-    enum mr_status status = store_is_recalibrated(store, measured->landing.id, &recalibrated, error);
+    enum mr_status status = store_is_recalibrated(store, measured->landing.id, &recalibrated,
+                                                  error);
     if (status == MR_OK)
         status = find_moments(store, measured, recalibrated, &moments, error);
     if (status == MR_OK) {

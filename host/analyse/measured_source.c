@@ -14,7 +14,8 @@ static const struct {
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
                       "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
     [MEASURED_BOX] = {"blackbox", 'B', "black box records, 1 kHz", "from the black box"},
-    [MEASURED_IMPORT] = {"import", 'I', "a file of another instrument", "from a file of another instrument"},
+    [MEASURED_IMPORT] = {"import", 'I', "a file of another instrument",
+                         "from a file of another instrument"},
 };
 
 const char *measured_source_name(enum measured_source source)
@@ -54,7 +55,8 @@ enum mr_status measured_find_stretches(struct measured *measured, struct error *
             room = room ? 2 * room : 16;
             struct measured_stretch *larger = realloc(measured->stretch, room * sizeof *larger);
             if (!larger)
-                return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)measured->landing.id);
+                return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
+                                 (long long)measured->landing.id);
             measured->stretch = larger;
         }
         measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
@@ -69,24 +71,30 @@ static bool aside_text(const struct measured *measured, char *out, size_t size)
     const struct {
         size_t count;
         const char *one, *many;
-    } kinds[] = {{aside->blocks, "block record", "block records"}, {aside->messages, "CAN message", "CAN messages"},
-                 {aside->edges, "switch edge", "switch edges"}, {aside->readings, "reading", "readings"}};
+    } kinds[] = {{aside->blocks, "block record", "block records"},
+                 {aside->messages, "CAN message", "CAN messages"},
+                 {aside->edges, "switch edge", "switch edges"},
+                 {aside->readings, "reading", "readings"}};
     size_t used = 0;
     for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         if (kinds[k].count && used < size)
-            used += (size_t)snprintf(out + used, size - used, "%s%zu %s", used ? ", " : "", kinds[k].count,
+            used += (size_t)snprintf(out + used, size - used, "%s%zu %s", used ? ", " : "",
+                                     kinds[k].count,
                                      kinds[k].count == 1 ? kinds[k].one : kinds[k].many);
     }
     if (used && used < size)
-        snprintf(out + used, size - used, " set aside: the time lies far from the landing's (first: %.3f s of the board)",
+        snprintf(out + used, size - used,
+                 " set aside: the time lies far from the landing's (first: %.3f s of the board)",
                  (double)aside->block / 1000.0);
     return used != 0;
 }
 
 void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
 {
-    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN, MEASURED_IMPORT, MEASURED_NOTHING};
-    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s", sources[measured->source].alone);
+    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
+                                                 MEASURED_IMPORT, MEASURED_NOTHING};
+    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s",
+                                   sources[measured->source].alone);
     const char *separator = ";";
     for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {
         size_t stretches = 0;
@@ -94,15 +102,18 @@ void measured_source_text(const struct measured *measured, char out[MEASURED_SOU
             continue;
         for (size_t i = 0; i < measured->stretches; i++)
             stretches += measured->stretch[i].source == order[k];
-        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
-                                 (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled, stretches,
-                                 stretches == 1 ? "stretch" : "stretches");
+        used += (size_t)snprintf(
+            out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
+            (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled,
+            stretches, stretches == 1 ? "stretch" : "stretches");
         separator = ",";
     }
     if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
-        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "; %lld ms before them are in the campaign alone",
-                 (long long)measured->skipped_blocks);
-    if (used < MEASURED_SOURCE_TEXT && aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used,
+                                 "; %lld ms before them are in the campaign alone",
+                                 (long long)measured->skipped_blocks);
+    if (used < MEASURED_SOURCE_TEXT &&
+        aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
         memcpy(out + used, "; ", 2);
 }
 
@@ -118,6 +129,7 @@ json_t *measured_aside_json(const struct measured *measured)
     const struct measured_aside *aside = &measured->aside;
     if (aside->blocks + aside->messages + aside->edges + aside->readings == 0)
         return json_null();
-    return json_pack("{sIsIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages", (json_int_t)aside->messages, "edges",
-                     (json_int_t)aside->edges, "readings", (json_int_t)aside->readings, "first_block", (json_int_t)aside->block);
+    return json_pack("{sIsIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages",
+                     (json_int_t)aside->messages, "edges", (json_int_t)aside->edges, "readings",
+                     (json_int_t)aside->readings, "first_block", (json_int_t)aside->block);
 }

@@ -3,8 +3,8 @@
 #include <math.h>
 
 /* Product of powers: relative errors add in squares, each times its power. */
-static struct estimate product(double constant, const struct estimate *factors, const double *powers,
-                               size_t count)
+static struct estimate product(double constant, const struct estimate *factors,
+                               const double *powers, size_t count)
 {
     double value = constant, relative2 = 0.0;
     for (size_t i = 0; i < count; i++) {
@@ -15,11 +15,11 @@ static struct estimate product(double constant, const struct estimate *factors, 
     return (struct estimate){value, fabs(value) * sqrt(relative2)};
 }
 
-struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft, struct estimate cord_ft,
-                               struct estimate period_s)
+struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft,
+                               struct estimate cord_ft, struct estimate period_s)
 {
-    /* Turned by a, each end swings out by a d/2 and its cord leans by a d/(2 l): restoring moment W d^2 a/(4
-     * l). */
+    /* Turned by a, each end swings out by a d/2 and its cord leans by a d/(2 l): restoring moment W
+     * d^2 a/(4 l). */
     const struct estimate factors[] = {weight_lb, spacing_ft, cord_ft, period_s};
     const double powers[] = {1, 2, -1, 2};
     return product(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);

@@ -1,12 +1,14 @@
-/* Readings that lie partly within a free travel: where they divide, and the spring beyond. params.h. */
+/* Readings that lie partly within a free travel: where they divide, and the spring beyond.
+ * params.h. */
 #include <math.h>
 
 #include "host/analyse/params.h"
 
 #define LEAST_BEYOND 3
-#define NO_SPRING 0.01 /* chance that scatter about 0 looks as much like a spring as the readings do */
-#define STANDS_OUT 3.0 /* times the scatter */
-#define SAME 1e-9      /* of the squares: two divisions fit alike */
+/* chance that scatter about 0 looks as much like a spring as the readings do */
+#define NO_SPRING    0.01
+#define STANDS_OUT   3.0  /* times the scatter */
+#define SAME         1e-9 /* of the squares: two divisions fit alike */
 
 /* The straight line through the readings with x above a limit. */
 struct line {
@@ -44,7 +46,8 @@ static struct line line_above(const double *x, const double *y, size_t count, do
 }
 
 /* What is left of all y: above the limit about the line through (x0, y0), elsewhere about 0. */
-static double squares_about(const double *x, const double *y, size_t count, double limit, double x0, double y0, double slope)
+static double squares_about(const double *x, const double *y, size_t count, double limit, double x0,
+                            double y0, double slope)
 {
     double left = 0.0;
     for (size_t i = 0; i < count; i++) {
@@ -59,7 +62,8 @@ static double squares_left(const double *x, const double *y, size_t count, doubl
 {
     struct line l = line_above(x, y, count, limit);
     bool within = l.slope > 0.0 && l.free >= limit && l.free <= l.least_x;
-    bool below = isinf(limit) && !(l.slope > 0.0 && l.free > l.least_x); /* no reading contradicts */
+    /* no reading contradicts */
+    bool below = isinf(limit) && !(l.slope > 0.0 && l.free > l.least_x);
     if (l.count > 0 && (within || below))
         return squares_about(x, y, count, limit, l.x, l.y, l.slope);
     if (isinf(limit))
@@ -75,14 +79,16 @@ static double squares_left(const double *x, const double *y, size_t count, doubl
 /* Student's t that chance exceeds once in 200, by degrees of freedom. */
 static double student(size_t freedom)
 {
-    static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032, 3.707, 3.499, 3.355, 3.250, 3.169};
+    static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032,
+                               3.707, 3.499, 3.355, 3.250, 3.169};
     size_t entries = sizeof t / sizeof t[0];
     return freedom <= entries ? t[freedom - 1] : freedom < 20 ? 3.169 : 2.845;
 }
 
-/* The spring of the readings beyond, and its errors from the larger of two scatters: about their line, and of all readings. */
-static void read_spring(const double *x, const double *y, size_t count, double limit, double squares,
-                        struct params_travel *travel)
+/* The spring of the readings beyond, and its errors from the larger of two scatters: about their
+ * line, and of all readings. */
+static void read_spring(const double *x, const double *y, size_t count, double limit,
+                        double squares, struct params_travel *travel)
 {
     struct line l = line_above(x, y, count, limit);
     double n = (double)l.count, about_line = 0.0;
@@ -95,19 +101,24 @@ static void read_spring(const double *x, const double *y, size_t count, double l
     travel->scatter = sqrt(variance);
     travel->k = (struct estimate){l.slope, k_error};
     /* free = x - y/k with x and y in the middle; the errors of y and k are independent */
-    travel->free = (struct estimate){l.free, sqrt(variance / n + lever * lever * k_error * k_error) / fabs(l.slope)};
-    travel->kind = l.slope > student(l.count - 2) * k_error ? PARAMS_TRAVEL_OK : PARAMS_TRAVEL_UNCLEAR;
+    travel->free = (struct estimate){
+        l.free, sqrt(variance / n + lever * lever * k_error * k_error) / fabs(l.slope)};
+    travel->kind = l.slope > student(l.count - 2) * k_error ? PARAMS_TRAVEL_OK
+                                                            : PARAMS_TRAVEL_UNCLEAR;
 }
 
 /* Too few lie beyond for a line: those count that stand out of the scatter within. */
-static void bound_travel(const double *x, const double *y, size_t count, double limit, struct params_travel *travel)
+static void bound_travel(const double *x, const double *y, size_t count, double limit,
+                         struct params_travel *travel)
 {
     double within = 0.0, squares = 0.0;
     for (size_t i = 0; i < count; i++) {
         within += x[i] <= limit;
         squares += x[i] <= limit ? y[i] * y[i] : 0.0;
     }
-    *travel = (struct params_travel){.kind = PARAMS_TRAVEL_FEW, .last_in = -(double)INFINITY, .first_out = (double)INFINITY,
+    *travel = (struct params_travel){.kind = PARAMS_TRAVEL_FEW,
+                                     .last_in = -(double)INFINITY,
+                                     .first_out = (double)INFINITY,
                                      .scatter = within > 0.0 ? sqrt(squares / within) : 0.0};
     for (size_t i = 0; i < count; i++) {
         bool beyond = x[i] > limit && y[i] > STANDS_OUT * travel->scatter;
@@ -119,8 +130,8 @@ static void bound_travel(const double *x, const double *y, size_t count, double 
     }
 }
 
-enum mr_status params_travel(const double *x, const double *y, size_t count, struct params_travel *travel,
-                             struct error *error)
+enum mr_status params_travel(const double *x, const double *y, size_t count,
+                             struct params_travel *travel, struct error *error)
 {
     struct line_fit all;
     if (line_fit(x, y, count, &all, error) != MR_OK)
@@ -132,15 +143,19 @@ enum mr_status params_travel(const double *x, const double *y, size_t count, str
         double left = squares_left(x, y, count, x[i]);
         double alike_within = SAME * (left + SAME * nothing);
         bool better = left + alike_within < best, alike = !better && left - alike_within <= best;
-        if (better || (alike && x[i] < limit)) { /* of those that fit alike the one with most readings beyond */
+        if (better || (alike && x[i] < limit)) {
+            /* of those that fit alike the one with most readings beyond */
             limit = x[i];
             best = left;
         }
     }
     struct line l = line_above(x, y, count, limit);
-    *travel = (struct params_travel){.beyond = l.count, .last_in = limit, .first_out = l.least_x,
+    *travel = (struct params_travel){.beyond = l.count,
+                                     .last_in = limit,
+                                     .first_out = l.least_x,
                                      .scatter = sqrt(best / (double)(count - 2))};
-    /* the law has two parameters more than `always 0`: F with 2 and n - 2 degrees of freedom, whose tail is a power */
+    /* the law has two parameters more than `always 0`: F with 2 and n - 2 degrees of freedom, whose
+     * tail is a power */
     double chance = nothing > 0.0 ? pow(fmin(1.0, best / nothing), 0.5 * (double)(count - 2)) : 1.0;
     if (all.slope.value < 0.0 && -all.slope.value > student(count - 2) * all.slope.error)
         travel->kind = PARAMS_TRAVEL_FALLS;
@@ -151,7 +166,9 @@ enum mr_status params_travel(const double *x, const double *y, size_t count, str
     else
         read_spring(x, y, count, limit, best, travel);
     if (travel->kind == PARAMS_TRAVEL_INSIDE) {
-        *travel = (struct params_travel){.kind = PARAMS_TRAVEL_INSIDE, .last_in = x[0], .first_out = (double)INFINITY,
+        *travel = (struct params_travel){.kind = PARAMS_TRAVEL_INSIDE,
+                                         .last_in = x[0],
+                                         .first_out = (double)INFINITY,
                                          .scatter = sqrt(nothing / (double)count)};
         for (size_t i = 0; i < count; i++)
             travel->last_in = fmax(travel->last_in, x[i]);

@@ -47,7 +47,8 @@ static enum mr_status load_config(struct store *store, struct again *again, stru
     for (size_t i = 0; i < places; i++) {
         if (place[i].position >= 1 && place[i].position <= (int64_t)MR_CONFIG_SWITCHES)
             config->gate[place[i].position - 1] =
-                (struct mr_gate_config){.station_ft = (float)place[i].station_ft, .step_codes = (uint16_t)place[i].step_codes};
+                (struct mr_gate_config){.station_ft = (float)place[i].station_ft,
+                                        .step_codes = (uint16_t)place[i].step_codes};
     }
     free(place);
     config->site[0].touchdown_ft = (float)again->row.touchdown_ft;
@@ -132,8 +133,10 @@ static bool has_gap(const struct again *again, int64_t block, bool of_the_board)
 {
     for (size_t i = 0; i < again->gaps; i++) {
         const struct store_gap *gap = &again->gap[i];
-        bool from = gap->from_block == STORE_NONE || gap->from_block <= block, to = gap->to_block == STORE_NONE || gap->to_block >= block;
-        bool block_of_the_board = strcmp(gap->message, "block") == 0 && strcmp(gap->cause, "board") == 0;
+        bool from = gap->from_block == STORE_NONE || gap->from_block <= block,
+             to = gap->to_block == STORE_NONE || gap->to_block >= block;
+        bool block_of_the_board = strcmp(gap->message, "block") == 0 &&
+                                  strcmp(gap->cause, "board") == 0;
         if (from && to && block_of_the_board == of_the_board)
             return true;
     }
@@ -164,10 +167,10 @@ static double whole(int64_t value)
 }
 
 /* What a message says when it has been through the wire. */
-#define THROUGH_WIRE(name, message)                                                          \
-    do {                                                                                     \
-        uint8_t payload_[MR_MESSAGE_MAX];                                                    \
-        (void)mr_##name##_get(message, payload_, mr_##name##_put(message, payload_));        \
+#define THROUGH_WIRE(name, message)                                                   \
+    do {                                                                              \
+        uint8_t payload_[MR_MESSAGE_MAX];                                             \
+        (void)mr_##name##_get(message, payload_, mr_##name##_put(message, payload_)); \
     } while (0)
 
 static void compare_zone(struct again *again, const struct store_zone *z, struct predict_said *said)
@@ -183,7 +186,8 @@ static void compare_zone(struct again *again, const struct store_zone *z, struct
     compare(again, "inferred_percent", whole(z->inferred_percent), said->lead.inferred_percent);
 }
 
-static void compare_prediction(struct again *again, const struct store_prediction *p, struct predict_said *said)
+static void compare_prediction(struct again *again, const struct store_prediction *p,
+                               struct predict_said *said)
 {
     THROUGH_WIRE(zone_error, &said->error);
     THROUGH_WIRE(zone_coming, &said->coming);
@@ -211,26 +215,33 @@ static void pass_over(struct again *again, int64_t block)
 {
     int64_t now = again->block;
     again->covered = false;
-    while (again->next_zone < again->zones && (again->block = again->zone[again->next_zone].block) < block) {
+    while (again->next_zone < again->zones &&
+           (again->block = again->zone[again->next_zone].block) < block) {
         compare(again, "statement", 1.0, (double)NAN);
         again->next_zone++;
     }
-    while (again->next_prediction < again->predictions && (again->block = again->prediction[again->next_prediction].block) < block) {
+    while (again->next_prediction < again->predictions &&
+           (again->block = again->prediction[again->next_prediction].block) < block) {
         compare(again, "statement", 1.0, (double)NAN);
         again->next_prediction++;
     }
     again->block = now;
 }
 
-/* A statement of the host: the board's of the same block. One that there is not was lost, as a gap says, or is a difference. */
+/* A statement of the host: the board's of the same block. One that there is not was lost, as a gap
+ * says, or is a difference. */
 static void hold_against(struct again *again)
 {
     struct predict_said said;
-    predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block, &said);
+    predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block,
+                      &said);
     pass_over(again, again->block);
     again->covered = has_gap(again, again->block, false);
-    const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone] : NULL;
-    const struct store_prediction *p = again->next_prediction < again->predictions ? &again->prediction[again->next_prediction] : NULL;
+    const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone]
+                                                                 : NULL;
+    const struct store_prediction *p = again->next_prediction < again->predictions
+                                         ? &again->prediction[again->next_prediction]
+                                         : NULL;
     bool has_z = z && z->block == again->block, has_p = p && p->block == again->block;
     again->next_zone += has_z;
     again->next_prediction += has_p;
@@ -255,7 +266,8 @@ static unsigned take_edges(struct again *again, uint32_t until_tick, uint32_t *t
     return count;
 }
 
-static void read_transducers(struct again *again, const struct mr_block *block, float *displacement_in)
+static void read_transducers(struct again *again, const struct mr_block *block,
+                             float *displacement_in)
 {
     struct mr_watch_news news;
     float ratio = mr_channels_ratio(block);
@@ -285,8 +297,10 @@ static void look(struct again *again, const struct mr_block *block)
 {
     struct mr_predictor_zone was = again->look;
     mr_predictor_zone(&again->predictor, &again->look);
-    bool warning = again->look.verdict == MR_PREDICTOR_WARNING && landing_may_warn(&again->landing, block->index);
-    bool changed = warning != again->warning || again->look.verdict != was.verdict || again->look.level != was.level;
+    bool warning = again->look.verdict == MR_PREDICTOR_WARNING &&
+                   landing_may_warn(&again->landing, block->index);
+    bool changed = warning != again->warning || again->look.verdict != was.verdict ||
+                   again->look.level != was.level;
     again->warning = warning;
     if (warning && again->result->warned_block == STORE_NONE)
         again->result->warned_block = block->index;
@@ -296,15 +310,18 @@ static void look(struct again *again, const struct mr_block *block)
 
 static void take_backlog(struct again *again)
 {
-    while (again->next_backlog < again->backlogs && again->backlog[again->next_backlog].block < again->block)
+    while (again->next_backlog < again->backlogs &&
+           again->backlog[again->next_backlog].block < again->block)
         again->next_backlog++;
-    if (again->next_backlog < again->backlogs && again->backlog[again->next_backlog].block == again->block) {
+    if (again->next_backlog < again->backlogs &&
+        again->backlog[again->next_backlog].block == again->block) {
         mr_predictor_hurry(&again->predictor);
         again->result->backlogs++;
     }
 }
 
-/* From arming on every block is needed, but those that the board itself has not had. False: it ends here. */
+/* From arming on every block is needed, but those that the board itself has not had. False: it ends
+ * here. */
 static bool follows(struct again *again, int64_t index)
 {
     int64_t wanted = again->armed ? again->block + 1 : again->row.armed_block;
@@ -336,7 +353,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
         arm(again, &block);
     unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
     float staircase_code = (float)block.sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
-    landing_block(&again->landing, &again->config, block.index, block.tick, staircase_code, ticks, edges);
+    landing_block(&again->landing, &again->config, block.index, block.tick, staircase_code, ticks,
+                  edges);
     again->over = again->armed && !landing_recording(&again->landing);
     if (!again->armed || again->over)
         return MR_OK;
@@ -345,15 +363,19 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
                     predict_held(&again->predictor, &again->landing));
     take_backlog(again);
     predict_feed(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
-                 &(struct predict_block){.index = block.index, .tick = block.tick, .displacement_in = displacement_in,
-                                         .baseline_in = again->baseline.in}, &input);
+                 &(struct predict_block){.index = block.index,
+                                         .tick = block.tick,
+                                         .displacement_in = displacement_in,
+                                         .baseline_in = again->baseline.in},
+                 &input);
     mr_predictor_block(&again->predictor, &input);
     if (block.index % PREDICT_LOOK_BLOCKS == 0)
         look(again, &block);
     return MR_OK;
 }
 
-enum mr_status predict_again(struct store *store, int64_t run, struct predict_again *result, struct error *error)
+enum mr_status predict_again(struct store *store, int64_t run, struct predict_again *result,
+                             struct error *error)
 {
     struct again *again = calloc(1, sizeof *again);
     if (!again)

@@ -13,7 +13,8 @@
 #include "host/collect/collect.h"
 #include "host/base/units.h"
 
-enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error)
+enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
+                            struct error *error)
 {
     memset(summary, 0, sizeof *summary);
     enum mr_status status = measured_load(store, run, &summary->measured, error);
@@ -22,19 +23,24 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = foresight_load(store, &summary->measured, &summary->foresight, error);
     if (status == MR_OK)
-        status = store_session_get(store, summary->measured.landing.session, &summary->session, error);
+        status = store_session_get(store, summary->measured.landing.session, &summary->session,
+                                   error);
     if (status == MR_OK)
-        status = store_import_get(store, summary->measured.landing.session, &summary->import, &summary->imported, error);
+        status = store_import_get(store, summary->measured.landing.session, &summary->import,
+                                  &summary->imported, error);
     if (status == MR_OK)
         status = summary_links_load(store, summary, error);
     if (status == MR_OK)
         status = summary_time_load(store, summary, error);
     if (status == MR_OK)
-        status = store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults, error);
+        status = store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults,
+                              error);
     if (status == MR_OK)
-        status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events, error);
+        status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events,
+                                     error);
     if (status == MR_OK)
-        status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events, error);
+        status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
+                                      error);
     if (status == MR_OK)
         status = store_result_get(store, run, &summary->result, &summary->result_known, error);
     if (status == MR_OK)
@@ -68,7 +74,8 @@ static void switches_text(const struct measured *measured, char *out, size_t siz
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
     const char *before = ", missing ";
     uint64_t unseen = measured->fitted & ~measured->seen;
-    unsigned last = measured->seen ? 63u - (unsigned)__builtin_clzll(measured->seen) : 63u; /* beyond it the gear may have stopped */
+    /* beyond it the gear may have stopped */
+    unsigned last = measured->seen ? 63u - (unsigned)__builtin_clzll(measured->seen) : 63u;
     uint64_t beyond = last < 63 ? unseen >> (last + 1) << (last + 1) : 0;
     for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {
         if (!(unseen & ~beyond & 1ull << p))
@@ -77,9 +84,11 @@ static void switches_text(const struct measured *measured, char *out, size_t siz
         before = ", ";
     }
     if (beyond && length > 0 && (size_t)length < size)
-        length += snprintf(out + length, size - (size_t)length, ", not reached from %d on", __builtin_ctzll(beyond) + 1);
+        length += snprintf(out + length, size - (size_t)length, ", not reached from %d on",
+                           __builtin_ctzll(beyond) + 1);
     if (measured->edges > seen && length > 0 && (size_t)length < size)
-        snprintf(out + length, size - (size_t)length, "; %zu edges not named", measured->edges - seen);
+        snprintf(out + length, size - (size_t)length, "; %zu edges not named",
+                 measured->edges - seen);
 }
 
 static double event_time_s(const struct measured *measured, const struct store_fault *event)
@@ -87,8 +96,8 @@ static double event_time_s(const struct measured *measured, const struct store_f
     return (double)(event->board_us - measured->t0_us) / 1e6;
 }
 
-/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". That a channel is valid again, the line of what was wrong with it
- * says. */
+/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". That a channel is valid
+ * again, the line of what was wrong with it says. */
 static void damage_answer(const struct summary *summary, size_t i, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
@@ -101,11 +110,14 @@ static void damage_answer(const struct summary *summary, size_t i, struct answer
     char until[40] = " on";
     for (size_t later = summary->channel_events; later-- > i + 1;) {
         if (summary->channel_event[later].detail == event->detail)
-            snprintf(until, sizeof until, " to %.3f s", event_time_s(measured, &summary->channel_event[later]));
+            snprintf(until, sizeof until, " to %.3f s",
+                     event_time_s(measured, &summary->channel_event[later]));
     }
-    answer_words(answer, NULL, "channels", "%s %u (%.1f %s): %s, from %.3f s%s", bridge ? "gage" : "transducer", config->number,
+    answer_words(answer, NULL, "channels", "%s %u (%.1f %s): %s, from %.3f s%s",
+                 bridge ? "gage" : "transducer", config->number,
                  (double)config->station_ft * station->factor, station->text,
-                 bridge && event->code == MR_INVALID_OPEN ? "bridge open" : mr_validity_text((unsigned)event->code),
+                 bridge && event->code == MR_INVALID_OPEN ? "bridge open"
+                                                          : mr_validity_text((unsigned)event->code),
                  event_time_s(measured, event), until);
 }
 
@@ -120,7 +132,8 @@ static void channel_events_answer(const struct summary *summary, struct answer *
         answer_count(answer, "channel", NULL, event->detail);
         answer_count(answer, "validity", NULL, event->code);
         answer_words(answer, "text", NULL, "%s", mr_validity_text((unsigned)event->code));
-        answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, event), 3)->digits = 9;
+        answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, event), 3)
+            ->digits = 9;
         answer_close(answer);
     }
     answer_close(answer);
@@ -146,14 +159,17 @@ static void switch_events_answer(const struct summary *summary, struct answer *a
             snprintf(times, sizeof times, ", %lld times", (long long)event->count);
         if (event->detail > 0)
             snprintf(which, sizeof which, "switch %lld", (long long)event->detail);
-        answer_words(answer, NULL, "switches", "%s: %s%s", which, mr_switch_reason_text((unsigned)event->code), times);
+        answer_words(answer, NULL, "switches", "%s: %s%s", which,
+                     mr_switch_reason_text((unsigned)event->code), times);
     }
 }
 
-static void motion_estimate(const struct summary *summary, const char *name, const char *label, enum unit_kind unit, struct mr_estimate value,
-                            int decimals, struct answer *answer)
+static void motion_estimate(const struct summary *summary, const char *name, const char *label,
+                            enum unit_kind unit, struct mr_estimate value, int decimals,
+                            struct answer *answer)
 {
-    struct answer_fact *fact = answer_estimate(answer, name, label, unit, value.value, value.error, decimals);
+    struct answer_fact *fact = answer_estimate(answer, name, label, unit, value.value, value.error,
+                                               decimals);
     fact->digits = 9;
     fact->interval = true;
     fact->end = doubts_mark(&summary->measured.doubts);
@@ -171,49 +187,66 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     answer_count(answer, "switches_seen", NULL, (int64_t)measured->gates);
     answer_words(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
-        motion_estimate(summary, "touchdown_speed", "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s, 4, answer);
+        motion_estimate(summary, "touchdown_speed", "touchdown", UNIT_SPEED,
+                        fit->touchdown_speed_ft_s, 4, answer);
     if (measured->fit_status == MR_TRUNCATED) {
         answer_words(answer, NULL, "stop", "not known: the record ends while the gear moves");
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
-                     measured->doubts.torn ? "the landing is torn, its first edges never came" : mr_status_text(measured->fit_status));
+                     measured->doubts.torn ? "the landing is torn, its first edges never came"
+                                           : mr_status_text(measured->fit_status));
     } else {
-        motion_estimate(summary, "mean_deceleration", "deceleration", UNIT_DECELERATION, fit->mean_deceleration_ft_s2, 4, answer);
-        motion_estimate(summary, "stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3, answer);
-        answer_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME, fit->stop_t_s.value - fit->touchdown_t_s.value, 3)->digits = 9;
+        motion_estimate(summary, "mean_deceleration", "deceleration", UNIT_DECELERATION,
+                        fit->mean_deceleration_ft_s2, 4, answer);
+        motion_estimate(summary, "stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3,
+                        answer);
+        answer_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME,
+                     fit->stop_t_s.value - fit->touchdown_t_s.value, 3)
+            ->digits = 9;
         answer_count(answer, "stop_gates", NULL, fit->used_for_stop);
     }
 }
 
-void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel, struct answer *answer)
+void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel,
+                            struct answer *answer)
 {
     const bool gage = channel->config.kind == MR_KIND_TENSION;
     const enum unit_kind unit = gage ? UNIT_TENSION : UNIT_DISPLACEMENT;
     const int decimals = gage ? 1 : 4;
-    const double valid = measured->samples ? (double)channel->valid / (double)measured->samples : 0.0;
+    const double valid = measured->samples ? (double)channel->valid / (double)measured->samples
+                                           : 0.0;
     answer_count(answer, "number", gage ? "gage" : "transducer", channel->config.number);
     if (gage)
         answer_count(answer, "band", "band", channel->config.band);
-    answer_value(answer, "station", "station", UNIT_STATION, (double)channel->config.station_ft, 1)->digits = 9;
-    answer_value(answer, "before", gage ? "before" : NULL, unit, channel->baseline, decimals)->digits = 9;
+    answer_value(answer, "station", "station", UNIT_STATION, (double)channel->config.station_ft, 1)
+        ->digits = 9;
+    answer_value(answer, "before", gage ? "before" : NULL, unit, channel->baseline, decimals)
+        ->digits = 9;
     if (!gage) {
         answer_estimate(answer, NULL, "peak", unit, channel->peak, channel->error, decimals);
         answer_value(answer, "peak", NULL, unit, channel->peak, decimals)->digits = 9;
     }
     answer_value(answer, "error", NULL, unit, channel->error, decimals)->digits = 9;
-    answer_estimate(answer, "least", gage ? "least" : NULL, unit, channel->low, channel->low_error, decimals)->digits = 9;
-    answer_estimate(answer, "most", gage ? "most" : NULL, unit, channel->high, channel->high_error, decimals)->digits = 9;
-    answer_estimate(answer, "end", "at the end", unit, channel->end, channel->end_error, decimals)->digits = 9;
+    answer_estimate(answer, "least", gage ? "least" : NULL, unit, channel->low, channel->low_error,
+                    decimals)
+        ->digits = 9;
+    answer_estimate(answer, "most", gage ? "most" : NULL, unit, channel->high, channel->high_error,
+                    decimals)
+        ->digits = 9;
+    answer_estimate(answer, "end", "at the end", unit, channel->end, channel->end_error, decimals)
+        ->digits = 9;
     answer_value(answer, "valid_fraction", NULL, UNIT_NUMBER, valid, 3);
     answer_value(answer, NULL, "valid|%", UNIT_NUMBER, 100.0 * valid, 1);
 }
 
-void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind, const char *label, struct answer *answer)
+void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind,
+                             const char *label, struct answer *answer)
 {
     bool any = false;
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         any |= measured->channel[c].config.kind == kind;
-    answer_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements", any ? label : NULL);
+    answer_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements",
+                 any ? label : NULL);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (measured->channel[c].config.kind != kind)
             continue;
@@ -227,8 +260,12 @@ void summary_channels_answer(const struct measured *measured, enum mr_channel_ki
 static void channels_answer(const struct measured *measured, struct answer *answer)
 {
     bool read = measured->source != MEASURED_NOTHING;
-    summary_channels_answer(measured, MR_KIND_DISPLACEMENT, read ? "movement of the mat (+- is one standard error, - not valid)" : NULL, answer);
-    summary_channels_answer(measured, MR_KIND_TENSION, read ? "tension of the bands (+- is one standard error, - not valid)" : NULL, answer);
+    summary_channels_answer(
+        measured, MR_KIND_DISPLACEMENT,
+        read ? "movement of the mat (+- is one standard error, - not valid)" : NULL, answer);
+    summary_channels_answer(
+        measured, MR_KIND_TENSION,
+        read ? "tension of the bands (+- is one standard error, - not valid)" : NULL, answer);
 }
 
 static void faults_answer(const struct summary *summary, struct answer *answer)
@@ -256,7 +293,8 @@ static void import_answer(const struct summary *summary, struct answer *answer)
         return;
     }
     answer_open(answer, "import", "");
-    answer_words(answer, NULL, "imported from", "%s (%s, %lld bytes, SHA-256 %s)", import->file, import->format, (long long)import->bytes, import->sha256);
+    answer_words(answer, NULL, "imported from", "%s (%s, %lld bytes, SHA-256 %s)", import->file,
+                 import->format, (long long)import->bytes, import->sha256);
     answer_words(answer, "file", NULL, "%s", import->file);
     answer_words(answer, "verdict", "the file", "%s", import->verdict);
     answer_words(answer, "sha256", NULL, "%s", import->sha256);
@@ -273,7 +311,8 @@ static void source_answer(const struct measured *measured, struct answer *answer
     answer_table(answer, "stretches", NULL);
     for (size_t i = 0; i < measured->stretches; i++) {
         answer_open(answer, NULL, NULL);
-        answer_words(answer, "source", NULL, "%s", measured_source_name(measured->stretch[i].source));
+        answer_words(answer, "source", NULL, "%s",
+                     measured_source_name(measured->stretch[i].source));
         answer_count(answer, "from_block", NULL, measured->stretch[i].from_block);
         answer_count(answer, "to_block", NULL, measured->stretch[i].to_block);
         answer_close(answer);
@@ -291,22 +330,26 @@ static void board_answer(const struct store_landing *landing, struct answer *ans
 {
     answer_words(answer, NULL, "board", "%s", or_unknown(landing->board_uid));
     answer_words(answer, "board", NULL, "%s", landing->board_uid);
-    answer_words(answer, NULL, "firmware", "%s, image %08llx, commit %s", or_unknown(landing->firmware),
-                 landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc, or_unknown(landing->image_commit));
+    answer_words(answer, NULL, "firmware", "%s, image %08llx, commit %s",
+                 or_unknown(landing->firmware),
+                 landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
+                 or_unknown(landing->image_commit));
     answer_words(answer, "firmware", NULL, "%s", landing->firmware);
     answer_count(answer, "image_crc", NULL, landing->image_crc);
     answer_words(answer, "image_commit", NULL, "%s", landing->image_commit);
     answer_count(answer, "config_crc", NULL, landing->config_crc);
     answer_count(answer, "clock_source", NULL, landing->clock_source);
     answer_words(answer, NULL, "oscillator",
-                 landing->clock_source == STORE_NONE ? "not known" : landing->clock_source > 0 ? "internal: 1 %% in every speed" : "crystal");
+                 landing->clock_source == STORE_NONE ? "not known"
+                 : landing->clock_source > 0         ? "internal: 1 %% in every speed"
+                                                     : "crystal");
 }
 
 void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING])
 {
     const struct store_landing *landing = &summary->measured.landing;
-    snprintf(out, SUMMARY_HEADING, "RUN %lld: landing %lld, %s", (long long)landing->id, (long long)landing->board_landing,
-             mr_landing_state_text((unsigned)landing->state));
+    snprintf(out, SUMMARY_HEADING, "RUN %lld: landing %lld, %s", (long long)landing->id,
+             (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state));
 }
 
 void summary_facts_answer(const struct summary *summary, struct answer *answer)
@@ -334,7 +377,8 @@ void summary_health_answer(const struct summary *summary, struct answer *answer)
 void summary_zone_answer(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
-    zones_answer(&summary->zones.warning, measured->t0_is_touchdown, measured->source != MEASURED_IMPORT, answer);
+    zones_answer(&summary->zones.warning, measured->t0_is_touchdown,
+                 measured->source != MEASURED_IMPORT, answer);
 }
 
 void summary_answer(const struct summary *summary, struct answer *answer)

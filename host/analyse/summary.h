@@ -1,4 +1,5 @@
-/* Summary of a landing: what `matrig log` prints at its end and `matrig report` puts at its head. */
+/* Summary of a landing: what `matrig log` prints at its end and `matrig report` puts at its
+ * head. */
 #ifndef MATRIG_HOST_ANALYSE_SUMMARY_H
 #define MATRIG_HOST_ANALYSE_SUMMARY_H
 
@@ -15,17 +16,18 @@
 #include "host/store/store_import.h"
 #include "host/store/store_log.h"
 
-/* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with known
- * spread. */
+/* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with
+ * known spread. */
 #define SUMMARY_95 1.959964
 
 struct summary_link {
     bool used;
-    int64_t received; /* frames in the landing */
-    int64_t lost;     /* frames the board sent and nobody received */
-    int64_t dropped;  /* frames the board says it could not queue */
+    int64_t received;               /* frames in the landing */
+    int64_t lost;                   /* frames the board sent and nobody received */
+    int64_t dropped;                /* frames the board says it could not queue */
     int64_t trouble[LINK_TROUBLES]; /* what the link itself saw */
-    bool silent;      /* the link fell silent in the landing, or never spoke: losses cannot be counted */
+    /* the link fell silent in the landing, or never spoke: losses cannot be counted */
+    bool silent;
 };
 
 struct summary {
@@ -42,7 +44,8 @@ struct summary {
     struct film film;
     struct store_time_map clock; /* the best of the links; refusal says if it is one at all */
     bool clock_known;
-    double warning_received_s[LINK_KINDS]; /* after the block that decided the first warning was complete; NaN: not known */
+    /* after the block that decided the first warning was complete; NaN: not known */
+    double warning_received_s[LINK_KINDS];
     struct store_fault *fault;
     size_t faults;
     struct store_fault *switch_event; /* what the board found wrong with switches */
@@ -56,7 +59,8 @@ struct summary {
     struct store_held held; /* while it was logged */
 };
 
-enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error);
+enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
+                            struct error *error);
 void summary_free(struct summary *summary); /* also after an error */
 
 /* "RUN 5: landing 5, done" */
@@ -64,12 +68,17 @@ void summary_free(struct summary *summary); /* also after an error */
 void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING]);
 /* All of it, under its heading; and parts of it that a page shows in sections of their own: */
 void summary_answer(const struct summary *summary, struct answer *answer);
-void summary_facts_answer(const struct summary *summary, struct answer *answer);  /* what it came to, and who recorded it */
-void summary_zone_answer(const struct summary *summary, struct answer *answer);   /* the first warning */
-void summary_health_answer(const struct summary *summary, struct answer *answer); /* clock, film, links, gaps, faults */
+/* what it came to, and who recorded it */
+void summary_facts_answer(const struct summary *summary, struct answer *answer);
+/* the first warning */
+void summary_zone_answer(const struct summary *summary, struct answer *answer);
+/* clock, film, links, gaps, faults */
+void summary_health_answer(const struct summary *summary, struct answer *answer);
 /* The channels of a kind as a table, and the facts of a row of it. */
-void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind, const char *label, struct answer *answer);
-void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel, struct answer *answer);
+void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind,
+                             const char *label, struct answer *answer);
+void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel,
+                            struct answer *answer);
 
 /* summary_answer as text (false: `out` cannot be written) and as JSON (the caller's). */
 bool summary_print(const struct summary *summary, bool si, FILE *out);

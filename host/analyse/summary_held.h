@@ -5,6 +5,7 @@
 #include "host/base/answer.h"
 #include "host/store/store_log.h"
 
-void summary_held_answer(const struct store_held *held, struct answer *answer); /* for people nothing when nothing did */
+/* for people nothing when nothing did */
+void summary_held_answer(const struct store_held *held, struct answer *answer);
 
 #endif

@@ -8,8 +8,8 @@ const char *summary_link_name(int link)
     return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
 }
 
-static enum mr_status load_troubles(struct store *store, int64_t run, int kind, struct summary_link *link,
-                                    struct error *error)
+static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
+                                    struct summary_link *link, struct error *error)
 {
     struct store_trouble *rows = NULL;
     size_t count = 0;
@@ -30,7 +30,8 @@ enum mr_status summary_links_load(struct store *store, struct summary *summary, 
         status = store_held_get(store, run, &summary->held, error);
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct summary_link *link = &summary->link[kind];
-        const char *spec = kind == LINK_CAN ? summary->session.can_link : summary->session.serial_link;
+        const char *spec = kind == LINK_CAN ? summary->session.can_link
+                                            : summary->session.serial_link;
         link->used = spec[0] != '\0';
         status = store_frames_count(store, run, kind, &link->received, error);
         int64_t blocks = 0;
@@ -59,8 +60,8 @@ void summary_troubles(const int64_t *trouble, char *out, size_t size)
     out[0] = '\0';
     for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
         if (trouble[i] > 0)
-            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "", link_trouble_text(i),
-                                     (long long)trouble[i]);
+            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "",
+                                     link_trouble_text(i), (long long)trouble[i]);
     }
 }
 
@@ -122,8 +123,10 @@ static void link_answer(const struct summary_link *link, int kind, struct answer
         answer_words(answer, NULL, summary_link_name(kind), "not used");
         return;
     }
-    answer_words(answer, NULL, summary_link_name(kind), "%lld frames received, %lld lost, %lld not sent by the board%s", (long long)link->received,
-                 (long long)link->lost, (long long)link->dropped, link->silent ? "; silent in part: more may be lost" : "");
+    answer_words(answer, NULL, summary_link_name(kind),
+                 "%lld frames received, %lld lost, %lld not sent by the board%s",
+                 (long long)link->received, (long long)link->lost, (long long)link->dropped,
+                 link->silent ? "; silent in part: more may be lost" : "");
     summary_troubles(link->trouble, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
@@ -145,8 +148,10 @@ void summary_links_answer(const struct summary *summary, struct answer *answer)
         link_answer(&summary->link[kind], kind, answer);
     answer_close(answer);
     if (check->compared)
-        answer_words(answer, NULL, "cross-check", "%zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)", check->compared,
-                     check->different, check->worst_digits);
+        answer_words(
+            answer, NULL, "cross-check",
+            "%zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)",
+            check->compared, check->different, check->worst_digits);
     answer_open(answer, "cross_check", NULL);
     answer_count(answer, "compared", NULL, (int64_t)check->compared);
     answer_count(answer, "different", NULL, (int64_t)check->different);

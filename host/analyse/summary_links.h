@@ -1,10 +1,12 @@
-/* The part of a landing's summary that is about its links: frames received, lost and doubted, troubles, gaps, CAN against serial. */
+/* The part of a landing's summary that is about its links: frames received, lost and doubted,
+ * troubles, gaps, CAN against serial. */
 #ifndef MATRIG_HOST_ANALYSE_SUMMARY_LINKS_H
 #define MATRIG_HOST_ANALYSE_SUMMARY_LINKS_H
 
 #include "host/analyse/summary.h"
 
-enum mr_status summary_links_load(struct store *store, struct summary *summary, struct error *error);
+enum mr_status summary_links_load(struct store *store, struct summary *summary,
+                                  struct error *error);
 void summary_links_answer(const struct summary *summary, struct answer *answer);
 
 #endif

@@ -1,4 +1,5 @@
-/* The part of a landing's summary that is about time: the board's clock, the time of day of the touchdown, the film. */
+/* The part of a landing's summary that is about time: the board's clock, the time of day of the
+ * touchdown, the film. */
 #ifndef MATRIG_HOST_ANALYSE_SUMMARY_TIME_H
 #define MATRIG_HOST_ANALYSE_SUMMARY_TIME_H
 
@@ -10,8 +11,10 @@ struct summary_moment {
     double half_us;
 };
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us);
-/* The same by a landing's clock alone: the best of its links, as summary->clock. `*known` false: no link had one. */
-enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock, bool *known, struct error *error);
+/* The same by a landing's clock alone: the best of its links, as summary->clock. `*known` false: no
+ * link had one. */
+enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
+                                  bool *known, struct error *error);
 struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us);
 
 enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error);

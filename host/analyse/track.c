@@ -5,12 +5,13 @@
 
 #include "common/braking.h"
 
-#define PARABOLA 3u
-#define INWARD_S 1e-3 /* for the speed at a gate */
+#define PARABOLA         3u
+#define INWARD_S         1e-3 /* for the speed at a gate */
 #define LEAST_HALF_POWER (-16)
-#define MOST_HALF_POWER 6
+#define MOST_HALF_POWER  6
 
-/* Covariance of station at two times for q = 1, both since the first gate: the integral over u of (s - u)^2 (t - u)^2 / 4. */
+/* Covariance of station at two times for q = 1, both since the first gate: the integral over u of
+ * (s - u)^2 (t - u)^2 / 4. */
 static double wander(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
@@ -23,7 +24,8 @@ static double power(double t_s, size_t n)
 }
 
 /* The system of universal kriging: covariances, bordered by the parabola. */
-static size_t set_system(const struct track *track, const struct track_model *model, double system[TRACK_SIZE][TRACK_SIZE])
+static size_t set_system(const struct track *track, const struct track_model *model,
+                         double system[TRACK_SIZE][TRACK_SIZE])
 {
     size_t n = track->points;
     memset(system, 0, sizeof(double[TRACK_SIZE][TRACK_SIZE]));
@@ -47,7 +49,8 @@ static void swap_rows(double *a, double *b, size_t n)
 }
 
 /* Gauss-Jordan with row pivots; false: singular. Also the logarithm of the determinant's size. */
-static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n, double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
+static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
+                   double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
 {
     *log_determinant = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -81,8 +84,9 @@ static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n, double inverse[TR
     return true;
 }
 
-/* Minus twice the restricted log likelihood, but for a constant: the bordered determinant is |S| |X' S^-1 X|, and y' P y is the
- * generalised sum of squares, P the upper left part of the inverse. */
+/* Minus twice the restricted log likelihood, but for a constant: the bordered determinant is |S|
+ * |X' S^-1 X|, and y' P y is the generalised sum of squares, P the upper left part of the
+ * inverse. */
 static double unlikeliness(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
@@ -97,7 +101,8 @@ static double unlikeliness(const struct track *track, struct track_model *model)
 }
 
 /* Keeps a model when it is among the likeliest; `unlikely` is in step with track->model. */
-static void keep_model(struct track *track, const struct track_model *model, double unlikeliness_now, double unlikely[TRACK_MODELS])
+static void keep_model(struct track *track, const struct track_model *model,
+                       double unlikeliness_now, double unlikely[TRACK_MODELS])
 {
     size_t place = track->models;
     if (place == TRACK_MODELS) {
@@ -120,7 +125,8 @@ static void find_models(struct track *track)
     double unlikely[TRACK_MODELS], least = INFINITY, sum = 0.0;
     for (int half = LEAST_HALF_POWER; half <= MOST_HALF_POWER; half++) {
         for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
-            struct track_model model = {.q = pow(10.0, 0.5 * half), .ripple_ft = ripples[i] * track->error_ft};
+            struct track_model model = {.q = pow(10.0, 0.5 * half),
+                                        .ripple_ft = ripples[i] * track->error_ft};
             double now = unlikeliness(track, &model);
             if (!isinf(now))
                 keep_model(track, &model, now, unlikely);
@@ -135,7 +141,8 @@ static void find_models(struct track *track)
 }
 
 /* By one model, between the first gate and the last. Gives the variance. */
-static double by_model(const struct track *track, const struct track_model *model, double since_s, double *station_ft)
+static double by_model(const struct track *track, const struct track_model *model, double since_s,
+                       double *station_ft)
 {
     double side[TRACK_SIZE], variance = model->q * wander(since_s, since_s);
     for (size_t i = 0; i < track->points; i++)
@@ -151,7 +158,8 @@ static double by_model(const struct track *track, const struct track_model *mode
         if (i < track->points)
             *station_ft += weight * track->station_ft[i];
     }
-    return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft; /* which is motion: between gates there is as much */
+    /* which is motion: between gates there is as much */
+    return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
 static struct mr_estimate between_gates(const struct track *track, double t_s)
@@ -169,28 +177,34 @@ static struct mr_estimate between_gates(const struct track *track, double t_s)
 
 static struct track_moment gate_moment(const struct track *track, double t_s, double inward_s)
 {
-    struct mr_estimate here = between_gates(track, t_s), inside = between_gates(track, t_s + inward_s);
+    struct mr_estimate here = between_gates(track, t_s),
+                       inside = between_gates(track, t_s + inward_s);
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
-/* The brake takes a while to rise (common/braking.h: delay d, shape k): where it has bent the way by a d^2 (1 + k) / 2 or not. */
+/* The brake takes a while to rise (common/braking.h: delay d, shape k): where it has bent the way
+ * by a d^2 (1 + k) / 2 or not. */
 static double brake_error_ft(double deceleration_ft_s2)
 {
     const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
-    return 0.5 * deceleration_ft_s2 * (1.0 + MR_BRAKE_SHAPE) * sqrt(4.0 * d * d * e * e + 2.0 * e * e * e * e);
+    return 0.5 * deceleration_ft_s2 * (1.0 + MR_BRAKE_SHAPE) *
+           sqrt(4.0 * d * d * e * e + 2.0 * e * e * e * e);
 }
 
 static void set_ends(const struct measured *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
-    double error_ft = hypot(speed_ft_s * summary->touchdown_t_s.error, brake_error_ft(summary->mean_deceleration_ft_s2.value));
+    double error_ft = hypot(speed_ft_s * summary->touchdown_t_s.error,
+                            brake_error_ft(summary->mean_deceleration_ft_s2.value));
     track->begin_s = fmin(measured->gate[0].t_s, 0.0);
-    track->touchdown = (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
+    track->touchdown =
+        (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
     track->speed_error_ft_s = summary->touchdown_speed_ft_s.error;
     track->first = gate_moment(track, track->first.t_s, INWARD_S);
     track->last = gate_moment(track, track->last.t_s, -INWARD_S);
-    track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last.t_s), summary->stop_station_ft, 0.0};
+    track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last.t_s),
+                                        summary->stop_station_ft, 0.0};
 }
 
 void track_make(const struct measured *measured, struct track *track)
@@ -219,14 +233,16 @@ void track_make(const struct measured *measured, struct track *track)
 }
 
 /* The cubic that has both moments' station and speed; the error goes from one to the other. */
-static struct mr_estimate join(const struct track_moment *from, const struct track_moment *to, double t_s)
+static struct mr_estimate join(const struct track_moment *from, const struct track_moment *to,
+                               double t_s)
 {
     double span_s = to->t_s - from->t_s, x = (t_s - from->t_s) / span_s;
     double rise = to->station_ft.value - from->station_ft.value;
     double v0 = from->speed_ft_s * span_s, v1 = to->speed_ft_s * span_s;
     double square = 3.0 * rise - 2.0 * v0 - v1, cube = v0 + v1 - 2.0 * rise;
     return (struct mr_estimate){from->station_ft.value + v0 * x + square * x * x + cube * x * x * x,
-                                from->station_ft.error + (to->station_ft.error - from->station_ft.error) * x};
+                                from->station_ft.error +
+                                    (to->station_ft.error - from->station_ft.error) * x};
 }
 
 struct mr_estimate track_at(const struct track *track, double t_s)
@@ -235,11 +251,13 @@ struct mr_estimate track_at(const struct track *track, double t_s)
     if (!track->known || t_s < track->begin_s)
         return (struct mr_estimate){(double)NAN, (double)NAN};
     if (t_s < 0.0)
-        return (struct mr_estimate){touchdown->station_ft.value + touchdown->speed_ft_s * t_s,
-                                    hypot(touchdown->station_ft.error, track->speed_error_ft_s * t_s)};
+        return (struct mr_estimate){
+            touchdown->station_ft.value + touchdown->speed_ft_s * t_s,
+            hypot(touchdown->station_ft.error, track->speed_error_ft_s * t_s)};
     if (t_s >= track->stop.t_s)
         return track->stop.station_ft;
     if (t_s < track->first.t_s)
         return join(touchdown, &track->first, t_s);
-    return t_s <= track->last.t_s ? between_gates(track, t_s) : join(&track->last, &track->stop, t_s);
+    return t_s <= track->last.t_s ? between_gates(track, t_s)
+                                  : join(&track->last, &track->stop, t_s);
 }

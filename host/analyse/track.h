@@ -1,13 +1,17 @@
 /* Where the gear was at any time, from the gates alone, as well as the gates say.
  *
- * The fit of gates.h is a polynomial of low order: it gives speeds, but between the gates braking that changes strays from it by
- * more than its error. Here, from the first gate beyond touchdown to the last, the station is a parabola whose deceleration
- * wanders: its derivative is white noise of intensity q. On top of it comes what changes faster than gates follow each other, a
- * ripple of the station without memory. How much of both there is the gates tell, each of them off by the switches' tolerance:
- * a grid of both, weighted by restricted likelihood. For each of them the best linear unbiased estimate of the station under that model (universal kriging; a
- * smoothing spline of degree five) runs through the gates as far as they are exact, and its standard error grows between them as
- * it must; what is given is their mean, with the variance within and between them. On either side a cubic joins it to touchdown and stop, the error going over to theirs. Before touchdown the speed is
- * constant (report 2.4), back to the first edge; after the stop the gear rests. Pure. */
+ * The fit of gates.h is a polynomial of low order: it gives speeds, but between the gates braking
+ * that changes strays from it by more than its error. Here, from the first gate beyond touchdown to
+ * the last, the station is a parabola whose deceleration wanders: its derivative is white noise of
+ * intensity q. On top of it comes what changes faster than gates follow each other, a ripple of the
+ * station without memory. How much of both there is the gates tell, each of them off by the
+ * switches' tolerance: a grid of both, weighted by restricted likelihood. For each of them the best
+ * linear unbiased estimate of the station under that model (universal kriging; a smoothing spline
+ * of degree five) runs through the gates as far as they are exact, and its standard error grows
+ * between them as it must; what is given is their mean, with the variance within and between them.
+ * On either side a cubic joins it to touchdown and stop, the error going over to theirs. Before
+ * touchdown the speed is constant (report 2.4), back to the first edge; after the stop the gear
+ * rests. Pure. */
 #ifndef MATRIG_HOST_ANALYSE_TRACK_H
 #define MATRIG_HOST_ANALYSE_TRACK_H
 
@@ -27,14 +31,14 @@ struct track {
     bool known;
     double begin_s; /* first edge, or touchdown: nothing is known before */
     struct track_moment touchdown, first, last, stop;
-    double speed_error_ft_s; /* of the touchdown's */
-    size_t points;           /* gates */
+    double speed_error_ft_s;                            /* of the touchdown's */
+    size_t points;                                      /* gates */
     double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times since the first */
-    double error_ft;         /* of each */
-    size_t models;           /* the likeliest */
+    double error_ft;                                    /* of each */
+    size_t models;                                      /* the likeliest */
     struct track_model {
-        double q;            /* (ft/s3)^2 s */
-        double ripple_ft;    /* standard deviation */
+        double q;         /* (ft/s3)^2 s */
+        double ripple_ft; /* standard deviation */
         double weight;
         double inverse[TRACK_SIZE][TRACK_SIZE];
     } model[TRACK_MODELS];

@@ -13,13 +13,17 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
     return measured_block_s(measured, zone->block);
 }
 
-static void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out, size_t size)
+static void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out,
+                       size_t size)
 {
-    snprintf(out, size, "%.3f s %s %s, decided in block %lld", fabs(warning->t_s), warning->t_s < 0.0 ? "before" : "after",
-             since_touchdown ? "touchdown" : "the first switch or arming", (long long)warning->block);
+    snprintf(out, size, "%.3f s %s %s, decided in block %lld", fabs(warning->t_s),
+             warning->t_s < 0.0 ? "before" : "after",
+             since_touchdown ? "touchdown" : "the first switch or arming",
+             (long long)warning->block);
 }
 
-static struct zone_warning first_warning(const struct measured *measured, const struct store_zone *row)
+static struct zone_warning first_warning(const struct measured *measured,
+                                         const struct store_zone *row)
 {
     struct zone_warning warning = {
         .warned = true,
@@ -51,12 +55,15 @@ static struct zone_warning first_warning(const struct measured *measured, const 
 }
 
 /* What the predictor said with the first warning. */
-static enum mr_status find_reason(struct store *store, const struct measured *measured, struct zones *zones, struct error *error)
+static enum mr_status find_reason(struct store *store, const struct measured *measured,
+                                  struct zones *zones, struct error *error)
 {
     struct store_prediction *row = NULL;
     size_t count = 0;
     struct zone_warning *warning = &zones->warning;
-    enum mr_status status = warning->warned ? store_predictions(store, measured->landing.id, &row, &count, error) : MR_OK;
+    enum mr_status status = warning->warned
+                              ? store_predictions(store, measured->landing.id, &row, &count, error)
+                              : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (row[i].block != warning->block)
             continue;
@@ -66,7 +73,8 @@ static enum mr_status find_reason(struct store *store, const struct measured *me
         warning->end_error_ft = row[i].end_error_ft;
         warning->coming_mats = row[i].coming_mats;
         warning->coming_wheel_ft = row[i].coming_wheel_ft;
-        warning->coming_after_s = fmax(measured_reach_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
+        warning->coming_after_s =
+            fmax(measured_reach_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
         if (isnan(measured_reach_s(measured, row[i].coming_wheel_ft)))
             warning->coming_after_s = (double)NAN;
     }
@@ -101,7 +109,8 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
                           struct error *error)
 {
     memset(zones, 0, sizeof *zones);
-    enum mr_status status = store_zones(store, measured->landing.id, &zones->row, &zones->count, error);
+    enum mr_status status = store_zones(store, measured->landing.id, &zones->row, &zones->count,
+                                        error);
     if (status != MR_OK)
         return status;
     find_warning(measured, zones);
@@ -123,7 +132,8 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     closure->surveyed = 0;
     enum mr_status status = store_segments(store, run, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS || isnan(rows[i].slack_in))
+        if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS ||
+            isnan(rows[i].slack_in))
             continue;
         closure->slack_in[rows[i].segment] = (float)rows[i].slack_in;
         closure->surveyed++;
@@ -132,8 +142,8 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     return status;
 }
 
-void zones_closed(const struct measured *measured, const struct zones_closure *closure, size_t sample,
-                  float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
+void zones_closed(const struct measured *measured, const struct zones_closure *closure,
+                  size_t sample, float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
 {
     float station_ft[MR_TRANSDUCERS];
     float displacement_in[MR_TRANSDUCERS];
@@ -143,8 +153,9 @@ void zones_closed(const struct measured *measured, const struct zones_closure *c
         const struct measured_channel *channel = &measured->channel[i];
         station_ft[i] = channel->config.station_ft;
         displacement_in[i] = channel->config.kind == MR_KIND_DISPLACEMENT
-                                 ? (float)measured_smooth(measured, channel, sample, MEASURED_WINDOW / 2)
-                                 : MR_NAN;
+                               ? (float)measured_smooth(measured, channel, sample,
+                                                        MEASURED_WINDOW / 2)
+                               : MR_NAN;
     }
     struct mr_closure_input input = {
         .station_ft = station_ft,
@@ -169,24 +180,35 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
     if (w->reason == STORE_NONE)
         answer_none(answer, "reason", NULL, "");
     else
-        answer_words(answer, "reason", "because", "%s", mr_predictor_reason_text((unsigned)w->reason));
+        answer_words(answer, "reason", "because", "%s",
+                     mr_predictor_reason_text((unsigned)w->reason));
     if (w->level == STORE_NONE)
         answer_none(answer, "level", NULL, "");
     else
         answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
-    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "zone foreseen, mats" : NULL, w->coming_mats);
-    answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "with the wheel at" : NULL, UNIT_STATION, w->coming_wheel_ft, 1)->digits = 9;
-    answer_value(answer, "coming_after", if_known("wheel came there", w->coming_after_s), UNIT_TIME, w->coming_after_s, 3)->end = " after the warning";
+    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "zone foreseen, mats" : NULL,
+                 w->coming_mats);
+    answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "with the wheel at" : NULL,
+                 UNIT_STATION, w->coming_wheel_ft, 1)
+        ->digits = 9;
+    answer_value(answer, "coming_after", if_known("wheel came there", w->coming_after_s), UNIT_TIME,
+                 w->coming_after_s, 3)
+        ->end = " after the warning";
 }
 
 static void lead_answer(const struct zone_warning *w, struct answer *answer)
 {
     const char *became = isnan(w->lead_s) ? NULL : "it really took";
-    answer_value(answer, "lead", if_known("lead time", w->lead_s), UNIT_TIME, w->lead_s, 3)->end = " to the zone's start, the first that the board gave";
-    answer_value(answer, "lead_t", if_known("given at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)->digits = 9;
-    answer_value(answer, "lead_start", if_known("zone's start then", w->lead_s), UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
+    answer_value(answer, "lead", if_known("lead time", w->lead_s), UNIT_TIME, w->lead_s, 3)->end =
+        " to the zone's start, the first that the board gave";
+    answer_value(answer, "lead_t", if_known("given at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)
+        ->digits = 9;
+    answer_value(answer, "lead_start", if_known("zone's start then", w->lead_s), UNIT_STATION,
+                 w->lead_start_ft, 1)
+        ->digits = 9;
     if (became && isnan(w->lead_became_s))
-        answer_none(answer, "lead_became_s", became, "not known: the wheel did not come there in the record");
+        answer_none(answer, "lead_became_s", became,
+                    "not known: the wheel did not come there in the record");
     else
         answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_became_s, 3);
 }
@@ -197,15 +219,22 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
     answer_count(answer, "decided_block", NULL, w->block);
     answer_count(answer, "mats", "closed mats", w->mats);
-    answer_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft, w->start_error_ft, 1)->digits = 9;
-    answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)->digits = 9;
-    answer_value(answer, "wheel", if_known("wheel was at", w->wheel_ft), UNIT_STATION, w->wheel_ft, 1)->digits = 9;
+    answer_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft, w->start_error_ft,
+                    1)
+        ->digits = 9;
+    answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)
+        ->digits = 9;
+    answer_value(answer, "wheel", if_known("wheel was at", w->wheel_ft), UNIT_STATION, w->wheel_ft,
+                 1)
+        ->digits = 9;
     answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
-        answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey alone", (long long)w->inferred_percent);
+        answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey alone",
+                     (long long)w->inferred_percent);
     answer_flag(answer, "reached", NULL, w->reached);
     if (w->reached)
-        answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)->end = " after the warning";
+        answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)->end =
+            " after the warning";
     else
         answer_none(answer, "true_lead_s", "wheel in the zone", "not in the record");
     reason_answer(w, answer);
@@ -215,12 +244,14 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
 }
 
-void zones_answer(const struct zone_warning *w, bool since_touchdown, bool watched, struct answer *answer)
+void zones_answer(const struct zone_warning *w, bool since_touchdown, bool watched,
+                  struct answer *answer)
 {
     char when[80];
     zones_when(w, since_touchdown, when, sizeof when);
     if (!watched)
-        answer_words(answer, NULL, "zone", "no board watched: the readings are another instrument's");
+        answer_words(answer, NULL, "zone",
+                     "no board watched: the readings are another instrument's");
     else if (!w->warned)
         answer_words(answer, NULL, "zone", "no warning");
     else

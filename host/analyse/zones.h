@@ -1,5 +1,5 @@
-/* Zones of a landing: what the board warned of, when, and whether the wheel came there; and closed segments
- * over time as the host computes them from displacements and survey (common/closure.h). */
+/* Zones of a landing: what the board warned of, when, and whether the wheel came there; and closed
+ * segments over time as the host computes them from displacements and survey (common/closure.h). */
 #ifndef MATRIG_HOST_ANALYSE_ZONES_H
 #define MATRIG_HOST_ANALYSE_ZONES_H
 
@@ -8,16 +8,20 @@
 
 struct zone_warning {
     bool warned;
-    /* At the first warning. The moment is that of the decision on the board, by the board's clock: the beginning of the block that
-     * decided, which is the stamp of the frame. Lamp and frame follow when the block is complete, 1 ms later; summary_time.h knows
-     * when the frame was received. */
+    /* At the first warning. The moment is that of the decision on the board, by the board's clock:
+     * the beginning of the block that decided, which is the stamp of the frame. Lamp and frame
+     * follow when the block is complete, 1 ms later; summary_time.h knows when the frame was
+     * received. */
     int64_t block;
-    double t_s; /* since touchdown: the clock of log, report, predict and make series. The live page, before the fit, has the block */
+    /* since touchdown: the clock of log, report, predict and make series. The live page, before the
+     * fit, has the block */
+    double t_s;
     int64_t mats;
     double start_ft, end_ft;
     double wheel_ft; /* NaN: not known yet */
     int64_t inferred_percent;
-    /* By the predictor, at the same time; STORE_NONE, NaN: it did not say, as a board of before it: */
+    /* By the predictor, at the same time; STORE_NONE, NaN: it did not say, as a board of before
+     * it: */
     int64_t reason, level;
     double start_error_ft, end_error_ft; /* standard errors */
     int64_t coming_mats;                 /* longest zone that it sees coming */
@@ -47,18 +51,19 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
                           struct error *error);
 void zones_free(struct zones *zones);
 /* The first warning and what came of it. `watched`: a board could have warned. */
-void zones_answer(const struct zone_warning *warning, bool since_touchdown, bool watched, struct answer *answer);
+void zones_answer(const struct zone_warning *warning, bool since_touchdown, bool watched,
+                  struct answer *answer);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
-/* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run ahead of the
- * wheel. */
+/* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run
+ * ahead of the wheel. */
 struct zones_closure {
     float slack_in[MR_SEGMENTS];
     size_t surveyed; /* segments with a slack */
 };
 enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
                                  struct error *error);
-void zones_closed(const struct measured *measured, const struct zones_closure *closure, size_t sample,
-                  float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone);
+void zones_closed(const struct measured *measured, const struct zones_closure *closure,
+                  size_t sample, float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone);
 
 #endif

@@ -8,7 +8,7 @@
 #include "host/base/answer_items.h"
 
 #define DIGITS 6
-#define WORDS 1200
+#define WORDS  1200
 
 struct answer *answer_new(bool si)
 {
@@ -51,7 +51,8 @@ static bool copy(char **to, const char *text)
 }
 
 /* Never NULL: a fact without room is refined in vain. */
-static struct answer_item *add(struct answer *answer, enum answer_kind kind, const char *name, const char *label)
+static struct answer_item *add(struct answer *answer, enum answer_kind kind, const char *name,
+                               const char *label)
 {
     static struct answer_item beyond;
     struct answer_item *item = &beyond;
@@ -79,7 +80,8 @@ static void set_words(struct answer *answer, char **words, const char *format, v
         answer->failed = true;
 }
 
-struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals)
+struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
+                                 enum unit_kind unit, double value, int decimals)
 {
     struct answer_item *item = add(answer, ANSWER_VALUE, name, label);
     const struct unit *shown = unit_of(unit, answer && answer->si);
@@ -95,8 +97,8 @@ struct answer_fact *answer_value(struct answer *answer, const char *name, const 
     return &item->fact;
 }
 
-struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
-                                    int decimals)
+struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label,
+                                    enum unit_kind unit, double value, double error, int decimals)
 {
     struct answer_fact *fact = answer_value(answer, name, label, unit, value, decimals);
     struct answer_item *item = (struct answer_item *)fact; /* its first member */
@@ -106,7 +108,8 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
     return fact;
 }
 
-struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label, int64_t count)
+struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label,
+                                 int64_t count)
 {
     struct answer_item *item = add(answer, ANSWER_COUNT, name, label);
     item->count = count;
@@ -118,7 +121,8 @@ void answer_flag(struct answer *answer, const char *name, const char *label, boo
     add(answer, ANSWER_FLAG, name, label)->count = yes;
 }
 
-struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
+struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
+                                 const char *format, ...)
 {
     struct answer_item *item = add(answer, ANSWER_WORDS, name, label);
     va_list arguments;

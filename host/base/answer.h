@@ -1,14 +1,16 @@
-/* What a command answers, described once: each fact's name, unit, value and error. Text for people, JSON for programs and HTML for
- * pages are printed from that one description.
+/* What a command answers, described once: each fact's name, unit, value and error. Text for people,
+ * JSON for programs and HTML for pages are printed from that one description.
  *
- * A fact has a name, under which programs find it, and a label, under which people do. Without a name it is not in the JSON, without a
- * label it is in the JSON alone. In the JSON a unit ends the name ("rms_in", "peak_error_in"), and what is not finite is null.
- * Values are given in the report's units; an answer in SI converts them.
+ * A fact has a name, under which programs find it, and a label, under which people do. Without a
+ * name it is not in the JSON, without a label it is in the JSON alone. In the JSON a unit ends the
+ * name ("rms_in", "peak_error_in"), and what is not finite is null. Values are given in the
+ * report's units; an answer in SI converts them.
  *
  * For people, facts in a row that share a label show it once, in text.
  *
- * Functions return the fact that they added, to be refined before the next call. Names, labels and words are copied. When memory ends,
- * answers are cut short, and answer_text, answer_json and answer_html say so. */
+ * Functions return the fact that they added, to be refined before the next call. Names, labels and
+ * words are copied. When memory ends, answers are cut short, and answer_text, answer_json and
+ * answer_html say so. */
 #ifndef MATRIG_HOST_BASE_ANSWER_H
 #define MATRIG_HOST_BASE_ANSWER_H
 
@@ -33,41 +35,48 @@ struct answer_fact {
 
 /* NULL when memory has ended; every function takes that. */
 struct answer *answer_new(bool si);
-/* In the JSON values stay in what they are given in, whatever people read. Before the first value. */
+/* In the JSON values stay in what they are given in, whatever people read. Before the first
+ * value. */
 void answer_as_given(struct answer *answer);
 void answer_free(struct answer *answer);
 /* For words that have units in them. */
 bool answer_in_si(const struct answer *answer);
 
-/* A number with `decimals` in the unit for people; in SI as many more or less as keep every digit. Below 0: with -`decimals` significant
- * digits. */
-struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals);
+/* A number with `decimals` in the unit for people; in SI as many more or less as keep every digit.
+ * Below 0: with -`decimals` significant digits. */
+struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
+                                 enum unit_kind unit, double value, int decimals);
 /* The same with its standard error; the JSON has NAME and NAME_error. */
-struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
-                                    int decimals);
+struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label,
+                                    enum unit_kind unit, double value, double error, int decimals);
 /* ANSWER_UNKNOWN is null, and a dash for people. */
 #define ANSWER_UNKNOWN INT64_MIN
-struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
+struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label,
+                                 int64_t count);
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
-struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
+                                 const char *format, ...) __attribute__((format(printf, 4, 5)));
 /* A sentence for people stands by itself, in lines that fit. */
-void answer_sentence(struct answer *answer, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void answer_sentence(struct answer *answer, const char *name, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 /* For people: follows the last fact's value. */
-void answer_remark(struct answer *answer, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void answer_remark(struct answer *answer, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 /* null; people read why. */
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
 /* Of the JSON alone: any value. Takes `json`. */
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
-/* Facts that belong together, until answer_close: an object of the JSON; for people a heading with its facts below, or with the label "" its
- * facts alone. People do not see a group, a list or a table without anything in it. */
+/* Facts that belong together, until answer_close: an object of the JSON; for people a heading with
+ * its facts below, or with the label "" its facts alone. People do not see a group, a list or a
+ * table without anything in it. */
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* An array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
-/* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts, also of those in groups,
- * head its columns: each label once in a row. People do not see a row without labels. A label that only some rows have stands after the one before it there. `|` begins a new
- * line of the head. What is too wide goes on below, the first column again. */
+/* An array of objects, which people see as a table: rows are opened and closed in it, and labels of
+ * their facts, also of those in groups, head its columns: each label once in a row. People do not
+ * see a row without labels. A label that only some rows have stands after the one before it there.
+ * `|` begins a new line of the head. What is too wide goes on below, the first column again. */
 void answer_table(struct answer *answer, const char *name, const char *label);
 void answer_close(struct answer *answer);
 
@@ -78,7 +87,8 @@ bool answer_html(const struct answer *answer, FILE *out);
 json_t *answer_json(const struct answer *answer);
 /* The same; frees the answer. */
 json_t *answer_into_json(struct answer *answer);
-/* Text or, with --json, JSON to standard output; frees the answer. Returns `code`, or the exit code of a failed output. */
+/* Text or, with --json, JSON to standard output; frees the answer. Returns `code`, or the exit code
+ * of a failed output. */
 int answer_show(const struct cli *cli, struct answer *answer, int code);
 
 #endif

@@ -6,7 +6,8 @@
 
 static void print_table(const struct answer *answer, size_t table, FILE *out)
 {
-    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS), end = answer_after(answer, table);
+    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
+                                  end = answer_after(answer, table);
     char text[ANSWER_CELL];
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
@@ -26,13 +27,19 @@ static void print_table(const struct answer *answer, size_t table, FILE *out)
             continue;
         fputs("<tr>", out);
         for (size_t c = 0; c < columns; c++) {
-            const struct answer_item *item = answer_in_row(answer, row, answer->item[index[c]].label);
+            const struct answer_item *item = answer_in_row(answer, row,
+                                                           answer->item[index[c]].label);
             bool is_number = item && item->kind <= ANSWER_COUNT;
             text[0] = '\0';
             if (item)
                 answer_cell(item, " \xc2\xb1 ", text);
-            fputs(is_number ? "<td class=\"n\">" : item && item->fact.warn ? "<td class=\"warn\">" : "<td>", out);
-            html_text(out, is_number && item->kind != ANSWER_COUNT && isnan(item->value) ? "\xe2\x80\x93" : text);
+            fputs(is_number                 ? "<td class=\"n\">"
+                  : item && item->fact.warn ? "<td class=\"warn\">"
+                                            : "<td>",
+                  out);
+            html_text(out, is_number && item->kind != ANSWER_COUNT && isnan(item->value)
+                               ? "\xe2\x80\x93"
+                               : text);
             fputs("</td>", out);
         }
         fputs("</tr>\n", out);
@@ -52,7 +59,8 @@ static void print_fact(const struct answer_item *item, FILE *out)
 }
 
 /* Facts in a row share one <dl>, which may be open before and after. */
-static bool print_items(const struct answer *answer, size_t from, size_t to, bool in_list, FILE *out)
+static bool print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
+                        FILE *out)
 {
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];

@@ -54,14 +54,17 @@ static inline bool answer_is_empty(const struct answer *answer, size_t i)
     return answer_is_group(answer->item[i].kind) && answer_after(answer, i) <= i + 2;
 }
 
-#define ANSWER_CELL 1200 /* as long as words can be */
-#define ANSWER_COLUMNS 80 /* of a table, for people: more than a campaign has stations */
+#define ANSWER_CELL    1200 /* as long as words can be */
+#define ANSWER_COLUMNS 80   /* of a table, for people: more than a campaign has stations */
 /* The fact as people read it, without its unit. `plus_minus`: between value and error. */
-void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
+void answer_cell(const struct answer_item *item, const char *plus_minus,
+                 char text[static ANSWER_CELL]);
 /* The same with its unit, its interval and its end. */
-void answer_line(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
+void answer_line(const struct answer_item *item, const char *plus_minus,
+                 char text[static ANSWER_CELL]);
 
-/* The columns of the table at `table`: a fact's index for each label, of one that has a unit if any has. At most `most`; how many. */
+/* The columns of the table at `table`: a fact's index for each label, of one that has a unit if any
+ * has. At most `most`; how many. */
 size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most);
 /* The fact of the row at `row` with this label, or with any (NULL); NULL: the row has none. */
 const struct answer_item *answer_in_row(const struct answer *answer, size_t row, const char *label);

@@ -12,11 +12,13 @@ static void put(json_t *group, const char *name, json_t *value)
 }
 
 /* NAME_suffix, NAME_error_suffix */
-static void put_number(json_t *group, const struct answer_item *item, const char *what, double value)
+static void put_number(json_t *group, const struct answer_item *item, const char *what,
+                       double value)
 {
     char key[120];
     const char *suffix = item->json_unit->suffix;
-    snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "", suffix);
+    snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "",
+             suffix);
     put(group, item->name ? key : NULL, cli_json_number(value, item->fact.digits));
 }
 
@@ -25,7 +27,8 @@ static void put_items(const struct answer *answer, size_t from, size_t to, json_
 static void put_group(const struct answer *answer, size_t i, json_t *group)
 {
     const struct answer_item *item = &answer->item[i];
-    if (!item->name && !json_is_array(group)) { /* a heading for people; programs find its facts among the others */
+    if (!item->name && !json_is_array(group)) {
+        /* a heading for people; programs find its facts among the others */
         put_items(answer, i + 1, answer_after(answer, i), group);
         return;
     }
@@ -44,7 +47,10 @@ static void put_item(const struct answer_item *item, json_t *group)
         put_number(group, item, "_error", item->json_error);
         break;
     case ANSWER_VALUE: put_number(group, item, "", item->json_value); break;
-    case ANSWER_COUNT: put(group, item->name, item->count == ANSWER_UNKNOWN ? json_null() : json_integer((json_int_t)item->count)); break;
+    case ANSWER_COUNT:
+        put(group, item->name,
+            item->count == ANSWER_UNKNOWN ? json_null() : json_integer((json_int_t)item->count));
+        break;
     case ANSWER_FLAG: put(group, item->name, json_boolean(item->count)); break;
     case ANSWER_WORDS:
     case ANSWER_SENTENCE: put(group, item->name, json_string(item->words)); break;

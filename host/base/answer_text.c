@@ -4,8 +4,8 @@
 
 #include "host/base/answer_items.h"
 
-#define WIDTH 100 /* of a terminal that people have */
-#define LABEL 13  /* the least width of the labels of facts */
+#define WIDTH     100      /* of a terminal that people have */
+#define LABEL     13       /* the least width of the labels of facts */
 #define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
 
 /* Characters, not bytes. */
@@ -24,17 +24,22 @@ static int number(const struct answer_item *item, double value, bool plus, char 
     if (item->fact.bounded && value >= 999.5)
         return snprintf(text, size, ">999");
     if (item->decimals < 0)
-        return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0); /* no -0 */
-    return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals, unit_tidy(value, pow(10.0, -item->decimals)));
+        /* no -0 */
+        return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0);
+    return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals,
+                    unit_tidy(value, pow(10.0, -item->decimals)));
 }
 
-void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL])
+void answer_cell(const struct answer_item *item, const char *plus_minus,
+                 char text[static ANSWER_CELL])
 {
     int length = 0;
     text[0] = '\0';
     switch (item->kind) {
     case ANSWER_VALUE:
-    case ANSWER_ESTIMATE: length = number(item, item->value, item->fact.plus, text, ANSWER_CELL); break;
+    case ANSWER_ESTIMATE:
+        length = number(item, item->value, item->fact.plus, text, ANSWER_CELL);
+        break;
     case ANSWER_COUNT:
         if (item->count == ANSWER_UNKNOWN)
             snprintf(text, ANSWER_CELL, "-");
@@ -50,16 +55,19 @@ void answer_cell(const struct answer_item *item, const char *plus_minus, char te
     }
 }
 
-void answer_line(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL])
+void answer_line(const struct answer_item *item, const char *plus_minus,
+                 char text[static ANSWER_CELL])
 {
     const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
     char interval[80] = "";
     answer_cell(item, plus_minus, text);
     if (item->fact.interval && isfinite(item->error))
-        snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals, item->value - NORMAL_95 * item->error, item->decimals,
+        snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals,
+                 item->value - NORMAL_95 * item->error, item->decimals,
                  item->value + NORMAL_95 * item->error);
     size_t length = strlen(text);
-    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval, item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
+    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
+             item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
 }
 
 /* A sentence in lines that fit. */
@@ -72,7 +80,8 @@ static void print_sentence(const char *text, int indent, FILE *out)
             fputc('\n', out);
             column = 0;
         }
-        column += (size_t)(column > 0 ? fprintf(out, " %.*s", (int)length, text) : fprintf(out, "%*s%.*s", indent, "", (int)length, text));
+        column += (size_t)(column > 0 ? fprintf(out, " %.*s", (int)length, text)
+                                      : fprintf(out, "%*s%.*s", indent, "", (int)length, text));
         text += length + strspn(text + length, " ");
     }
     fputc('\n', out);
@@ -89,7 +98,8 @@ size_t answer_columns(const struct answer *answer, size_t table, size_t *column,
 {
     size_t count = 0, end = answer_after(answer, table);
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        size_t place = 0, to = answer_after(answer, row); /* a new column stands after the one before it in its row */
+        /* a new column stands after the one before it in its row */
+        size_t place = 0, to = answer_after(answer, row);
         for (size_t i = row + 1; i < to; i++) {
             size_t c = 0;
             if (!is_cell(&answer->item[i]))
@@ -118,7 +128,8 @@ const struct answer_item *answer_in_row(const struct answer *answer, size_t row,
 }
 
 /* Line `line` of a column's head: the parts of its label, then its unit. False: there is none. */
-static bool head_line(const struct answer_item *column, size_t line, size_t lines, char text[static ANSWER_CELL])
+static bool head_line(const struct answer_item *column, size_t line, size_t lines,
+                      char text[static ANSWER_CELL])
 {
     const char *part = column->label;
     size_t parts = 1, unit = column->unit && column->unit->text[0];
@@ -144,7 +155,8 @@ static size_t head_lines(const struct answer_item *column)
     return lines;
 }
 
-static size_t column_width(const struct answer *answer, size_t table, const struct answer_item *column)
+static size_t column_width(const struct answer *answer, size_t table,
+                           const struct answer_item *column)
 {
     char text[ANSWER_CELL];
     size_t width = 1, lines = head_lines(column), end = answer_after(answer, table);
@@ -184,10 +196,12 @@ struct block {
 
 static bool is_left(const struct answer_item *column)
 {
-    return column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE || column->kind == ANSWER_SENTENCE;
+    return column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE ||
+           column->kind == ANSWER_SENTENCE;
 }
 
-static void print_block(const struct answer *answer, size_t table, const struct block *block, size_t indent, FILE *out)
+static void print_block(const struct answer *answer, size_t table, const struct block *block,
+                        size_t indent, FILE *out)
 {
     char text[ANSWER_CELL];
     size_t lines = 0, end = answer_after(answer, table);
@@ -220,13 +234,15 @@ static void print_block(const struct answer *answer, size_t table, const struct 
 
 static void print_table(const struct answer *answer, size_t table, size_t indent, FILE *out)
 {
-    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS), done = 0;
+    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
+                                  done = 0;
     struct block block = {0};
     size_t used = indent;
     while (done < columns) {
         const struct answer_item *column = &answer->item[index[done]];
         size_t width = column_width(answer, table, column);
-        if (block.count > 1 && used + 2 + width > WIDTH) { /* the rest below, beside the first column again */
+        if (block.count > 1 && used + 2 + width > WIDTH) {
+            /* the rest below, beside the first column again */
             print_block(answer, table, &block, indent, out);
             used = indent + 2 + block.width[0];
             block.count = 1;
@@ -242,7 +258,8 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
 
 /* ---- facts ---- */
 
-static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels, FILE *out)
+static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels,
+                       FILE *out)
 {
     char text[ANSWER_CELL];
     if (item->kind == ANSWER_SENTENCE) {
@@ -250,7 +267,8 @@ static void print_fact(const struct answer_item *item, const char *label, int in
         return;
     }
     answer_line(item, " +- ", text);
-    fprintf(out, "%*s%s%*s %s\n", indent, "", label, (int)(labels - width_of(label, strlen(label))), "", text);
+    fprintf(out, "%*s%s%*s %s\n", indent, "", label, (int)(labels - width_of(label, strlen(label))),
+            "", text);
 }
 
 /* The labels' column: facts of groups without a heading stand in it, too. */
@@ -269,7 +287,8 @@ static size_t labels_width(const struct answer *answer, size_t from, size_t to)
     return labels;
 }
 
-static void print_items(const struct answer *answer, size_t from, size_t to, int indent, size_t labels, FILE *out)
+static void print_items(const struct answer *answer, size_t from, size_t to, int indent,
+                        size_t labels, FILE *out)
 {
     const char *before = "";
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
@@ -287,7 +306,8 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
         else if (group)
             print_items(answer, i + 1, end, indent, labels, out);
         else
-            print_fact(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels, out);
+            print_fact(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels,
+                       out);
         before = group ? "" : item->label;
     }
 }

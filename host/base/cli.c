@@ -10,21 +10,22 @@
 int cli_fail(const struct error *error)
 {
     bool colour = cli_colour();
-    fprintf(stderr, "%smatrig:%s %s\n", colour ? "\033[31m" : "", colour ? "\033[0m" : "", error->text);
+    fprintf(stderr, "%smatrig:%s %s\n", colour ? "\033[31m" : "", colour ? "\033[0m" : "",
+            error->text);
     return mr_status_exit_code(error->status);
 }
 
-enum mr_status cli_number(const char *text, const char *what, double low, double high, double *value,
-                          struct error *error)
+enum mr_status cli_number(const char *text, const char *what, double low, double high,
+                          double *value, struct error *error)
 {
     char *end;
     double number = strtod(text, &end);
     if (end == text || *end != '\0' || !isfinite(number))
-        return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g", text, what,
-                         low > 1.0 ? low : 1.0);
+        return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
+                         text, what, low > 1.0 ? low : 1.0);
     if (number < low || number > high)
-        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g", text, what, low,
-                         high);
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g", text,
+                         what, low, high);
     *value = number;
     return MR_OK;
 }

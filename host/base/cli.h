@@ -1,9 +1,10 @@
-/* The command line: global options, how a command ends, what it prints (its options: host/base/command.h).
+/* The command line: global options, how a command ends, what it prints (its options:
+ * host/base/command.h).
  *
- * A command gets its own words only: argv[0] is its name, argv[1..argc-1] what followed it. It returns the
- * process exit code (common/status.h: 0 ok, 1 a limit failed, 2 usage, 3 input or output, 4 malformed input,
- * 5 numerics). Results go to stdout (with --json exactly one object), everything else to stderr. `matrig
- * COMMAND --help` is answered before a command is called. */
+ * A command gets its own words only: argv[0] is its name, argv[1..argc-1] what followed it. It
+ * returns the process exit code (common/status.h: 0 ok, 1 a limit failed, 2 usage, 3 input or
+ * output, 4 malformed input, 5 numerics). Results go to stdout (with --json exactly one object),
+ * everything else to stderr. `matrig COMMAND --help` is answered before a command is called. */
 #ifndef MATRIG_HOST_BASE_CLI_H
 #define MATRIG_HOST_BASE_CLI_H
 
@@ -22,21 +23,21 @@ struct cli {
 int cli_fail(const struct error *error);
 
 /* Whole text as a number, within [low, high]; else MR_USAGE naming `what`. */
-enum mr_status cli_number(const char *text, const char *what, double low, double high, double *value,
-                          struct error *error);
+enum mr_status cli_number(const char *text, const char *what, double low, double high,
+                          double *value, struct error *error);
 
 /* A note on stderr, unless --quiet. */
 void cli_note(const struct cli *cli, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* Whether stderr is a terminal that may be drawn on (progress), and whether it may be coloured (NO_COLOR
- * unset). */
+/* Whether stderr is a terminal that may be drawn on (progress), and whether it may be coloured
+ * (NO_COLOR unset). */
 bool cli_terminal(void);
 bool cli_colour(void);
 
 /* Say on stderr that stdout failed, and return the exit code of that. */
 int cli_fail_output(void);
-/* Print one JSON object and a newline on stdout and release it. Returns exit_code, or 3 when stdout failed.
- */
+/* Print one JSON object and a newline on stdout and release it. Returns exit_code, or 3 when stdout
+ * failed. */
 int cli_print_json(json_t *object, int exit_code);
 /* A real number as JSON; null when it is not finite. `digits` significant digits are kept. */
 json_t *cli_json_number(double value, int digits);

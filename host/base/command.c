@@ -34,7 +34,8 @@ static size_t find_option(const struct command *command, const char *word, const
             return i;
     }
     /* -j4 and -oFILE, as make and cc take them */
-    for (size_t i = 0; i < command->count && word[0] == '-' && word[1] != '-' && word[1] && word[2]; i++) {
+    for (size_t i = 0; i < command->count && word[0] == '-' && word[1] != '-' && word[1] && word[2];
+         i++) {
         const char *name = parts[i].option.name;
         if (name && name[1] == word[1] && !name[2] && parts[i].option.argument) {
             *attached = word + 2;
@@ -55,7 +56,12 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--help", help, NULL),
 };
 
-const struct command command_matrig = {"matrig", NULL, "COMMAND ...", "instrument for a model landing-mat runway", COMMAND_PARTS(parts), {0, 0, ""}};
+const struct command command_matrig = {"matrig",
+                                       NULL,
+                                       "COMMAND ...",
+                                       "instrument for a model landing-mat runway",
+                                       COMMAND_PARTS(parts),
+                                       {0, 0, ""}};
 
 int command_begin(int argc, char **argv, struct command_before *before, struct error *error)
 {
@@ -77,15 +83,19 @@ static enum mr_status unknown_option(const char *command, const char *word, stru
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
     if (row != command_matrig.count && !attached && parts[row].text) /* not --version */
-        return error_set(error, MR_USAGE, "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s", word, command,
-                         word, command);
-    return error_set(error, MR_USAGE, "unknown option: '%s' of %s; see matrig %s --help", word, command, command);
+        return error_set(
+            error, MR_USAGE,
+            "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s",
+            word, command, word, command);
+    return error_set(error, MR_USAGE, "unknown option: '%s' of %s; see matrig %s --help", word,
+                     command, command);
 }
 
 /* ---- values ---- */
 
 /* "0.5", or with a unit of its own: "12mm". */
-static enum mr_status read_number(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+static enum mr_status read_number(const struct parsing *p, const struct command_option *option,
+                                  const char *text, struct error *error)
 {
     char *end;
     const char *bare = p->cli->si && option->unit_si ? option->unit_si : option->unit;
@@ -94,38 +104,48 @@ static enum mr_status read_number(const struct parsing *p, const struct command_
     while (isspace((unsigned char)*unit))
         unit++;
     if (end == text || !isfinite(number) || (*unit && !bare))
-        return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g", text, option->name,
-                         option->low > 1.0 ? option->low : 1.0);
+        return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
+                         text, option->name, option->low > 1.0 ? option->low : 1.0);
     if (bare)
         unit_convert(bare, option->unit, &shown);
     if (*unit && !unit_convert(unit, option->unit, &factor))
-        return error_set(error, MR_USAGE, "not in %s: '%s' for %s; write digits alone, such as %g, or with %s behind", option->unit, text,
-                         option->name, option->low > 1.0 ? option->low : 1.0, bare);
+        return error_set(
+            error, MR_USAGE,
+            "not in %s: '%s' for %s; write digits alone, such as %g, or with %s behind",
+            option->unit, text, option->name, option->low > 1.0 ? option->low : 1.0, bare);
     if (!*unit)
         factor = shown;
     if (!(number * factor >= option->low && number * factor <= option->high))
-        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g%s%s", text, option->name, option->low / shown,
-                         option->high / shown, bare ? " " : "", bare ? bare : "");
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g%s%s", text,
+                         option->name, option->low / shown, option->high / shown, bare ? " " : "",
+                         bare ? bare : "");
     *(double *)place_of(p, option) = number * factor;
     return MR_OK;
 }
 
-static enum mr_status read_whole(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+static enum mr_status read_whole(const struct parsing *p, const struct command_option *option,
+                                 const char *text, struct error *error)
 {
     double number;
-    enum mr_status status = cli_number(text, option->name, option->low, option->high, &number, error);
+    enum mr_status status = cli_number(text, option->name, option->low, option->high, &number,
+                                       error);
     if (status == MR_OK && number != floor(number))
-        status = error_set(error, MR_USAGE, "not a whole number: '%s' for %s; write digits such as %g", text, option->name, fmax(option->low, 4.0));
+        status = error_set(error, MR_USAGE,
+                           "not a whole number: '%s' for %s; write digits such as %g", text,
+                           option->name, fmax(option->low, 4.0));
     if (status == MR_OK)
         *(int64_t *)place_of(p, option) = (int64_t)number;
     return status;
 }
 
-static enum mr_status read_run(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+static enum mr_status read_run(const struct parsing *p, const struct command_option *option,
+                               const char *text, struct error *error)
 {
     struct error why = {0};
     if (run_parse(text, place_of(p, option), &why) != MR_OK)
-        return error_set(error, why.status, "not a RUN: '%s' for %s; write the whole number of a landing, from 1", text, option->name);
+        return error_set(error, why.status,
+                         "not a RUN: '%s' for %s; write the whole number of a landing, from 1",
+                         text, option->name);
     return MR_OK;
 }
 
@@ -143,7 +163,8 @@ static void choices_text(const char *choices, char *out, size_t size)
     out[used] = '\0';
 }
 
-static enum mr_status read_choice(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+static enum mr_status read_choice(const struct parsing *p, const struct command_option *option,
+                                  const char *text, struct error *error)
 {
     char all[160];
     for (const char *choice = option->choices; choice;) {
@@ -155,25 +176,20 @@ static enum mr_status read_choice(const struct parsing *p, const struct command_
         choice = choice[length] ? choice + length + 1 : NULL;
     }
     choices_text(option->choices, all, sizeof all);
-    return error_set(error, MR_USAGE, "unknown %s: '%s' for %s; give %s", option->noun, text, option->name, all);
+    return error_set(error, MR_USAGE, "unknown %s: '%s' for %s; give %s", option->noun, text,
+                     option->name, all);
 }
 
-static enum mr_status take_value(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+static enum mr_status take_value(const struct parsing *p, const struct command_option *option,
+                                 const char *text, struct error *error)
 {
     switch (option->kind) {
-    case OPTION_IS_TEXT:
-        *(const char **)place_of(p, option) = text;
-        return MR_OK;
-    case OPTION_IS_NUMBER:
-        return read_number(p, option, text, error);
-    case OPTION_IS_WHOLE:
-        return read_whole(p, option, text, error);
-    case OPTION_IS_RUN:
-        return read_run(p, option, text, error);
-    case OPTION_IS_CHOICE:
-        return read_choice(p, option, text, error);
-    default:
-        return MR_OK;
+    case OPTION_IS_TEXT: *(const char **)place_of(p, option) = text; return MR_OK;
+    case OPTION_IS_NUMBER: return read_number(p, option, text, error);
+    case OPTION_IS_WHOLE: return read_whole(p, option, text, error);
+    case OPTION_IS_RUN: return read_run(p, option, text, error);
+    case OPTION_IS_CHOICE: return read_choice(p, option, text, error);
+    default: return MR_OK;
     }
 }
 
@@ -189,7 +205,8 @@ static void set_standards(const struct parsing *p)
 }
 
 /* The option argv[*at], and its value, which may be the next word: then *at moves on. */
-static enum mr_status take_option(struct parsing *p, int argc, char **argv, int *at, struct error *error)
+static enum mr_status take_option(struct parsing *p, int argc, char **argv, int *at,
+                                  struct error *error)
 {
     const char *attached;
     size_t i = find_option(p->command, argv[*at], &attached);
@@ -198,19 +215,25 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
     const struct command_option *option = &p->command->parts[i].option;
     if (option->kind == OPTION_IS_FLAG) {
         if (attached)
-            return error_set(error, MR_USAGE, "option takes no value: '%s' of %s; leave the value out", argv[*at], p->name);
+            return error_set(error, MR_USAGE,
+                             "option takes no value: '%s' of %s; leave the value out", argv[*at],
+                             p->name);
         *(bool *)place_of(p, option) = true;
         return MR_OK;
     }
     if (p->given[i])
-        return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once", option->name, p->name);
+        return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once",
+                         option->name, p->name);
     if (!attached && *at + 1 == argc)
-        return error_set(error, MR_USAGE, "option without its value: %s of %s; see matrig %s --help", option->name, p->name, p->name);
+        return error_set(error, MR_USAGE,
+                         "option without its value: %s of %s; see matrig %s --help", option->name,
+                         p->name, p->name);
     p->given[i] = true;
     return take_value(p, option, attached ? attached : argv[++*at], error);
 }
 
-enum mr_status command_parse(const struct command *command, int argc, char **argv, const struct cli *cli, void *values, const char **words,
+enum mr_status command_parse(const struct command *command, int argc, char **argv,
+                             const struct cli *cli, void *values, const char **words,
                              struct error *error)
 {
     struct parsing p = {.command = command, .name = argv[0], .cli = cli, .values = values};
@@ -224,11 +247,14 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
         if (is_option && take_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
         if (!is_option && count == operands->most)
-            return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help", argv[i], p.name, p.name);
+            return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help",
+                             argv[i], p.name, p.name);
         if (!is_option)
             words[count++] = argv[i];
     }
     if (count < operands->least)
-        return error_set(error, MR_USAGE, "something is missing: matrig %s needs %s; see matrig %s --help", p.name, operands->names, p.name);
+        return error_set(error, MR_USAGE,
+                         "something is missing: matrig %s needs %s; see matrig %s --help", p.name,
+                         operands->names, p.name);
     return MR_OK;
 }

@@ -1,18 +1,22 @@
-/* What a command of matrig is: its name, what it is for, its operands and options with their help, and what runs it.
+/* What a command of matrig is: its name, what it is for, its operands and options with their help,
+ * and what runs it.
  *
- * A command's descriptor is the only place where its options are written. `parts` is the page of `matrig COMMAND --help` from top to
- * bottom. The options among them are what command_parse takes, and it takes no others; host/help*.c makes help, man page and completion
- * from the same rows. A new command is a file with its descriptor in host/commands/, and a row in host/commands/commands.def.
+ * A command's descriptor is the only place where its options are written. `parts` is the page of
+ * `matrig COMMAND --help` from top to bottom. The options among them are what command_parse takes,
+ * and it takes no others; host/help*.c makes help, man page and completion from the same rows. A
+ * new command is a file with its descriptor in host/commands/, and a row in
+ * host/commands/commands.def.
  *
- * Before the rows a command's file defines VALUES, the struct that takes the options' values (all zero before command_parse):
+ * Before the rows a command's file defines VALUES, the struct that takes the options' values (all
+ * zero before command_parse):
  *
  *     #define VALUES struct request
  *     static const struct command_part parts[] = {
- *         HELP_ITEM("DB", "campaign database"),
- *         OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY, "stop after S seconds; else on Ctrl-C"),
- *         HELP_EXAMPLE("matrig live campaign.db --terminal"),
- *     };
- *     const struct command command_live = {"live", live_command, "DB [--for S]", "watch a board", COMMAND_PARTS(parts), {1, 1, "DB"}}; */
+ *         HELP_ITEM("DB", "campaign database"), OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7,
+ *         (double)INFINITY, "stop after S seconds; else on Ctrl-C"), HELP_EXAMPLE("matrig live
+ *         campaign.db --terminal"),
+ *     }; const struct command command_live = {"live", live_command, "DB [--for S]", "watch a
+ *     board", COMMAND_PARTS(parts), {1, 1, "DB"}}; */
 #ifndef MATRIG_HOST_BASE_COMMAND_H
 #define MATRIG_HOST_BASE_COMMAND_H
 
@@ -36,19 +40,25 @@ struct command_option {
     const char *argument; /* of its value, as help has it: "S"; NULL: a flag */
     enum option_kind kind;
     size_t at; /* where its value goes: offset in VALUES */
-    const char *unit, *unit_si; /* of a number: of the value, and of a bare number with --si; NULL: it has none, the same */
-    double low, high, standard; /* of a number: allowed, in `unit`; the value when the option is not given */
+    /* of a number: of the value, and of a bare number with --si; NULL: it has none, the same */
+    const char *unit, *unit_si;
+    /* of a number: allowed, in `unit`; the value when the option is not given */
+    double low, high, standard;
     const char *noun, *choices; /* of a choice: "format", "csv|candump" */
 };
 
 /* A row of the help page. */
 struct command_part {
-    const char *term; /* "DB [RUN]"; NULL: an option is called by name and argument, a note has none */
-    const char *text; /* its help, lines apart by \n; {low}, {high} and {standard} are the option's. NULL: another row tells of it */
-    bool word;        /* the term begins with a word of the command ("read N") */
+    /* "DB [RUN]"; NULL: an option is called by name and argument, a note has none */
+    const char *term;
+    /* its help, lines apart by \n; {low}, {high} and {standard} are the option's. NULL: another row
+     * tells of it */
+    const char *text;
+    bool word; /* the term begins with a word of the command ("read N") */
     bool example;
     const struct command_option option; /* name NULL: the row is none */
-    const struct command *with;         /* all rows of this one stand here, and its words (matrig board ... config) parse with it */
+    /* all rows of this one stand here, and its words (matrig board ... config) parse with it */
+    const struct command *with;
 };
 
 /* Words that are no options. */
@@ -60,7 +70,8 @@ struct command_operands {
 struct command {
     const char *name;
     int (*run)(int argc, char **argv, const struct cli *cli);
-    const char *words;   /* what follows the name, for the usage line; alternatives apart by " | " */
+    /* what follows the name, for the usage line; alternatives apart by " | " */
+    const char *words;
     const char *summary; /* one line, no full stop */
     const struct command_part *parts;
     size_t count;
@@ -68,11 +79,13 @@ struct command {
 };
 
 /* Help lists the commands in groups, by who needs them when. */
-#define COMMAND_GROUPS(X)                                                        \
-    X(DAY, "The day: get ready, land, survey")                                   \
-    X(BOARD, "The board: program, configure and calibrate it")                   \
-    X(DATA, "The data: what a campaign holds, compared, reported, passed on")    \
+/* clang-format off */
+#define COMMAND_GROUPS(X)                                                     \
+    X(DAY, "The day: get ready, land, survey")                                \
+    X(BOARD, "The board: program, configure and calibrate it")                \
+    X(DATA, "The data: what a campaign holds, compared, reported, passed on") \
     X(STUDIES, "Studies: the mat simulated, its parameters, its bands")
+/* clang-format on */
 
 enum command_group {
 #define COMMAND_GROUP(name, title) HELP_##name,
@@ -94,43 +107,112 @@ struct command_table {
 
 #define COMMAND_PARTS_MAX 64
 /* Does not compile with more rows than command_parse has room for. */
-#define COMMAND_PARTS(parts) \
-    (parts), sizeof(parts) / sizeof(parts)[0] + 0 * sizeof(char[sizeof(parts) / sizeof(parts)[0] <= COMMAND_PARTS_MAX ? 1 : -1])
+#define COMMAND_PARTS(parts)                    \
+    (parts), sizeof(parts) / sizeof(parts)[0] + \
+                 0 * sizeof(char[sizeof(parts) / sizeof(parts)[0] <= COMMAND_PARTS_MAX ? 1 : -1])
 
 /* An operand, or another thing to be explained, and its help. */
-#define HELP_ITEM(about, help) {.term = (about), .text = (help)}
+#define HELP_ITEM(about, help)          \
+    {                                   \
+        .term = (about), .text = (help) \
+    }
 /* A word of the command's own, that completion offers: "config set F". */
-#define HELP_WORD(about, help) {.term = (about), .text = (help), .word = true}
+#define HELP_WORD(about, help)                        \
+    {                                                 \
+        .term = (about), .text = (help), .word = true \
+    }
 /* Lines as they are. One that ends with a blank goes on in the same line with what follows. */
-#define HELP_NOTE(help) {.text = (help)}
+#define HELP_NOTE(help) \
+    {                   \
+        .text = (help)  \
+    }
 /* Lines that can be run; the first one stands after "Example: ". */
-#define HELP_EXAMPLE(lines) {.text = (lines), .example = true}
+#define HELP_EXAMPLE(lines)              \
+    {                                    \
+        .text = (lines), .example = true \
+    }
 /* The rows of another descriptor. */
-#define HELP_WITH(descriptor) {.with = &(descriptor)}
+#define HELP_WITH(descriptor) \
+    {                         \
+        .with = &(descriptor) \
+    }
 
-/* Offset of a member of VALUES. Does not compile when the member is of another type than its option has. */
-#define OPTION_AT(member, type) \
-    (offsetof(VALUES, member) + 0 * sizeof(char[__builtin_types_compatible_p(__typeof__(((VALUES *)0)->member), type) ? 1 : -1]))
+/* Offset of a member of VALUES. Does not compile when the member is of another type than its option
+ * has. */
+#define OPTION_AT(member, type)                                                                \
+    (offsetof(VALUES, member) +                                                                \
+     0 * sizeof(char[__builtin_types_compatible_p(__typeof__(((VALUES *)0)->member), type) ? 1 \
+                                                                                           : -1]))
 #define OPTION_FLAG(option_name, member, help) \
-    {.text = (help), .option = {.name = (option_name), .kind = OPTION_IS_FLAG, .at = OPTION_AT(member, bool)}}
+    {                                          \
+        .text = (help), .option = {            \
+            .name = (option_name),             \
+            .kind = OPTION_IS_FLAG,            \
+            .at = OPTION_AT(member, bool)      \
+        }                                      \
+    }
 #define OPTION_TEXT(option_name, of_value, member, help) \
-    {.text = (help), .option = {.name = (option_name), .argument = (of_value), .kind = OPTION_IS_TEXT, .at = OPTION_AT(member, const char *)}}
+    {                                                    \
+        .text = (help), .option = {                      \
+            .name = (option_name),                       \
+            .argument = (of_value),                      \
+            .kind = OPTION_IS_TEXT,                      \
+            .at = OPTION_AT(member, const char *)        \
+        }                                                \
+    }
 /* A bare number is in `its_unit`, with --si in `si_unit`; a unit may follow it: 5mm, 2min. */
-#define OPTION_NUMBER_SI(option_name, of_value, member, its_unit, si_unit, least, most, otherwise, help) \
-    {.text = (help), .option = {.name = (option_name), .argument = (of_value), .kind = OPTION_IS_NUMBER, .at = OPTION_AT(member, double), \
-                                .unit = (its_unit), .unit_si = (si_unit), .low = (least), .high = (most), .standard = (otherwise)}}
+#define OPTION_NUMBER_SI(option_name, of_value, member, its_unit, si_unit, least, most, otherwise, \
+                         help)                                                                     \
+    {                                                                                              \
+        .text = (help), .option = {                                                                \
+            .name = (option_name),                                                                 \
+            .argument = (of_value),                                                                \
+            .kind = OPTION_IS_NUMBER,                                                              \
+            .at = OPTION_AT(member, double),                                                       \
+            .unit = (its_unit),                                                                    \
+            .unit_si = (si_unit),                                                                  \
+            .low = (least),                                                                        \
+            .high = (most),                                                                        \
+            .standard = (otherwise)                                                                \
+        }                                                                                          \
+    }
 #define OPTION_NUMBER(option_name, of_value, member, its_unit, least, most, otherwise, help) \
     OPTION_NUMBER_SI(option_name, of_value, member, its_unit, NULL, least, most, otherwise, help)
 #define OPTION_WHOLE(option_name, of_value, member, least, most, otherwise, help) \
-    {.text = (help), .option = {.name = (option_name), .argument = (of_value), .kind = OPTION_IS_WHOLE, .at = OPTION_AT(member, int64_t), \
-                                .low = (least), .high = (most), .standard = (otherwise)}}
+    {                                                                             \
+        .text = (help), .option = {                                               \
+            .name = (option_name),                                                \
+            .argument = (of_value),                                               \
+            .kind = OPTION_IS_WHOLE,                                              \
+            .at = OPTION_AT(member, int64_t),                                     \
+            .low = (least),                                                       \
+            .high = (most),                                                       \
+            .standard = (otherwise)                                               \
+        }                                                                         \
+    }
 #define OPTION_RUN(option_name, of_value, member, help) \
-    {.text = (help), .option = {.name = (option_name), .argument = (of_value), .kind = OPTION_IS_RUN, .at = OPTION_AT(member, int64_t)}}
+    {                                                   \
+        .text = (help), .option = {                     \
+            .name = (option_name),                      \
+            .argument = (of_value),                     \
+            .kind = OPTION_IS_RUN,                      \
+            .at = OPTION_AT(member, int64_t)            \
+        }                                               \
+    }
 #define OPTION_CHOICE(option_name, of_value, member, of_what, values, help) \
-    {.text = (help), .option = {.name = (option_name), .argument = (of_value), .kind = OPTION_IS_CHOICE, \
-                                .at = OPTION_AT(member, const char *), .noun = (of_what), .choices = (values)}}
+    {                                                                       \
+        .text = (help), .option = {                                         \
+            .name = (option_name),                                          \
+            .argument = (of_value),                                         \
+            .kind = OPTION_IS_CHOICE,                                       \
+            .at = OPTION_AT(member, const char *),                          \
+            .noun = (of_what),                                              \
+            .choices = (values)                                             \
+        }                                                                   \
+    }
 /* Of every command that writes a file (host/base/output.h). */
-#define OPTION_FORCE(member) OPTION_FLAG("--force", member, "write also over a file that is not what matrig wrote there")
+#define OPTION_FORCE(member) \
+    OPTION_FLAG("--force", member, "write also over a file that is not what matrig wrote there")
 
 /* What stands before the command; its rows have the options, as those of a command. */
 struct command_before {
@@ -139,14 +221,18 @@ struct command_before {
 };
 extern const struct command command_matrig;
 
-/* Takes the options before the command; the first one that asks for help or the version ends it. Returns the index of the command's
- * name, argc when there is none. MR_USAGE in `error`: an option that matrig does not have. */
+/* Takes the options before the command; the first one that asks for help or the version ends it.
+ * Returns the index of the command's name, argc when there is none. MR_USAGE in `error`: an option
+ * that matrig does not have. */
 int command_begin(int argc, char **argv, struct command_before *before, struct error *error);
 
-/* Sorts argv into options, whose values go to `values` (a VALUES), and other words (`words` has room for operands.most; the rest is
- * NULL). Options: `--name value` or `--name=value`; of one letter also `-n4`. Numbers that are not given get their standard. MR_USAGE: an option that the command does not have, one given twice, a value that is missing or outside its limits, a word
- * too few or too many. Texts point into argv. */
-enum mr_status command_parse(const struct command *command, int argc, char **argv, const struct cli *cli, void *values, const char **words,
+/* Sorts argv into options, whose values go to `values` (a VALUES), and other words (`words` has
+ * room for operands.most; the rest is NULL). Options: `--name value` or `--name=value`; of one
+ * letter also `-n4`. Numbers that are not given get their standard. MR_USAGE: an option that the
+ * command does not have, one given twice, a value that is missing or outside its limits, a word too
+ * few or too many. Texts point into argv. */
+enum mr_status command_parse(const struct command *command, int argc, char **argv,
+                             const struct cli *cli, void *values, const char **words,
                              struct error *error);
 
 #endif

@@ -1,8 +1,8 @@
 /* What went wrong, for the person at the terminal: a status and one line `WHAT: WHERE; what to do`.
  *
- * Functions that can fail for reasons a person should read take a `struct error *` and return its status. The
- * first error is kept: setting another one later changes nothing, so cleaning up after a failure cannot hide
- * its cause. */
+ * Functions that can fail for reasons a person should read take a `struct error *` and return its
+ * status. The first error is kept: setting another one later changes nothing, so cleaning up after
+ * a failure cannot hide its cause. */
 #ifndef MATRIG_HOST_BASE_ERROR_H
 #define MATRIG_HOST_BASE_ERROR_H
 

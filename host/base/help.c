@@ -46,12 +46,14 @@ void help_overview(const struct command_table *table)
     }
     puts("  --version\n"
          "\n"
-         "matrig COMMAND --help tells more about a command, with an example; man matrig has it all.\n"
+         "matrig COMMAND --help tells more about a command, with an example; man matrig has it "
+         "all.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
          "4 malformed or truncated input, 5 numerics refused or failed.\n"
          "NO_COLOR=1 turns colours off.\n"
          "\n"
-         "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db && matrig report campaign.db");
+         "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db && "
+         "matrig report campaign.db");
 }
 
 void help_command(const struct command *command)
@@ -80,7 +82,8 @@ const struct command *help_find(const struct command_table *table, const char *n
 {
     for (size_t i = 0; i < table->count; i++) {
         const struct command_entry *entry = &table->commands[i];
-        if (strcmp(entry->command->name, name) == 0 || (entry->formerly && strcmp(entry->formerly, name) == 0))
+        if (strcmp(entry->command->name, name) == 0 ||
+            (entry->formerly && strcmp(entry->formerly, name) == 0))
             return entry->command;
     }
     return NULL;
@@ -94,8 +97,9 @@ static int print_json(const struct command_table *table, const struct command *o
         const struct command *c = table->commands[i].command;
         char *text = help_page_text(c);
         if (!only || only == c)
-            json_array_append_new(list, json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->words, "summary", c->summary,
-                                                  "details", text));
+            json_array_append_new(list,
+                                  json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->words,
+                                            "summary", c->summary, "details", text));
         free(text);
     }
     return cli_print_json(json_pack("{s:o}", "commands", list), 0);
@@ -111,7 +115,9 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--bash", bash, "completion for bash"),
     OPTION_FLAG("--help", help, NULL),
 };
-static const struct command help_itself = {"help", NULL, "[COMMAND | --man | --bash]", "what matrig can do", COMMAND_PARTS(parts), {0, 1, ""}};
+static const struct command help_itself = {
+    "help",    NULL, "[COMMAND | --man | --bash]", "what matrig can do", COMMAND_PARTS(parts),
+    {0, 1, ""}};
 
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
 {
@@ -124,8 +130,11 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
     if (words[0])
         command = help_find(table, words[0]);
     if ((words[0] && !command) || request.man + request.bash + !!command > 1) {
-        error_set(&error, MR_USAGE, words[0] && !command ? "unknown command: '%s'; see matrig --help" : "too much at once: matrig help%s; give "
-                  "a command, --man or --bash", words[0] && !command ? words[0] : "");
+        error_set(&error, MR_USAGE,
+                  words[0] && !command ? "unknown command: '%s'; see matrig --help"
+                                       : "too much at once: matrig help%s; give "
+                                         "a command, --man or --bash",
+                  words[0] && !command ? words[0] : "");
         return cli_fail(&error);
     }
     if (request.man)

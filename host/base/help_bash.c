@@ -6,7 +6,7 @@
 #include "host/base/help_page.h"
 
 #define OPTIONS_MAX 48
-#define WORDS_MAX 24
+#define WORDS_MAX   24
 
 /* What a command takes, each once. */
 struct offer {
@@ -29,7 +29,8 @@ static void take_part(void *context, const struct command_part *part)
     for (size_t i = 0; i < offer->options && option->name; i++)
         there |= strcmp(offer->option[i]->name, option->name) == 0;
     for (size_t i = 0; i < offer->words && part->word; i++)
-        there |= word_length(offer->word[i]) == word_length(part->term) && memcmp(offer->word[i], part->term, word_length(part->term)) == 0;
+        there |= word_length(offer->word[i]) == word_length(part->term) &&
+                 memcmp(offer->word[i], part->term, word_length(part->term)) == 0;
     if (option->name && !there && offer->options < OPTIONS_MAX)
         offer->option[offer->options++] = option;
     if (part->word && !there && offer->words < WORDS_MAX)
@@ -75,7 +76,8 @@ void help_bash(const struct command_table *table)
 {
     puts("# bash completion for matrig; made by matrig help --bash\n"
          "_matrig()\n{\n"
-         "    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD - 1]} command= options= words= values= file= i\n"
+         "    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD - 1]} command= "
+         "options= words= values= file= i\n"
          "    COMPREPLY=()\n"
          "    for ((i = 1; i < COMP_CWORD; i++)); do\n"
          "        if [[ ${COMP_WORDS[i]} != -* ]]; then\n"

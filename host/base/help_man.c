@@ -9,7 +9,8 @@
 #include "host/base/help.h"
 #include "host/base/help_page.h"
 
-/* Text as roff takes it: nothing in it is a request or an escape, a hyphen can be copied into a shell. Blanks become one. */
+/* Text as roff takes it: nothing in it is a request or an escape, a hyphen can be copied into a
+ * shell. Blanks become one. */
 static void text(const char *from, size_t length)
 {
     bool blank = false, begun = false;
@@ -94,7 +95,8 @@ static void item(const struct help_row *row)
     putchar('\n');
     for (const char *line = row->text; *line;) {
         size_t length = strcspn(line, "\n"), indent = blanks(line, length);
-        if (line != row->text && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
+        if (line != row->text &&
+            (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
             puts(".br");
         text_line(line, length);
         line += length + (line[length] == '\n');
@@ -119,7 +121,8 @@ static void prose_line(struct place_in *in, const char *line, size_t length)
     } else {
         if (indent == 0 && !in->plain && strncmp(line, "Example:", 8) != 0) /* which has its own */
             puts(".PP");
-        else if (indent > 0 && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
+        else if (indent > 0 &&
+                 (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
             puts(".br"); /* a row of a list */
         in->plain = indent == 0;
         in->example = indent == 0 && memmem(line, length, "Example:", 8);
@@ -162,8 +165,9 @@ static void head(void)
         if (gmtime_r(&seconds, &day))
             strftime(date, sizeof date, "%Y-%m-%d", &day);
     }
-    printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig %d.%d.%d\" \"User Commands\"\n", date, FIRMWARE_MAJOR, FIRMWARE_MINOR,
-           FIRMWARE_PATCH);
+    printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig %d.%d.%d\" \"User "
+           "Commands\"\n",
+           date, FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
     puts(".nh\n.ad l\n.SH NAME\nmatrig \\- instrument for a model landing\\-mat runway");
 }
 
@@ -181,7 +185,8 @@ static void before(void)
         putchar(']');
     }
     puts(" \\fICOMMAND\\fR ...\n"
-         ".SH DESCRIPTION\nLogs landings on a model landing\\-mat runway from a board's CAN bus and serial line into one campaign file, "
+         ".SH DESCRIPTION\nLogs landings on a model landing\\-mat runway from a board's CAN bus "
+         "and serial line into one campaign file, "
          "simulates the mat, compares, reports and exports.\n"
          ".SH OPTIONS\nThey stand before the command.");
     for (size_t i = 0; i < command_matrig.count; i++) {
@@ -191,23 +196,28 @@ static void before(void)
         bold(parts[i].option.name, strlen(parts[i].option.name));
         printf("\n%c%s.\n", toupper((unsigned char)parts[i].text[0]), parts[i].text + 1);
     }
-    puts(".TP\n\\fB\\-\\-version\\fR, \\fB\\-\\-help\\fR\nWhat it is, and what it can do; after a command: about the command.\n"
+    puts(".TP\n\\fB\\-\\-version\\fR, \\fB\\-\\-help\\fR\nWhat it is, and what it can do; after a "
+         "command: about the command.\n"
          ".SH COMMANDS");
 }
 
 static void tail(void)
 {
     puts(".SH EXIT STATUS\n"
-         ".TP\n0\nOk.\n.TP\n1\nA comparison or limit failed.\n.TP\n2\nUsage.\n.TP\n3\nInput, output or device.\n"
+         ".TP\n0\nOk.\n.TP\n1\nA comparison or limit failed.\n.TP\n2\nUsage.\n.TP\n3\nInput, "
+         "output or device.\n"
          ".TP\n4\nMalformed or truncated input.\n.TP\n5\nNumerics refused or failed.\n"
          ".SH ENVIRONMENT\n"
          ".TP\n\\fBNO_COLOR\\fR\nWhen it is set and not empty: no colours.\n"
-         ".TP\n\\fBTMPDIR\\fR\nWhere matrig replay puts what it hands to the emulated board; else /tmp.\n"
+         ".TP\n\\fBTMPDIR\\fR\nWhere matrig replay puts what it hands to the emulated board; else "
+         "/tmp.\n"
          ".TP\n\\fBUSER\\fR\nWho says what landing, survey and calibrate note, without \\-\\-who.\n"
-         ".TP\n\\fBXDG_DATA_HOME\\fR, \\fBXDG_DATA_DIRS\\fR\nFolders in which matrig/ may hold the firmware image and the model runway's scene, when they are "
+         ".TP\n\\fBXDG_DATA_HOME\\fR, \\fBXDG_DATA_DIRS\\fR\nFolders in which matrig/ may hold the "
+         "firmware image and the model runway's scene, when they are "
          "neither beside the program nor in ../share/matrig from there.\n"
          ".TP\n\\fBSLURM_ARRAY_TASK_ID\\fR\nWhich shard of a sweep a task does.\n"
-         ".SH FILES\nmatrig keeps nothing but in the files that it is given: no settings, no caches, no history.\n"
+         ".SH FILES\nmatrig keeps nothing but in the files that it is given: no settings, no "
+         "caches, no history.\n"
          ".SH SEE ALSO\nREADME.md and docs/ of the project, and the README.md of its folders.");
 }
 

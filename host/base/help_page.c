@@ -6,7 +6,8 @@
 
 #define TERM_MOST 14 /* of an item whose text begins on the same line */
 
-void help_each_part(const struct command *command, void (*each)(void *context, const struct command_part *part), void *context)
+void help_each_part(const struct command *command,
+                    void (*each)(void *context, const struct command_part *part), void *context)
 {
     for (size_t i = 0; i < command->count; i++) {
         if (command->parts[i].with)
@@ -23,7 +24,8 @@ static void put_text(FILE *out, const struct command_part *part)
     const struct {
         const char *name;
         double value;
-    } numbers[] = {{"{low}", option->low}, {"{high}", option->high}, {"{standard}", option->standard}};
+    } numbers[] = {
+        {"{low}", option->low}, {"{high}", option->high}, {"{standard}", option->standard}};
     for (const char *at = part->text; *at;) {
         size_t used = 0;
         for (size_t i = 0; option->name && i < sizeof numbers / sizeof numbers[0]; i++) {
@@ -60,9 +62,10 @@ static char *made_term(const struct command_part *part)
 {
     char *term = NULL;
     const char *argument = part->option.argument;
-    int length = part->term           ? asprintf(&term, "%s", part->term)
-                 : part->option.name  ? asprintf(&term, "%s%s%s", part->option.name, argument ? " " : "", argument ? argument : "")
-                                      : 0;
+    int length = part->term        ? asprintf(&term, "%s", part->term)
+               : part->option.name ? asprintf(&term, "%s%s%s", part->option.name,
+                                              argument ? " " : "", argument ? argument : "")
+                                   : 0;
     if (length < 0)
         abort();
     return term;
@@ -74,7 +77,9 @@ static void add_row(void *context, const struct command_part *part)
     if (!part->text)
         return;
     char *term = made_term(part);
-    char *text = made_text(part, !part->example ? "" : part->text[0] == '\n' ? "Example:" : "Example: ");
+    char *text = made_text(part, !part->example          ? ""
+                                 : part->text[0] == '\n' ? "Example:"
+                                                         : "Example: ");
     struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
     if (!term && last && !last->term) { /* prose goes on */
         char *both = NULL;

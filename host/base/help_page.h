@@ -24,6 +24,7 @@ void help_page_free(struct help_page *page);
 char *help_page_text(const struct command *command);
 
 /* Calls `each` for the command's rows and those of the descriptors that it contains, in order. */
-void help_each_part(const struct command *command, void (*each)(void *context, const struct command_part *part), void *context);
+void help_each_part(const struct command *command,
+                    void (*each)(void *context, const struct command_part *part), void *context);
 
 #endif

@@ -50,8 +50,8 @@ void html_number(FILE *out, double value, int decimals)
 void html_estimate(FILE *out, double value, double error, int decimals)
 {
     if (isfinite(value))
-        fprintf(out, "<td class=\"n\">%.*f&thinsp;&plusmn;&thinsp;%.*f</td>", decimals, value, decimals,
-                error);
+        fprintf(out, "<td class=\"n\">%.*f&thinsp;&plusmn;&thinsp;%.*f</td>", decimals, value,
+                decimals, error);
     else
         fputs("<td class=\"n\">&ndash;</td>", out);
 }

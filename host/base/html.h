@@ -17,6 +17,7 @@ void html_estimate(FILE *out, double value, double error, int decimals);
 /* <table> with its head cells, NULL at the end of the list. */
 void html_table(FILE *out, const char *const *heads);
 /* A term and what it is, inside a <dl>. */
-void html_fact(FILE *out, const char *term, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void html_fact(FILE *out, const char *term, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 #endif

@@ -7,7 +7,8 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
 {
     if (count < 3)
         return error_set(error, MR_TOO_FEW,
-                         "too few points for a slope with its error: %zu; give three or more", count);
+                         "too few points for a slope with its error: %zu; give three or more",
+                         count);
     double n = (double)count, mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0, residual2 = 0.0;
     for (size_t i = 0; i < count; i++) {
         mx += x[i] / n;
@@ -18,8 +19,8 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
         sxy += (x[i] - mx) * (y[i] - my);
     }
     if (!(sxx > 0.0))
-        return error_set(error, MR_TOO_FEW, "no slope: all %zu points lie at %g; give different ones", count,
-                         mx);
+        return error_set(error, MR_TOO_FEW,
+                         "no slope: all %zu points lie at %g; give different ones", count, mx);
     double slope = sxy / sxx;
     for (size_t i = 0; i < count; i++) {
         double off = y[i] - my - slope * (x[i] - mx);

@@ -20,6 +20,7 @@ struct line_fit {
 };
 
 /* Both arrays have `count` readings. MR_TOO_FEW below three or when all x are the same. */
-enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line, struct error *error);
+enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
+                        struct error *error);
 
 #endif

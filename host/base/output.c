@@ -10,13 +10,14 @@
 
 #include "host/base/written.h"
 
-#define LINKS_MAX 40 /* symbolic ones in a row, as the kernel has it */
+#define LINKS_MAX  40 /* symbolic ones in a row, as the kernel has it */
 #define DRAFTS_MAX 100
-#define TRIES_MAX 20 /* of another program that makes and removes the file meanwhile */
+#define TRIES_MAX  20 /* of another program that makes and removes the file meanwhile */
 
 /* ---- where ---- */
 
-/* The first bytes of a regular file; reading from a pipe or a terminal would wait for ever. False: not so many. */
+/* The first bytes of a regular file; reading from a pipe or a terminal would wait for ever. False:
+ * not so many. */
 static bool read_beginning(const char *path, char *begins, size_t length)
 {
     struct stat kind;
@@ -38,24 +39,28 @@ bool output_is_database(const char *path)
     return read_beginning(path, begins, sizeof begins) && memcmp(begins, magic, sizeof magic) == 0;
 }
 
-/* As the file formats of SQLite have it, https://www.sqlite.org/fileformat2.html, 3 and 4.1: a rollback journal, a write-ahead log. */
+/* As the file formats of SQLite have it, https://www.sqlite.org/fileformat2.html, 3 and 4.1: a
+ * rollback journal, a write-ahead log. */
 static bool is_journal(const char *path)
 {
     static const char rollback[] = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", ahead[] = "\x37\x7f\x06";
     char begins[8];
     return read_beginning(path, begins, sizeof begins) &&
-           (memcmp(begins, rollback, sizeof begins) == 0 || (memcmp(begins, ahead, 3) == 0 && (begins[3] & 0xfe) == 0x82));
+           (memcmp(begins, rollback, sizeof begins) == 0 ||
+            (memcmp(begins, ahead, 3) == 0 && (begins[3] & 0xfe) == 0x82));
 }
 
 /* Also one that is being made, or that may not be read. */
 static bool may_be_database(const char *path)
 {
     struct stat info;
-    return stat(path, &info) == 0 && S_ISREG(info.st_mode) && (info.st_size == 0 || access(path, R_OK) != 0 || output_is_database(path));
+    return stat(path, &info) == 0 && S_ISREG(info.st_mode) &&
+           (info.st_size == 0 || access(path, R_OK) != 0 || output_is_database(path));
 }
 
-/* What SQLite keeps beside a database is a part of it, there or not: what was committed may stand in the -wal alone, and SQLite removes
- * what it takes for an old -journal. `at`: what the user named `path`, or what that leads to. */
+/* What SQLite keeps beside a database is a part of it, there or not: what was committed may stand
+ * in the -wal alone, and SQLite removes what it takes for an old -journal. `at`: what the user
+ * named `path`, or what that leads to. */
 static enum mr_status not_beside_database(const char *at, const char *path, struct error *error)
 {
     static const char *const tails[] = {"-wal", "-shm", "-journal"};
@@ -67,12 +72,15 @@ static enum mr_status not_beside_database(const char *at, const char *path, stru
             continue;
         snprintf(database, sizeof database, "%.*s", (int)(length - tail), at);
         if (may_be_database(database))
-            return error_set(error, MR_USAGE, "would overwrite a part of a database, %s: %s; give another file", database, path);
+            return error_set(error, MR_USAGE,
+                             "would overwrite a part of a database, %s: %s; give another file",
+                             database, path);
     }
     return MR_OK;
 }
 
-/* What the shell or a parent opened for us, by its name; -1: another path. It is written to where it stands. */
+/* What the shell or a parent opened for us, by its name; -1: another path. It is written to where
+ * it stands. */
 static int open_already(const char *path)
 {
     static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
@@ -94,7 +102,8 @@ static int open_already(const char *path)
 
 static enum mr_status cannot(const char *path, struct error *error)
 {
-    return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);
+    return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno),
+                     path);
 }
 
 /* The folder of a path, with its last slash. */
@@ -104,8 +113,8 @@ static void folder_of(const char *path, char folder[PATH_MAX])
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 }
 
-/* Follows symbolic links, also one to a file that is not there yet, to the file that is to be made or replaced. No name on the way may be
- * one of a database's own. */
+/* Follows symbolic links, also one to a file that is not there yet, to the file that is to be made
+ * or replaced. No name on the way may be one of a database's own. */
 static enum mr_status follow_links(const char *path, char at[PATH_MAX], struct error *error)
 {
     char folder[PATH_MAX], link[PATH_MAX];
@@ -119,7 +128,8 @@ static enum mr_status follow_links(const char *path, char at[PATH_MAX], struct e
             break;
         link[length] = '\0';
         folder_of(at, folder);
-        if (i == LINKS_MAX || snprintf(at, PATH_MAX, "%s%s", link[0] == '/' ? "" : folder, link) >= PATH_MAX)
+        if (i == LINKS_MAX ||
+            snprintf(at, PATH_MAX, "%s%s", link[0] == '/' ? "" : folder, link) >= PATH_MAX)
             return errno = ELOOP, cannot(path, error);
     }
     return MR_OK;
@@ -131,7 +141,9 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
     if (follow_links(path, at, error) != MR_OK)
         return error->status;
     if (is_journal(at)) /* by another name, or of a database that was moved */
-        return error_set(error, MR_USAGE, "would overwrite a part of a database, its journal: %s; give another file", path);
+        return error_set(error, MR_USAGE,
+                         "would overwrite a part of a database, its journal: %s; give another file",
+                         path);
     folder_of(at, folder);
     const char *slash = strrchr(at, '/'), *name = slash ? slash + 1 : at;
     if (!realpath(folder, whole) || !*name)
@@ -143,7 +155,8 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
 
 /* ---- whether ---- */
 
-/* Reads nothing of `path`: it may be a database that this process has open, and closing any descriptor of one takes SQLite's locks. */
+/* Reads nothing of `path`: it may be a database that this process has open, and closing any
+ * descriptor of one takes SQLite's locks. */
 enum mr_status output_not_beside_database(const char *path, struct error *error)
 {
     char at[PATH_MAX];
@@ -153,26 +166,34 @@ enum mr_status output_not_beside_database(const char *path, struct error *error)
 enum mr_status output_not_input(const char *path, const char *input, struct error *error)
 {
     struct stat a, b;
-    if (!path || !input || stat(path, &a) != 0 || stat(input, &b) != 0 || !S_ISREG(a.st_mode) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
+    if (!path || !input || stat(path, &a) != 0 || stat(input, &b) != 0 || !S_ISREG(a.st_mode) ||
+        a.st_dev != b.st_dev || a.st_ino != b.st_ino)
         return MR_OK;
-    return error_set(error, MR_USAGE, "would overwrite what is read: %s; give another file for the output", path);
+    return error_set(error, MR_USAGE,
+                     "would overwrite what is read: %s; give another file for the output", path);
 }
 
 /* Whether the regular file at `target`, which the user named `path`, may be replaced. */
-static enum mr_status may_replace(const char *path, const char *target, bool force, bool database, struct error *error)
+static enum mr_status may_replace(const char *path, const char *target, bool force, bool database,
+                                  struct error *error)
 {
     struct stat info;
     if (stat(target, &info) != 0 || info.st_size == 0)
         return MR_OK;
     if (!database && output_is_database(target))
-        return error_set(error, MR_USAGE, "would overwrite a database: %s; give another file for the output", path);
+        return error_set(error, MR_USAGE,
+                         "would overwrite a database: %s; give another file for the output", path);
     if (force)
         return MR_OK;
     enum written_state state = written_state(target);
     if (state == WRITTEN_HERE)
         return MR_OK;
-    return error_set(error, MR_USAGE, "is there already, %s: %s; give another file for the output, or --force to lose this one",
-                     state == WRITTEN_CHANGED ? "and was changed since matrig wrote it" : "and nothing says that matrig wrote it", path);
+    return error_set(
+        error, MR_USAGE,
+        "is there already, %s: %s; give another file for the output, or --force to lose this one",
+        state == WRITTEN_CHANGED ? "and was changed since matrig wrote it"
+                                 : "and nothing says that matrig wrote it",
+        path);
 }
 
 static enum mr_status check(const char *path, bool force, bool database, struct error *error)
@@ -180,7 +201,8 @@ static enum mr_status check(const char *path, bool force, bool database, struct 
     char target[PATH_MAX], folder[PATH_MAX];
     struct stat info;
     if (strcmp(path, "-") == 0)
-        return error_set(error, MR_USAGE, "not a file: -; give a path (/dev/stdout is standard output)");
+        return error_set(error, MR_USAGE,
+                         "not a file: -; give a path (/dev/stdout is standard output)");
     if (open_already(path) >= 0)
         return MR_OK;
     bool exists = stat(path, &info) == 0;
@@ -228,15 +250,18 @@ static bool write_all(int fd, const char *bytes, size_t length)
 }
 
 /* The draft takes the target's place, if that is still what it may replace. */
-static enum mr_status rename_over(const char *draft, const char *target, const char *path, bool force, bool database, struct error *error)
+static enum mr_status rename_over(const char *draft, const char *target, const char *path,
+                                  bool force, bool database, struct error *error)
 {
     struct stat info;
     for (int i = 0; i < TRIES_MAX; i++) {
         bool exists = lstat(target, &info) == 0;
         if (exists && may_replace(path, target, force, database, error) != MR_OK)
             return error->status;
-        int failed = exists ? rename(draft, target) : renameat2(AT_FDCWD, draft, AT_FDCWD, target, RENAME_NOREPLACE);
-        if (failed && !exists && (errno == EINVAL || errno == ENOSYS)) /* a file system that does not know how */
+        int failed = exists ? rename(draft, target)
+                            : renameat2(AT_FDCWD, draft, AT_FDCWD, target, RENAME_NOREPLACE);
+        /* a file system that does not know how */
+        if (failed && !exists && (errno == EINVAL || errno == ENOSYS))
             failed = rename(draft, target);
         if (!failed)
             return MR_OK;
@@ -247,10 +272,12 @@ static enum mr_status rename_over(const char *draft, const char *target, const c
 }
 
 /* What is in `fd`, at `draft`, goes on disk, on record and to its place. */
-static enum mr_status finish(int fd, const char *draft, const char *target, const char *path, bool force, bool database, struct error *error)
+static enum mr_status finish(int fd, const char *draft, const char *target, const char *path,
+                             bool force, bool database, struct error *error)
 {
     struct stat info;
-    if (stat(target, &info) == 0) { /* whose it is and who may read it stays, as far as we may say so */
+    if (stat(target, &info) == 0) {
+        /* whose it is and who may read it stays, as far as we may say so */
         int failed = fchown(fd, info.st_uid, info.st_gid);
         failed |= fchmod(fd, info.st_mode & 07777u);
         (void)failed;
@@ -295,7 +322,8 @@ static enum mr_status replace(const struct output *output, struct error *error)
     return error->status;
 }
 
-enum mr_status output_place_database(const char *draft, const char *path, bool force, struct error *error)
+enum mr_status output_place_database(const char *draft, const char *path, bool force,
+                                     struct error *error)
 {
     char target[PATH_MAX];
     if (find_target(path, target, error) != MR_OK)
@@ -326,7 +354,8 @@ static enum mr_status write_through(const struct output *output, struct error *e
 
 /* ---- the whole of it ---- */
 
-enum mr_status output_begin(struct output *output, const char *path, bool force, struct error *error)
+enum mr_status output_begin(struct output *output, const char *path, bool force,
+                            struct error *error)
 {
     *output = (struct output){.file = stdout, .path = path, .force = force};
     if (!path)
@@ -335,22 +364,28 @@ enum mr_status output_begin(struct output *output, const char *path, bool force,
     if (check(path, force, false, error) != MR_OK)
         return error->status;
     output->file = open_memstream(&output->text, &output->length);
-    return output->file ? MR_OK : error_set(error, MR_FULL, "no memory for the output: %s; close other programs", path);
+    return output->file ? MR_OK
+                        : error_set(error, MR_FULL,
+                                    "no memory for the output: %s; close other programs", path);
 }
 
 enum mr_status output_end(struct output *output, struct error *error)
 {
     struct stat info;
     if (!output->path)
-        return fflush(stdout) == 0 && !ferror(stdout) ? error->status
-                                                      : error_set(error, MR_IO, "cannot write (%s): standard output; check where it goes",
-                                                                  strerror(errno));
+        return fflush(stdout) == 0 && !ferror(stdout)
+                 ? error->status
+                 : error_set(error, MR_IO,
+                             "cannot write (%s): standard output; check where it goes",
+                             strerror(errno));
     bool whole = !ferror(output->file);
     whole &= fclose(output->file) == 0;
     output->file = NULL;
     if (error->status == MR_OK && !whole)
-        error_set(error, MR_FULL, "no memory for the output: %s; close other programs", output->path);
-    if (error->status == MR_OK && (open_already(output->path) >= 0 || (stat(output->path, &info) == 0 && !S_ISREG(info.st_mode))))
+        error_set(error, MR_FULL, "no memory for the output: %s; close other programs",
+                  output->path);
+    if (error->status == MR_OK && (open_already(output->path) >= 0 ||
+                                   (stat(output->path, &info) == 0 && !S_ISREG(info.st_mode))))
         write_through(output, error);
     else if (error->status == MR_OK)
         replace(output, error);
@@ -359,7 +394,8 @@ enum mr_status output_end(struct output *output, struct error *error)
     return error->status;
 }
 
-enum mr_status output_bytes(const char *path, bool force, const void *bytes, size_t length, struct error *error)
+enum mr_status output_bytes(const char *path, bool force, const void *bytes, size_t length,
+                            struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, force, error) != MR_OK)

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 static const struct {
-    const char *built; /* from the folder of the program */
+    const char *built;  /* from the folder of the program */
     const char *shared; /* below share/matrig; NULL: not there */
 } files[] = {
     [PLACE_BOARD] = {"matrig-board", NULL},
@@ -43,11 +43,13 @@ static void program_folder(char *folder, size_t size)
 }
 
 /* True when it can be read; then its path, without links and dots. */
-static bool try(char *path, size_t size, const char *folder, int length, const char *below, const char *name)
+static bool try(char *path, size_t size, const char *folder, int length, const char *below,
+                const char *name)
 {
     char candidate[PATH_MAX];
     int need = snprintf(candidate, sizeof candidate, "%.*s%s%s", length, folder, below, name);
-    if (length == 0 || need >= (int)sizeof candidate || (size_t)need >= size || access(candidate, R_OK) != 0)
+    if (length == 0 || need >= (int)sizeof candidate || (size_t)need >= size ||
+        access(candidate, R_OK) != 0)
         return false;
     char *real = realpath(candidate, NULL);
     snprintf(path, size, "%s", real && strlen(real) < size ? real : candidate);
@@ -57,15 +59,18 @@ static bool try(char *path, size_t size, const char *folder, int length, const c
 
 static bool try_xdg(char *path, size_t size, const char *name)
 {
-    const char *home = getenv("HOME"), *own = getenv("XDG_DATA_HOME"), *list = getenv("XDG_DATA_DIRS");
-    if (own && own[0] == '/' ? try(path, size, own, (int)strlen(own), "/matrig/", name)
-                             : home && try(path, size, home, (int)strlen(home), "/.local/share/matrig/", name))
+    const char *home = getenv("HOME"), *own = getenv("XDG_DATA_HOME"),
+               *list = getenv("XDG_DATA_DIRS");
+    if (own && own[0] == '/'
+            ? try(path, size, own, (int)strlen(own), "/matrig/", name)
+            : home && try(path, size, home, (int)strlen(home), "/.local/share/matrig/", name))
         return true;
     if (!list || !*list)
         list = "/usr/local/share:/usr/share";
     while (*list) {
         int length = (int)strcspn(list, ":");
-        if (*list == '/' && try(path, size, list, length, "/matrig/", name)) /* relative ones do not count, by the specification */
+        /* relative ones do not count, by the specification */
+        if (*list == '/' && try(path, size, list, length, "/matrig/", name))
             return true;
         list += length + (list[length] == ':');
     }
@@ -79,7 +84,8 @@ void place_find(enum place what, char *path, size_t size)
     int length = (int)strlen(folder);
     const char *shared = files[what].shared;
     if (try(path, size, folder, length, "/", files[what].built) ||
-        (shared && (try(path, size, folder, length, "/../share/matrig/", shared) || try_xdg(path, size, shared))))
+        (shared && (try(path, size, folder, length, "/../share/matrig/", shared) ||
+                    try_xdg(path, size, shared))))
         return;
     snprintf(path, size, "%s/%s", folder, files[what].built);
 }

@@ -1,4 +1,5 @@
-/* Place: files that come with matrig, in the folder that it was built in or where `make install` puts them. */
+/* Place: files that come with matrig, in the folder that it was built in or where `make install`
+ * puts them. */
 #ifndef MATRIG_HOST_BASE_PLACE_H
 #define MATRIG_HOST_BASE_PLACE_H
 
@@ -10,14 +11,16 @@ enum place {
     PLACE_RUNWAY    /* scene of the model runway */
 };
 
-/* Looked for beside the program, then in ../share/matrig from there, then in the folders for data of the XDG Base
- * Directory Specification ($XDG_DATA_HOME, $XDG_DATA_DIRS). When it is nowhere: where it was looked for first, so that
- * opening it says so. */
+/* Looked for beside the program, then in ../share/matrig from there, then in the folders for data
+ * of the XDG Base Directory Specification ($XDG_DATA_HOME, $XDG_DATA_DIRS). When it is nowhere:
+ * where it was looked for first, so that opening it says so. */
 void place_find(enum place what, char *path, size_t size);
 
-/* The path of matrig: of the running program, or what place_set_program was given. "matrig" when neither is known. */
+/* The path of matrig: of the running program, or what place_set_program was given. "matrig" when
+ * neither is known. */
 void place_program(char *path, size_t size);
-/* matrig-study is started by matrig: what comes with matrig is looked for from matrig's place. The text stays the caller's. */
+/* matrig-study is started by matrig: what comes with matrig is looked for from matrig's place. The
+ * text stays the caller's. */
 void place_set_program(const char *path);
 
 #endif

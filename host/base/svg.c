@@ -54,9 +54,11 @@ void svg_widen(double *low, double *high, double least)
     }
 }
 
-static void open_picture(FILE *out, const char *attributes, double width, double height, const char *title)
+static void open_picture(FILE *out, const char *attributes, double width, double height,
+                         const char *title)
 {
-    fprintf(out, "<svg %sviewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", attributes, width, height);
+    fprintf(out, "<svg %sviewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", attributes, width,
+            height);
     html_text(out, title);
     fprintf(out, "\">\n");
 }
@@ -113,7 +115,8 @@ struct decades {
 
 static struct decades decades_of(const struct svg_axis *axis, unsigned most)
 {
-    struct decades d = {(int)ceil(log10(axis->low) - 1e-9), (int)floor(log10(axis->high) + 1e-9), 1};
+    struct decades d = {(int)ceil(log10(axis->low) - 1e-9), (int)floor(log10(axis->high) + 1e-9),
+                        1};
     while ((unsigned)((d.last - d.first) / d.every) + 1 > most)
         d.every++;
     return d;
@@ -121,8 +124,8 @@ static struct decades decades_of(const struct svg_axis *axis, unsigned most)
 
 static void print_decade(FILE *out, int exponent)
 {
-    fprintf(out, "10<tspan dy=\"-4\" font-size=\"75%%\">%s%d</tspan></text>", exponent < 0 ? "\xe2\x88\x92" : "",
-            exponent < 0 ? -exponent : exponent);
+    fprintf(out, "10<tspan dy=\"-4\" font-size=\"75%%\">%s%d</tspan></text>",
+            exponent < 0 ? "\xe2\x88\x92" : "", exponent < 0 ? -exponent : exponent);
 }
 
 /* Twos to nines between decades: where they stand apart. */
@@ -138,11 +141,11 @@ static void minor_lines(const struct svg_plot *plot, bool vertical)
             if (value <= axis->low || value >= axis->high)
                 continue;
             if (vertical)
-                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fv%.1f\"/>", svg_x(plot, value), plot->top,
-                        plot->height);
+                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fv%.1f\"/>",
+                        svg_x(plot, value), plot->top, plot->height);
             else
-                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fh%.1f\"/>", plot->left, svg_y(plot, value),
-                        plot->width);
+                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fh%.1f\"/>", plot->left,
+                        svg_y(plot, value), plot->width);
         }
     }
 }
@@ -157,7 +160,8 @@ static void log_x_ticks(const struct svg_plot *plot)
         fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x, plot->top, bottom);
         if (!plot->x.ticks)
             continue;
-        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", x, bottom + 16.0);
+        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", x,
+                bottom + 16.0);
         print_decade(plot->out, e);
     }
 }
@@ -168,10 +172,12 @@ static void log_y_ticks(const struct svg_plot *plot)
     minor_lines(plot, false);
     for (int e = d.first; e <= d.last; e += d.every) {
         double y = svg_y(plot, pow(10.0, e));
-        fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", plot->left, y, plot->left + plot->width);
+        fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", plot->left, y,
+                plot->left + plot->width);
         if (!plot->y.ticks)
             continue;
-        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" y=\"%.1f\">", plot->left - 5.0, y + 4.0);
+        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" y=\"%.1f\">",
+                plot->left - 5.0, y + 4.0);
         print_decade(plot->out, e);
     }
 }
@@ -181,10 +187,12 @@ static void linear_x_ticks(const struct svg_plot *plot)
 {
     FILE *out = plot->out;
     double bottom = plot->top + plot->height;
-    struct svg_ticks ticks = svg_choose_ticks(plot->x.low, plot->x.high, (unsigned)(plot->width * TICKS_PER_PX_X) + 2);
+    struct svg_ticks ticks = svg_choose_ticks(plot->x.low, plot->x.high,
+                                              (unsigned)(plot->width * TICKS_PER_PX_X) + 2);
     fputs("<path class=\"grid\" d=\"", out);
     for (unsigned i = 0; i < ticks.count; i++)
-        fprintf(out, "M%.1f %.1fV%.1f", svg_x(plot, ticks.first + (double)i * ticks.step), plot->top, bottom);
+        fprintf(out, "M%.1f %.1fV%.1f", svg_x(plot, ticks.first + (double)i * ticks.step),
+                plot->top, bottom);
     fputs("\"/>", out);
     if (!plot->x.ticks)
         return;
@@ -201,10 +209,12 @@ static void linear_x_ticks(const struct svg_plot *plot)
 static void linear_y_ticks(const struct svg_plot *plot)
 {
     FILE *out = plot->out;
-    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high, (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
+    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high,
+                                              (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
     fputs("<path class=\"grid\" d=\"", out);
     for (unsigned i = 0; i < ticks.count; i++)
-        fprintf(out, "M%.1f %.1fh%.1f", plot->left, svg_y(plot, ticks.first + (double)i * ticks.step), plot->width);
+        fprintf(out, "M%.1f %.1fh%.1f", plot->left,
+                svg_y(plot, ticks.first + (double)i * ticks.step), plot->width);
     fputs("\"/>", out);
     if (!plot->y.ticks)
         return;
@@ -226,8 +236,8 @@ static void x_axis(const struct svg_plot *plot)
     else
         linear_x_ticks(plot);
     if (plot->x.label) {
-        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", plot->left + plot->width / 2,
-                plot->top + plot->height + 32.0);
+        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">",
+                plot->left + plot->width / 2, plot->top + plot->height + 32.0);
         html_text(out, plot->x.label);
         fputs("</text>", out);
     }
@@ -236,7 +246,8 @@ static void x_axis(const struct svg_plot *plot)
 /* How far left of the axis its label stands: beyond the numbers, and inside the picture. */
 static double y_label_px(const struct svg_plot *plot)
 {
-    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high, (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
+    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high,
+                                              (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
     double widest = 0.0;
     for (unsigned i = 0; i < ticks.count && plot->y.ticks && !plot->log_y; i++) {
         char text[40];
@@ -254,7 +265,9 @@ static void y_axis(const struct svg_plot *plot)
     else
         linear_y_ticks(plot);
     if (plot->y.label) {
-        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\">",
+        fprintf(out,
+                "<text class=\"label\" text-anchor=\"middle\" transform=\"translate(%.1f %.1f) "
+                "rotate(-90)\">",
                 plot->left - y_label_px(plot), plot->top + plot->height / 2);
         html_text(out, plot->y.label);
         fputs("</text>", out);
@@ -265,7 +278,8 @@ void svg_axes(const struct svg_plot *plot)
 {
     x_axis(plot);
     y_axis(plot);
-    fprintf(plot->out, "<rect class=\"frame\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n",
+    fprintf(plot->out,
+            "<rect class=\"frame\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n",
             plot->left, plot->top, plot->width, plot->height);
 }
 
@@ -281,22 +295,24 @@ struct pixel {
     unsigned long seen; /* it is the how manieth of its path */
 };
 
-/* The points of a path as they come, thinned twice: of a column of pixels the least and the greatest stay, as they follow each other, and of these
- * a point is left out where the straight line past it stays within SVG_THINNED_PX of every one it stands for. What is written is
- * always a point that was given. */
+/* The points of a path as they come, thinned twice: of a column of pixels the least and the
+ * greatest stay, as they follow each other, and of these a point is left out where the straight
+ * line past it stays within SVG_THINNED_PX of every one it stands for. What is written is always a
+ * point that was given. */
 struct pen {
     const struct svg_plot *plot;
     bool down, stepping;
     long column; /* NO_COLUMN: none */
     struct pixel least, most, last;
-    struct pixel anchor; /* last point written */
+    struct pixel anchor;       /* last point written */
     long written_x, written_y; /* as it stands there, tenths of a pixel */
-    bool held;           /* a point that may yet be left out */
+    bool held;                 /* a point that may yet be left out */
     struct pixel hold;
     double low_slope, high_slope; /* lines from the anchor that are near enough to all since */
 };
 
-/* Tenths of a pixel, as short as a path may have it: "-12.5", ".5", "3"; a blank before what has no minus to part it. */
+/* Tenths of a pixel, as short as a path may have it: "-12.5", ".5", "3"; a blank before what has no
+ * minus to part it. */
 static void print_tenths(FILE *out, long tenths, bool parted)
 {
     long size = labs(tenths);
@@ -307,7 +323,8 @@ static void print_tenths(FILE *out, long tenths, bool parted)
         fprintf(out, ".%ld", size % 10);
 }
 
-/* The first point as it is, the others as steps between the tenths that are written, so that roundings do not add up. */
+/* The first point as it is, the others as steps between the tenths that are written, so that
+ * roundings do not add up. */
 static void pen_write(struct pen *pen, struct pixel p)
 {
     FILE *out = pen->plot->out;
@@ -353,7 +370,8 @@ static void pen_point(struct pen *pen, struct pixel p)
         pen_write(pen, p);
         return;
     }
-    double one = (p.y - SVG_THINNED_PX - pen->anchor.y) / dx, other = (p.y + SVG_THINNED_PX - pen->anchor.y) / dx;
+    double one = (p.y - SVG_THINNED_PX - pen->anchor.y) / dx,
+           other = (p.y + SVG_THINNED_PX - pen->anchor.y) / dx;
     pen->low_slope = fmax(pen->low_slope, fmin(one, other));
     pen->high_slope = fmin(pen->high_slope, fmax(one, other));
     pen->held = true;
@@ -378,7 +396,8 @@ static void pen_lift(struct pen *pen)
     bool any = pen->column != NO_COLUMN;
     pen_flush(pen);
     pen_release(pen);
-    if (any && (fabs(pen->last.x - pen->anchor.x) > SVG_THINNED_PX || fabs(pen->last.y - pen->anchor.y) > SVG_THINNED_PX))
+    if (any && (fabs(pen->last.x - pen->anchor.x) > SVG_THINNED_PX ||
+                fabs(pen->last.y - pen->anchor.y) > SVG_THINNED_PX))
         pen_write(pen, pen->last);
 }
 
@@ -390,7 +409,8 @@ static void pen_move(struct pen *pen, double x, double y)
         return;
     }
     const struct svg_plot *plot = pen->plot;
-    struct pixel p = {clip(svg_x(plot, x), plot->left, plot->left + plot->width), clip(svg_y(plot, y), plot->top, plot->top + plot->height),
+    struct pixel p = {clip(svg_x(plot, x), plot->left, plot->left + plot->width),
+                      clip(svg_y(plot, y), plot->top, plot->top + plot->height),
                       pen->last.seen + 1};
     long column = (long)(p.x / (plot->column_px > 0.0 ? plot->column_px : 1.0));
     if (pen->down && column != pen->column)
@@ -409,7 +429,8 @@ static void pen_move(struct pen *pen, double x, double y)
     pen->last = p;
 }
 
-void svg_line(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count)
+void svg_line(const struct svg_plot *plot, const char *class, const double *x, const double *y,
+              size_t count)
 {
     struct pen pen = {.plot = plot, .column = NO_COLUMN};
     fprintf(plot->out, "<path class=\"%s\" d=\"", class);
@@ -435,14 +456,16 @@ void svg_band(const struct svg_plot *plot, const char *class, const double *x, c
     fputs("Z\"/>\n", plot->out);
 }
 
-void svg_rect(const struct svg_plot *plot, const char *class, double x0, double y0, double x1, double y1)
+void svg_rect(const struct svg_plot *plot, const char *class, double x0, double y0, double x1,
+              double y1)
 {
     double left = clip(svg_x(plot, x0), plot->left, plot->left + plot->width);
     double right = clip(svg_x(plot, x1), plot->left, plot->left + plot->width);
     double top = clip(svg_y(plot, y1), plot->top, plot->top + plot->height);
     double bottom = clip(svg_y(plot, y0), plot->top, plot->top + plot->height);
     if (right > left && bottom > top)
-        fprintf(plot->out, "<rect class=\"%s\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n",
+        fprintf(plot->out,
+                "<rect class=\"%s\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n",
                 class, left, top, right - left, bottom - top);
 }
 
@@ -453,11 +476,13 @@ void svg_dot(const struct svg_plot *plot, const char *class, double x, double y)
                 svg_x(plot, x), svg_y(plot, y));
 }
 
-void svg_dots(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count)
+void svg_dots(const struct svg_plot *plot, const char *class, const double *x, const double *y,
+              size_t count)
 {
     fprintf(plot->out, "<path class=\"%s\" d=\"", class);
     for (size_t i = 0; i < count; i++) {
-        if (!(x[i] >= plot->x.low && x[i] <= plot->x.high && y[i] >= plot->y.low && y[i] <= plot->y.high))
+        if (!(x[i] >= plot->x.low && x[i] <= plot->x.high && y[i] >= plot->y.low &&
+              y[i] <= plot->y.high))
             continue;
         fputc('M', plot->out);
         print_tenths(plot->out, lround(10.0 * svg_x(plot, x[i])), true);
@@ -473,17 +498,19 @@ void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py
         int corners;
         double turn; /* of the first corner from upwards, in circles */
         double size; /* so that all look equally large */
-    } shapes[SVG_SHAPES] = {{0, 0, 1}, {4, 0.125, 1.25}, {3, 0, 1.35}, {4, 0, 1.3}, {3, 0.5, 1.35}, {5, 0, 1.2}, {0, 0, 1}};
+    } shapes[SVG_SHAPES] = {{0, 0, 1},      {4, 0.125, 1.25}, {3, 0, 1.35}, {4, 0, 1.3},
+                            {3, 0.5, 1.35}, {5, 0, 1.2},      {0, 0, 1}};
     const double circle = 6.283185307179586;
     unsigned i = shape % SVG_SHAPES;
     if (i == 0) {
-        fprintf(out, "<circle class=\"%s\" cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\"/>\n", class, px, py, radius);
+        fprintf(out, "<circle class=\"%s\" cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\"/>\n", class, px, py,
+                radius);
         return;
     }
     fprintf(out, "<path class=\"%s\" d=\"", class);
     if (shapes[i].corners == 0)
-        fprintf(out, "M%.2f %.2fl%.2f %.2fm0 %.2fl%.2f %.2f\"/>\n", px - radius, py - radius, 2 * radius, 2 * radius,
-                -2 * radius, -2 * radius, 2 * radius);
+        fprintf(out, "M%.2f %.2fl%.2f %.2fm0 %.2fl%.2f %.2f\"/>\n", px - radius, py - radius,
+                2 * radius, 2 * radius, -2 * radius, -2 * radius, 2 * radius);
     for (int k = 0; k < shapes[i].corners; k++) {
         double angle = circle * (shapes[i].turn + (double)k / shapes[i].corners);
         fprintf(out, "%s%.2f %.2f", k == 0 ? "M" : "L", px + radius * shapes[i].size * sin(angle),
@@ -493,11 +520,11 @@ void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py
         fputs("Z\"/>\n", out);
 }
 
-void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,
-              double dx, double dy, const char *text)
+void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x,
+              double y, double dx, double dy, const char *text)
 {
-    fprintf(plot->out, "<text class=\"%s\" text-anchor=\"%s\" x=\"%.1f\" y=\"%.1f\">", class, anchor,
-            svg_x(plot, x) + dx, svg_y(plot, y) + dy);
+    fprintf(plot->out, "<text class=\"%s\" text-anchor=\"%s\" x=\"%.1f\" y=\"%.1f\">", class,
+            anchor, svg_x(plot, x) + dx, svg_y(plot, y) + dy);
     html_text(plot->out, text);
     fputs("</text>\n", plot->out);
 }

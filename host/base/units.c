@@ -6,8 +6,15 @@
 
 /* 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605 N: exact by definition. */
 static const struct unit units[2][UNIT_ALL] = {
-    {{"ft", "ft", 1.0}, {"in", "in", 1.0}, {"ft/s", "ft_s", 1.0}, {"ft/s2", "ft_s2", 1.0}, {"lb", "lb", 1.0},
-     {"", "", 1.0}, {"s", "s", 1.0}, {"in", "in", 12.0}, {"lb/ft", "lb_ft", 1.0}},
+    {{"ft", "ft", 1.0},
+     {"in", "in", 1.0},
+     {"ft/s", "ft_s", 1.0},
+     {"ft/s2", "ft_s2", 1.0},
+     {"lb", "lb", 1.0},
+     {"", "", 1.0},
+     {"s", "s", 1.0},
+     {"in", "in", 12.0},
+     {"lb/ft", "lb_ft", 1.0}},
     {{"m", "m", 0.3048},
      {"mm", "mm", 25.4},
      {"m/s", "m_s", 0.3048},
@@ -15,7 +22,7 @@ static const struct unit units[2][UNIT_ALL] = {
      {"N", "N", 4.4482216152605},
      {"", "", 1.0},
      {"s", "s", 1.0},
-    
+
      {"mm", "mm", 304.8},
      {"N/m", "N_m", 4.4482216152605 / 0.3048}},
 };
@@ -30,10 +37,11 @@ const struct unit *unit_given(enum unit_kind kind)
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
-/* Exact by definition: 1 in = 25.4 mm, 1 lbf = 4.4482216152605 N, 1 kgf = 9.80665 N. A weight on a scale is read in kg. */
+/* Exact by definition: 1 in = 25.4 mm, 1 lbf = 4.4482216152605 N, 1 kgf = 9.80665 N. A weight on a
+ * scale is read in kg. */
 #define MM_PER_IN 25.4
-#define N_PER_LB 4.4482216152605
-#define N_PER_KG 9.80665
+#define N_PER_LB  4.4482216152605
+#define N_PER_KG  9.80665
 
 static const struct unit_word written[] = {
     {"in", UNIT_DISPLACEMENT, 1.0},
@@ -50,11 +58,14 @@ static const struct unit_word written[] = {
 static const struct {
     const char *spelling, *word;
 } spellings[] = {
-    {"inch", "in"}, {"inches", "in"}, {"ins", "in"}, {"millimetre", "mm"}, {"millimetres", "mm"}, {"millimeter", "mm"}, {"millimeters", "mm"},
-    {"centimetre", "cm"}, {"centimetres", "cm"}, {"centimeter", "cm"}, {"centimeters", "cm"}, {"metre", "m"}, {"metres", "m"}, {"meter", "m"},
-    {"meters", "m"}, {"foot", "ft"}, {"feet", "ft"}, {"lbs", "lb"}, {"lbf", "lb"}, {"pound", "lb"}, {"pounds", "lb"}, {"newton", "N"},
-    {"newtons", "N"}, {"kilonewton", "kN"}, {"kilonewtons", "kN"}, {"kgf", "kg"}, {"kgs", "kg"}, {"kp", "kg"}, {"kilogram", "kg"},
-    {"kilograms", "kg"},
+    {"inch", "in"},        {"inches", "in"},     {"ins", "in"},         {"millimetre", "mm"},
+    {"millimetres", "mm"}, {"millimeter", "mm"}, {"millimeters", "mm"}, {"centimetre", "cm"},
+    {"centimetres", "cm"}, {"centimeter", "cm"}, {"centimeters", "cm"}, {"metre", "m"},
+    {"metres", "m"},       {"meter", "m"},       {"meters", "m"},       {"foot", "ft"},
+    {"feet", "ft"},        {"lbs", "lb"},        {"lbf", "lb"},         {"pound", "lb"},
+    {"pounds", "lb"},      {"newton", "N"},      {"newtons", "N"},      {"kilonewton", "kN"},
+    {"kilonewtons", "kN"}, {"kgf", "kg"},        {"kgs", "kg"},         {"kp", "kg"},
+    {"kilogram", "kg"},    {"kilograms", "kg"},
 };
 
 static bool is_word(const char *word, size_t length, const char *known)

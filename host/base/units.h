@@ -1,5 +1,5 @@
-/* Units for people: the report's (ft, in, lb) or, with --si, metres, millimetres and newtons. Inside,
- * everything is in the report's units; conversion happens once, where a value is shown. */
+/* Units for people: the report's (ft, in, lb) or, with --si, metres, millimetres and newtons.
+ * Inside, everything is in the report's units; conversion happens once, where a value is shown. */
 #ifndef MATRIG_HOST_BASE_UNITS_H
 #define MATRIG_HOST_BASE_UNITS_H
 
@@ -33,14 +33,15 @@ const struct unit *unit_given(enum unit_kind kind);
 struct unit_word {
     const char *word; /* "mm", "kN": as it is told */
     enum unit_kind kind;
-    double factor;    /* multiply a value so written by it to have in or lb */
+    double factor; /* multiply a value so written by it to have in or lb */
 };
-/* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not. NULL: none of them. Static storage. */
+/* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not.
+ * NULL: none of them. Static storage. */
 const struct unit_word *unit_read(const char *word, size_t length);
 /* All of them, once each: unit_words(0) and on, NULL after the last. Static storage. */
 const struct unit_word *unit_words(size_t index);
-/* Multiply a value in `from` by *factor to have it in `to`: the same word, or two lengths, forces (unit_read) or times (s, ms, min, h).
- * False: the one cannot be turned into the other. */
+/* Multiply a value in `from` by *factor to have it in `to`: the same word, or two lengths, forces
+ * (unit_read) or times (s, ms, min, h). False: the one cannot be turned into the other. */
 bool unit_convert(const char *from, const char *to, double *factor);
 /* What rounds to 0 at this least digit, without a sign. */
 double unit_tidy(double value, double least);

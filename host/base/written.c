@@ -11,8 +11,8 @@
 #include <sys/xattr.h>
 #include <unistd.h>
 
-#define ATTRIBUTE "user.matrig.written"
-#define DIGEST 65 /* hexadecimal digits and NUL */
+#define ATTRIBUTE  "user.matrig.written"
+#define DIGEST     65 /* hexadecimal digits and NUL */
 #define RECORD_MAX (DIGEST + 40 + PATH_MAX)
 
 static void to_hex(SHA2_CTX *hash, char hex[DIGEST])
@@ -48,7 +48,8 @@ static bool attribute_text(int fd, const char *path, char text[RECORD_MAX])
     const char *slash = strrchr(path, '/');
     if (fstat(fd, &info) != 0 || !digest_file(fd, hex))
         return false;
-    snprintf(text, RECORD_MAX, "%s %llu %s", hex, (unsigned long long)info.st_ino, slash ? slash + 1 : path);
+    snprintf(text, RECORD_MAX, "%s %llu %s", hex, (unsigned long long)info.st_ino,
+             slash ? slash + 1 : path);
     return true;
 }
 
@@ -79,7 +80,8 @@ static bool record_place(const char *path, char place[PATH_MAX])
     SHA256Init(&hash);
     SHA256Update(&hash, (const uint8_t *)path, strlen(path));
     to_hex(&hash, hex);
-    int length = snprintf(place, PATH_MAX, "%s%s/matrig/written/%s", own ? state : home, own ? "" : "/.local/state", hex);
+    int length = snprintf(place, PATH_MAX, "%s%s/matrig/written/%s", own ? state : home,
+                          own ? "" : "/.local/state", hex);
     errno = ENAMETOOLONG;
     return length < PATH_MAX;
 }

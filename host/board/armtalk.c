@@ -4,20 +4,22 @@
 
 #include "common/command.h"
 
-#define STATE_S 2.0  /* it is told on change, and once a second */
+#define STATE_S 2.0 /* it is told on change, and once a second */
 
 const char *armtalk_refusal(enum mr_status answer)
 {
     switch (answer) {
     case MR_WAIT:
-        return "the black box is not ready for a landing yet, or a calibration is under way; try again in a moment";
+        return "the black box is not ready for a landing yet, or a calibration is under way; try "
+               "again in a moment";
     case MR_FULL:
-        return "the black box has no room for a landing; fetch its records and free them (matrig board list)";
+        return "the black box has no room for a landing; fetch its records and free them (matrig "
+               "board list)";
     case MR_NOT_NOW:
-        return "not in this state of the board: it is armed, a landing is going on, or nothing is measured; disarm it, or see matrig "
+        return "not in this state of the board: it is armed, a landing is going on, or nothing is "
+               "measured; disarm it, or see matrig "
                "board health";
-    default:
-        return mr_status_text(answer);
+    default: return mr_status_text(answer);
     }
 }
 
@@ -26,15 +28,18 @@ bool armtalk_recording(unsigned state)
     return state == MR_LANDING_ARMED || state == MR_LANDING_LANDING || state == MR_LANDING_SETTLING;
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct armtalk *talk = context;
     (void)error;
     if (message->id == MR_ID_LANDING) {
-        talk->landing_told |= mr_landing_get(&talk->landing, message->payload, message->length) == MR_OK;
+        talk->landing_told |= mr_landing_get(&talk->landing, message->payload, message->length) ==
+                              MR_OK;
         talk->landing_known |= talk->landing_told;
     } else if (message->id == MR_ID_BOX_STATE) {
-        talk->wait_known |= mr_box_state_get(&talk->box, message->payload, message->length) == MR_OK;
+        talk->wait_known |= mr_box_state_get(&talk->box, message->payload, message->length) ==
+                            MR_OK;
     }
     return MR_OK;
 }
@@ -46,17 +51,23 @@ enum mr_status armtalk_begin(struct armtalk *talk, struct dialogue *dialogue, st
     return dialogue_hello(dialogue, dialogue_flag, &talk->landing_known, error);
 }
 
-static enum mr_status refused(const struct armtalk *talk, const struct mr_ack *ack, struct error *error)
+static enum mr_status refused(const struct armtalk *talk, const struct mr_ack *ack,
+                              struct error *error)
 {
     enum mr_status answer = (enum mr_status)ack->status;
     const char *name = mr_command_name(ack->code), *link = dialogue_spec(talk->dialogue);
-    if (answer == MR_NOT_NOW && ack->code == MR_COMMAND_ARM && armtalk_recording(talk->landing.state))
-        return error_set(error, answer, "the board refuses `arm`: %s; it is %s, with landing %u: wait for its end, or disarm it", link,
-                         mr_landing_state_text(talk->landing.state), talk->landing.landing);
+    if (answer == MR_NOT_NOW && ack->code == MR_COMMAND_ARM &&
+        armtalk_recording(talk->landing.state))
+        return error_set(error, answer,
+                         "the board refuses `arm`: %s; it is %s, with landing %u: wait for its "
+                         "end, or disarm it",
+                         link, mr_landing_state_text(talk->landing.state), talk->landing.landing);
     if (answer == MR_WAIT && talk->wait_known && talk->box.wait_s > 0.0f)
-        return error_set(error, answer, "the board refuses `%s`: %s; its black box is ready in about %.0f s", name, link,
-                         ceil((double)talk->box.wait_s));
-    return error_set(error, answer, "the board refuses `%s`: %s; %s", name, link, armtalk_refusal(answer));
+        return error_set(error, answer,
+                         "the board refuses `%s`: %s; its black box is ready in about %.0f s", name,
+                         link, ceil((double)talk->box.wait_s));
+    return error_set(error, answer, "the board refuses `%s`: %s; %s", name, link,
+                     armtalk_refusal(answer));
 }
 
 static bool reached(const void *context)
@@ -72,23 +83,33 @@ static bool changed(const void *context)
     return reached(talk) && talk->before != talk->wanted;
 }
 
-enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number, struct error *error)
+enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
+                             struct error *error)
 {
-    const struct dialogue_order order = {.code = code, .argument = number, .answer_s = ARMTALK_ANSWER_S, .taken = changed, .context = talk};
+    const struct dialogue_order order = {.code = code,
+                                         .argument = number,
+                                         .answer_s = ARMTALK_ANSWER_S,
+                                         .taken = changed,
+                                         .context = talk};
     struct mr_ack ack;
     talk->wanted = code == MR_COMMAND_ARM ? MR_LANDING_ARMED : MR_LANDING_IDLE;
     talk->before = talk->landing.state;
     talk->landing_told = talk->wait_known = false;
     enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
-        return error_set(error, MR_TIMEOUT, "the board does not answer `%s` within %d s: %s; look what state it is in before trying again",
+        return error_set(error, MR_TIMEOUT,
+                         "the board does not answer `%s` within %d s: %s; look what state it is in "
+                         "before trying again",
                          mr_command_name(code), ARMTALK_ANSWER_S, dialogue_spec(talk->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
         return refused(talk, &ack, error);
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, reached, talk, STATE_S, error);
     return status == MR_TIMEOUT
-               ? error_set(error, MR_TIMEOUT, "the board took `%s` and does not say it is %s: %s; look what state it is in",
-                           mr_command_name(code), mr_landing_state_text(talk->wanted), dialogue_spec(talk->dialogue))
-               : status;
+             ? error_set(
+                   error, MR_TIMEOUT,
+                   "the board took `%s` and does not say it is %s: %s; look what state it is in",
+                   mr_command_name(code), mr_landing_state_text(talk->wanted),
+                   dialogue_spec(talk->dialogue))
+             : status;
 }

@@ -1,29 +1,32 @@
-/* Arming a board for a landing, and taking that back, over CAN or serial. Over CAN somebody else may hold the same interface: whoever
- * gave the command knows its own answer by its tag. */
+/* Arming a board for a landing, and taking that back, over CAN or serial. Over CAN somebody else
+ * may hold the same interface: whoever gave the command knows its own answer by its tag. */
 #ifndef MATRIG_HOST_BOARD_ARMTALK_H
 #define MATRIG_HOST_BOARD_ARMTALK_H
 
 #include "host/board/dialogue.h"
 
 #define ARMTALK_LANDING_MOST 65535
-#define ARMTALK_ANSWER_S 3 /* for the answer to either order, here, at the terminal of matrig log and on the live page */
+/* for the answer to either order, here, at the terminal of matrig log and on the live page */
+#define ARMTALK_ANSWER_S     3
 
 struct armtalk {
     struct dialogue *dialogue;
     bool landing_known, wait_known;
-    bool landing_told;          /* since the command */
-    unsigned wanted, before;    /* states: that the command is to reach, that it found */
-    struct mr_landing landing;  /* newest */
-    struct mr_box_state box;    /* told when it is why arming was refused */
+    bool landing_told;         /* since the command */
+    unsigned wanted, before;   /* states: that the command is to reach, that it found */
+    struct mr_landing landing; /* newest */
+    struct mr_box_state box;   /* told when it is why arming was refused */
 };
 
-/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and what state it is in, which it does once
- * a second. Statuses as dialogue_hello. */
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and
+ * what state it is in, which it does once a second. Statuses as dialogue_hello. */
 enum mr_status armtalk_begin(struct armtalk *talk, struct dialogue *dialogue, struct error *error);
-/* MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board counts on), or MR_COMMAND_DISARM with 0; at most 5 s. When the answer
- * is lost, the state that the board tells decides. MR_OK: done, talk->landing says in which landing; MR_TIMEOUT: neither an
- * answer nor the state came; else the board refused, and `error` says why. */
-enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number, struct error *error);
+/* MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board counts on), or
+ * MR_COMMAND_DISARM with 0; at most 5 s. When the answer is lost, the state that the board tells
+ * decides. MR_OK: done, talk->landing says in which landing; MR_TIMEOUT: neither an answer nor the
+ * state came; else the board refused, and `error` says why. */
+enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
+                             struct error *error);
 
 /* Why a board refuses `arm` or `disarm`, and what to do, in words. Static storage. */
 const char *armtalk_refusal(enum mr_status answer);

@@ -16,7 +16,8 @@ static const char *brown_out_text(unsigned level)
 
 static void cause_text(unsigned cause, char *out, size_t size)
 {
-    static const char *const names[] = {"power", "pin", "software", "watchdog", "low power", "brown-out"};
+    static const char *const names[] = {"power",    "pin",       "software",
+                                        "watchdog", "low power", "brown-out"};
     size_t n = 0;
     out[0] = '\0';
     for (unsigned i = 0; i < sizeof names / sizeof names[0]; i++) {
@@ -30,9 +31,9 @@ static void faults_answer(const struct healthtalk *talk, struct answer *answer)
     answer_table(answer, "faults", "faults");
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         const struct mr_fault *fault = &talk->fault[i];
-        const char *which = i == MR_FAULT_SELFTEST    ? mr_self_test_text(fault->detail)
-                            : i == MR_FAULT_TASK_LATE ? mr_task_text(fault->detail)
-                                                      : "";
+        const char *which = i == MR_FAULT_SELFTEST  ? mr_self_test_text(fault->detail)
+                          : i == MR_FAULT_TASK_LATE ? mr_task_text(fault->detail)
+                                                    : "";
         if (!fault->count)
             continue;
         answer_open(answer, NULL, NULL);
@@ -47,24 +48,32 @@ static void faults_answer(const struct healthtalk *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static void health_answer(const struct healthtalk *talk, const struct mr_symbols *symbols, struct answer *answer)
+static void health_answer(const struct healthtalk *talk, const struct mr_symbols *symbols,
+                          struct answer *answer)
 {
     char text[160];
     cause_text(talk->hello.reset_cause, text, sizeof text);
     answer_words(answer, NULL, "last reset", "%s", text);
     answer_count(answer, "reset_cause", NULL, talk->hello.reset_cause);
-    answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end = " that nobody asked for since power on";
-    answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end = talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : NULL;
+    answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end =
+        " that nobody asked for since power on";
+    answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end =
+        talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : NULL;
     answer_count(answer, "late_task", NULL, talk->restarts.late_task);
     if (talk->restarts.late_task) {
         crash_place(talk->restarts.late_pc, symbols, text, sizeof text);
-        answer_words(answer, NULL, "watchdog", "%s did not run in its time; the processor was at %s", mr_task_text(talk->restarts.late_task), text);
+        answer_words(answer, NULL, "watchdog",
+                     "%s did not run in its time; the processor was at %s",
+                     mr_task_text(talk->restarts.late_task), text);
     }
     answer_words(answer, "brown_out", "brown-out", "%s", brown_out_text(talk->restarts.brown_out));
-    answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end = " bytes at most";
+    answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end =
+        " bytes at most";
     answer_count(answer, "stack_size", "stack", talk->upkeep.stack_size)->end = " bytes";
-    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end = " times gone through, idle";
-    answer_count(answer, "flash_checked", "program", talk->upkeep.flash_checked)->end = " times gone through, idle";
+    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end =
+        " times gone through, idle";
+    answer_count(answer, "flash_checked", "program", talk->upkeep.flash_checked)->end =
+        " times gone through, idle";
     answer_words(answer, "can", "CAN", "%s", mr_can_state_text(talk->alarm.state));
     answer_count(answer, "can_tec", "TEC", talk->alarm.tec);
     answer_count(answer, NULL, "REC", talk->alarm.rec);
@@ -89,12 +98,14 @@ static void test_answer(const struct mr_self_test *test, struct answer *answer)
     answer_count(answer, "failed", NULL, test->failed);
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
         if (test->done >> i & 1u)
-            answer_words(answer, NULL, mr_self_test_text(i), "%s", test->failed >> i & 1u ? "FAILED" : "good");
+            answer_words(answer, NULL, mr_self_test_text(i), "%s",
+                         test->failed >> i & 1u ? "FAILED" : "good");
     }
 }
 
 /* Exit 1: the board found a fault in itself. */
-static int tell(const char *verb, const struct healthtalk *talk, const struct mr_symbols *symbols, const struct cli *cli)
+static int tell(const char *verb, const struct healthtalk *talk, const struct mr_symbols *symbols,
+                const struct cli *cli)
 {
     struct answer *answer = answer_new(cli->si);
     bool fault = false;
@@ -111,7 +122,8 @@ static int tell(const char *verb, const struct healthtalk *talk, const struct mr
 
 bool board_health_verb(const char *word)
 {
-    return strcmp(word, "health") == 0 || strcmp(word, "self-test") == 0 || strcmp(word, "reset") == 0;
+    return strcmp(word, "health") == 0 || strcmp(word, "self-test") == 0 ||
+           strcmp(word, "reset") == 0;
 }
 
 int board_health(const char *serial, const char *verb, const char *elf, const struct cli *cli)
@@ -128,9 +140,9 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
     if (status == MR_OK)
         status = healthtalk_begin(talk, &dialogue, &error);
     if (status == MR_OK)
-        status = strcmp(verb, "health") == 0      ? healthtalk_hear(talk, &error)
-                 : strcmp(verb, "self-test") == 0 ? healthtalk_self_test(talk, &error)
-                                                  : healthtalk_reset(talk, &error);
+        status = strcmp(verb, "health") == 0    ? healthtalk_hear(talk, &error)
+               : strcmp(verb, "self-test") == 0 ? healthtalk_self_test(talk, &error)
+                                                : healthtalk_reset(talk, &error);
     int exit_code = status == MR_OK ? tell(verb, talk, &symbols, cli) : cli_fail(&error);
     dialogue_close(&dialogue);
     image_symbols_free(&symbols);

@@ -5,8 +5,8 @@
 #include "common/command.h"
 #include "common/wire.h"
 
-#define ANSWER_S DIALOGUE_ANSWER_S
-#define ROUNDS 6       /* of asking for what has not come */
+#define ANSWER_S  DIALOGUE_ANSWER_S
+#define ROUNDS    6 /* of asking for what has not come */
 #define PAGE_BITS 15u
 
 static void take_part(struct boxtalk *talk, const uint8_t *payload)
@@ -48,7 +48,8 @@ static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, s
     }
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct boxtalk *talk = context;
     struct mr_box_end end;
@@ -82,9 +83,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     case MR_ID_BOX_END:
         talk->ended |= mr_box_end_get(&end, bytes, length) == MR_OK && end.record == talk->reading;
         break;
-    default:
-        take_slow(talk, (uint16_t)message->id, bytes, length);
-        break;
+    default: take_slow(talk, (uint16_t)message->id, bytes, length); break;
     }
     return MR_OK;
 }
@@ -99,7 +98,8 @@ enum mr_status boxtalk_begin(struct boxtalk *talk, struct dialogue *dialogue, st
 }
 
 /* What the board asks to be asked again is asked again. */
-static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument, struct error *error)
+static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument,
+                            struct error *error)
 {
     struct dialogue *dialogue = talk->dialogue;
     const struct dialogue_order order = {.code = code, .argument = argument, .answer_s = ANSWER_S};
@@ -116,8 +116,11 @@ static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument
     if (status != MR_OK || ack.status == MR_OK)
         return status;
     if (ack.status == MR_UNKNOWN)
-        return error_set(error, MR_UNKNOWN, "the black box has no such record: %s; see matrig board list", dialogue_spec(dialogue));
-    return dialogue_refused(dialogue, &ack, "a landing is armed or going on, or there is no black box", error);
+        return error_set(error, MR_UNKNOWN,
+                         "the black box has no such record: %s; see matrig board list",
+                         dialogue_spec(dialogue));
+    return dialogue_refused(dialogue, &ack,
+                            "a landing is armed or going on, or there is no black box", error);
 }
 
 enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error)
@@ -128,8 +131,9 @@ enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error)
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, dialogue_flag, &talk->listed, ANSWER_S, error);
     return status == MR_TIMEOUT
-               ? error_set(error, MR_TIMEOUT, "the list of records did not end: %s; try again", dialogue_spec(talk->dialogue))
-               : status;
+             ? error_set(error, MR_TIMEOUT, "the list of records did not end: %s; try again",
+                         dialogue_spec(talk->dialogue))
+             : status;
 }
 
 static size_t first_absent(const struct boxtalk *talk)
@@ -140,20 +144,24 @@ static size_t first_absent(const struct boxtalk *talk)
     return page;
 }
 
-enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record, uint8_t (*pages)[MR_BOXPAGE],
-                            uint8_t *present, struct error *error)
+enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record,
+                            uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, struct error *error)
 {
     enum mr_status status = MR_OK;
     talk->reading = record->record.record;
     talk->pages = pages;
     talk->present = present;
     talk->page_count = record->record.pages;
-    for (int round = 0; status == MR_OK && round < ROUNDS && first_absent(talk) < talk->page_count; round++) {
+    for (int round = 0; status == MR_OK && round < ROUNDS && first_absent(talk) < talk->page_count;
+         round++) {
         talk->ended = false;
-        status = order(talk, MR_COMMAND_BOX_READ, (int32_t)((uint32_t)talk->reading << PAGE_BITS | first_absent(talk)), error);
+        status = order(talk, MR_COMMAND_BOX_READ,
+                       (int32_t)((uint32_t)talk->reading << PAGE_BITS | first_absent(talk)), error);
         if (status == MR_OK)
-            status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended, &talk->parts, ANSWER_S, error);
-        if (status == MR_TIMEOUT && error->status == MR_OK) /* what has not come is asked for again */
+            status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended,
+                                           &talk->parts, ANSWER_S, error);
+        /* what has not come is asked for again */
+        if (status == MR_TIMEOUT && error->status == MR_OK)
             status = MR_OK;
     }
     talk->pages = NULL;
@@ -166,19 +174,23 @@ static bool slow_whole(const void *context)
     return talk->slow_ended && talk->dialogue->identity.image_known && talk->clock_known;
 }
 
-enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first, void (*row)(void *context, const struct mr_slowrow *row),
-                            void *context, struct error *error)
+enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first,
+                            void (*row)(void *context, const struct mr_slowrow *row), void *context,
+                            struct error *error)
 {
     talk->slow_row = row;
     talk->slow_context = context;
     talk->slow_ended = false;
     enum mr_status status = order(talk, MR_COMMAND_SLOW_READ, (int32_t)first, error);
     if (status == MR_OK)
-        status = dialogue_while_coming(talk->dialogue, slow_whole, talk, &talk->slow_rows, ANSWER_S, error);
+        status = dialogue_while_coming(talk->dialogue, slow_whole, talk, &talk->slow_rows, ANSWER_S,
+                                       error);
     talk->slow_row = NULL;
-    return status == MR_TIMEOUT ? error_set(error, MR_TIMEOUT, "the slow log did not end: %s; try again, it goes on from where it was",
-                                            dialogue_spec(talk->dialogue))
-                                : status;
+    return status == MR_TIMEOUT
+             ? error_set(error, MR_TIMEOUT,
+                         "the slow log did not end: %s; try again, it goes on from where it was",
+                         dialogue_spec(talk->dialogue))
+             : status;
 }
 
 enum mr_status boxtalk_free(struct boxtalk *talk, uint16_t record, struct error *error)

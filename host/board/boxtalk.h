@@ -32,8 +32,8 @@ struct boxtalk {
     bool ended;
     /* the slow log */
     bool clock_known;
-    struct mr_clock clock;   /* newest */
-    uint64_t clock_us;       /* host time at which it came */
+    struct mr_clock clock; /* newest */
+    uint64_t clock_us;     /* host time at which it came */
     struct mr_slowrow_reader slow;
     void (*slow_row)(void *context, const struct mr_slowrow *row);
     void *slow_context;
@@ -42,17 +42,20 @@ struct boxtalk {
     struct mr_slow_end slow_end;
 };
 
-/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses as dialogue_hello. */
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses
+ * as dialogue_hello. */
 enum mr_status boxtalk_begin(struct boxtalk *talk, struct dialogue *dialogue, struct error *error);
 /* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
 enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error);
-/* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay absent. Both arrays have room
- * for record.pages. */
-enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record, uint8_t (*pages)[MR_BOXPAGE],
-                            uint8_t *present, struct error *error);
-/* Rows of the slow log from number `first` on, each to `row`; at its end talk->slow_end, clock and the image of talk->dialogue->identity are known. */
-enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first, void (*row)(void *context, const struct mr_slowrow *row),
-                            void *context, struct error *error);
+/* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay
+ * absent. Both arrays have room for record.pages. */
+enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record,
+                            uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, struct error *error);
+/* Rows of the slow log from number `first` on, each to `row`; at its end talk->slow_end, clock and
+ * the image of talk->dialogue->identity are known. */
+enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first,
+                            void (*row)(void *context, const struct mr_slowrow *row), void *context,
+                            struct error *error);
 enum mr_status boxtalk_free(struct boxtalk *talk, uint16_t record, struct error *error);
 
 #endif

@@ -43,15 +43,18 @@ static float real_of(const json_t *value)
 
 static void take_row(void *context, int64_t made_us, const char *kind, const char *checks)
 {
-    json_t *object = json_loads(checks, 0, NULL), *list = json_object_get(object, "calibration"), *one;
+    json_t *object = json_loads(checks, 0, NULL), *list = json_object_get(object, "calibration"),
+           *one;
     size_t i;
     unsigned input;
     if (json_array_size(list) > 0) {
         struct moment *moment = add_moment(context);
         moment->time_us = made_us;
         moment->said = strcmp(kind, "change") == 0;
-        json_array_foreach(list, i, one) {
-            const char *name = json_string_value(json_object_get(one, "channel")), *serial = json_string_value(json_object_get(one, "serial"));
+        json_array_foreach(list, i, one)
+        {
+            const char *name = json_string_value(json_object_get(one, "channel")),
+                       *serial = json_string_value(json_object_get(one, "serial"));
             if (!name || !jump_channel_read(name, strlen(name), &input))
                 continue;
             struct mr_channel_config *channel = &moment->channel[input];
@@ -59,7 +62,8 @@ static void take_row(void *context, int64_t made_us, const char *kind, const cha
             channel->number = (uint8_t)json_integer_value(json_object_get(one, "number"));
             channel->unit_per_code = real_of(json_object_get(one, "gain"));
             channel->zero_code = real_of(json_object_get(one, "zero_code"));
-            channel->calibrated_day = (uint32_t)json_integer_value(json_object_get(one, "calibrated_day"));
+            channel->calibrated_day =
+                (uint32_t)json_integer_value(json_object_get(one, "calibrated_day"));
             if (serial && strlen(serial) <= sizeof channel->serial)
                 memcpy(channel->serial, serial, strlen(serial));
             if (isnan(channel->unit_per_code))
@@ -69,9 +73,11 @@ static void take_row(void *context, int64_t made_us, const char *kind, const cha
     json_decref(object);
 }
 
-/* Gains as the landing has them, corrections included; the zero is the configuration's: that of a landing may have been measured just
- * before it. A landing whose configuration was not kept has no zero, and its gains count as calibrated. */
-static enum mr_status take_landing(struct store *store, const struct store_landing *landing, struct moments *moments, struct error *error)
+/* Gains as the landing has them, corrections included; the zero is the configuration's: that of a
+ * landing may have been measured just before it. A landing whose configuration was not kept has no
+ * zero, and its gains count as calibrated. */
+static enum mr_status take_landing(struct store *store, const struct store_landing *landing,
+                                   struct moments *moments, struct error *error)
 {
     static struct mr_config config;
     struct mr_channel_config channel[MR_CHANNELS];
@@ -91,9 +97,12 @@ static enum mr_status take_landing(struct store *store, const struct store_landi
         if (!mr_channel_measures(&channel[i]))
             continue;
         struct mr_channel_config *c = &moment->channel[i];
-        *c = (struct mr_channel_config){.kind = channel[i].kind, .number = channel[i].number, .unit_per_code = mr_channel_gain(&channel[i]),
+        *c = (struct mr_channel_config){.kind = channel[i].kind,
+                                        .number = channel[i].number,
+                                        .unit_per_code = mr_channel_gain(&channel[i]),
                                         .zero_code = known ? config.channel[i].zero_code : NAN,
-                                        .calibrated_day = known ? config.channel[i].calibrated_day : 1u};
+                                        .calibrated_day = known ? config.channel[i].calibrated_day
+                                                                : 1u};
         if (known)
             memcpy(c->serial, config.channel[i].serial, sizeof c->serial);
     }
@@ -116,14 +125,16 @@ static void follow(struct calibrationpast *past, const struct moment *moment)
         struct jump jump;
         if (is->kind == MR_KIND_NONE || (!moment->said && jump_find(was, is, &jump)))
             continue;
-        float zero_code = isnan(is->zero_code) && was->kind == is->kind ? was->zero_code : is->zero_code;
+        float zero_code = isnan(is->zero_code) && was->kind == is->kind ? was->zero_code
+                                                                        : is->zero_code;
         *was = *is;
         was->zero_code = zero_code;
         past->run[i] = moment->run;
     }
 }
 
-enum mr_status calibrationpast_read(struct store *store, const char *board_uid, struct calibrationpast *past, struct error *error)
+enum mr_status calibrationpast_read(struct store *store, const char *board_uid,
+                                    struct calibrationpast *past, struct error *error)
 {
     struct store_landing *rows = NULL;
     struct moments moments = {0};
@@ -154,22 +165,27 @@ json_t *calibrationpast_json(const struct mr_config *config, uint32_t only)
         if (!(only >> i & 1u) || !mr_channel_measures(c))
             continue;
         jump_channel(i, name);
-        json_array_append_new(list, json_pack("{sssisososs%sI}", "channel", name, "number", c->number, "gain",
-                                              cli_json_number((double)mr_channel_gain(c), 9), "zero_code",
-                                              cli_json_number((double)c->zero_code, 9), "serial", c->serial,
-                                              strnlen(c->serial, sizeof c->serial), "calibrated_day", (json_int_t)c->calibrated_day));
+        json_array_append_new(list,
+                              json_pack("{sssisososs%sI}", "channel", name, "number", c->number,
+                                        "gain", cli_json_number((double)mr_channel_gain(c), 9),
+                                        "zero_code", cli_json_number((double)c->zero_code, 9),
+                                        "serial", c->serial, strnlen(c->serial, sizeof c->serial),
+                                        "calibrated_day", (json_int_t)c->calibrated_day));
     }
     return list;
 }
 
-enum mr_status calibrationpast_say(struct store *store, const char *board_uid, const struct mr_config *config, uint32_t channels,
+enum mr_status calibrationpast_say(struct store *store, const char *board_uid,
+                                   const struct mr_config *config, uint32_t channels,
                                    const char *note, int64_t made_us, struct error *error)
 {
     const char *user = getenv("USER");
-    json_t *object = json_pack("{ssssso}", "note", note, "who", user ? user : "", "calibration", calibrationpast_json(config, channels));
+    json_t *object = json_pack("{ssssso}", "note", note, "who", user ? user : "", "calibration",
+                               calibrationpast_json(config, channels));
     struct store_readiness row = {.made_us = made_us, .verdict = "said"};
     if (!object)
-        return error_set(error, MR_USAGE, "a note that is no UTF-8 text: '%s'; write it in plain letters", note);
+        return error_set(error, MR_USAGE,
+                         "a note that is no UTF-8 text: '%s'; write it in plain letters", note);
     row.checks = json_dumps(object, JSON_COMPACT);
     json_decref(object);
     if (!row.checks)

@@ -12,7 +12,8 @@ const struct mr_config_field *configplace_field(struct configplace at)
 void *configplace_bytes(const struct mr_config *config, struct configplace at)
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
-    return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size + group->fields[at.field].offset;
+    return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size +
+           group->fields[at.field].offset;
 }
 
 /* The next one in the order of the table; false: that was the last. Begin with {0}. */
@@ -33,7 +34,8 @@ void configplace_name(struct configplace at, char out[CONFIGPLACE_NAME])
     if (group->count == 1)
         snprintf(out, CONFIGPLACE_NAME, "%s.%s", group->name, configplace_field(at)->name);
     else
-        snprintf(out, CONFIGPLACE_NAME, "%s[%u].%s", group->name, at.index + 1, configplace_field(at)->name);
+        snprintf(out, CONFIGPLACE_NAME, "%s[%u].%s", group->name, at.index + 1,
+                 configplace_field(at)->name);
 }
 
 bool configplace_is_day(const struct mr_config_field *field)
@@ -42,12 +44,14 @@ bool configplace_is_day(const struct mr_config_field *field)
     return length > 4 && strcmp(field->name + length - 4, "_day") == 0;
 }
 
-/* Days since 1970-01-01 of the Gregorian calendar and back: years begin in March, 400 of them have 146097 days. */
+/* Days since 1970-01-01 of the Gregorian calendar and back: years begin in March, 400 of them have
+ * 146097 days. */
 int64_t configplace_day(int64_t year, unsigned month, unsigned day)
 {
     int64_t y = year - (month <= 2);
     unsigned from_march = (month + 9) % 12;
-    return 365 * y + y / 4 - y / 100 + y / 400 + (int64_t)((153 * from_march + 2) / 5 + day - 1) - 719468;
+    return 365 * y + y / 4 - y / 100 + y / 400 + (int64_t)((153 * from_march + 2) / 5 + day - 1) -
+           719468;
 }
 
 void configplace_date(uint32_t days, unsigned *year, unsigned *month, unsigned *day)
@@ -67,15 +71,9 @@ static uint32_t integer_at(const struct mr_config_field *field, const void *byte
     uint16_t half;
     uint32_t word;
     switch (field->type) {
-    case MR_CONFIG_TYPE_u8:
-        memcpy(&small, bytes, sizeof small);
-        return small;
-    case MR_CONFIG_TYPE_u16:
-        memcpy(&half, bytes, sizeof half);
-        return half;
-    default:
-        memcpy(&word, bytes, sizeof word);
-        return word;
+    case MR_CONFIG_TYPE_u8: memcpy(&small, bytes, sizeof small); return small;
+    case MR_CONFIG_TYPE_u16: memcpy(&half, bytes, sizeof half); return half;
+    default: memcpy(&word, bytes, sizeof word); return word;
     }
 }
 
@@ -110,11 +108,13 @@ static void write_reals(const float *values, unsigned count, char *out, size_t s
         if (isnan(values[i]))
             used += (size_t)snprintf(out + used, size - used, "%smissing", i ? " " : "");
         else
-            used += (size_t)snprintf(out + used, size - used, "%s%.9g", i ? " " : "", (double)values[i]);
+            used += (size_t)snprintf(out + used, size - used, "%s%.9g", i ? " " : "",
+                                     (double)values[i]);
     }
 }
 
-void configplace_value(const struct mr_config_field *field, const void *bytes, char out[CONFIGPLACE_VALUE])
+void configplace_value(const struct mr_config_field *field, const void *bytes,
+                       char out[CONFIGPLACE_VALUE])
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)
         write_text(bytes, field->count, out, CONFIGPLACE_VALUE);

@@ -1,4 +1,5 @@
-/* One field of one member of the configuration: its name, its bytes, its value and its limits as text. Days are written as dates. */
+/* One field of one member of the configuration: its name, its bytes, its value and its limits as
+ * text. Days are written as dates. */
 #ifndef MATRIG_HOST_CONFIGPLACE_H
 #define MATRIG_HOST_CONFIGPLACE_H
 
@@ -8,7 +9,7 @@
 
 #include "common/config.h"
 
-#define CONFIGPLACE_NAME 80u   /* "channel[3].unit_per_code" and its end */
+#define CONFIGPLACE_NAME  80u  /* "channel[3].unit_per_code" and its end */
 #define CONFIGPLACE_VALUE 200u /* a value as text and its end */
 
 struct configplace {
@@ -28,7 +29,8 @@ bool configplace_is_day(const struct mr_config_field *field);
 int64_t configplace_day(int64_t year, unsigned month, unsigned day);
 void configplace_date(uint32_t days, unsigned *year, unsigned *month, unsigned *day);
 
-void configplace_value(const struct mr_config_field *field, const void *bytes, char out[CONFIGPLACE_VALUE]);
+void configplace_value(const struct mr_config_field *field, const void *bytes,
+                       char out[CONFIGPLACE_VALUE]);
 /* "from 1 to 512". */
 void configplace_limits(const struct mr_config_field *field, char *out, size_t size);
 

@@ -6,11 +6,12 @@
 #include "common/wire.h"
 #include "host/board/configtext.h"
 
-#define WINDOW_S 2.0   /* without the answer to a window of words, they are sent again */
-#define WINDOW 16u     /* words; the board's queues hold more */
-#define ROUNDS 6       /* of asking for what has not come, of sending what did not arrive */
+#define WINDOW_S 2.0 /* without the answer to a window of words, they are sent again */
+#define WINDOW   16u /* words; the board's queues hold more */
+#define ROUNDS   6   /* of asking for what has not come, of sending what did not arrive */
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct configtalk *talk = context;
     struct mr_config_staged staged;
@@ -34,13 +35,13 @@ static enum mr_status take(void *context, const struct dialogue_message *message
             talk->staged = true;
         }
         break;
-    default:
-        break;
+    default: break;
     }
     return MR_OK;
 }
 
-enum mr_status configtalk_begin(struct configtalk *talk, struct dialogue *dialogue, struct error *error)
+enum mr_status configtalk_begin(struct configtalk *talk, struct dialogue *dialogue,
+                                struct error *error)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
@@ -48,9 +49,11 @@ enum mr_status configtalk_begin(struct configtalk *talk, struct dialogue *dialog
     return dialogue_hello(dialogue, dialogue_flag, &talk->state_known, error);
 }
 
-static enum mr_status order(struct configtalk *talk, uint8_t code, uint32_t argument, struct mr_ack *ack, struct error *error)
+static enum mr_status order(struct configtalk *talk, uint8_t code, uint32_t argument,
+                            struct mr_ack *ack, struct error *error)
 {
-    const struct dialogue_order order = {.code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_S};
+    const struct dialogue_order order = {
+        .code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_S};
     talk->refused = false;
     enum mr_status status = dialogue_order(talk->dialogue, &order, ack, error);
     return status == MR_TIMEOUT ? dialogue_lost(talk->dialogue, code, error) : status;
@@ -58,7 +61,9 @@ static enum mr_status order(struct configtalk *talk, uint8_t code, uint32_t argu
 
 static enum mr_status not_now(const struct configtalk *talk, struct error *error)
 {
-    return error_set(error, MR_NOT_NOW, "the configuration is locked, a landing is armed or going on: %s; disarm it, or wait until it is done",
+    return error_set(error, MR_NOT_NOW,
+                     "the configuration is locked, a landing is armed or going on: %s; disarm it, "
+                     "or wait until it is done",
                      dialogue_spec(talk->dialogue));
 }
 
@@ -67,43 +72,60 @@ static enum mr_status ask_for_words(struct configtalk *talk, struct error *error
 {
     struct mr_ack ack;
     talk->words.ended = false;
-    enum mr_status status = order(talk, MR_COMMAND_CONFIG_READ, configwords_absent(&talk->words), &ack, error);
+    enum mr_status status = order(talk, MR_COMMAND_CONFIG_READ, configwords_absent(&talk->words),
+                                  &ack, error);
     if (status == MR_OK && ack.status != MR_OK)
         return ack.status == MR_NOT_NOW
-                   ? not_now(talk, error)
-                   : error_set(error, (enum mr_status)ack.status, "the board does not tell its configuration: %s; %s",
-                               dialogue_spec(talk->dialogue), mr_status_text((enum mr_status)ack.status));
+                 ? not_now(talk, error)
+                 : error_set(error, (enum mr_status)ack.status,
+                             "the board does not tell its configuration: %s; %s",
+                             dialogue_spec(talk->dialogue),
+                             mr_status_text((enum mr_status)ack.status));
     if (status == MR_OK)
-        status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->words.ended, &talk->told, WINDOW_S, error);
+        status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->words.ended,
+                                       &talk->told, WINDOW_S, error);
     if (status == MR_TIMEOUT && error->status == MR_OK) /* what has not come is asked for again */
         status = MR_OK;
     if (status == MR_OK && talk->words.there && talk->words.there != MR_CONFIG_WORDS)
-        return error_set(error, MR_VERSION, "the board's configuration has %u words, this matrig's %u: %s; use the matrig of its firmware",
+        return error_set(error, MR_VERSION,
+                         "the board's configuration has %u words, this matrig's %u: %s; use the "
+                         "matrig of its firmware",
                          talk->words.there, MR_CONFIG_WORDS, dialogue_spec(talk->dialogue));
     return status;
 }
 
-enum mr_status configtalk_get(struct configtalk *talk, struct mr_config *config, uint32_t *crc, struct error *error)
+enum mr_status configtalk_get(struct configtalk *talk, struct mr_config *config, uint32_t *crc,
+                              struct error *error)
 {
     enum mr_status status = MR_OK;
     talk->words = (struct configwords){.there = 0};
-    for (int round = 0; status == MR_OK && round < ROUNDS && configwords_absent(&talk->words) < MR_CONFIG_WORDS; round++)
+    for (int round = 0;
+         status == MR_OK && round < ROUNDS && configwords_absent(&talk->words) < MR_CONFIG_WORDS;
+         round++)
         status = ask_for_words(talk, error);
     if (status == MR_OK && configwords_absent(&talk->words) < MR_CONFIG_WORDS)
-        return error_set(error, MR_TIMEOUT, "the configuration did not come whole, word %u of %u is lost: %s; try again",
-                         configwords_absent(&talk->words), MR_CONFIG_WORDS, dialogue_spec(talk->dialogue));
+        return error_set(
+            error, MR_TIMEOUT,
+            "the configuration did not come whole, word %u of %u is lost: %s; try again",
+            configwords_absent(&talk->words), MR_CONFIG_WORDS, dialogue_spec(talk->dialogue));
     if (status != MR_OK)
         return status;
     status = configwords_decode(&talk->words, config, crc);
     if (status == MR_VERSION)
-        return error_set(error, status, "the board's configuration has other fields than this matrig's: %s; use the matrig of its firmware",
+        return error_set(error, status,
+                         "the board's configuration has other fields than this matrig's: %s; use "
+                         "the matrig of its firmware",
                          dialogue_spec(talk->dialogue));
-    return status == MR_OK ? MR_OK : error_set(error, status, "what the board told is no configuration (%s): %s; try again",
-                                               mr_status_text(status), dialogue_spec(talk->dialogue));
+    return status == MR_OK
+             ? MR_OK
+             : error_set(error, status,
+                         "what the board told is no configuration (%s): %s; try again",
+                         mr_status_text(status), dialogue_spec(talk->dialogue));
 }
 
 /* A window of words from `from` on, to the end of the board's next answer. */
-static enum mr_status send_window(struct configtalk *talk, const uint8_t *image, unsigned from, struct error *error)
+static enum mr_status send_window(struct configtalk *talk, const uint8_t *image, unsigned from,
+                                  struct error *error)
 {
     unsigned to = (from / WINDOW + 1) * WINDOW;
     enum mr_status status = MR_OK;
@@ -111,12 +133,15 @@ static enum mr_status send_window(struct configtalk *talk, const uint8_t *image,
     for (unsigned i = from; status == MR_OK && i < to && i < MR_CONFIG_WORDS; i++) {
         uint8_t payload[MR_MESSAGE_MAX];
         const uint8_t *p = image + 4u * i;
-        struct mr_config_word word = {.offset = (uint16_t)i, .tag = talk->tag, .value = mr_get_u32(&p)};
-        status = dialogue_send(talk->dialogue, MR_ID_CONFIG_WORD, payload, mr_config_word_put(&word, payload), error);
+        struct mr_config_word word = {
+            .offset = (uint16_t)i, .tag = talk->tag, .value = mr_get_u32(&p)};
+        status = dialogue_send(talk->dialogue, MR_ID_CONFIG_WORD, payload,
+                               mr_config_word_put(&word, payload), error);
     }
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, dialogue_flag, &talk->staged, WINDOW_S, error);
-    return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status; /* without an answer they are sent again */
+    /* without an answer they are sent again */
+    return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status;
 }
 
 static enum mr_status send_words(struct configtalk *talk, const uint8_t *image, struct error *error)
@@ -130,31 +155,41 @@ static enum mr_status send_words(struct configtalk *talk, const uint8_t *image, 
             return not_now(talk, error);
         idle = talk->staged && talk->progress.missing > from ? 0 : idle + 1;
         if (idle == ROUNDS)
-            return error_set(error, MR_TIMEOUT, "the board does not take word %u of the configuration: %s; is the link sound?", from,
-                             dialogue_spec(talk->dialogue));
+            return error_set(
+                error, MR_TIMEOUT,
+                "the board does not take word %u of the configuration: %s; is the link sound?",
+                from, dialogue_spec(talk->dialogue));
         if (talk->staged)
             from = talk->progress.missing;
     }
     return MR_OK;
 }
 
-static enum mr_status refused(const struct configtalk *talk, const struct mr_config *config, struct error *error)
+static enum mr_status refused(const struct configtalk *talk, const struct mr_config *config,
+                              struct error *error)
 {
     char text[500] = "it does not say why";
     const struct mr_config_refused *r = &talk->reason;
-    struct mr_config_reason reason = {.group = r->group, .index = r->index, .field = r->field, .element = r->element,
-                                      .rule = r->rule, .other = r->other};
+    struct mr_config_reason reason = {.group = r->group,
+                                      .index = r->index,
+                                      .field = r->field,
+                                      .element = r->element,
+                                      .rule = r->rule,
+                                      .other = r->other};
     if (talk->refused)
         configtext_reason(config, &reason, text, sizeof text);
-    return error_set(error, MR_LIMIT, "the board refuses the configuration: %s; %s", dialogue_spec(talk->dialogue), text);
+    return error_set(error, MR_LIMIT, "the board refuses the configuration: %s; %s",
+                     dialogue_spec(talk->dialogue), text);
 }
 
-enum mr_status configtalk_set(struct configtalk *talk, const struct mr_config *config, struct error *error)
+enum mr_status configtalk_set(struct configtalk *talk, const struct mr_config *config,
+                              struct error *error)
 {
     static uint8_t image[MR_CONFIG_IMAGE];
     struct mr_ack ack;
     uint32_t crc = mr_config_encode(config, image);
-    talk->tag = dialogue_next_tag(talk->dialogue); /* not that of the words somebody else left staged */
+    /* not that of the words somebody else left staged */
+    talk->tag = dialogue_next_tag(talk->dialogue);
     enum mr_status status = send_words(talk, image, error);
     if (status == MR_OK)
         status = order(talk, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
@@ -165,8 +200,11 @@ enum mr_status configtalk_set(struct configtalk *talk, const struct mr_config *c
     if (ack.status == MR_LIMIT)
         return refused(talk, config, error);
     if (ack.status == MR_IO)
-        return error_set(error, MR_IO, "the board's flash failed: %s; the old configuration is in force; try again, then change the board",
+        return error_set(error, MR_IO,
+                         "the board's flash failed: %s; the old configuration is in force; try "
+                         "again, then change the board",
                          dialogue_spec(talk->dialogue));
-    return error_set(error, (enum mr_status)ack.status, "the board refuses the configuration: %s; %s", dialogue_spec(talk->dialogue),
+    return error_set(error, (enum mr_status)ack.status,
+                     "the board refuses the configuration: %s; %s", dialogue_spec(talk->dialogue),
                      mr_status_text((enum mr_status)ack.status));
 }

@@ -15,12 +15,14 @@ struct words {
     const char *unit, *text;
 };
 
+/* clang-format off */
 #define GROUP(name, count) static const struct words name##_words[] = {
 #define INTEGER(group, type, field, least, most, unit, text) {unit, text},
 #define REAL(group, field, least, most, unit, text) {unit, text},
 #define REALS(group, field, count, least, most, unit, text) {unit, text},
 #define TEXT(group, field, size, text) {"", text},
 #define END(name) };
+/* clang-format on */
 #include "common/config.def"
 
 static const struct words *const words[] = {
@@ -36,9 +38,11 @@ static void write_legend(FILE *file, unsigned group)
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
         bool day = configplace_is_day(field);
         if (day) /* as it is written here, not as it is stored */
-            fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name, (int)strcspn(w->text, ",;"), w->text);
+            fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
+                    (int)strcspn(w->text, ",;"), w->text);
         else
-            fprintf(file, "#     %-18s %s%s%s\n", field->name, w->unit, w->unit[0] ? ": " : "", w->text);
+            fprintf(file, "#     %-18s %s%s%s\n", field->name, w->unit, w->unit[0] ? ": " : "",
+                    w->text);
     }
 }
 
@@ -50,7 +54,9 @@ char *configtext_write(const struct mr_config *config)
     struct configplace at = {0};
     if (!file)
         abort();
-    fputs("# matrig configuration. One field a line, each exactly once; matrig board config check FILE reads it.\n", file);
+    fputs("# matrig configuration. One field a line, each exactly once; matrig board config check "
+          "FILE reads it.\n",
+          file);
     do {
         char name[CONFIGPLACE_NAME], value[CONFIGPLACE_VALUE];
         const char *unit = words[at.group][at.field].unit;
@@ -60,7 +66,8 @@ char *configtext_write(const struct mr_config *config)
             fputc('\n', file);
         configplace_name(at, name);
         configplace_value(configplace_field(at), configplace_bytes(config, at), value);
-        fprintf(file, "%s = %s%s%s\n", name, value, unit[0] && !configplace_is_day(configplace_field(at)) ? "  # " : "",
+        fprintf(file, "%s = %s%s%s\n", name, value,
+                unit[0] && !configplace_is_day(configplace_field(at)) ? "  # " : "",
                 configplace_is_day(configplace_field(at)) ? "" : unit);
     } while (configplace_next(&at));
     if (fclose(file) != 0)
@@ -86,7 +93,8 @@ static size_t number_of(struct configplace at)
     return number + (size_t)at.index * mr_config_groups[at.group].field_count + at.field;
 }
 
-static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what, const char *advice)
+static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what,
+                               const char *advice)
 {
     return error_set(r->error, status, "%s: %s:%u; %s", what, r->name, r->line, advice);
 }
@@ -110,10 +118,12 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
     unsigned index = 0;
     int used = 0;
     const char *rest = *p;
-    bool bracket = sscanf(rest, "%31[a-z_][%9u].%47[a-z_0-9]%n", group, &index, field, &used) == 3 && used;
+    bool bracket =
+        sscanf(rest, "%31[a-z_][%9u].%47[a-z_0-9]%n", group, &index, field, &used) == 3 && used;
     if (!bracket && (sscanf(rest, "%31[a-z_].%47[a-z_0-9]%n", group, field, &used) != 2 || !used)) {
         snprintf(what, sizeof what, "no field: `%.60s`", rest);
-        return complain(r, MR_MALFORMED, what, "a line is group[index].field = value, or begins with #");
+        return complain(r, MR_MALFORMED, what,
+                        "a line is group[index].field = value, or begins with #");
     }
     *at = (struct configplace){0};
     while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
@@ -202,7 +212,8 @@ static bool read_day(const char *p, uint64_t *days)
     *days = 0;
     if (strncmp(p, "never", 5) == 0)
         return ends(p + 5);
-    if (sscanf(p, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 || used != 10 || month < 1 || month > 12 || year < 1970)
+    if (sscanf(p, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 || used != 10 || month < 1 ||
+        month > 12 || year < 1970)
         return false;
     *days = (uint64_t)configplace_day(year, month, day);
     configplace_date((uint32_t)*days, &y, &m, &d);
@@ -219,7 +230,8 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
         char *end;
         errno = 0;
         value = strtoull(p, &end, 10);
-        if (!isdigit((unsigned char)*p) || errno || !ends(end) || strchr("0123456789.", *end ? *end : ' '))
+        if (!isdigit((unsigned char)*p) || errno || !ends(end) ||
+            strchr("0123456789.", *end ? *end : ' '))
             return false;
     }
     if (value < field->least || value > field->most)
@@ -283,7 +295,9 @@ static enum mr_status check(struct reader *r)
         if (!r->line_of[number++]) {
             char name[CONFIGPLACE_NAME];
             configplace_name(at, name);
-            return error_set(r->error, MR_MALFORMED, "%s is not there: %s; every field is needed: matrig board config get writes them all",
+            return error_set(r->error, MR_MALFORMED,
+                             "%s is not there: %s; every field is needed: matrig board config get "
+                             "writes them all",
                              name, r->name);
         }
     } while (configplace_next(&at));
@@ -298,9 +312,11 @@ static enum mr_status check(struct reader *r)
     return complain(r, MR_LIMIT, text, advice ? advice + 2 : "mend it");
 }
 
-enum mr_status configtext_read(const char *text, const char *name, struct mr_config *config, struct error *error)
+enum mr_status configtext_read(const char *text, const char *name, struct mr_config *config,
+                               struct error *error)
 {
-    struct configplace end = {.group = MR_CONFIG_GROUPS - 1, .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
+    struct configplace end = {.group = MR_CONFIG_GROUPS - 1,
+                              .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
     static struct mr_config read;
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
@@ -339,9 +355,12 @@ enum mr_status configtext_load(const char *path, struct mr_config *config, struc
         fclose(file);
     enum mr_status status = MR_OK;
     if (failed)
-        status = error_set(error, MR_IO, "cannot be read (%s): %s; matrig board config get -o FILE makes one", strerror(why), path);
+        status = error_set(error, MR_IO,
+                           "cannot be read (%s): %s; matrig board config get -o FILE makes one",
+                           strerror(why), path);
     else if (strlen(text) != length || length == FILE_MAX)
-        status = error_set(error, MR_MALFORMED, "no text: %s; is it the file that matrig board config get wrote?", path);
+        status = error_set(error, MR_MALFORMED,
+                           "no text: %s; is it the file that matrig board config get wrote?", path);
     else
         status = configtext_read(text, path, config, error);
     free(text);
@@ -349,7 +368,9 @@ enum mr_status configtext_load(const char *path, struct mr_config *config, struc
 }
 
 unsigned configtext_compare(const struct mr_config *old, const struct mr_config *new,
-                            void (*each)(void *context, const char *field, const char *old, const char *new), void *context)
+                            void (*each)(void *context, const char *field, const char *old,
+                                         const char *new),
+                            void *context)
 {
     struct configplace at = {0};
     unsigned differ = 0;

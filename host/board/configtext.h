@@ -1,13 +1,15 @@
-/* The configuration as text for people: one `group[index].field = value` per line, `#` begins a comment.
+/* The configuration as text for people: one `group[index].field = value` per line, `#` begins a
+ * comment.
  *
  *     site.name = "rig"
  *     channel[1].unit_per_code = 0.00161132799    # inches or pounds per code
  *     channel[1].calibrated_day = 2026-03-14
  *
- * Members count from 1: channel[1] to [8] are the transducers' inputs, [9] to [22] the gages', [23] the staircase, [24] the reference;
- * gate[1] is the first switch. Reals are decimal numbers or `missing`; several are separated by blanks; texts stand in double
- * quotes, with \" and \\ in them; days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order. What is written
- * reads back bit for bit. */
+ * Members count from 1: channel[1] to [8] are the transducers' inputs, [9] to [22] the gages', [23]
+ * the staircase, [24] the reference; gate[1] is the first switch. Reals are decimal numbers or
+ * `missing`; several are separated by blanks; texts stand in double quotes, with \" and \\ in them;
+ * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order. What is
+ * written reads back bit for bit. */
 #ifndef MATRIG_HOST_CONFIGTEXT_H
 #define MATRIG_HOST_CONFIGTEXT_H
 
@@ -18,17 +20,22 @@
 
 /* The text; the caller frees it. */
 char *configtext_write(const struct mr_config *config);
-/* Reads a text and checks it (mr_config_check). `name` is the file's, for the error, which names the line, what is wrong there and what
- * would be right: MR_MALFORMED, MR_UNKNOWN, MR_LIMIT. */
-enum mr_status configtext_read(const char *text, const char *name, struct mr_config *config, struct error *error);
+/* Reads a text and checks it (mr_config_check). `name` is the file's, for the error, which names
+ * the line, what is wrong there and what would be right: MR_MALFORMED, MR_UNKNOWN, MR_LIMIT. */
+enum mr_status configtext_read(const char *text, const char *name, struct mr_config *config,
+                               struct error *error);
 /* The same of a file. MR_IO: cannot be read. */
 enum mr_status configtext_load(const char *path, struct mr_config *config, struct error *error);
 
 /* Why a configuration is refused: "channel[3].number is 2, which channel[1] has; ...". */
-void configtext_reason(const struct mr_config *config, const struct mr_config_reason *reason, char *out, size_t size);
+void configtext_reason(const struct mr_config *config, const struct mr_config_reason *reason,
+                       char *out, size_t size);
 
-/* Calls `each` for every field in which they differ, with its name and both values as the text writes them. Returns how many. */
+/* Calls `each` for every field in which they differ, with its name and both values as the text
+ * writes them. Returns how many. */
 unsigned configtext_compare(const struct mr_config *old, const struct mr_config *new,
-                            void (*each)(void *context, const char *field, const char *old, const char *new), void *context);
+                            void (*each)(void *context, const char *field, const char *old,
+                                         const char *new),
+                            void *context);
 
 #endif

@@ -23,7 +23,8 @@ unsigned configwords_absent(const struct configwords *words)
     return word;
 }
 
-enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config, uint32_t *crc)
+enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config,
+                                  uint32_t *crc)
 {
     const uint8_t *p = words->image + MR_CONFIG_IMAGE - 4;
     *crc = mr_get_u32(&p);

@@ -1,4 +1,5 @@
-/* A configuration as a board tells it: its words, one message `config_image` each, in any order, some of them lost. */
+/* A configuration as a board tells it: its words, one message `config_image` each, in any order,
+ * some of them lost. */
 #ifndef MATRIG_HOST_BOARD_CONFIGWORDS_H
 #define MATRIG_HOST_BOARD_CONFIGWORDS_H
 
@@ -19,6 +20,7 @@ void configwords_take(struct configwords *words, const uint8_t *bytes, size_t le
 /* The first that is to be asked for; MR_CONFIG_WORDS: all came. */
 unsigned configwords_absent(const struct configwords *words);
 /* When all came: the configuration, and the CRC that it ends with. Statuses as mr_config_decode. */
-enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config, uint32_t *crc);
+enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config,
+                                  uint32_t *crc);
 
 #endif

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define ALL_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
-#define FLASH 0x08000000u
+#define FLASH     0x08000000u
 #define FLASH_END 0x08100000u
 #define PLACE_MAX 120
 
@@ -22,14 +22,18 @@ bool crash_take(struct crash_report *report, const struct mr_crash *message)
 
 void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size)
 {
-    const struct mr_symbol *symbol = symbols && symbols->count ? mr_symbols_at(symbols, address & ~1u) : NULL;
+    const struct mr_symbol *symbol = symbols && symbols->count
+                                       ? mr_symbols_at(symbols, address & ~1u)
+                                       : NULL;
     if (symbol)
-        snprintf(out, size, "0x%08x (%s+0x%x)", (unsigned)address, symbol->name, (unsigned)((address & ~1u) - symbol->address));
+        snprintf(out, size, "0x%08x (%s+0x%x)", (unsigned)address, symbol->name,
+                 (unsigned)((address & ~1u) - symbol->address));
     else
         snprintf(out, size, "0x%08x", (unsigned)address);
 }
 
-void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out, size_t size)
+void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out,
+                    size_t size)
 {
     const uint32_t *word = report->word;
     char place[PLACE_MAX], running[64] = "";
@@ -37,14 +41,18 @@ void crash_headline(const struct crash_report *report, const struct mr_symbols *
     crash_place(word[MR_CRASH_PC], symbols, place, sizeof place);
     if (word[MR_CRASH_TASK])
         snprintf(running, sizeof running, ", in %s", mr_task_text(word[MR_CRASH_TASK]));
-    snprintf(out, size, "the board restarted after a%s %s at %s%s, block %u%s", report->age ? "n earlier" : "",
-             mr_crash_kind_text(word[MR_CRASH_KIND]), place, running, (unsigned)word[MR_CRASH_BLOCK],
+    snprintf(out, size, "the board restarted after a%s %s at %s%s, block %u%s",
+             report->age ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]), place,
+             running, (unsigned)word[MR_CRASH_BLOCK],
              named ? "" : " (function unknown without --elf)");
 }
 
-void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols, struct answer *answer)
+void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols,
+                  struct answer *answer)
 {
-    const struct mr_symbol *at = symbols && symbols->count ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u) : NULL;
+    const struct mr_symbol *at = symbols && symbols->count
+                                   ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u)
+                                   : NULL;
     char text[300], label[20];
     answer_open(answer, "crash", "");
     crash_headline(report, symbols, text, sizeof text);

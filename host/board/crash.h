@@ -21,12 +21,14 @@ _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word"
 /* Takes one word. True: now all are there, and were not before this one. */
 bool crash_take(struct crash_report *report, const struct mr_crash *message);
 
-/* One line without its end: "the board restarted after a usage fault at 0x0801234a in take_block+0x12 ...". `symbols` NULL: the
- * function is not known. */
-void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out, size_t size);
+/* One line without its end: "the board restarted after a usage fault at 0x0801234a in
+ * take_block+0x12 ...". `symbols` NULL: the function is not known. */
+void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out,
+                    size_t size);
 /* An address, with its function where it has one. */
 void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size);
 /* Headline, registers, stack: object `crash`. */
-void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols, struct answer *answer);
+void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols,
+                  struct answer *answer);
 
 #endif

@@ -11,8 +11,8 @@
 #include "host/link/diagnose.h"
 
 #define SERIAL_BYTES 16384u
-#define CAN_FRAMES 64   /* of one turn */
-#define LAST_TURNS 16   /* behind a deadline, while more waits to be read */
+#define CAN_FRAMES   64 /* of one turn */
+#define LAST_TURNS   16 /* behind a deadline, while more waits to be read */
 
 /* ---- links ---- */
 
@@ -25,16 +25,19 @@ static double monotonic_s(void)
 
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial)
 {
-    *dialogue = (struct dialogue){.now_s = monotonic_s, .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
+    *dialogue = (struct dialogue){.now_s = monotonic_s,
+                                  .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
     dialogue->kind = serial ? LINK_SERIAL : LINK_CAN;
     dialogue->tag = (uint16_t)(link_now_us() / 1000u); /* not that of who else asks */
     mr_deframer_init(&dialogue->deframer);
 }
 
-enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial, struct error *error)
+enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
+                             struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
-    enum mr_status status = serial ? link_open(serial, LINK_SERIAL, &link[LINK_SERIAL], error) : MR_OK;
+    enum mr_status status = serial ? link_open(serial, LINK_SERIAL, &link[LINK_SERIAL], error)
+                                   : MR_OK;
     if (status == MR_OK && can)
         status = link_open(can, LINK_CAN, &link[LINK_CAN], error);
     dialogue_begin(dialogue, link[LINK_CAN], link[LINK_SERIAL]);
@@ -85,14 +88,16 @@ void dialogue_forget(struct dialogue *dialogue)
 static void take_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
     struct mr_ack heard;
-    if (!dialogue->asking || dialogue->answered || mr_ack_get(&heard, message->payload, message->length) != MR_OK ||
+    if (!dialogue->asking || dialogue->answered ||
+        mr_ack_get(&heard, message->payload, message->length) != MR_OK ||
         heard.code != dialogue->answer.code || heard.tag != dialogue->answer.tag)
         return;
     dialogue->answer = heard;
     dialogue->answered = true;
 }
 
-static enum mr_status take(struct dialogue *dialogue, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(struct dialogue *dialogue, const struct dialogue_message *message,
+                           struct error *error)
 {
     enum mr_status status = MR_OK;
     if (message->kind == dialogue->kind) {
@@ -113,12 +118,16 @@ static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, stru
     uint8_t bytes[SERIAL_BYTES];
     size_t length;
     uint64_t host_us;
-    enum mr_status status = link_receive_bytes(dialogue->link[LINK_SERIAL], bytes, sizeof bytes, &length, &host_us, error);
+    enum mr_status status = link_receive_bytes(dialogue->link[LINK_SERIAL], bytes, sizeof bytes,
+                                               &length, &host_us, error);
     *came |= status == MR_OK;
     for (size_t i = 0; status == MR_OK && i < length; i++) {
         struct mr_frame frame;
         if (mr_deframer_push(&dialogue->deframer, bytes[i], &frame) == MR_OK)
-            status = take(dialogue, &(struct dialogue_message){LINK_SERIAL, frame.type, frame.seq, frame.payload, frame.length, host_us}, error);
+            status = take(dialogue,
+                          &(struct dialogue_message){LINK_SERIAL, frame.type, frame.seq,
+                                                     frame.payload, frame.length, host_us},
+                          error);
     }
     return status;
 }
@@ -131,13 +140,17 @@ static enum mr_status receive_can(struct dialogue *dialogue, bool *came, struct 
         status = link_receive_frame(dialogue->link[LINK_CAN], &can, error);
         *came |= status == MR_OK;
         if (status == MR_OK && !(can.id & (LINK_ID_ERROR | LINK_ID_REMOTE | LINK_ID_EXTENDED)))
-            status = take(dialogue, &(struct dialogue_message){LINK_CAN, can.id, 0, can.data, can.length, can.host_us}, error);
+            status = take(
+                dialogue,
+                &(struct dialogue_message){LINK_CAN, can.id, 0, can.data, can.length, can.host_us},
+                error);
     }
     return status;
 }
 
 /* What waits to be read of both links. `*came`: something did. */
-static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS], bool *came, struct error *error)
+static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
+                              bool *came, struct error *error)
 {
     *came = false;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -146,9 +159,12 @@ static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LIN
         ready[kind] = (struct pollfd){.fd = -1, .events = POLLIN};
         if (!link)
             continue;
-        enum mr_status status = kind == LINK_CAN ? receive_can(dialogue, came, error) : receive_serial(dialogue, came, error);
+        enum mr_status status = kind == LINK_CAN ? receive_can(dialogue, came, error)
+                                                 : receive_serial(dialogue, came, error);
         if (status == MR_CLOSED)
-            return error_set(error, MR_CLOSED, "the board closed the link: %s; is it still running?", link_spec(link));
+            return error_set(error, MR_CLOSED,
+                             "the board closed the link: %s; is it still running?",
+                             link_spec(link));
         if (status != MR_OK && status != MR_TOO_FEW)
             return status;
         status = link_service(link, &away);
@@ -159,13 +175,16 @@ static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LIN
     return MR_OK;
 }
 
-static enum mr_status turn(struct dialogue *dialogue, double most_s, bool *came, struct error *error)
+static enum mr_status turn(struct dialogue *dialogue, double most_s, bool *came,
+                           struct error *error)
 {
     struct pollfd ready[LINK_KINDS];
     int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_TURN_S));
     enum mr_status status = receive(dialogue, ready, came, error);
-    if (status == MR_OK && !*came && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 && errno != EINTR)
-        return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno), dialogue_spec(dialogue));
+    if (status == MR_OK && !*came && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
+        errno != EINTR)
+        return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno),
+                         dialogue_spec(dialogue));
     return status;
 }
 
@@ -177,8 +196,9 @@ enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct er
     return turn(dialogue, most_s, &came, error);
 }
 
-enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done, const void *context, const size_t *progress,
-                                     double within_s, struct error *error)
+enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done,
+                                     const void *context, const size_t *progress, double within_s,
+                                     struct error *error)
 {
     double until_s = dialogue->now_s() + within_s;
     size_t before = progress ? *progress : 0;
@@ -199,7 +219,8 @@ enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *d
     return MR_OK;
 }
 
-enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context, double within_s, struct error *error)
+enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context,
+                              double within_s, struct error *error)
 {
     return dialogue_while_coming(dialogue, done, context, NULL, within_s, error);
 }
@@ -218,10 +239,12 @@ struct greeting {
 static bool greeted(const void *context)
 {
     const struct greeting *greeting = context;
-    return greeting->dialogue->identity.hello_known && (!greeting->done || greeting->done(greeting->context));
+    return greeting->dialogue->identity.hello_known &&
+           (!greeting->done || greeting->done(greeting->context));
 }
 
-enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context, struct error *error)
+enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context,
+                              struct error *error)
 {
     const struct greeting greeting = {dialogue, done, context};
     enum mr_status status = dialogue_until(dialogue, greeted, &greeting, DIALOGUE_HELLO_S, error);
@@ -231,7 +254,8 @@ enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, co
 enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct error *error)
 {
     const struct identity *identity = &dialogue->identity;
-    enum mr_status status = dialogue_until(dialogue, dialogue_flag, &identity->commit_known, within_s, error);
+    enum mr_status status = dialogue_until(dialogue, dialogue_flag, &identity->commit_known,
+                                           within_s, error);
     return status == MR_TIMEOUT && identity->image_known ? MR_OK : status;
 }
 
@@ -250,9 +274,10 @@ bool dialogue_repeats(unsigned code)
     case MR_COMMAND_RUNWAY_FORGET:
     case MR_COMMAND_RUNWAY_READ:
     case MR_COMMAND_RUNWAY_JOINTS:
-    case MR_COMMAND_RUNWAY_WORD:
-        return true;
-    default: /* the second would be refused because of the first, end something twice, or be a second mark or picture */
+    case MR_COMMAND_RUNWAY_WORD: return true;
+    default:
+        /* the second would be refused because of the first, end something twice, or be a second
+         * mark or picture */
         return false;
     }
 }
@@ -267,15 +292,19 @@ uint16_t dialogue_next_tag(struct dialogue *dialogue)
     return ++dialogue->tag;
 }
 
-enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload, size_t length, struct error *error)
+enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload,
+                             size_t length, struct error *error)
 {
     return link_send_message(dialogue_link(dialogue), dialogue->seq++, id, payload, length, error);
 }
 
-enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order, struct mr_ack *answer, struct error *error)
+enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,
+                              struct mr_ack *answer, struct error *error)
 {
     uint8_t payload[MR_MESSAGE_MAX];
-    const struct mr_command command = {.code = order->code, .index = order->index, .argument = order->argument,
+    const struct mr_command command = {.code = order->code,
+                                       .index = order->index,
+                                       .argument = order->argument,
                                        .tag = dialogue_next_tag(dialogue)};
     size_t length = mr_command_put(&command, payload);
     unsigned tries = dialogue_repeats(order->code) && order->tries > 1 ? order->tries : 1;
@@ -286,10 +315,12 @@ enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_o
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++) {
         status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error);
         if (status == MR_OK)
-            status = dialogue_until(dialogue, dialogue_flag, &dialogue->answered, order->answer_s, error);
+            status = dialogue_until(dialogue, dialogue_flag, &dialogue->answered, order->answer_s,
+                                    error);
     }
     dialogue->asking = false;
-    if (status == MR_TIMEOUT && error->status == MR_OK && order->taken && order->taken(order->context))
+    if (status == MR_TIMEOUT && error->status == MR_OK && order->taken &&
+        order->taken(order->context))
         status = MR_OK; /* only the answer was lost: it stands as awaited, with status 0 */
     *answer = dialogue->answer;
     return status;
@@ -302,14 +333,17 @@ enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *
 
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error)
 {
-    return error_set(error, MR_TIMEOUT, "the board does not answer `%s`: %s; is it running and connected?", mr_command_name(code),
-                     dialogue_spec(dialogue));
+    return error_set(error, MR_TIMEOUT,
+                     "the board does not answer `%s`: %s; is it running and connected?",
+                     mr_command_name(code), dialogue_spec(dialogue));
 }
 
-enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer, const char *not_now, struct error *error)
+enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,
+                                const char *not_now, struct error *error)
 {
     enum mr_status why = (enum mr_status)answer->status;
     bool now = why == MR_NOT_NOW && not_now;
-    return error_set(error, why, "the board refuses `%s`%s: %s; %s", mr_command_name(answer->code), now ? " now" : "", dialogue_spec(dialogue),
+    return error_set(error, why, "the board refuses `%s`%s: %s; %s", mr_command_name(answer->code),
+                     now ? " now" : "", dialogue_spec(dialogue),
                      now ? not_now : mr_status_text(why));
 }

@@ -1,23 +1,24 @@
-/* The conversation with one board: who speaks, orders and their answers, waiting, and what else the board says.
+/* The conversation with one board: who speaks, orders and their answers, waiting, and what else the
+ * board says.
  *
- *     struct dialogue dialogue;
- *     struct mr_ack answer;
- *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
- *     dialogue_subscribe(&dialogue, take, talk);
- *     status = dialogue_hello(&dialogue, NULL, NULL, error);
- *     status = dialogue_order(&dialogue, &(struct dialogue_order){.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3}, &answer, error);
+ *     struct dialogue dialogue; struct mr_ack answer; status = dialogue_open(&dialogue, NULL,
+ *     "serial:/dev/ttyUSB0", error); dialogue_subscribe(&dialogue, take, talk); status =
+ *     dialogue_hello(&dialogue, NULL, NULL, error); status = dialogue_order(&dialogue, &(struct
+ *     dialogue_order){.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3}, &answer, error);
  *     dialogue_close(&dialogue);
  *
- * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes them. Orders go over serial when
- * there is a serial link, else over CAN. Hello and answers count on the link of the orders alone; of the other link subscribers hear. A
- * device that goes away is waited for as host/link/link.h has it.
+ * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes
+ * them. Orders go over serial when there is a serial link, else over CAN. Hello and answers count
+ * on the link of the orders alone; of the other link subscribers hear. A device that goes away is
+ * waited for as host/link/link.h has it.
  *
- * Time. Deadlines are seconds of a clock that is never set. What has come is read before a deadline is believed, so that a computer that
- * stood still is not taken for a silent board.
+ * Time. Deadlines are seconds of a clock that is never set. What has come is read before a deadline
+ * is believed, so that a computer that stood still is not taken for a silent board.
  *
- * Errors. A function that returns MR_TIMEOUT leaves `error` as it was: the caller says what did not come. Only dialogue_hello, and the
- * sentences at the end of this file, set `error` for MR_TIMEOUT too. Every other failure sets `error`: MR_VERSION (a board of another
- * layout), MR_CLOSED (the board ended the link), MR_IO, or what a subscriber returned.
+ * Errors. A function that returns MR_TIMEOUT leaves `error` as it was: the caller says what did not
+ * come. Only dialogue_hello, and the sentences at the end of this file, set `error` for MR_TIMEOUT
+ * too. Every other failure sets `error`: MR_VERSION (a board of another layout), MR_CLOSED (the
+ * board ended the link), MR_IO, or what a subscriber returned.
  *
  * Threads. One thread at a time uses a dialogue. No function waits without a bound. */
 #ifndef MATRIG_HOST_BOARD_DIALOGUE_H
@@ -30,9 +31,9 @@
 #include "host/board/identity.h"
 #include "host/link/link.h"
 
-#define DIALOGUE_HELLO_S 10.0  /* a board says hello once a second */
-#define DIALOGUE_ANSWER_S 10.0 /* the longest order, a shunt calibration, takes 0.9 s */
-#define DIALOGUE_TURN_S 0.1    /* of one turn at most */
+#define DIALOGUE_HELLO_S     10.0 /* a board says hello once a second */
+#define DIALOGUE_ANSWER_S    10.0 /* the longest order, a shunt calibration, takes 0.9 s */
+#define DIALOGUE_TURN_S      0.1  /* of one turn at most */
 #define DIALOGUE_SUBSCRIBERS 4u
 
 /* One message of a board: a frame of serial, or a data frame of CAN. */
@@ -42,24 +43,26 @@ struct dialogue_message {
     uint16_t seq;           /* of a serial frame; 0 on CAN */
     const uint8_t *payload; /* until the subscriber returns */
     size_t length;
-    uint64_t host_us;       /* Unix time of reception */
+    uint64_t host_us; /* Unix time of reception */
 };
 
-/* Takes one message. Anything but MR_OK ends the wait that is under way, with that status; it sets `error` then. It must not wait
- * or order itself. */
-typedef enum mr_status dialogue_take(void *context, const struct dialogue_message *message, struct error *error);
+/* Takes one message. Anything but MR_OK ends the wait that is under way, with that status; it sets
+ * `error` then. It must not wait or order itself. */
+typedef enum mr_status dialogue_take(void *context, const struct dialogue_message *message,
+                                     struct error *error);
 
 /* Whether what is waited for has come. Is asked after each turn: it has no effect. */
 typedef bool dialogue_done(const void *context);
 
 struct dialogue {
-    struct identity identity; /* what the board has said of itself since the beginning, or since dialogue_forget */
-    bool any_layout;          /* set by who flashes: a board of another layout is spoken with too */
-    double (*now_s)(void);    /* the clock; a test may put its own */
+    /* what the board has said of itself since the beginning, or since dialogue_forget */
+    struct identity identity;
+    bool any_layout;       /* set by who flashes: a board of another layout is spoken with too */
+    double (*now_s)(void); /* the clock; a test may put its own */
 
     /* private */
     struct link *link[LINK_KINDS];
-    enum link_kind kind;      /* over which orders go */
+    enum link_kind kind; /* over which orders go */
     struct mr_deframer deframer;
     uint16_t seq, tag;
     struct {
@@ -68,11 +71,12 @@ struct dialogue {
     } subscriber[DIALOGUE_SUBSCRIBERS];
     unsigned subscribers;
     bool asking, answered;
-    struct mr_ack answer;     /* awaited: of this code and tag; then what came */
+    struct mr_ack answer; /* awaited: of this code and tag; then what came */
 };
 
 /* Opens the links: LINK texts, NULL: not used, one at least. On failure nothing is open. */
-enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial, struct error *error);
+enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
+                             struct error *error);
 /* The same with links that are open, which it takes over. */
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial);
 /* Of a dialogue that is all zero, or closed, it does nothing. */
@@ -84,36 +88,46 @@ const char *dialogue_spec(const struct dialogue *dialogue);
 /* By the clock of the deadlines. */
 double dialogue_now_s(const struct dialogue *dialogue);
 
-/* From now on `take` hears every message, after the dialogue itself and the subscribers before. `context` is the caller's, and lives as
- * long as the dialogue is used. DIALOGUE_SUBSCRIBERS at most. */
+/* From now on `take` hears every message, after the dialogue itself and the subscribers before.
+ * `context` is the caller's, and lives as long as the dialogue is used. DIALOGUE_SUBSCRIBERS at
+ * most. */
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context);
 /* The board begins anew, or another one comes: who it is must be said again. */
 void dialogue_forget(struct dialogue *dialogue);
 
-/* Hears what comes within `most_s`, and DIALOGUE_TURN_S; MR_OK also when nothing comes. For those who watch something else as well. */
+/* Hears what comes within `most_s`, and DIALOGUE_TURN_S; MR_OK also when nothing comes. For those
+ * who watch something else as well. */
 enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct error *error);
 /* Hears the board until `done`, at most `within_s`. MR_OK: done; MR_TIMEOUT. */
-enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context, double within_s, struct error *error);
-/* The same, and `within_s` begins again whenever `*progress` has changed: for answers of many messages. */
-enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done, const void *context, const size_t *progress,
-                                     double within_s, struct error *error);
+enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context,
+                              double within_s, struct error *error);
+/* The same, and `within_s` begins again whenever `*progress` has changed: for answers of many
+ * messages. */
+enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *done,
+                                     const void *context, const size_t *progress, double within_s,
+                                     struct error *error);
 /* `done` of a `bool` that a subscriber sets. */
 bool dialogue_flag(const void *flag);
-/* Hears the board until it has said hello and `done` (NULL: nothing else is wanted), at most DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO:
- * none did; `error` says what came instead, and what to do. */
-enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context, struct error *error);
-/* Hears the board until it has said who it is and which image it runs, at most `within_s`. MR_OK also when it does not tell the commit, as
- * an older firmware; MR_TIMEOUT. */
+/* Hears the board until it has said hello and `done` (NULL: nothing else is wanted), at most
+ * DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO: none did; `error` says what came instead, and what to
+ * do. */
+enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context,
+                              struct error *error);
+/* Hears the board until it has said who it is and which image it runs, at most `within_s`. MR_OK
+ * also when it does not tell the commit, as an older firmware; MR_TIMEOUT. */
 enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct error *error);
 
-/* An order: one message `command` (common/command.h). Its answer is the ack of its code and its tag; each order has a tag of its own,
- * which the order of another program hardly has. The first answer counts; those that come later belong to nothing.
+/* An order: one message `command` (common/command.h). Its answer is the ack of its code and its
+ * tag; each order has a tag of its own, which the order of another program hardly has. The first
+ * answer counts; those that come later belong to nothing.
  *
- * When no answer comes, the order or the answer is lost. An order that is the same done twice (dialogue_repeats) is sent again, with
- * the same tag: an answer to either is its answer. Any other order is sent once, whatever `tries` says; a second arming would be refused
- * because of the first. What the board says of its state is asked instead: `taken` says whether that shows the order done. */
+ * When no answer comes, the order or the answer is lost. An order that is the same done twice
+ * (dialogue_repeats) is sent again, with the same tag: an answer to either is its answer. Any other
+ * order is sent once, whatever `tries` says; a second arming would be refused because of the first.
+ * What the board says of its state is asked instead: `taken` says whether that shows the order
+ * done. */
 struct dialogue_order {
-    uint8_t code;         /* MR_COMMAND_... */
+    uint8_t code; /* MR_COMMAND_... */
     uint8_t index;
     int32_t argument;
     double answer_s;      /* for the answer to each try */
@@ -122,21 +136,27 @@ struct dialogue_order {
     const void *context;  /* of `taken` */
 };
 
-/* MR_OK: `answer->status` is what the board answered, MR_OK too when `taken` shows it. MR_TIMEOUT: lost, and not known to be done. */
-enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order, struct mr_ack *answer, struct error *error);
-/* Whether the order of this code, done twice, is the same as done once, so that it may be sent again. */
+/* MR_OK: `answer->status` is what the board answered, MR_OK too when `taken` shows it. MR_TIMEOUT:
+ * lost, and not known to be done. */
+enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,
+                              struct mr_ack *answer, struct error *error);
+/* Whether the order of this code, done twice, is the same as done once, so that it may be sent
+ * again. */
 bool dialogue_repeats(unsigned code);
 /* The tag of the last order, for messages that name it. */
 uint16_t dialogue_tag(const struct dialogue *dialogue);
 /* A new one, for messages that are no order. */
 uint16_t dialogue_next_tag(struct dialogue *dialogue);
 /* Sends a message that the board does not answer. */
-enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload, size_t length, struct error *error);
+enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload,
+                             size_t length, struct error *error);
 
-/* The usual sentences, and their status: no board spoke (MR_TIMEOUT, MR_IO); the board did not answer an order (MR_TIMEOUT); the board
- * refused it, `not_now` being what to think of when it says MR_NOT_NOW (NULL: as of any other). */
+/* The usual sentences, and their status: no board spoke (MR_TIMEOUT, MR_IO); the board did not
+ * answer an order (MR_TIMEOUT); the board refused it, `not_now` being what to think of when it says
+ * MR_NOT_NOW (NULL: as of any other). */
 enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *error);
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error);
-enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer, const char *not_now, struct error *error);
+enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,
+                                const char *not_now, struct error *error);
 
 #endif

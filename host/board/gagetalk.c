@@ -2,7 +2,8 @@
 
 #include "common/command.h"
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct gagetalk *talk = context;
     (void)error;
@@ -13,9 +14,11 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-enum mr_status gagetalk_order(struct gagetalk *talk, struct dialogue *dialogue, unsigned code, int32_t argument, struct error *error)
+enum mr_status gagetalk_order(struct gagetalk *talk, struct dialogue *dialogue, unsigned code,
+                              int32_t argument, struct error *error)
 {
-    const struct dialogue_order order = {.code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
+    const struct dialogue_order order = {
+        .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     const char *link = dialogue_spec(dialogue);
     *talk = (struct gagetalk){.zeros = 0};
     dialogue_subscribe(dialogue, take, talk);
@@ -23,14 +26,20 @@ enum mr_status gagetalk_order(struct gagetalk *talk, struct dialogue *dialogue, 
     if (status == MR_OK)
         status = dialogue_order(dialogue, &order, &talk->ack, error);
     if (status == MR_TIMEOUT)
-        return error_set(error, MR_TIMEOUT, "the board did not answer within %.0f s: %s; is it powered, are its scans running?",
-                         DIALOGUE_ANSWER_S, link);
+        return error_set(
+            error, MR_TIMEOUT,
+            "the board did not answer within %.0f s: %s; is it powered, are its scans running?",
+            DIALOGUE_ANSWER_S, link);
     if (status != MR_OK)
         return status;
     if (talk->ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW, "the board is armed, in a landing, or calibrating: %s; disarm it, or wait", link);
+        return error_set(error, MR_NOT_NOW,
+                         "the board is armed, in a landing, or calibrating: %s; disarm it, or wait",
+                         link);
     if (talk->ack.status != MR_OK && talk->ack.status != MR_LIMIT)
-        return error_set(error, (enum mr_status)talk->ack.status, "the board refused %s (%s): %s; see matrig gages --help",
-                         mr_command_name(code), mr_status_text((enum mr_status)talk->ack.status), link);
+        return error_set(error, (enum mr_status)talk->ack.status,
+                         "the board refused %s (%s): %s; see matrig gages --help",
+                         mr_command_name(code), mr_status_text((enum mr_status)talk->ack.status),
+                         link);
     return MR_OK;
 }

@@ -13,8 +13,10 @@ struct gagetalk {
     unsigned zeros;
 };
 
-/* MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has their arguments), once the board has said hello; fills `talk`, which subscribes
- * to the caller's dialogue. MR_NOT_NOW: the board is armed, in a landing, or calibrating; MR_TIMEOUT; else as dialogue_hello. */
-enum mr_status gagetalk_order(struct gagetalk *talk, struct dialogue *dialogue, unsigned code, int32_t argument, struct error *error);
+/* MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has their arguments), once the board has
+ * said hello; fills `talk`, which subscribes to the caller's dialogue. MR_NOT_NOW: the board is
+ * armed, in a landing, or calibrating; MR_TIMEOUT; else as dialogue_hello. */
+enum mr_status gagetalk_order(struct gagetalk *talk, struct dialogue *dialogue, unsigned code,
+                              int32_t argument, struct error *error);
 
 #endif

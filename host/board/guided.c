@@ -10,10 +10,10 @@
 #include "host/board/readytalk.h"
 
 #define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
-#define POINT_S 10.0      /* for them to come */
-#define LIVE_S 20
-#define MEET_S 20.0
-#define MOVES_CODES 6.0   /* a block's noise is below 1 code; more is movement */
+#define POINT_S      10.0 /* for them to come */
+#define LIVE_S       20
+#define MEET_S       20.0
+#define MOVES_CODES  6.0 /* a block's noise is below 1 code; more is movement */
 
 struct gathering {
     unsigned channel, count, bad;
@@ -23,7 +23,9 @@ struct gathering {
 static void gather(void *context, const struct mr_block *block)
 {
     struct gathering *g = context;
-    const struct mr_channel_config plain = {.kind = g->channel < MR_TRANSDUCERS ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION, .unit_per_code = 1.0f};
+    const struct mr_channel_config plain = {
+        .kind = g->channel < MR_TRANSDUCERS ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION,
+        .unit_per_code = 1.0f};
     float ratio = mr_channels_ratio(block);
     struct mr_reading reading = mr_channel_read(&plain, block, g->channel, ratio);
     if (g->count == POINT_BLOCKS)
@@ -46,25 +48,28 @@ static bool gathered(const void *context)
 }
 
 /* The channel's mean over a second or so. */
-static enum mr_status measure(struct readytalk *talk, struct gathering *g, const char *name, struct calibrate_point *point, struct error *error)
+static enum mr_status measure(struct readytalk *talk, struct gathering *g, const char *name,
+                              struct calibrate_point *point, struct error *error)
 {
     *g = (struct gathering){.channel = g->channel};
     enum mr_status status = readytalk_live(talk, LIVE_S, error);
     if (status != MR_OK && error->status == MR_OK)
-        return error_set(error, status, "the board does not read live (%s): %s; it must be idle", mr_status_text(status),
-                         dialogue_spec(talk->dialogue));
+        return error_set(error, status, "the board does not read live (%s): %s; it must be idle",
+                         mr_status_text(status), dialogue_spec(talk->dialogue));
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, gathered, g, POINT_S, error);
     if (error->status == MR_OK && g->count < POINT_BLOCKS)
         return error_set(error, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", name,
-                         g->bad ? "its readings are not valid" : "no readings came within 10 s", g->bad ? "look at its leads" : "is the board connected?");
+                         g->bad ? "its readings are not valid" : "no readings came within 10 s",
+                         g->bad ? "look at its leads" : "is the board connected?");
     double n = g->count;
     point->code = g->first + g->sum / n;
     point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
     return status;
 }
 
-/* A line from the keyboard while the board is listened to, so that nothing piles up. False: the end. */
+/* A line from the keyboard while the board is listened to, so that nothing piles up. False: the
+ * end. */
 static bool typed_line(struct readytalk *talk, char *line, size_t size, struct error *error)
 {
     size_t length = 0;
@@ -87,7 +92,8 @@ static bool typed_line(struct readytalk *talk, char *line, size_t size, struct e
     return false;
 }
 
-static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *talk, struct calibrate_points *points, struct error *error)
+static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *talk,
+                            struct calibrate_points *points, struct error *error)
 {
     struct gathering g = {.channel = r->channel};
     char line[100];
@@ -96,11 +102,15 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
     talk->context = &g;
     talk->reading = gather;
     talk->until_s = INFINITY;
-    cli_note(r->cli, "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one back; an empty line or q ends", r->name, unit);
+    cli_note(r->cli,
+             "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one "
+             "back; an empty line or q ends",
+             r->name, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
             fprintf(stderr, "point %zu, %s: ", points->count + 1, unit);
-        if (!typed_line(talk, line, sizeof line, error) || line[0] == '\0' || strcmp(line, "q") == 0)
+        if (!typed_line(talk, line, sizeof line, error) || line[0] == '\0' ||
+            strcmp(line, "q") == 0)
             break;
         if (strcmp(line, "u") == 0) {
             points->count -= points->count > 0;
@@ -114,7 +124,8 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
         if (measure(talk, &g, r->name, &point, error) != MR_OK)
             break;
         bool moves = point.spread > MOVES_CODES;
-        cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread, moves ? ": it moves, not taken; let it rest and type it again" : "");
+        cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
+                 moves ? ": it moves, not taken; let it rest and type it again" : "");
         if (!moves)
             points->point[points->count++] = point;
     }
@@ -124,7 +135,8 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
     return error->status;
 }
 
-enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_config *config, struct calibrate_points *points, struct error *error)
+enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_config *config,
+                               struct calibrate_points *points, struct error *error)
 {
     struct dialogue dialogue;
     struct readytalk *talk = calloc(1, sizeof *talk);
@@ -139,11 +151,15 @@ enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_confi
     if (status == MR_OK && !facts->hello)
         status = dialogue_no_hello(&dialogue, error);
     if (status == MR_OK && !facts->config_known)
-        status = error_set(error, MR_TIMEOUT, "the board did not tell its configuration: %s; it must be idle, try again", r->serial);
+        status = error_set(
+            error, MR_TIMEOUT,
+            "the board did not tell its configuration: %s; it must be idle, try again", r->serial);
     if (status == MR_OK)
         *config = facts->config;
     if (status == MR_OK && !mr_channel_measures(&config->channel[r->channel]))
-        status = error_set(error, MR_USAGE, "%s is not fitted: the configuration of %s; see matrig board config", r->name, r->serial);
+        status = error_set(error, MR_USAGE,
+                           "%s is not fitted: the configuration of %s; see matrig board config",
+                           r->name, r->serial);
     if (status == MR_OK)
         status = guide(r, talk, points, error);
     dialogue_close(&dialogue);

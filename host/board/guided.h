@@ -1,4 +1,5 @@
-/* Points from a board, one by one: somebody sets a known value and types it, the board's live readings say the code. */
+/* Points from a board, one by one: somebody sets a known value and types it, the board's live
+ * readings say the code. */
 #ifndef MATRIG_HOST_BOARD_GUIDED_H
 #define MATRIG_HOST_BOARD_GUIDED_H
 
@@ -12,9 +13,9 @@ struct calibrate_guided {
     const struct unit_word *unit; /* of values that are typed without one */
 };
 
-/* The configuration in force, and the points, their values in in or lb. MR_USAGE: the channel is not fitted; MR_TIMEOUT; MR_LIMIT: its
- * readings are not valid. */
-enum mr_status calibrate_guide(const struct calibrate_guided *guided, struct mr_config *config, struct calibrate_points *points,
-                               struct error *error);
+/* The configuration in force, and the points, their values in in or lb. MR_USAGE: the channel is
+ * not fitted; MR_TIMEOUT; MR_LIMIT: its readings are not valid. */
+enum mr_status calibrate_guide(const struct calibrate_guided *guided, struct mr_config *config,
+                               struct calibrate_points *points, struct error *error);
 
 #endif

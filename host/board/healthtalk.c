@@ -6,21 +6,23 @@
 
 #define ANSWER_S DIALOGUE_ANSWER_S
 
-#define TAKE(name, into, flag)                                     \
-    if (mr_##name##_get(&(into), bytes, length) == MR_OK)          \
-        flag = true;                                               \
+#define TAKE(name, into, flag)                            \
+    if (mr_##name##_get(&(into), bytes, length) == MR_OK) \
+        flag = true;                                      \
     break
 
 /* The board has begun again, or is asked anew: what it said before is over. */
 static void forget(struct healthtalk *talk)
 {
-    talk->restarts_known = talk->upkeep_known = talk->alarm_known = talk->drops_known = talk->health_known = false;
+    talk->restarts_known = talk->upkeep_known = talk->alarm_known = talk->drops_known =
+        talk->health_known = false;
     talk->crashed = false;
     talk->crash = (struct crash_report){0};
     memset(talk->fault, 0, sizeof talk->fault);
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct healthtalk *talk = context;
     const uint8_t *bytes = message->payload;
@@ -42,7 +44,8 @@ static enum mr_status take(void *context, const struct dialogue_message *message
             talk->fault[fault.code] = fault;
         break;
     case MR_ID_SELF_TEST:
-        if (mr_self_test_get(&test, bytes, length) == MR_OK && test.tag == dialogue_tag(talk->dialogue)) {
+        if (mr_self_test_get(&test, bytes, length) == MR_OK &&
+            test.tag == dialogue_tag(talk->dialogue)) {
             talk->test = test;
             talk->tested = true;
         }
@@ -56,8 +59,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     case MR_ID_CAN_ALARM: TAKE(can_alarm, talk->alarm, talk->alarm_known);
     case MR_ID_CAN_DROPS: TAKE(can_drops, talk->drops, talk->drops_known);
     case MR_ID_HEALTH: TAKE(health, talk->health, talk->health_known);
-    default:
-        break;
+    default: break;
     }
     return MR_OK;
 }
@@ -75,7 +77,8 @@ static enum mr_status until_hello(struct healthtalk *talk, unsigned hellos, stru
     return status == MR_TIMEOUT ? dialogue_no_hello(talk->dialogue, error) : status;
 }
 
-enum mr_status healthtalk_begin(struct healthtalk *talk, struct dialogue *dialogue, struct error *error)
+enum mr_status healthtalk_begin(struct healthtalk *talk, struct dialogue *dialogue,
+                                struct error *error)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
@@ -86,7 +89,8 @@ enum mr_status healthtalk_begin(struct healthtalk *talk, struct dialogue *dialog
 static enum mr_status order(struct healthtalk *talk, uint8_t code, struct error *error)
 {
     struct mr_ack ack;
-    enum mr_status status = dialogue_order(talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S}, &ack, error);
+    enum mr_status status = dialogue_order(
+        talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S}, &ack, error);
     if (status == MR_TIMEOUT)
         return dialogue_lost(talk->dialogue, code, error);
     if (status != MR_OK || ack.status == MR_OK)
@@ -97,7 +101,8 @@ static enum mr_status order(struct healthtalk *talk, uint8_t code, struct error 
 static bool all_known(const void *context)
 {
     const struct healthtalk *talk = context;
-    return talk->restarts_known && talk->upkeep_known && talk->alarm_known && talk->drops_known && talk->health_known;
+    return talk->restarts_known && talk->upkeep_known && talk->alarm_known && talk->drops_known &&
+           talk->health_known;
 }
 
 enum mr_status healthtalk_hear(struct healthtalk *talk, struct error *error)
@@ -109,10 +114,11 @@ enum mr_status healthtalk_hear(struct healthtalk *talk, struct error *error)
         status = until_hello(talk, talk->hellos + 2, error);
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, error);
-    return status == MR_TIMEOUT
-               ? error_set(error, MR_TIMEOUT, "the board does not say how it is: %s; is its firmware of this matrig's version?",
-                           dialogue_spec(talk->dialogue))
-               : status;
+    return status == MR_TIMEOUT ? error_set(error, MR_TIMEOUT,
+                                            "the board does not say how it is: %s; is its firmware "
+                                            "of this matrig's version?",
+                                            dialogue_spec(talk->dialogue))
+                                : status;
 }
 
 enum mr_status healthtalk_self_test(struct healthtalk *talk, struct error *error)
@@ -121,8 +127,9 @@ enum mr_status healthtalk_self_test(struct healthtalk *talk, struct error *error
     if (status == MR_OK)
         status = dialogue_until(talk->dialogue, dialogue_flag, &talk->tested, ANSWER_S, error);
     return status == MR_TIMEOUT
-               ? error_set(error, MR_TIMEOUT, "the self-test does not end: %s; reset the board", dialogue_spec(talk->dialogue))
-               : status;
+             ? error_set(error, MR_TIMEOUT, "the self-test does not end: %s; reset the board",
+                         dialogue_spec(talk->dialogue))
+             : status;
 }
 
 enum mr_status healthtalk_reset(struct healthtalk *talk, struct error *error)
@@ -136,7 +143,8 @@ enum mr_status healthtalk_reset(struct healthtalk *talk, struct error *error)
         if (status == MR_OK && (talk->hello.reset_cause & 5u) == 4u)
             return MR_OK;
     }
-    return status == MR_OK ? error_set(error, MR_TIMEOUT, "the board did not restart: %s; switch it off and on",
-                                       dialogue_spec(talk->dialogue))
-                           : status;
+    return status == MR_OK
+             ? error_set(error, MR_TIMEOUT, "the board did not restart: %s; switch it off and on",
+                         dialogue_spec(talk->dialogue))
+             : status;
 }

@@ -1,4 +1,5 @@
-/* Asking a board over serial how it is: the commands state, self-test and reset, and what it says of its health. */
+/* Asking a board over serial how it is: the commands state, self-test and reset, and what it says
+ * of its health. */
 #ifndef MATRIG_HOST_HEALTHTALK_H
 #define MATRIG_HOST_HEALTHTALK_H
 
@@ -23,8 +24,10 @@ struct healthtalk {
     struct crash_report crash;
 };
 
-/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses as dialogue_hello. */
-enum mr_status healthtalk_begin(struct healthtalk *talk, struct dialogue *dialogue, struct error *error);
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses
+ * as dialogue_hello. */
+enum mr_status healthtalk_begin(struct healthtalk *talk, struct dialogue *dialogue,
+                                struct error *error);
 /* Hears everything that the board says each second, and what a processor fault left behind. */
 enum mr_status healthtalk_hear(struct healthtalk *talk, struct error *error);
 /* Fills `test`. MR_TIMEOUT, or what the board answered. */

@@ -24,9 +24,11 @@ struct identity {
 /* Takes a message in; those of other kinds change nothing. */
 void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
 /* MR_OK: the board speaks this matrig's layout; else MR_VERSION. `spec`: its link. */
-enum mr_status identity_speaks(const struct identity *identity, const char *spec, struct error *error);
+enum mr_status identity_speaks(const struct identity *identity, const char *spec,
+                               struct error *error);
 void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
 /* Does the board run this image, whole? Else `why` says in what they differ. */
-bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why, size_t size);
+bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why,
+                   size_t size);
 
 #endif

@@ -13,17 +13,20 @@
 
 #define MB 1e6
 /* Every rig has these to be tested; and these have a name of their own when they are good. */
-#define SELF_TESTS_ALWAYS (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
-#define SELF_TESTS_NAMED (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
+#define SELF_TESTS_ALWAYS \
+    (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
+#define SELF_TESTS_NAMED \
+    (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
 
-void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count, unsigned c,
-                   struct ready_channel *channel)
+void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
+                   unsigned c, struct ready_channel *channel)
 {
     double sum = 0.0, code_sum = 0.0, square = 0.0;
     unsigned valid = 0;
     *channel = (struct ready_channel){.mean = NAN, .noise_codes = NAN};
     for (unsigned i = 0; i < count; i++) {
-        struct mr_reading reading = mr_channel_read(&config->channel[c], &blocks[i], c, mr_channels_ratio(&blocks[i]));
+        struct mr_reading reading = mr_channel_read(&config->channel[c], &blocks[i], c,
+                                                    mr_channels_ratio(&blocks[i]));
         channel->blocks++;
         if (reading.validity != MR_VALID) {
             channel->invalid++;
@@ -38,7 +41,8 @@ void ready_measure(const struct mr_config *config, const struct mr_block *blocks
         return;
     channel->mean = (float)(sum / valid);
     for (unsigned i = 0; i < count; i++) {
-        struct mr_reading reading = mr_channel_read(&config->channel[c], &blocks[i], c, mr_channels_ratio(&blocks[i]));
+        struct mr_reading reading = mr_channel_read(&config->channel[c], &blocks[i], c,
+                                                    mr_channels_ratio(&blocks[i]));
         double off = (double)reading.code - code_sum / valid;
         square += reading.validity == MR_VALID ? off * off : 0.0;
     }
@@ -56,7 +60,8 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
     bool as_before = f->before && f->before_image == (int64_t)f->identity.image_crc;
     enum ready_verdict verdict = READY_GO;
     if (f->identity.commit_known)
-        mr_image_commit_text(f->identity.commit.commit, f->identity.commit.commit_more, f->identity.commit.changed != 0, runs);
+        mr_image_commit_text(f->identity.commit.commit, f->identity.commit.commit_more,
+                             f->identity.commit.changed != 0, runs);
     if (!whole)
         verdict = READY_NO_GO;
     else if (f->image)
@@ -65,17 +70,23 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
         verdict = READY_NOT_DONE;
     else if (!as_before)
         verdict = READY_NO_GO;
-    struct ready_check *c = ready_add(report, verdict, "firmware", "%u.%u.%u, commit %s, image %08x, %s", hello->major, hello->minor,
-                                      hello->patch, runs, (unsigned)f->identity.image_crc,
-                                      mr_image_state_text(f->identity.commit_known ? f->identity.commit.state : (unsigned)MR_IMAGE_NONE));
+    struct ready_check *c =
+        ready_add(report, verdict, "firmware", "%u.%u.%u, commit %s, image %08x, %s", hello->major,
+                  hello->minor, hello->patch, runs, (unsigned)f->identity.image_crc,
+                  mr_image_state_text(f->identity.commit_known ? f->identity.commit.state
+                                                               : (unsigned)MR_IMAGE_NONE));
     if (f->image)
-        snprintf(c->limit, sizeof c->limit, "image %08x, of %.50s", (unsigned)f->image->program_crc, f->image_path);
+        snprintf(c->limit, sizeof c->limit, "image %08x, of %.50s", (unsigned)f->image->program_crc,
+                 f->image_path);
     else if (f->before && f->before_image != STORE_NONE)
-        snprintf(c->limit, sizeof c->limit, "image %08x, as RUN %lld had", (unsigned)f->before_image, (long long)f->before_run);
-    advise(c, !whole                     ? "flash it again: matrig flash LINK IMAGE"
-              : f->image                 ? "not the image that was given: matrig flash LINK IMAGE"
-              : verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing of this board; --image FILE compares"
-                                         : "another image than that landing's: flash that one, or say --image FILE if it is meant");
+        snprintf(c->limit, sizeof c->limit, "image %08x, as RUN %lld had",
+                 (unsigned)f->before_image, (long long)f->before_run);
+    advise(c, !whole                      ? "flash it again: matrig flash LINK IMAGE"
+              : f->image                  ? "not the image that was given: matrig flash LINK IMAGE"
+              : verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing "
+                                            "of this board; --image FILE compares"
+                                          : "another image than that landing's: flash that one, or "
+                                            "say --image FILE if it is meant");
 }
 
 /* What the board's CRC must be, to be configured as was asked for. */
@@ -94,56 +105,71 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
     bool compared = f->crc_expected || (f->before && f->before_config != STORE_NONE);
     uint32_t wanted = f->crc_expected ? expected_crc(f) : (uint32_t)f->before_config;
     if (!f->config_known) {
-        advise(ready_add(report, READY_NO_GO, "configuration", "the board did not tell it"), "try again; is the serial link sound?");
+        advise(ready_add(report, READY_NO_GO, "configuration", "the board did not tell it"),
+               "try again; is the serial link sound?");
         return;
     }
     static const char *const sources[] = {"built in", "copy A", "copy B"};
     unsigned source = f->config_state.source < 3 ? f->config_state.source : 0;
-    enum ready_verdict verdict = !compared ? READY_NOT_DONE : wanted == f->config_crc ? READY_GO : READY_NO_GO;
-    struct ready_check *c = ready_add(report, verdict, "configuration", "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
-                                      (unsigned)f->config.site[0].revision, f->config_state_known ? sources[source] : "source not told");
+    enum ready_verdict verdict = !compared               ? READY_NOT_DONE
+                               : wanted == f->config_crc ? READY_GO
+                                                         : READY_NO_GO;
+    struct ready_check *c = ready_add(report, verdict, "configuration", "CRC %08x, revision %u, %s",
+                                      (unsigned)f->config_crc, (unsigned)f->config.site[0].revision,
+                                      f->config_state_known ? sources[source] : "source not told");
     if (f->crc_expected)
         snprintf(c->limit, sizeof c->limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)
-        snprintf(c->limit, sizeof c->limit, "CRC %08x, as RUN %lld had", (unsigned)wanted, (long long)f->before_run);
-    advise(c, verdict == READY_NOT_DONE
-                  ? "nothing to compare with: the campaign has no landing of this board; --expect-config compares"
-                  : "compare: matrig board config get; send the right one with config set, or say --expect-config if it is meant");
+        snprintf(c->limit, sizeof c->limit, "CRC %08x, as RUN %lld had", (unsigned)wanted,
+                 (long long)f->before_run);
+    advise(c, verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing of "
+                                          "this board; --expect-config compares"
+                                        : "compare: matrig board config get; send the right one "
+                                          "with config set, or say --expect-config if it is meant");
 }
 
 /* ---- clock ---- */
 
 static void judge_clock(const struct ready_facts *f, struct ready_report *report)
 {
-    static const char *const sources[] = {"crystal", "internal oscillator and PLL", "internal oscillator alone"};
+    static const char *const sources[] = {"crystal", "internal oscillator and PLL",
+                                          "internal oscillator alone"};
     unsigned source = f->identity.hello.clock_source;
-    struct ready_check *c = ready_add(report, source == 0 ? READY_GO : READY_NO_GO, "clock", "%s", source < 3 ? sources[source] : "unknown");
+    struct ready_check *c = ready_add(report, source == 0 ? READY_GO : READY_NO_GO, "clock", "%s",
+                                      source < 3 ? sources[source] : "unknown");
     limit(c, "crystal");
     advise(c, "speeds are 1 % uncertain, CAN is silent: reset the board; change its crystal");
     const struct timemap_fit *t = &f->time;
     if (t->refusal == TIMEMAP_GOOD) {
         bool good = fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM;
-        c = ready_add(report, good ? READY_GO : READY_NO_GO, "time of day", "board %+.0f +- %.0f ppm, from %zu messages", t->fast_ppm.value,
+        c = ready_add(report, good ? READY_GO : READY_NO_GO, "time of day",
+                      "board %+.0f +- %.0f ppm, from %zu messages", t->fast_ppm.value,
                       t->fast_ppm.half, t->pairs);
         snprintf(c->limit, sizeof c->limit, "%.0f ppm", READY_CLOCK_PPM);
         advise(c, "is this computer's clock being set? else the board's crystal is off");
     } else {
-        advise(ready_add(report, READY_NOT_DONE, "time of day", "%s", timemap_refusal_text((unsigned)t->refusal)), "");
+        advise(ready_add(report, READY_NOT_DONE, "time of day", "%s",
+                         timemap_refusal_text((unsigned)t->refusal)),
+               "");
     }
 }
 
 /* ---- channels ---- */
 
-static void judge_invalid(const struct ready_channel *m, const char *name, bool bridge, struct ready_report *report)
+static void judge_invalid(const struct ready_channel *m, const char *name, bool bridge,
+                          struct ready_report *report)
 {
     bool open = m->validity == MR_INVALID_OPEN;
-    struct ready_check *c = ready_add(report, READY_NO_GO, name, "%s, %u of %u readings not valid", bridge && open ? "bridge open" : mr_validity_text(m->validity),
-                                      m->invalid, m->blocks);
+    struct ready_check *c = ready_add(
+        report, READY_NO_GO, name, "%s, %u of %u readings not valid",
+        bridge && open ? "bridge open" : mr_validity_text(m->validity), m->invalid, m->blocks);
     limit(c, "all valid");
-    advise(c, open                                  ? "look at its plug and leads"
-              : m->validity == MR_INVALID_REFERENCE ? "the reference voltage is out of range: look at the converter's supply"
-              : m->validity == MR_INVALID_RANGE     ? "beyond what it can measure: set it back to its zero"
-                                                    : "look at its wiring and excitation");
+    advise(c, open ? "look at its plug and leads"
+              : m->validity == MR_INVALID_REFERENCE
+                  ? "the reference voltage is out of range: look at the converter's supply"
+              : m->validity == MR_INVALID_RANGE
+                  ? "beyond what it can measure: set it back to its zero"
+                  : "look at its wiring and excitation");
 }
 
 static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_report *report)
@@ -163,22 +189,27 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     bool noisy = m->noise_codes > READY_NOISE_CODES;
     if (channel->kind == MR_KIND_DISPLACEMENT) {
         bool off = fabsf(m->mean) > READY_ZERO_IN;
-        struct ready_check *c = ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name, "%+.4f in from its zero, noise %.2f codes",
+        struct ready_check *c = ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name,
+                                          "%+.4f in from its zero, noise %.2f codes",
                                           (double)m->mean + 0.0, (double)m->noise_codes);
-        snprintf(c->limit, sizeof c->limit, "%.2f in, %.0f codes", (double)READY_ZERO_IN, (double)READY_NOISE_CODES);
-        advise(c, off ? "push the mat back, or take the zero: matrig gages zero 1" : "noise: look at its screen and ground");
+        snprintf(c->limit, sizeof c->limit, "%.2f in, %.0f codes", (double)READY_ZERO_IN,
+                 (double)READY_NOISE_CODES);
+        advise(c, off ? "push the mat back, or take the zero: matrig gages zero 1"
+                      : "noise: look at its screen and ground");
         return;
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
     bool off = wanted_lb > 0.0f && fabsf(m->mean - wanted_lb) > READY_GAGE_PRETENSION * wanted_lb;
-    struct ready_check *c = ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name, "%.1f lb, noise %.2f codes", (double)m->mean,
+    struct ready_check *c = ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name,
+                                      "%.1f lb, noise %.2f codes", (double)m->mean,
                                       (double)m->noise_codes);
     if (wanted_lb > 0.0f)
-        snprintf(c->limit, sizeof c->limit, "%.0f +- %.0f lb, %.0f codes", (double)wanted_lb, (double)(READY_GAGE_PRETENSION * wanted_lb),
-                 (double)READY_NOISE_CODES);
+        snprintf(c->limit, sizeof c->limit, "%.0f +- %.0f lb, %.0f codes", (double)wanted_lb,
+                 (double)(READY_GAGE_PRETENSION * wanted_lb), (double)READY_NOISE_CODES);
     else
         snprintf(c->limit, sizeof c->limit, "%.0f codes", (double)READY_NOISE_CODES);
-    advise(c, off ? "is the band slack or unequal there? else its zero is off" : "noise: look at its screen and ground");
+    advise(c, off ? "is the band slack or unequal there? else its zero is off"
+                  : "noise: look at its screen and ground");
 }
 
 static void judge_band(const struct ready_facts *f, unsigned band, struct ready_report *report)
@@ -187,7 +218,8 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
     unsigned gages = 0;
     char name[20];
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        if (f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].band == band && !isnan(f->channel[i].mean) && f->channel[i].blocks) {
+        if (f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].band == band &&
+            !isnan(f->channel[i].mean) && f->channel[i].blocks) {
             sum += f->channel[i].mean;
             gages++;
         }
@@ -196,9 +228,11 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
         return;
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
-    struct ready_check *c = ready_add(report, fabsf(mean - wanted_lb) <= READY_PRETENSION * wanted_lb ? READY_GO : READY_NO_GO, name,
-                                      "pretension %.1f lb, mean of %u gages", (double)mean, gages);
-    snprintf(c->limit, sizeof c->limit, "%.0f +- %.0f lb", (double)wanted_lb, (double)(READY_PRETENSION * wanted_lb));
+    struct ready_check *c = ready_add(
+        report, fabsf(mean - wanted_lb) <= READY_PRETENSION * wanted_lb ? READY_GO : READY_NO_GO,
+        name, "pretension %.1f lb, mean of %u gages", (double)mean, gages);
+    snprintf(c->limit, sizeof c->limit, "%.0f +- %.0f lb", (double)wanted_lb,
+             (double)(READY_PRETENSION * wanted_lb));
     advise(c, mean < wanted_lb ? "tension the band" : "slacken the band");
 }
 
@@ -206,13 +240,15 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
 {
     bool any = false;
     for (unsigned i = 0; i < MR_GAGES; i++)
-        any |= f->config.channel[MR_TRANSDUCERS + i].kind == MR_KIND_TENSION && f->config.channel[MR_TRANSDUCERS + i].shunt_lb > 0.0f;
+        any |= f->config.channel[MR_TRANSDUCERS + i].kind == MR_KIND_TENSION &&
+               f->config.channel[MR_TRANSDUCERS + i].shunt_lb > 0.0f;
     if (!any)
         return;
     if (!f->shunt_done || f->shunts.count == 0) {
-        advise(ready_add(report, READY_NO_GO, "shunt calibration", "%s",
-                         f->shunt_done ? mr_status_text(f->shunt_status) : "the board did not answer"),
-               "the board must be idle; try again");
+        advise(
+            ready_add(report, READY_NO_GO, "shunt calibration", "%s",
+                      f->shunt_done ? mr_status_text(f->shunt_status) : "the board did not answer"),
+            "the board must be idle; try again");
         return;
     }
     char text[130] = "";
@@ -222,7 +258,8 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         const struct mr_shunt_result *r = &f->shunts.result[i];
         float before = r->gage >= 1 && r->gage <= MR_GAGES ? f->before_span_lb[r->gage - 1] : NAN;
         float change = r->span_lb - before;
-        bool drifted = !isnan(change) && fabsf(change) > READY_SHUNT_DRIFT * fabsf(before) + 3.0f * r->noise_lb;
+        bool drifted = !isnan(change) &&
+                       fabsf(change) > READY_SHUNT_DRIFT * fabsf(before) + 3.0f * r->noise_lb;
         size_t at = strlen(text);
         compared += isnan(change) ? 0u : 1u;
         if (!isnan(change) && fabsf(change) > fabsf(worst))
@@ -230,17 +267,21 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         if (r->verdict == MR_SHUNT_GOOD && !drifted)
             continue;
         if (r->verdict != MR_SHUNT_GOOD)
-            snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "", r->gage, shunts_verdict_text(r->verdict),
-                     (double)r->span_lb, (double)f->shunts.check[i].expected_lb);
+            snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "",
+                     r->gage, shunts_verdict_text(r->verdict), (double)r->span_lb,
+                     (double)f->shunts.check[i].expected_lb);
         else
-            snprintf(text + at, sizeof text - at, "%sgage %u drifted by %+.2f lb", bad ? ", " : "", r->gage, (double)change);
+            snprintf(text + at, sizeof text - at, "%sgage %u drifted by %+.2f lb", bad ? ", " : "",
+                     r->gage, (double)change);
         bad++;
     }
     struct ready_check *c = bad ? ready_add(report, READY_NO_GO, "shunt calibration", "%s", text)
-                                : ready_add(report, READY_GO, "shunt calibration", "%u gages good", f->shunts.count);
+                                : ready_add(report, READY_GO, "shunt calibration", "%u gages good",
+                                            f->shunts.count);
     size_t at = strlen(c->value);
     if (!bad && compared)
-        snprintf(c->value + at, sizeof c->value - at, "; since the last one %+.3f lb at most", (double)worst);
+        snprintf(c->value + at, sizeof c->value - at, "; since the last one %+.3f lb at most",
+                 (double)worst);
     else if (!bad)
         snprintf(c->value + at, sizeof c->value - at, "; no earlier one is kept");
     limit(c, "1 % and three errors");
@@ -261,24 +302,29 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     bool closed = fabsf(level) < READY_LATCH_CODES;
     struct ready_check *c;
     if (closed)
-        c = ready_add(report, READY_GO, "switches", "all closed: staircase %.1f codes from its zero", (double)level);
+        c = ready_add(report, READY_GO, "switches",
+                      "all closed: staircase %.1f codes from its zero", (double)level);
     else if (one)
-        c = ready_add(report, READY_NO_GO, "switches", "switch %u is open: staircase %.1f codes", one, (double)level);
+        c = ready_add(report, READY_NO_GO, "switches", "switch %u is open: staircase %.1f codes",
+                      one, (double)level);
     else
-        c = ready_add(report, READY_NO_GO, "switches", "staircase %.1f codes from its zero: %s", (double)level,
-                      level > 0.0f ? "switches are open" : "it cannot be so low");
+        c = ready_add(report, READY_NO_GO, "switches", "staircase %.1f codes from its zero: %s",
+                      (double)level, level > 0.0f ? "switches are open" : "it cannot be so low");
     snprintf(c->limit, sizeof c->limit, "%.0f codes", (double)READY_LATCH_CODES);
-    advise(c, level > 0.0f ? "set the switches along the runway" : "look at the staircase's lead and supply");
+    advise(c, level > 0.0f ? "set the switches along the runway"
+                           : "look at the staircase's lead and supply");
 }
 
 static void judge_channels(const struct ready_facts *f, struct ready_report *report)
 {
     if (f->blocks == 0) {
-        advise(ready_add(report, READY_NO_GO, "readings", "no block records came"), "the board must be idle, with its scans running: matrig board health");
+        advise(ready_add(report, READY_NO_GO, "readings", "no block records came"),
+               "the board must be idle, with its scans running: matrig board health");
         return;
     }
     bool good = f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2;
-    struct ready_check *c = ready_add(report, good ? READY_GO : READY_NO_GO, "readings", "%u blocks looked at, %u lost by the board", f->blocks,
+    struct ready_check *c = ready_add(report, good ? READY_GO : READY_NO_GO, "readings",
+                                      "%u blocks looked at, %u lost by the board", f->blocks,
                                       f->blocks_lost);
     snprintf(c->limit, sizeof c->limit, "%u or more, none lost", READY_BLOCKS / 2);
     advise(c, "matrig board health says what it counts");
@@ -295,14 +341,16 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
 
 static void judge_box(const struct ready_facts *f, struct ready_report *report)
 {
-    static const char *const states[] = {"no memory answers", "being looked through", "ready", "recording", "closing a record", "failed"};
+    static const char *const states[] = {"no memory answers", "being looked through", "ready",
+                                         "recording",         "closing a record",     "failed"};
     struct ready_check *c;
     if (f->config_known && !f->config.site[0].black_box) {
         advise(ready_add(report, READY_NOT_DONE, "black box", "none, by the configuration"), "");
         return;
     }
     if (!f->box_known) {
-        advise(ready_add(report, READY_NO_GO, "black box", "the board did not tell of it"), "try again; is the serial link sound?");
+        advise(ready_add(report, READY_NO_GO, "black box", "the board did not tell of it"),
+               "try again; is the serial link sound?");
         return;
     }
     const char *state = f->box.state < 6 ? states[f->box.state] : "unknown";
@@ -312,12 +360,14 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
         snprintf(wait, sizeof wait, ", no room before records are freed");
     else if (f->box.wait_s > 0.0f)
         snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)f->box.wait_s);
-    c = ready_add(report, good ? READY_GO : READY_NO_GO, "black box", "%s%s, %u sectors erased, %u bad, %u records not freed", state, wait,
+    c = ready_add(report, good ? READY_GO : READY_NO_GO, "black box",
+                  "%s%s, %u sectors erased, %u bad, %u records not freed", state, wait,
                   f->box.ready, f->space.bad, f->box.records);
     snprintf(c->limit, sizeof c->limit, "ready, %u sectors", f->box.reserve);
-    advise(c, f->box.state != MR_BOX_READY && f->box.state != MR_BOX_LOOKING ? "look at the memory on SPI2; without it: site.black_box = 0"
-              : isnan(f->box.wait_s)                  ? "matrig board read N, then free N"
-                                                      : "wait, it erases by itself");
+    advise(c, f->box.state != MR_BOX_READY && f->box.state != MR_BOX_LOOKING
+                  ? "look at the memory on SPI2; without it: site.black_box = 0"
+              : isnan(f->box.wait_s) ? "matrig board read N, then free N"
+                                     : "wait, it erases by itself");
 }
 
 static void judge_self_test(const struct ready_facts *f, struct ready_report *report)
@@ -327,7 +377,8 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     unsigned failed = f->test.failed & ~lamp, undone = SELF_TESTS_ALWAYS & ~(unsigned)f->test.done;
     unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_NAMED;
     if (!f->tested) {
-        advise(ready_add(report, READY_NO_GO, "self-test", "the board did not do it"), "the board must be idle; try again, reset it");
+        advise(ready_add(report, READY_NO_GO, "self-test", "the board did not do it"),
+               "the board must be idle; try again, reset it");
         return;
     }
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
@@ -335,8 +386,10 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
         if (named >> i & 1u)
             snprintf(text + at, sizeof text - at, "%s%s", at ? ", " : "", mr_self_test_text(i));
     }
-    struct ready_check *c = failed || undone ? ready_add(report, READY_NO_GO, "self-test", "%s: %s", failed ? "failed" : "not tested", text)
-                                             : ready_add(report, READY_GO, "self-test", "good: %s", text);
+    struct ready_check *c = failed || undone
+                              ? ready_add(report, READY_NO_GO, "self-test", "%s: %s",
+                                          failed ? "failed" : "not tested", text)
+                              : ready_add(report, READY_GO, "self-test", "good: %s", text);
     advise(c, "matrig board self-test and health tell more");
     bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
     c = ready_add(report, lit ? READY_GO : READY_NO_GO, "warning lamp", "%s",
@@ -354,9 +407,11 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
         return;
     }
     bool good = f->temperature_known && !isnan(f->temperature.temperature_c);
-    struct ready_check *c = good ? ready_add(report, READY_GO, "thermometer", "%.2f +- %.2f C", (double)f->temperature.temperature_c,
+    struct ready_check *c = good ? ready_add(report, READY_GO, "thermometer", "%.2f +- %.2f C",
+                                             (double)f->temperature.temperature_c,
                                              (double)f->temperature.error_c)
-                                 : ready_add(report, READY_NO_GO, "thermometer", "%s", f->temperature_known ? "no reading" : "not told");
+                                 : ready_add(report, READY_NO_GO, "thermometer", "%s",
+                                             f->temperature_known ? "no reading" : "not told");
     advise(c, "fault 30 of matrig board health says why; without one: site.thermometer = 0");
 }
 
@@ -364,18 +419,21 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
 {
     char text[130] = "";
     unsigned rising = 0, count = 0;
-    for (unsigned i = 0; i < MR_FAULT_COUNT; i++) { /* self-test and channels have checks of their own */
+    for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
+        /* self-test and channels have checks of their own */
         count += f->fault[i].count != 0;
         rising += f->fault_rise[i] != 0 && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
     }
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         size_t at = strlen(text);
-        if (f->fault[i].count && (!rising || (f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL)))
+        if (f->fault[i].count &&
+            (!rising || (f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL)))
             snprintf(text + at, sizeof text - at, "%s%s", at ? "; " : "", mr_fault_text(i));
     }
-    struct ready_check *c = rising  ? ready_add(report, READY_NO_GO, "faults", "going on: %s", text)
-                            : count ? ready_add(report, READY_GO, "faults", "none goes on; since reset: %s", text)
-                                    : ready_add(report, READY_GO, "faults", "none since reset");
+    struct ready_check *c = rising ? ready_add(report, READY_NO_GO, "faults", "going on: %s", text)
+                          : count  ? ready_add(report, READY_GO, "faults",
+                                               "none goes on; since reset: %s", text)
+                                   : ready_add(report, READY_GO, "faults", "none since reset");
     limit(c, "none that goes on");
     advise(c, "matrig board health tells each");
 }
@@ -384,24 +442,30 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
 
 static void judge_can(const struct ready_facts *f, struct ready_report *report)
 {
-    const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state) : "the board did not tell";
-    bool good = f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0;
+    const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
+                                       : "the board did not tell";
+    bool good = f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 &&
+                f->can_lost == 0 && f->can_dropped == 0;
     struct ready_check *c;
     if (!f->can_used) {
-        advise(ready_add(report, READY_NOT_DONE, "CAN", "not used here; the board says: %s", state), "--can LINK listens");
+        advise(ready_add(report, READY_NOT_DONE, "CAN", "not used here; the board says: %s", state),
+               "--can LINK listens");
         return;
     }
-    c = ready_add(report, good ? READY_GO : READY_NO_GO, "CAN", "%s; %lld frames, %lld lost, %lld dropped by the board", state,
+    c = ready_add(report, good ? READY_GO : READY_NO_GO, "CAN",
+                  "%s; %lld frames, %lld lost, %lld dropped by the board", state,
                   (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
     limit(c, "good, none lost");
-    advise(c, f->can_frames == 0 ? "look at plug, terminators and bit rate" : "look at the bus and this computer's load");
+    advise(c, f->can_frames == 0 ? "look at plug, terminators and bit rate"
+                                 : "look at the bus and this computer's load");
 }
 
 static void judge_serial(const struct ready_facts *f, struct ready_report *report)
 {
-    struct ready_check *c = ready_add(report, f->serial_lost || f->serial_dropped ? READY_NO_GO : READY_GO, "serial",
-                                      "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
-                                      (long long)f->serial_lost, (long long)f->serial_dropped);
+    struct ready_check *c =
+        ready_add(report, f->serial_lost || f->serial_dropped ? READY_NO_GO : READY_GO, "serial",
+                  "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
+                  (long long)f->serial_lost, (long long)f->serial_dropped);
     limit(c, "none lost");
     advise(c, "look at the cable and at this computer's load");
 }
@@ -409,7 +473,8 @@ static void judge_serial(const struct ready_facts *f, struct ready_report *repor
 static void judge_computer(const struct ready_facts *f, struct ready_report *report)
 {
     double wanted = f->wanted_bytes > 0.0 ? f->wanted_bytes : READY_LANDINGS * f->landing_bytes;
-    struct ready_check *c = ready_add(report, f->free_bytes >= wanted ? READY_GO : READY_NO_GO, "disk", "%.0f MB free, a landing takes %.1f MB",
+    struct ready_check *c = ready_add(report, f->free_bytes >= wanted ? READY_GO : READY_NO_GO,
+                                      "disk", "%.0f MB free, a landing takes %.1f MB",
                                       f->free_bytes / MB, f->landing_bytes / MB);
     if (f->wanted_bytes > 0.0)
         snprintf(c->limit, sizeof c->limit, "%.0f MB, as given", wanted / MB);
@@ -417,22 +482,27 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
         snprintf(c->limit, sizeof c->limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
     advise(c, "make room where the campaign is, or use another disk");
     c = f->database[0] ? ready_add(report, READY_NO_GO, "database", "%s", f->database)
-                       : ready_add(report, READY_GO, "database", "writable%s", f->database_checked ? ", its pages whole" : "; too large to be gone through in time");
-    advise(c, "may you write there, is another program writing? else begin a new campaign and keep this one");
+                       : ready_add(report, READY_GO, "database", "writable%s",
+                                   f->database_checked ? ", its pages whole"
+                                                       : "; too large to be gone through in time");
+    advise(c, "may you write there, is another program writing? else begin a new campaign and keep "
+              "this one");
 }
 
 void ready_judge(const struct ready_facts *f, struct ready_report *report)
 {
     report->count = 0;
     if (!f->hello) {
-        advise(ready_add(report, READY_NO_GO, "board", "no hello"), "is it powered and connected, at the right rate?");
+        advise(ready_add(report, READY_NO_GO, "board", "no hello"),
+               "is it powered and connected, at the right rate?");
         judge_computer(f, report);
         return;
     }
     bool busy = f->identity.hello.state != MR_LANDING_IDLE;
     char uid[IDENTITY_UID_TEXT];
     identity_uid_text(&f->identity, uid);
-    struct ready_check *c = ready_add(report, busy ? READY_NO_GO : READY_GO, "board", "%s, layout %u, %s", uid, f->identity.hello.layout,
+    struct ready_check *c = ready_add(report, busy ? READY_NO_GO : READY_GO, "board",
+                                      "%s, layout %u, %s", uid, f->identity.hello.layout,
                                       busy ? "a landing is armed or going on" : "idle");
     snprintf(c->limit, sizeof c->limit, "layout %u, idle", (unsigned)MR_LAYOUT);
     advise(c, "disarm it, or wait until it is done");

@@ -1,7 +1,8 @@
-/* Ready? What is known of a board, its campaign and this computer before a landing, and whether that is go or no-go.
+/* Ready? What is known of a board, its campaign and this computer before a landing, and whether
+ * that is go or no-go.
  *
- * Pure: facts in, checks out. Limits are stated with each check; what could not be found out is told as not done, which is no
- * no-go, and is named in the verdict. */
+ * Pure: facts in, checks out. Limits are stated with each check; what could not be found out is
+ * told as not done, which is no no-go, and is named in the verdict. */
 #ifndef MATRIG_HOST_READY_H
 #define MATRIG_HOST_READY_H
 
@@ -16,17 +17,19 @@
 #include "host/board/shunts.h"
 #include "host/link/timemap.h"
 
-#define READY_CHECKS 72u
-#define READY_NOISE_CODES 3.0f     /* of a block's mean: 2 LSB a conversion leave 0.71 */
-#define READY_ZERO_IN 0.25f        /* a mat at rest so far from its zero was left where a landing put it */
-#define READY_PRETENSION 0.10f     /* relative, of a band's mean */
+#define READY_CHECKS          72u
+#define READY_NOISE_CODES     3.0f /* of a block's mean: 2 LSB a conversion leave 0.71 */
+/* a mat at rest so far from its zero was left where a landing put it */
+#define READY_ZERO_IN         0.25f
+#define READY_PRETENSION      0.10f /* relative, of a band's mean */
 #define READY_GAGE_PRETENSION 0.25f /* and of each of its gages */
-#define READY_SHUNT_DRIFT 0.01f    /* relative, since the last one kept */
-#define READY_LATCH_CODES 8.0f     /* level of the staircase beyond its zero: less than any switch */
-#define READY_CLOCK_PPM 200.0      /* board's crystal and this computer's together */
-#define READY_LANDING_BYTES 4.0e6  /* of a campaign without any: 10 s of both links */
-#define READY_LANDINGS 10.0        /* there must be room for */
-#define READY_BLOCKS 100u          /* readings a check of a channel rests on, when they come */
+#define READY_SHUNT_DRIFT     0.01f /* relative, since the last one kept */
+/* level of the staircase beyond its zero: less than any switch */
+#define READY_LATCH_CODES     8.0f
+#define READY_CLOCK_PPM       200.0 /* board's crystal and this computer's together */
+#define READY_LANDING_BYTES   4.0e6 /* of a campaign without any: 10 s of both links */
+#define READY_LANDINGS        10.0  /* there must be room for */
+#define READY_BLOCKS          100u  /* readings a check of a channel rests on, when they come */
 
 enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
 
@@ -53,22 +56,23 @@ struct ready_channel {
 
 struct ready_facts {
     /* what was asked for */
-    uint32_t today_day;          /* from 1970-01-01 */
+    uint32_t today_day;           /* from 1970-01-01 */
     const struct mr_image *image; /* NULL: compare with the campaign's last landing */
     const char *image_path;
     bool crc_expected;
     uint32_t expected_crc;
-    const struct mr_config *expected_config; /* of a file: but for its revision, which storing it has raised; NULL: the CRC counts */
+    /* of a file: but for its revision, which storing it has raised; NULL: the CRC counts */
+    const struct mr_config *expected_config;
     bool can_used;
 
     /* campaign and computer */
-    bool before;                 /* the campaign has a landing of this board: the last one's */
+    bool before; /* the campaign has a landing of this board: the last one's */
     int64_t before_run, before_image, before_config; /* STORE_NONE: not known */
-    float before_span_lb[MR_GAGES]; /* last shunt calibration kept; NaN: none */
-    struct calibrationpast past; /* of the board's channels */
-    char changed[160];           /* what was said of a change just now; empty: nothing */
-    char database[200];          /* what is wrong with it; empty: nothing */
-    bool database_checked;       /* its pages, all in time */
+    float before_span_lb[MR_GAGES];                  /* last shunt calibration kept; NaN: none */
+    struct calibrationpast past;                     /* of the board's channels */
+    char changed[160];     /* what was said of a change just now; empty: nothing */
+    char database[200];    /* what is wrong with it; empty: nothing */
+    bool database_checked; /* its pages, all in time */
     double free_bytes, landing_bytes, wanted_bytes;
 
     /* the board */
@@ -77,8 +81,8 @@ struct ready_facts {
     uint32_t config_crc;
     struct mr_config config;
     struct mr_config_state config_state;
-    unsigned blocks;             /* records that came; 0: no scans, or the board is not idle */
-    unsigned blocks_lost;        /* by the board, meanwhile */
+    unsigned blocks;      /* records that came; 0: no scans, or the board is not idle */
+    unsigned blocks_lost; /* by the board, meanwhile */
     struct ready_channel channel[MR_CHANNELS];
     struct timemap_fit time;
 
@@ -102,8 +106,8 @@ struct ready_facts {
 };
 
 /* Readings of channel `c` in `count` block records. */
-void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count, unsigned c,
-                   struct ready_channel *channel);
+void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
+                   unsigned c, struct ready_channel *channel);
 
 void ready_judge(const struct ready_facts *facts, struct ready_report *report);
 /* No-go when any check is. */
@@ -112,7 +116,8 @@ unsigned ready_count(const struct ready_report *report, enum ready_verdict verdi
 /* "GO", "NO-GO", "not done"; static storage. */
 const char *ready_text(enum ready_verdict verdict);
 /* Adds a check; the texts are printf's. Beyond READY_CHECKS nothing is added. */
-struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name, const char *format, ...)
+struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,
+                              const char *name, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 /* An array of {name, verdict, value, limit, advice}; the caller owns it. */
 json_t *ready_json(const struct ready_report *report);

@@ -41,14 +41,17 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
         limit(c, "expires_day after today");
         advise(c, "calibrate, then matrig board config set with the new values and dates");
     } else if (never) {
-        advise(ready_add(report, READY_NOT_DONE, "calibration", "%u of %u sensors have no date of calibration", never, sensors),
+        advise(ready_add(report, READY_NOT_DONE, "calibration",
+                         "%u of %u sensors have no date of calibration", never, sensors),
                "put calibrated_day and expires_day into the configuration");
     } else {
-        limit(ready_add(report, READY_GO, "calibration", "%u sensors, none expired", sensors), "expires_day after today");
+        limit(ready_add(report, READY_GO, "calibration", "%u sensors, none expired", sensors),
+              "expires_day after today");
     }
 }
 
-static void judge_jump(const struct ready_facts *f, unsigned i, const struct jump *jump, struct ready_report *report)
+static void judge_jump(const struct ready_facts *f, unsigned i, const struct jump *jump,
+                       struct ready_report *report)
 {
     char name[20], channel[8], what[120], since[40] = "the last check";
     jump_channel(i, channel);
@@ -59,7 +62,9 @@ static void judge_jump(const struct ready_facts *f, unsigned i, const struct jum
     struct ready_check *c = ready_add(report, READY_NO_GO, name, "%s since %s", what, since);
     snprintf(c->limit, sizeof c->limit, "%.3g times, zero %g %s", jump->most, jump->shift_most,
              f->config.channel[i].kind == MR_KIND_DISPLACEMENT ? "in" : "lb");
-    snprintf(c->advice, sizeof c->advice, "a wrong unit, or was something changed? then say so: matrig ready DB --serial LINK --changed '%s: NOTE'",
+    snprintf(c->advice, sizeof c->advice,
+             "a wrong unit, or was something changed? then say so: matrig ready DB --serial LINK "
+             "--changed '%s: NOTE'",
              channel);
 }
 
@@ -69,13 +74,15 @@ static void judge_possible(const struct ready_facts *f, struct ready_report *rep
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
         char name[20], input[8], mistake[80];
-        if (!mr_channel_measures(channel) || channel->unit_per_code == 0.0f || mr_gain_check(channel) == MR_RULE_NONE)
+        if (!mr_channel_measures(channel) || channel->unit_per_code == 0.0f ||
+            mr_gain_check(channel) == MR_RULE_NONE)
             continue;
         jump_channel(i, input);
         snprintf(name, sizeof name, "calibration %s", input);
         mistake_text(channel, mistake, sizeof mistake);
-        struct ready_check *c = ready_add(report, READY_NO_GO, name, "%.4g %s per code: no sensor of the rig has such a gain%s",
-                                          (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
+        struct ready_check *c = ready_add(
+            report, READY_NO_GO, name, "%.4g %s per code: no sensor of the rig has such a gain%s",
+            (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
         advise(c, "matrig board config get and check say more; calibrate the channel anew");
     }
 }
@@ -102,10 +109,13 @@ static void judge_past(const struct ready_facts *f, struct ready_report *report)
         }
     }
     if (known && !jumped && worst[0])
-        ready_add(report, READY_GO, "calibration kept", "%u channels follow from what the campaign knows; most of all the gain of %s, by %.2g %%",
+        ready_add(report, READY_GO, "calibration kept",
+                  "%u channels follow from what the campaign knows; most of all the gain of %s, by "
+                  "%.2g %%",
                   known, worst, 100.0 * (exp(most) - 1.0));
     else if (known && !jumped)
-        ready_add(report, READY_GO, "calibration kept", "%u channels have the gains that the campaign knows", known);
+        ready_add(report, READY_GO, "calibration kept",
+                  "%u channels have the gains that the campaign knows", known);
 }
 
 void ready_judge_calibration(const struct ready_facts *f, struct ready_report *report)

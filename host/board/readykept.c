@@ -43,7 +43,8 @@ enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, s
     if (status == MR_OK)
         status = store_board_spans(store, uid, f->before_span_lb, &kept_us, error);
     if (status == MR_OK)
-        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, error);
+        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last,
+                                     &found, error);
     if (status == MR_OK && found && last.made_us > kept_us)
         take_spans(last.checks, f->before_span_lb);
     if (status == MR_OK && found)
@@ -53,7 +54,8 @@ enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, s
     return status;
 }
 
-enum mr_status readykept_save(struct store *store, const struct identity *identity, const char *kind, const struct ready_report *report,
+enum mr_status readykept_save(struct store *store, const struct identity *identity,
+                              const char *kind, const struct ready_report *report,
                               const struct ready_facts *f, int64_t made_us, struct error *error)
 {
     char uid[IDENTITY_UID_TEXT];
@@ -74,7 +76,8 @@ enum mr_status readykept_save(struct store *store, const struct identity *identi
     json_decref(object);
     if (!row.checks)
         abort();
-    snprintf(row.verdict, sizeof row.verdict, "%s", ready_verdict(report) == READY_GO ? "go" : "no-go");
+    snprintf(row.verdict, sizeof row.verdict, "%s",
+             ready_verdict(report) == READY_GO ? "go" : "no-go");
     identity_uid_text(identity, uid);
     enum mr_status status = store_begin(store, error);
     if (status == MR_OK)

@@ -5,18 +5,18 @@
 
 #include "common/command.h"
 
-#define HELLO_S 4.0
-#define ANSWER_S 1.5
-#define WORDS_S 3.0
-#define SHUNT_S 4.0
-#define TEST_S 5.0
-#define BLOCKS_S 5.0
-#define BOX_S 3.0
-#define REST_S 3.0        /* thermometer, and faults that go on */
-#define LIVE_S 20
+#define HELLO_S     4.0
+#define ANSWER_S    1.5
+#define WORDS_S     3.0
+#define SHUNT_S     4.0
+#define TEST_S      5.0
+#define BLOCKS_S    5.0
+#define BOX_S       3.0
+#define REST_S      3.0 /* thermometer, and faults that go on */
+#define LIVE_S      20
 #define WORD_ROUNDS 3
-#define FIRST_MS 1500u    /* every fault that ever was has been told once by then, board time */
-#define PACE_PPM 700.0    /* further off the board is emulated, or a recording */
+#define FIRST_MS    1500u /* every fault that ever was has been told once by then, board time */
+#define PACE_PPM    700.0 /* further off the board is emulated, or a recording */
 
 /* ---- what comes ---- */
 
@@ -30,7 +30,8 @@ static void take_fault(struct readytalk *talk, const struct mr_fault *fault)
         talk->fault_known[fault->code] = true;
     }
     talk->facts->fault[fault->code] = *fault;
-    talk->facts->fault_rise[fault->code] = (uint16_t)(fault->count - talk->first_fault[fault->code]);
+    talk->facts->fault_rise[fault->code] =
+        (uint16_t)(fault->count - talk->first_fault[fault->code]);
 }
 
 static void take_clock(struct readytalk *talk, const struct mr_clock *clock, uint64_t host_us)
@@ -74,14 +75,16 @@ static void take_health(struct readytalk *talk, uint16_t id, const uint8_t *byte
     else if (id == MR_ID_CAN_HEALTH && mr_can_health_get(&can, bytes, length) == MR_OK)
         f->can_dropped = rise(&talk->can_dropped_known, &talk->can_dropped, can.dropped);
     else if (id == MR_ID_SERIAL_HEALTH && mr_serial_health_get(&serial, bytes, length) == MR_OK)
-        f->serial_dropped = rise(&talk->serial_dropped_known, &talk->serial_dropped, serial.dropped);
+        f->serial_dropped = rise(&talk->serial_dropped_known, &talk->serial_dropped,
+                                 serial.dropped);
     else if (id == MR_ID_FAULT && mr_fault_get(&fault, bytes, length) == MR_OK)
         take_fault(talk, &fault);
     else if (id == MR_ID_CAN_ALARM)
         f->alarm_known |= mr_can_alarm_get(&f->alarm, bytes, length) == MR_OK;
     else if (id == MR_ID_SELF_TEST) {
         struct mr_self_test test;
-        if (mr_self_test_get(&test, bytes, length) == MR_OK && test.tag == dialogue_tag(talk->dialogue)) {
+        if (mr_self_test_get(&test, bytes, length) == MR_OK &&
+            test.tag == dialogue_tag(talk->dialogue)) {
             f->test = test;
             f->tested = true;
         }
@@ -109,24 +112,16 @@ static void take_serial(struct readytalk *talk, const struct dialogue_message *m
         if (talk->event && mr_switch_event_get(&event, bytes, length) == MR_OK)
             talk->event(talk->context, &event);
         break;
-    case MR_ID_CONFIG_IMAGE:
-        configwords_take(&talk->words, bytes, length);
-        break;
+    case MR_ID_CONFIG_IMAGE: configwords_take(&talk->words, bytes, length); break;
     case MR_ID_CONFIG_STATE:
         f->config_state_known |= mr_config_state_get(&f->config_state, bytes, length) == MR_OK;
         break;
-    case MR_ID_BOX_STATE:
-        f->box_known |= mr_box_state_get(&f->box, bytes, length) == MR_OK;
-        break;
-    case MR_ID_BOX_SPACE:
-        (void)mr_box_space_get(&f->space, bytes, length);
-        break;
+    case MR_ID_BOX_STATE: f->box_known |= mr_box_state_get(&f->box, bytes, length) == MR_OK; break;
+    case MR_ID_BOX_SPACE: (void)mr_box_space_get(&f->space, bytes, length); break;
     case MR_ID_TEMPERATURE:
         f->temperature_known |= mr_temperature_get(&f->temperature, bytes, length) == MR_OK;
         break;
-    case MR_ID_BLOCK:
-        take_block(talk, bytes, length);
-        break;
+    case MR_ID_BLOCK: take_block(talk, bytes, length); break;
     default:
         identity_take(&f->identity, message->id, bytes, length);
         f->hello = f->identity.hello_known;
@@ -150,7 +145,8 @@ static void count_can(struct readytalk *talk, const struct dialogue_message *mes
 {
     struct mr_can_health health;
     struct ready_facts *f = talk->facts;
-    if (message->id == MR_ID_CAN_HEALTH && mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
+    if (message->id == MR_ID_CAN_HEALTH &&
+        mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
         int64_t lost = (int64_t)(health.sent - talk->can_sent) - talk->can_since;
         if (!talk->can_begun) {
             talk->can_begun = true;
@@ -164,7 +160,8 @@ static void count_can(struct readytalk *talk, const struct dialogue_message *mes
     f->can_frames++;
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct readytalk *talk = context;
     (void)error;
@@ -177,7 +174,8 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct ready_facts *facts, double limit_s)
+void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct ready_facts *facts,
+                     double limit_s)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
@@ -195,16 +193,20 @@ static double at_most(const struct readytalk *talk, double most_s)
 }
 
 /* MR_OK also when the time is over: the facts say what did not come. */
-static enum mr_status wait_for(struct readytalk *talk, dialogue_done *done, const void *context, double most_s, struct error *error)
+static enum mr_status wait_for(struct readytalk *talk, dialogue_done *done, const void *context,
+                               double most_s, struct error *error)
 {
-    enum mr_status status = dialogue_until(talk->dialogue, done, context, at_most(talk, most_s), error);
+    enum mr_status status = dialogue_until(talk->dialogue, done, context, at_most(talk, most_s),
+                                           error);
     return status == MR_TIMEOUT ? MR_OK : status;
 }
 
 /* talk->acknowledged says whether an answer came. */
-static enum mr_status order(struct readytalk *talk, uint8_t code, int32_t argument, double most_s, struct error *error)
+static enum mr_status order(struct readytalk *talk, uint8_t code, int32_t argument, double most_s,
+                            struct error *error)
 {
-    const struct dialogue_order order = {.code = code, .argument = argument, .answer_s = at_most(talk, most_s)};
+    const struct dialogue_order order = {
+        .code = code, .argument = argument, .answer_s = at_most(talk, most_s)};
     enum mr_status status = dialogue_order(talk->dialogue, &order, &talk->ack, error);
     talk->acknowledged = status == MR_OK;
     return status == MR_TIMEOUT ? MR_OK : status;
@@ -215,9 +217,12 @@ static enum mr_status read_configuration(struct readytalk *talk, struct error *e
     struct ready_facts *f = talk->facts;
     struct configwords *words = &talk->words;
     enum mr_status status = MR_OK;
-    for (int round = 0; status == MR_OK && round < WORD_ROUNDS && configwords_absent(words) < MR_CONFIG_WORDS; round++) {
+    for (int round = 0;
+         status == MR_OK && round < WORD_ROUNDS && configwords_absent(words) < MR_CONFIG_WORDS;
+         round++) {
         words->ended = false;
-        status = order(talk, MR_COMMAND_CONFIG_READ, (int32_t)configwords_absent(words), ANSWER_S, error);
+        status = order(talk, MR_COMMAND_CONFIG_READ, (int32_t)configwords_absent(words), ANSWER_S,
+                       error);
         if (status == MR_OK && talk->acknowledged && talk->ack.status == MR_OK)
             status = wait_for(talk, dialogue_flag, &words->ended, WORDS_S, error);
     }
@@ -229,10 +234,12 @@ static enum mr_status read_configuration(struct readytalk *talk, struct error *e
 enum mr_status readytalk_meet(struct readytalk *talk, struct error *error)
 {
     struct ready_facts *f = talk->facts;
-    enum mr_status status = wait_for(talk, dialogue_flag, &f->identity.commit_known, HELLO_S, error);
+    enum mr_status status = wait_for(talk, dialogue_flag, &f->identity.commit_known, HELLO_S,
+                                     error);
     if (status != MR_OK || !f->hello)
         return status;
-    if (f->identity.hello.state == MR_LANDING_DONE) { /* a landing that is done is kept: nothing ends but its state */
+    if (f->identity.hello.state == MR_LANDING_DONE) {
+        /* a landing that is done is kept: nothing ends but its state */
         status = order(talk, MR_COMMAND_DISARM, 0, ANSWER_S, error);
         if (status == MR_OK && talk->acknowledged && talk->ack.status == MR_OK)
             f->identity.hello.state = MR_LANDING_IDLE;
@@ -269,7 +276,8 @@ static enum mr_status ask_readings(struct readytalk *talk, struct error *error)
 
 static enum mr_status ask_shunts(struct readytalk *talk, struct error *error)
 {
-    enum mr_status status = order(talk, MR_COMMAND_SHUNT, 0, SHUNT_S, error); /* answered when it is over, after its results */
+    /* answered when it is over, after its results */
+    enum mr_status status = order(talk, MR_COMMAND_SHUNT, 0, SHUNT_S, error);
     talk->facts->shunt_done = talk->acknowledged;
     talk->facts->shunt_status = (enum mr_status)talk->ack.status;
     return status;
@@ -289,7 +297,8 @@ static enum mr_status ask_box(struct readytalk *talk, struct error *error)
     if (status == MR_OK)
         status = wait_for(talk, dialogue_flag, &f->box_known, ANSWER_S, error);
     if (status == MR_OK && f->box_known) /* until then it is told once a second */
-        status = wait_for(talk, box_looked_through, f, until_s - dialogue_now_s(talk->dialogue), error);
+        status = wait_for(talk, box_looked_through, f, until_s - dialogue_now_s(talk->dialogue),
+                          error);
     return status;
 }
 
@@ -314,8 +323,10 @@ enum mr_status readytalk_ask(struct readytalk *talk, struct error *error)
     if (status == MR_OK)
         status = ask_box(talk, error);
     if (status == MR_OK)
-        status = wait_for(talk, rested, talk, begun_s + REST_S - dialogue_now_s(talk->dialogue), error);
-    if (status == MR_OK && !f->temperature_known && f->config_known && f->config.site[0].thermometer)
+        status = wait_for(talk, rested, talk, begun_s + REST_S - dialogue_now_s(talk->dialogue),
+                          error);
+    if (status == MR_OK && !f->temperature_known && f->config_known &&
+        f->config.site[0].thermometer)
         status = wait_for(talk, dialogue_flag, &f->temperature_known, ANSWER_S, error);
     timemap_fit(&talk->map, PACE_PPM, &f->time);
     return status;

@@ -1,4 +1,5 @@
-/* Asking a board, over serial, whether it is ready, while its CAN is listened to; and hearing it live during a walk. */
+/* Asking a board, over serial, whether it is ready, while its CAN is listened to; and hearing it
+ * live during a walk. */
 #ifndef MATRIG_HOST_READYTALK_H
 #define MATRIG_HOST_READYTALK_H
 
@@ -11,15 +12,17 @@
 
 struct readytalk {
     struct dialogue *dialogue;
-    struct ready_facts *facts;     /* filled */
-    double until_s;                /* of all of it, by the dialogue's clock; INFINITY: until the caller ends it */
+    struct ready_facts *facts; /* filled */
+    /* of all of it, by the dialogue's clock; INFINITY: until the caller ends it */
+    double until_s;
 
-    bool acknowledged;             /* the newest order, */
-    struct mr_ack ack;             /* so */
+    bool acknowledged; /* the newest order, */
+    struct mr_ack ack; /* so */
     struct configwords words;
     struct mr_block block[READYTALK_BLOCKS];
     unsigned blocks;
-    bool seq_known, can_begun, lost_known, can_dropped_known, serial_dropped_known, clock_known, fault_known[MR_FAULT_COUNT];
+    bool seq_known, can_begun, lost_known, can_dropped_known, serial_dropped_known, clock_known,
+        fault_known[MR_FAULT_COUNT];
     uint16_t last_seq, blocks_lost, can_dropped, serial_dropped, first_fault[MR_FAULT_COUNT];
     uint32_t can_sent, first_clock, newest_clock;
     int64_t can_since;
@@ -32,15 +35,17 @@ struct readytalk {
     void (*reading)(void *context, const struct mr_block *block);
 };
 
-/* The dialogue is the caller's; `talk` subscribes to it. `facts` as the caller has filled them so far. Everything ends within
- * `limit_s`. */
-void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct ready_facts *facts, double limit_s);
-/* Waits for hello, makes a board that is done idle, reads its configuration. MR_OK also when the board does not answer: the facts say
- * so. Else as host/board/dialogue.h has it. */
+/* The dialogue is the caller's; `talk` subscribes to it. `facts` as the caller has filled them so
+ * far. Everything ends within `limit_s`. */
+void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct ready_facts *facts,
+                     double limit_s);
+/* Waits for hello, makes a board that is done idle, reads its configuration. MR_OK also when the
+ * board does not answer: the facts say so. Else as host/board/dialogue.h has it. */
 enum mr_status readytalk_meet(struct readytalk *talk, struct error *error);
 /* Everything else that the facts have: readings, shunts, self-test, black box, time. */
 enum mr_status readytalk_ask(struct readytalk *talk, struct error *error);
-/* Keeps the board live for `seconds` (firmware/live.h); MR_OK when it answered so, MR_NOT_NOW: not idle, MR_TIMEOUT. */
+/* Keeps the board live for `seconds` (firmware/live.h); MR_OK when it answered so, MR_NOT_NOW: not
+ * idle, MR_TIMEOUT. */
 enum mr_status readytalk_live(struct readytalk *talk, int seconds, struct error *error);
 
 #endif

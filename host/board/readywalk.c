@@ -38,7 +38,8 @@ enum walk_answer walk_take(struct walk_order *order, unsigned n)
     if (!(order->fitted & bit(n)))
         return WALK_NOT_FITTED;
     if (answered(order) & bit(n)) {
-        order->again[n - 1] = (uint8_t)(order->again[n - 1] + (order->again[n - 1] < UINT8_MAX ? 1 : 0));
+        order->again[n - 1] =
+            (uint8_t)(order->again[n - 1] + (order->again[n - 1] < UINT8_MAX ? 1 : 0));
         return WALK_AGAIN;
     }
     if (next && n > next && order->count && order->order[order->count - 1] > next)
@@ -47,7 +48,8 @@ enum walk_answer walk_take(struct walk_order *order, unsigned n)
     return n == next ? WALK_NEXT : WALK_ANOTHER;
 }
 
-/* Those that answered, in the order in which they stand, or the other way round when most of the walk went so. */
+/* Those that answered, in the order in which they stand, or the other way round when most of the
+ * walk went so. */
 static void expected_order(const struct walk_order *order, uint8_t expected[WALK_ITEMS])
 {
     unsigned down = 0, up = 0, k = 0;
@@ -70,7 +72,8 @@ static unsigned place_of(const uint8_t *list, unsigned count, unsigned n)
     return i;
 }
 
-static void judge_order(const struct walk_order *order, const char *what, const char *verb, struct ready_report *report)
+static void judge_order(const struct walk_order *order, const char *what, const char *verb,
+                        struct ready_report *report)
 {
     uint8_t expected[WALK_ITEMS];
     char name[20];
@@ -83,18 +86,24 @@ static void judge_order(const struct walk_order *order, const char *what, const 
             continue;
         snprintf(name, sizeof name, "%.10s %u", what, meant);
         if (order->order[j] != meant)
-            c = ready_add(report, READY_NO_GO, name, "%s %u answered when %u was next", what, answers, meant);
+            c = ready_add(report, READY_NO_GO, name, "%s %u answered when %u was next", what,
+                          answers, meant);
         else if (j > i)
-            c = ready_add(report, READY_NO_GO, name, "%s %u answered when %u was next, and %u when %u was: swapped", what, answers, meant,
-                          meant, answers);
+            c = ready_add(report, READY_NO_GO, name,
+                          "%s %u answered when %u was next, and %u when %u was: swapped", what,
+                          answers, meant, meant, answers);
         else
             continue; /* the other half of a pair that was told */
         snprintf(c->limit, sizeof c->limit, "in order");
-        snprintf(c->advice, sizeof c->advice, "were they %s in that order? else change their leads, or their places in the configuration", verb);
+        snprintf(c->advice, sizeof c->advice,
+                 "were they %s in that order? else change their leads, or their places in the "
+                 "configuration",
+                 verb);
     }
 }
 
-void walk_judge(const struct walk_order *order, const char *what, const char *verb, struct ready_report *report)
+void walk_judge(const struct walk_order *order, const char *what, const char *verb,
+                struct ready_report *report)
 {
     char name[20];
     uint32_t seen = answered(order);

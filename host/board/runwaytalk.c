@@ -7,13 +7,15 @@
 
 static void take_joints(struct runwaytalk *talk, const struct mr_runway_joints *joints)
 {
-    if (talk->parts >= mr_runway_messages(&talk->state) || joints->index != 1u + MR_RUNWAY_PER_MESSAGE * talk->parts)
+    if (talk->parts >= mr_runway_messages(&talk->state) ||
+        joints->index != 1u + MR_RUNWAY_PER_MESSAGE * talk->parts)
         return;
     mr_runway_take(&talk->state, joints);
     talk->whole = ++talk->parts == mr_runway_messages(&talk->state);
 }
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct runwaytalk *talk = context;
     const uint8_t *bytes = message->payload;
@@ -27,10 +29,12 @@ static enum mr_status take(void *context, const struct dialogue_message *message
         talk->stored_known |= mr_runway_store_get(&talk->stored, bytes, length) == MR_OK;
         talk->looked = talk->stored_known && talk->stored.copy_a != RUNWAYTALK_NOT_READ_YET;
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
-        talk->state = (struct mr_predictor_state){.mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
+        talk->state = (struct mr_predictor_state){
+            .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
         talk->parts = 0;
         talk->whole = false;
-    } else if (message->id == MR_ID_RUNWAY_JOINTS && mr_runway_joints_get(&joints, bytes, length) == MR_OK) {
+    } else if (message->id == MR_ID_RUNWAY_JOINTS &&
+               mr_runway_joints_get(&joints, bytes, length) == MR_OK) {
         take_joints(talk, &joints);
     }
     return MR_OK;
@@ -38,27 +42,36 @@ static enum mr_status take(void *context, const struct dialogue_message *message
 
 static enum mr_status silent(const struct runwaytalk *talk, const char *what, struct error *error)
 {
-    return error_set(error, MR_TIMEOUT, "the board did not %s within %.0f s: %s; is it running, has it a predictor?", what, DIALOGUE_ANSWER_S,
-                     dialogue_spec(talk->dialogue));
+    return error_set(error, MR_TIMEOUT,
+                     "the board did not %s within %.0f s: %s; is it running, has it a predictor?",
+                     what, DIALOGUE_ANSWER_S, dialogue_spec(talk->dialogue));
 }
 
-static enum mr_status wait_for(struct runwaytalk *talk, const bool *what, const char *name, struct error *error)
+static enum mr_status wait_for(struct runwaytalk *talk, const bool *what, const char *name,
+                               struct error *error)
 {
-    enum mr_status status = dialogue_until(talk->dialogue, dialogue_flag, what, DIALOGUE_ANSWER_S, error);
+    enum mr_status status = dialogue_until(talk->dialogue, dialogue_flag, what, DIALOGUE_ANSWER_S,
+                                           error);
     return status == MR_TIMEOUT ? silent(talk, name, error) : status;
 }
 
-enum mr_status runwaytalk_begin(struct runwaytalk *talk, struct dialogue *dialogue, struct error *error)
+enum mr_status runwaytalk_begin(struct runwaytalk *talk, struct dialogue *dialogue,
+                                struct error *error)
 {
     *talk = (struct runwaytalk){.dialogue = dialogue};
     dialogue_subscribe(dialogue, take, talk);
     enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error);
-    return status == MR_OK ? wait_for(talk, &talk->looked, "look through its memory", error) : status;
+    return status == MR_OK ? wait_for(talk, &talk->looked, "look through its memory", error)
+                           : status;
 }
 
-static enum mr_status order(struct runwaytalk *talk, unsigned code, unsigned index, int32_t argument, struct error *error)
+static enum mr_status order(struct runwaytalk *talk, unsigned code, unsigned index,
+                            int32_t argument, struct error *error)
 {
-    const struct dialogue_order order = {.code = (uint8_t)code, .index = (uint8_t)index, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
+    const struct dialogue_order order = {.code = (uint8_t)code,
+                                         .index = (uint8_t)index,
+                                         .argument = argument,
+                                         .answer_s = DIALOGUE_ANSWER_S};
     const char *link = dialogue_spec(talk->dialogue);
     struct mr_ack ack;
     enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
@@ -67,13 +80,18 @@ static enum mr_status order(struct runwaytalk *talk, unsigned code, unsigned ind
     if (ack.status == MR_OK)
         return MR_OK;
     if (ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW, "not now: %s; the board is armed or in a landing (disarm it, or wait), or no predictor runs "
-                         "(predict.fitted of its configuration)", link);
-    if (ack.status == MR_MALFORMED)
-        return error_set(error, MR_MALFORMED, "the board refuses this runway: %s; it is of other mats, or joints are wider than their slack",
+        return error_set(error, MR_NOT_NOW,
+                         "not now: %s; the board is armed or in a landing (disarm it, or wait), or "
+                         "no predictor runs "
+                         "(predict.fitted of its configuration)",
                          link);
-    return error_set(error, (enum mr_status)ack.status, "the board refused %s (%s): %s; try again", mr_command_name(code),
-                     mr_status_text((enum mr_status)ack.status), link);
+    if (ack.status == MR_MALFORMED)
+        return error_set(error, MR_MALFORMED,
+                         "the board refuses this runway: %s; it is of other mats, or joints are "
+                         "wider than their slack",
+                         link);
+    return error_set(error, (enum mr_status)ack.status, "the board refused %s (%s): %s; try again",
+                     mr_command_name(code), mr_status_text((enum mr_status)ack.status), link);
 }
 
 enum mr_status runwaytalk_read(struct runwaytalk *talk, struct error *error)
@@ -89,7 +107,10 @@ enum mr_status runwaytalk_read(struct runwaytalk *talk, struct error *error)
         if (status == MR_OK && mr_runway_crc(&talk->state) == talk->stored.crc)
             return MR_OK;
     }
-    return status != MR_OK ? status : error_set(error, MR_CRC, "the runway came damaged: %s; is the line noisy?", dialogue_spec(talk->dialogue));
+    return status != MR_OK
+             ? status
+             : error_set(error, MR_CRC, "the runway came damaged: %s; is the line noisy?",
+                         dialogue_spec(talk->dialogue));
 }
 
 /* The board keeps a new runway half a second after it came, and says hello once a second. */
@@ -103,16 +124,20 @@ static enum mr_status wait_until_kept(struct runwaytalk *talk, struct error *err
     return status;
 }
 
-enum mr_status runwaytalk_give(struct runwaytalk *talk, const struct mr_predictor_state *state, struct error *error)
+enum mr_status runwaytalk_give(struct runwaytalk *talk, const struct mr_predictor_state *state,
+                               struct error *error)
 {
     enum mr_status status = runwaytalk_read(talk, error);
     if (status == MR_OK && talk->state.mats != state->mats)
-        status = error_set(error, MR_LIMIT, "the file's runway has %u mats, the board's %u: %s; site.mats of its configuration",
-                           state->mats, talk->state.mats, dialogue_spec(talk->dialogue));
+        status = error_set(
+            error, MR_LIMIT,
+            "the file's runway has %u mats, the board's %u: %s; site.mats of its configuration",
+            state->mats, talk->state.mats, dialogue_spec(talk->dialogue));
     for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORDS; i++)
         status = order(talk, MR_COMMAND_RUNWAY_WORD, i, mr_runway_word_argument(state, i), error);
     for (unsigned i = 0; status == MR_OK && i < 256 && 2 * i <= state->mats; i++)
-        status = order(talk, MR_COMMAND_RUNWAY_JOINTS, i, mr_runway_joints_argument(state, i), error);
+        status = order(talk, MR_COMMAND_RUNWAY_JOINTS, i, mr_runway_joints_argument(state, i),
+                       error);
     if (status == MR_OK)
         status = order(talk, MR_COMMAND_RUNWAY_TAKE, 0, (int32_t)mr_runway_crc(state), error);
     return status == MR_OK ? wait_until_kept(talk, error) : status;

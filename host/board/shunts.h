@@ -1,4 +1,5 @@
-/* The results of a shunt calibration, as a board tells them: each gage's, and behind it what changed since the last one. */
+/* The results of a shunt calibration, as a board tells them: each gage's, and behind it what
+ * changed since the last one. */
 #ifndef MATRIG_HOST_BOARD_SHUNTS_H
 #define MATRIG_HOST_BOARD_SHUNTS_H
 
@@ -18,7 +19,8 @@ struct shunts {
 /* All zero: none. Takes a message in; those of other kinds change nothing. */
 void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
 
-/* What a shunt calibration came to; a number that is none (STORE_NONE): "not calibrated". Static storage. */
+/* What a shunt calibration came to; a number that is none (STORE_NONE): "not calibrated". Static
+ * storage. */
 const char *shunts_verdict_text(int64_t verdict);
 
 #endif

@@ -10,23 +10,29 @@
 #include "host/base/answer.h"
 #include "host/base/output.h"
 
-#define ROUNDS 4      /* of asking for what has not come */
-#define SEQ_MAX 0x7fffffffu
+#define ROUNDS   4 /* of asking for what has not come */
+#define SEQ_MAX  0x7fffffffu
 #define ROWS_MAX 4096u /* more than any board holds */
 
 struct fetch {
     struct boxtalk *talk;
     char uid[IDENTITY_UID_TEXT];
-    uint32_t first, next; /* numbers the board may hold: first <= seq < next */
-    bool *known;          /* by seq - first: in the database, or come */
+    uint32_t first, next;    /* numbers the board may hold: first <= seq < next */
+    bool *known;             /* by seq - first: in the database, or come */
     struct store_slow *rows; /* that came */
     size_t count;
 };
 
-void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_us, struct store_slow *out)
+void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_us,
+              struct store_slow *out)
 {
-    *out = (struct store_slow){.seq = row->seq ? row->seq : STORE_NONE, .boot = row->boot, .block = row->block, .time_us = time_us,
-                               .faults = row->faults, .state = row->state, .temperature_c = (double)row->temperature_c};
+    *out = (struct store_slow){.seq = row->seq ? row->seq : STORE_NONE,
+                               .boot = row->boot,
+                               .block = row->block,
+                               .time_us = time_us,
+                               .faults = row->faults,
+                               .state = row->state,
+                               .temperature_c = (double)row->temperature_c};
     snprintf(out->board_uid, sizeof out->board_uid, "%s", board_uid);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         out->displacement_in[i] = (double)row->displacement_in[i];
@@ -37,7 +43,8 @@ void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_
 static void take_row(void *context, const struct mr_slowrow *row)
 {
     struct fetch *fetch = context;
-    if (!fetch->known || row->seq < fetch->first || row->seq >= fetch->next || fetch->known[row->seq - fetch->first])
+    if (!fetch->known || row->seq < fetch->first || row->seq >= fetch->next ||
+        fetch->known[row->seq - fetch->first])
         return;
     fetch->known[row->seq - fetch->first] = true;
     slow_row(row, fetch->uid, STORE_NONE, &fetch->rows[fetch->count++]);
@@ -57,8 +64,10 @@ static void date_rows(struct fetch *fetch)
     const struct boxtalk *talk = fetch->talk;
     for (size_t i = 0; i < fetch->count; i++) {
         struct store_slow *row = &fetch->rows[i];
-        if (talk->clock_known && row->boot == talk->slow_end.boot && row->block <= (int64_t)talk->clock.block)
-            row->time_us = (int64_t)talk->clock_us - 1000 * ((int64_t)talk->clock.block - row->block);
+        if (talk->clock_known && row->boot == talk->slow_end.boot &&
+            row->block <= (int64_t)talk->clock.block)
+            row->time_us = (int64_t)talk->clock_us -
+                           1000 * ((int64_t)talk->clock.block - row->block);
     }
 }
 
@@ -66,7 +75,8 @@ static enum mr_status know(struct fetch *fetch, struct store *store, struct erro
 {
     struct store_slow *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store ? store_slow_rows(store, fetch->uid, &rows, &count, error) : MR_OK;
+    enum mr_status status = store ? store_slow_rows(store, fetch->uid, &rows, &count, error)
+                                  : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (rows[i].seq >= (int64_t)fetch->first && rows[i].seq < (int64_t)fetch->next)
             fetch->known[rows[i].seq - (int64_t)fetch->first] = true;
@@ -90,12 +100,16 @@ static enum mr_status receive(struct fetch *fetch, struct store *store, struct e
     if (!fetch->known || !fetch->rows)
         abort();
     status = know(fetch, store, error);
-    /* Rows that the ring has lost are not asked for: there are as many as it holds, at most, before the next. */
-    uint32_t held = fetch->next - (talk->slow_end.rows < fetch->next ? talk->slow_end.rows : fetch->next - 1u);
+    /* Rows that the ring has lost are not asked for: there are as many as it holds, at most, before
+     * the next. */
+    uint32_t held = fetch->next -
+                    (talk->slow_end.rows < fetch->next ? talk->slow_end.rows : fetch->next - 1u);
     for (uint32_t seq = fetch->first; seq < held; seq++)
         fetch->known[seq - fetch->first] = true;
     size_t before = SIZE_MAX;
-    for (int round = 0; status == MR_OK && round < ROUNDS && first_missing(fetch) < fetch->next && fetch->count != before; round++) {
+    for (int round = 0; status == MR_OK && round < ROUNDS && first_missing(fetch) < fetch->next &&
+                        fetch->count != before;
+         round++) {
         before = fetch->count;
         status = boxtalk_slow(talk, first_missing(fetch), take_row, fetch, error);
     }
@@ -135,7 +149,8 @@ static int compare_rows(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static enum mr_status write_csv(const char *path, bool force, struct fetch *fetch, struct error *error)
+static enum mr_status write_csv(const char *path, bool force, struct fetch *fetch,
+                                struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, force, error) != MR_OK)
@@ -150,7 +165,8 @@ static enum mr_status write_csv(const char *path, bool force, struct fetch *fetc
     fputc('\n', file);
     for (size_t i = 0; i < fetch->count; i++) {
         const struct store_slow *row = &fetch->rows[i];
-        fprintf(file, "%lld,%lld,%lld,", (long long)row->seq, (long long)row->boot, (long long)row->block);
+        fprintf(file, "%lld,%lld,%lld,", (long long)row->seq, (long long)row->boot,
+                (long long)row->block);
         print_time(file, row->time_us);
         fprintf(file, ",%lld,%lld", (long long)row->faults, (long long)row->state);
         print_number(file, row->temperature_c, 4);
@@ -180,7 +196,8 @@ static int tell(const struct cli *cli, const struct fetch *fetch)
     return answer_show(cli, answer, 0);
 }
 
-int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv, bool force, struct error *error)
+int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv,
+               bool force, struct error *error)
 {
     struct fetch fetch = {.talk = talk};
     struct store *store = NULL;

@@ -9,8 +9,11 @@
 struct boxtalk;
 
 /* A row as the database keeps it. `time_us` STORE_NONE: not known when it was made. */
-void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_us, struct store_slow *out);
-/* `matrig board slow`: what is missing in `db`, or all rows, to `csv`; either may be NULL. Returns the exit code. */
-int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv, bool force, struct error *error);
+void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_us,
+              struct store_slow *out);
+/* `matrig board slow`: what is missing in `db`, or all rows, to `csv`; either may be NULL. Returns
+ * the exit code. */
+int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv,
+               bool force, struct error *error);
 
 #endif

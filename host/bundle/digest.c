@@ -52,12 +52,8 @@ static void add_value(struct hashing *hashing, sqlite3_stmt *row, int column)
     uint64_t bits;
     double real;
     switch (sqlite3_column_type(row, column)) {
-    case SQLITE_NULL:
-        add(hashing, "N", 1);
-        break;
-    case SQLITE_INTEGER:
-        add_head(hashing, 'I', (uint64_t)sqlite3_column_int64(row, column));
-        break;
+    case SQLITE_NULL: add(hashing, "N", 1); break;
+    case SQLITE_INTEGER: add_head(hashing, 'I', (uint64_t)sqlite3_column_int64(row, column)); break;
     case SQLITE_FLOAT:
         real = sqlite3_column_double(row, column);
         memcpy(&bits, &real, sizeof bits);
@@ -79,12 +75,15 @@ static char *selection(sqlite3 *database, const char *table)
     sqlite3_stmt *statement;
     char *order = NULL;
     if (!table)
-        return sqlite3_mprintf("SELECT name, sql FROM sqlite_schema WHERE sql IS NOT NULL ORDER BY type, name");
-    if (sqlite3_prepare_v2(database, "SELECT name FROM pragma_table_info(?) WHERE pk>0 ORDER BY pk", -1, &statement, NULL) != SQLITE_OK)
+        return sqlite3_mprintf(
+            "SELECT name, sql FROM sqlite_schema WHERE sql IS NOT NULL ORDER BY type, name");
+    if (sqlite3_prepare_v2(database, "SELECT name FROM pragma_table_info(?) WHERE pk>0 ORDER BY pk",
+                           -1, &statement, NULL) != SQLITE_OK)
         return NULL;
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     while (sqlite3_step(statement) == SQLITE_ROW)
-        order = sqlite3_mprintf("%z%s\"%w\"", order, order ? "," : "", sqlite3_column_text(statement, 0));
+        order = sqlite3_mprintf("%z%s\"%w\"", order, order ? "," : "",
+                                sqlite3_column_text(statement, 0));
     sqlite3_finalize(statement);
     char *sql = sqlite3_mprintf("SELECT * FROM \"%w\" ORDER BY %s", table, order ? order : "rowid");
     sqlite3_free(order);

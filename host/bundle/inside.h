@@ -7,7 +7,8 @@
 #include "host/bundle/bundle.h"
 
 struct bundle {
-    uint8_t *bytes; /* as read, but for the header's page count and journal mode: these so that it can be read */
+    /* as read, but for the header's page count and journal mode: these so that it can be read */
+    uint8_t *bytes;
     size_t size;
     sqlite3 *database;
     long turns;     /* of the progress handler */
@@ -18,6 +19,7 @@ struct bundle {
 int bundle_known_file(const char *name, size_t length);
 
 /* The file unpacked, which the caller frees; NULL: `why` says why it is not there. */
-uint8_t *bundle_unpack(struct bundle *bundle, const char *name, size_t *size, char *why, size_t why_size);
+uint8_t *bundle_unpack(struct bundle *bundle, const char *name, size_t *size, char *why,
+                       size_t why_size);
 
 #endif

@@ -12,15 +12,16 @@
 #include "host/store/store_guard.h"
 
 /* The file's header, https://sqlite.org/fileformat2.html#the_database_header */
-#define HEADER_BYTES 100u
-#define HEADER_PAGE_SIZE 16u /* 2 bytes, high one first; 1: 65536 */
+#define HEADER_BYTES         100u
+#define HEADER_PAGE_SIZE     16u /* 2 bytes, high one first; 1: 65536 */
 #define HEADER_WRITE_VERSION 18u
-#define HEADER_READ_VERSION 19u
-#define HEADER_PAGES 28u
-#define VERSION_ROLLBACK 1u
+#define HEADER_READ_VERSION  19u
+#define HEADER_PAGES         28u
+#define VERSION_ROLLBACK     1u
 
-/* Whatever the bytes are, reading them ends: an undamaged bundle of 10 MB takes a hundredth of this. */
-#define STEPS_MAX 40000000
+/* Whatever the bytes are, reading them ends: an undamaged bundle of 10 MB takes a hundredth of
+ * this. */
+#define STEPS_MAX  40000000
 #define STEPS_EACH 10000
 #define HASHED_MAX 134217728
 
@@ -54,9 +55,11 @@ static void judge(struct bundle_part *part, enum bundle_state state, const char 
 
 static struct bundle_part *add_part(struct bundle_check *check)
 {
-    struct bundle_part *part = &check->part[check->parts < BUNDLE_PARTS_MAX - 1 ? check->parts++ : BUNDLE_PARTS_MAX - 1];
+    struct bundle_part *part =
+        &check->part[check->parts < BUNDLE_PARTS_MAX - 1 ? check->parts++ : BUNDLE_PARTS_MAX - 1];
     *part = (struct bundle_part){.kind = ""};
-    check->parts += check->parts == BUNDLE_PARTS_MAX - 1 && part == &check->part[BUNDLE_PARTS_MAX - 1];
+    check->parts += check->parts == BUNDLE_PARTS_MAX - 1 &&
+                    part == &check->part[BUNDLE_PARTS_MAX - 1];
     return part;
 }
 
@@ -92,9 +95,10 @@ static void look_at_header(struct bundle *bundle, struct bundle_check *check)
 static enum mr_status attach_bytes(struct bundle *bundle, const char *path, struct error *error)
 {
     if (sqlite3_open_v2(":memory:", &bundle->database, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK ||
-        sqlite3_deserialize(bundle->database, "main", bundle->bytes, (sqlite3_int64)bundle->size, (sqlite3_int64)bundle->size,
-                            SQLITE_DESERIALIZE_READONLY) != SQLITE_OK)
-        return error_set(error, MR_MALFORMED, "no bundle (%s): %s; name a file that matrig bundle made",
+        sqlite3_deserialize(bundle->database, "main", bundle->bytes, (sqlite3_int64)bundle->size,
+                            (sqlite3_int64)bundle->size, SQLITE_DESERIALIZE_READONLY) != SQLITE_OK)
+        return error_set(error, MR_MALFORMED,
+                         "no bundle (%s): %s; name a file that matrig bundle made",
                          bundle->database ? sqlite3_errmsg(bundle->database) : "no memory", path);
     store_guard_settings(bundle->database);
     sqlite3_limit(bundle->database, SQLITE_LIMIT_LENGTH, (int)BUNDLE_FILE_MAX);
@@ -107,9 +111,9 @@ static enum mr_status attach_bytes(struct bundle *bundle, const char *path, stru
 static enum mr_status check_schema(struct bundle *bundle, const char *path, struct error *error)
 {
     sqlite3_stmt *row = NULL;
-    static const char sql[] =
-        "SELECT name, type FROM sqlite_schema AS s WHERE type='view' OR (type='table' AND (rootpage=0 OR sql IS NULL OR"
-        " EXISTS(SELECT 1 FROM pragma_table_xinfo(s.name) WHERE hidden<>0)))";
+    static const char sql[] = "SELECT name, type FROM sqlite_schema AS s WHERE type='view' OR "
+                              "(type='table' AND (rootpage=0 OR sql IS NULL OR"
+                              " EXISTS(SELECT 1 FROM pragma_table_xinfo(s.name) WHERE hidden<>0)))";
     char name[BUNDLE_NAME], type[8];
     int code = sqlite3_prepare_v2(bundle->database, sql, -1, &row, NULL);
     if (code == SQLITE_OK)
@@ -117,9 +121,13 @@ static enum mr_status check_schema(struct bundle *bundle, const char *path, stru
     if (code == SQLITE_ROW) {
         column(row, 0, name, sizeof name);
         column(row, 1, type, sizeof type);
-        error_set(error, MR_MALFORMED, "no bundle (%s %s is none that a bundle has): %s; name a file that matrig bundle made", type, name, path);
+        error_set(
+            error, MR_MALFORMED,
+            "no bundle (%s %s is none that a bundle has): %s; name a file that matrig bundle made",
+            type, name, path);
     } else if (code != SQLITE_DONE) {
-        error_set(error, MR_MALFORMED, "its tables cannot be told (%s): %s; name a file that matrig bundle made",
+        error_set(error, MR_MALFORMED,
+                  "its tables cannot be told (%s): %s; name a file that matrig bundle made",
                   sqlite3_errmsg(bundle->database), path);
     }
     sqlite3_finalize(row);
@@ -151,7 +159,8 @@ static void check_table(struct bundle *bundle, struct bundle_part *part)
 {
     struct digest_sum sum;
     bool schema = strcmp(part->kind, "schema") == 0;
-    int code = digest_table(bundle->database, schema ? NULL : part->name, HASHED_MAX - bundle->hashed, &sum);
+    int code = digest_table(bundle->database, schema ? NULL : part->name,
+                            HASHED_MAX - bundle->hashed, &sum);
     bundle->hashed += sum.bytes;
     part->rows = sum.rows;
     if (code == SQLITE_TOOBIG || code == SQLITE_INTERRUPT)
@@ -171,16 +180,23 @@ static void read_part(sqlite3_stmt *row, struct bundle_part *part)
     column(row, 4, part->digest, sizeof part->digest);
     if (sqlite3_column_bytes(row, 0) >= (int)BUNDLE_NAME)
         judge(part, BUNDLE_FOREIGN, "no bundle has a name so long");
-    else if (sqlite3_column_text(row, 0) && strlen((const char *)sqlite3_column_text(row, 0)) != strlen(part->name))
+    else if (sqlite3_column_text(row, 0) &&
+             strlen((const char *)sqlite3_column_text(row, 0)) != strlen(part->name))
         judge(part, BUNDLE_FOREIGN, "a NUL in its name");
 }
 
 /* MR_MALFORMED: there is no manifest. One that breaks off is told as a part that is lost. */
-static enum mr_status check_parts(struct bundle *bundle, struct bundle_check *check, struct error *error)
+static enum mr_status check_parts(struct bundle *bundle, struct bundle_check *check,
+                                  struct error *error)
 {
     sqlite3_stmt *row = NULL;
-    if (sqlite3_prepare_v2(bundle->database, "SELECT name, kind, bytes, what, sha256 FROM bundle_manifest ORDER BY rowid", -1, &row, NULL) != SQLITE_OK)
-        return error_set(error, MR_MALFORMED, "no bundle (%s): %s; name a file that matrig bundle made, or give a RUN: matrig replay DB RUN",
+    if (sqlite3_prepare_v2(
+            bundle->database,
+            "SELECT name, kind, bytes, what, sha256 FROM bundle_manifest ORDER BY rowid", -1, &row,
+            NULL) != SQLITE_OK)
+        return error_set(error, MR_MALFORMED,
+                         "no bundle (%s): %s; name a file that matrig bundle made, or give a RUN: "
+                         "matrig replay DB RUN",
                          sqlite3_errmsg(bundle->database), check->path);
     int code;
     while ((code = sqlite3_step(row)) == SQLITE_ROW && check->parts < BUNDLE_PARTS_MAX - 1) {
@@ -199,7 +215,10 @@ static enum mr_status check_parts(struct bundle *bundle, struct bundle_check *ch
         struct bundle_part *part = add_part(check);
         snprintf(part->name, sizeof part->name, "bundle_manifest");
         snprintf(part->kind, sizeof part->kind, "table");
-        judge(part, BUNDLE_LOST, code == SQLITE_ROW ? "it has more parts than any bundle" : code == SQLITE_DONE ? "it is empty" : sqlite3_errmsg(bundle->database));
+        judge(part, BUNDLE_LOST,
+              code == SQLITE_ROW    ? "it has more parts than any bundle"
+              : code == SQLITE_DONE ? "it is empty"
+                                    : sqlite3_errmsg(bundle->database));
     }
     sqlite3_finalize(row);
     return MR_OK;
@@ -208,10 +227,12 @@ static enum mr_status check_parts(struct bundle *bundle, struct bundle_check *ch
 /* What lies in the file and is not in the manifest. */
 static void find_foreign(struct bundle *bundle, struct bundle_check *check)
 {
-    static const char sql[] =
-        "SELECT name, 'file' FROM sqlar WHERE name NOT IN (SELECT name FROM bundle_manifest WHERE kind='file') OR name IS NULL UNION ALL"
-        " SELECT name, 'table' FROM sqlite_schema WHERE type='table' AND name NOT IN (SELECT name FROM bundle_manifest WHERE kind='table')"
-        " AND name NOT IN ('sqlar', 'bundle_manifest', 'bundle_seal') AND name NOT LIKE 'sqlite!_%' ESCAPE '!'";
+    static const char sql[] = "SELECT name, 'file' FROM sqlar WHERE name NOT IN (SELECT name FROM "
+                              "bundle_manifest WHERE kind='file') OR name IS NULL UNION ALL"
+                              " SELECT name, 'table' FROM sqlite_schema WHERE type='table' AND "
+                              "name NOT IN (SELECT name FROM bundle_manifest WHERE kind='table')"
+                              " AND name NOT IN ('sqlar', 'bundle_manifest', 'bundle_seal') AND "
+                              "name NOT LIKE 'sqlite!_%' ESCAPE '!'";
     sqlite3_stmt *row = NULL;
     if (sqlite3_prepare_v2(bundle->database, sql, -1, &row, NULL) == SQLITE_OK) {
         while (sqlite3_step(row) == SQLITE_ROW && check->parts < BUNDLE_PARTS_MAX - 1) {
@@ -226,14 +247,17 @@ static void find_foreign(struct bundle *bundle, struct bundle_check *check)
 
 /* ---- opening ---- */
 
-enum mr_status bundle_open_bytes(const char *path, const uint8_t *bytes, size_t size, struct bundle **bundle, struct bundle_check *check,
+enum mr_status bundle_open_bytes(const char *path, const uint8_t *bytes, size_t size,
+                                 struct bundle **bundle, struct bundle_check *check,
                                  struct error *error)
 {
     static const char magic[16] = "SQLite format 3";
     *check = (struct bundle_check){.path = path};
     *bundle = NULL;
     if (size < HEADER_BYTES || memcmp(bytes, magic, sizeof magic) != 0)
-        return error_set(error, MR_MALFORMED, "no bundle%s: %s; name a file that matrig bundle made", size < HEADER_BYTES ? ", or cut off in its header" : "", path);
+        return error_set(error, MR_MALFORMED,
+                         "no bundle%s: %s; name a file that matrig bundle made",
+                         size < HEADER_BYTES ? ", or cut off in its header" : "", path);
     struct bundle *made = calloc(1, sizeof *made);
     if (!made || !(made->bytes = malloc(size)))
         abort();
@@ -246,8 +270,10 @@ enum mr_status bundle_open_bytes(const char *path, const uint8_t *bytes, size_t 
     if (status == MR_OK)
         status = check_parts(made, check, &why);
     if (status != MR_OK && check->truncated)
-        error_set(error, status = MR_TRUNCATED, "truncated at byte %zu of %llu, before anything that could be saved: %s; get it once more", size,
-                  (unsigned long long)check->whole_bytes, path);
+        error_set(error, status = MR_TRUNCATED,
+                  "truncated at byte %zu of %llu, before anything that could be saved: %s; get it "
+                  "once more",
+                  size, (unsigned long long)check->whole_bytes, path);
     else if (status != MR_OK)
         *error = why;
     if (status == MR_OK)
@@ -274,14 +300,17 @@ static bool lies_beside(const char *path)
     return found;
 }
 
-enum mr_status bundle_open(const char *path, struct bundle **bundle, struct bundle_check *check, struct error *error)
+enum mr_status bundle_open(const char *path, struct bundle **bundle, struct bundle_check *check,
+                           struct error *error)
 {
     struct stat info;
     *bundle = NULL;
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe without a writer does not hold it up */
+    /* a pipe without a writer does not hold it up */
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0 || fstat(file, &info) != 0 || !S_ISREG(info.st_mode)) {
-        enum mr_status status = error_set(error, MR_IO, "cannot be read (%s): %s; name a file that matrig bundle made",
-                                          file < 0 ? strerror(errno) : "no plain file", path);
+        enum mr_status status =
+            error_set(error, MR_IO, "cannot be read (%s): %s; name a file that matrig bundle made",
+                      file < 0 ? strerror(errno) : "no plain file", path);
         if (file >= 0)
             close(file);
         return status;
@@ -290,14 +319,17 @@ enum mr_status bundle_open(const char *path, struct bundle **bundle, struct bund
     size_t size = 0;
     enum mr_status status = MR_OK;
     if (info.st_size > (off_t)BUNDLE_READ_MAX)
-        status = error_set(error, MR_TOO_LONG, "%lld bytes, no bundle has more than %u: %s; a campaign is replayed with its RUN: matrig replay DB RUN",
+        status = error_set(error, MR_TOO_LONG,
+                           "%lld bytes, no bundle has more than %u: %s; a campaign is replayed "
+                           "with its RUN: matrig replay DB RUN",
                            (long long)info.st_size, BUNDLE_BYTES_MAX, path);
     if (status == MR_OK && !(bytes = malloc((size_t)info.st_size + 1u)))
         abort();
     while (status == MR_OK && size < (size_t)info.st_size) {
         ssize_t got = read(file, bytes + size, (size_t)info.st_size - size);
         if (got < 0)
-            status = error_set(error, MR_IO, "cannot be read (%s): %s; check the disk", strerror(errno), path);
+            status = error_set(error, MR_IO, "cannot be read (%s): %s; check the disk",
+                               strerror(errno), path);
         if (got <= 0)
             break;
         size += (size_t)got;

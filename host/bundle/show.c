@@ -17,7 +17,8 @@ static void name_bad(const struct bundle_check *check, char *text, size_t size)
         if (part->state == BUNDLE_WHOLE || at >= size)
             continue;
         bool file = strcmp(part->kind, "file") == 0 || strcmp(part->kind, part->name) == 0;
-        at += (size_t)snprintf(text + at, size - at, "%s%s%s", told++ ? ", " : "", file ? "" : "table ", part->name);
+        at += (size_t)snprintf(text + at, size - at, "%s%s%s", told++ ? ", " : "",
+                               file ? "" : "table ", part->name);
     }
     if (check->bad > told && at < size)
         snprintf(text + at, size - at, " and %zu more", check->bad - told);
@@ -29,31 +30,43 @@ void bundle_verdict(const struct bundle_check *check, char *text, size_t size)
     size_t whole = check->parts - check->bad;
     name_bad(check, names, sizeof names);
     if (check->truncated)
-        snprintf(text, size, "truncated at byte %zu of %llu: %zu of %zu parts are whole; not %s", check->bytes,
-                 (unsigned long long)check->whole_bytes, whole, check->parts, check->bad ? names : "its end");
+        snprintf(text, size, "truncated at byte %zu of %llu: %zu of %zu parts are whole; not %s",
+                 check->bytes, (unsigned long long)check->whole_bytes, whole, check->parts,
+                 check->bad ? names : "its end");
     else if (check->bad)
-        snprintf(text, size, "changed since it was made: %s; %zu of %zu parts are whole", names, whole, check->parts);
+        snprintf(text, size, "changed since it was made: %s; %zu of %zu parts are whole", names,
+                 whole, check->parts);
     else if (!check->sealed)
-        snprintf(text, size, "changed since it was made, between its parts: all %zu of them are whole, other bytes are not", check->parts);
+        snprintf(text, size,
+                 "changed since it was made, between its parts: all %zu of them are whole, other "
+                 "bytes are not",
+                 check->parts);
     else if (check->aside)
-        snprintf(text, size, "complete, but a journal lies beside it: it is open in another program, or was changed");
+        snprintf(text, size,
+                 "complete, but a journal lies beside it: it is open in another program, or was "
+                 "changed");
     else
-        snprintf(text, size, "complete: all %zu parts and every byte are as they were made", check->parts);
+        snprintf(text, size, "complete: all %zu parts and every byte are as they were made",
+                 check->parts);
 }
 
-static const char *const states[] = {
-    [BUNDLE_WHOLE] = "whole", [BUNDLE_CHANGED] = "changed", [BUNDLE_LOST] = "lost", [BUNDLE_FOREIGN] = "foreign"};
+static const char *const states[] = {[BUNDLE_WHOLE] = "whole",
+                                     [BUNDLE_CHANGED] = "changed",
+                                     [BUNDLE_LOST] = "lost",
+                                     [BUNDLE_FOREIGN] = "foreign"};
 
 static bool was_saved(const struct bundle_part *part, const bool saved[BUNDLE_FILES])
 {
     bool found = false;
     for (int i = 0; i < BUNDLE_FILES && saved; i++)
-        found |= saved[i] && strcmp(part->kind, "file") == 0 && part->state == BUNDLE_WHOLE && strcmp(part->name, bundle_files[i].name) == 0;
+        found |= saved[i] && strcmp(part->kind, "file") == 0 && part->state == BUNDLE_WHOLE &&
+                 strcmp(part->name, bundle_files[i].name) == 0;
     return found;
 }
 
 /* For programs, every part; for people every file, and those tables that are not whole. */
-static void parts_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES], struct answer *answer)
+static void parts_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES],
+                         struct answer *answer)
 {
     answer_list(answer, "parts", NULL);
     for (size_t i = 0; i < check->parts; i++) {
@@ -75,14 +88,16 @@ static void parts_answer(const struct bundle_check *check, const bool saved[BUND
         const struct bundle_part *part = &check->part[i];
         bool file = strcmp(part->kind, "file") == 0;
         if (part->state != BUNDLE_WHOLE)
-            answer_words(answer, NULL, part->name, "%s: %s%s", states[part->state], part->why, file ? "" : " (table)");
+            answer_words(answer, NULL, part->name, "%s: %s%s", states[part->state], part->why,
+                         file ? "" : " (table)");
         else if (file)
-            answer_words(answer, NULL, part->name, "%9lld bytes  %s  %s%s", (long long)part->bytes, part->digest, part->what,
-                         was_saved(part, saved) ? "; saved" : "");
+            answer_words(answer, NULL, part->name, "%9lld bytes  %s  %s%s", (long long)part->bytes,
+                         part->digest, part->what, was_saved(part, saved) ? "; saved" : "");
     }
 }
 
-void bundle_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES], struct answer *answer)
+void bundle_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES],
+                   struct answer *answer)
 {
     char verdict[600];
     long long tables = 0, rows = 0;

@@ -5,7 +5,9 @@
 #include "host/base/answer.h"
 #include "host/bundle/bundle.h"
 
-/* The verdict, every file, and those tables that are not whole (`saved` NULL: nothing was to be saved). */
-void bundle_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES], struct answer *answer);
+/* The verdict, every file, and those tables that are not whole (`saved` NULL: nothing was to be
+ * saved). */
+void bundle_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES],
+                   struct answer *answer);
 
 #endif

@@ -6,25 +6,41 @@
 #include <string.h>
 #include <strings.h>
 
-#define WORDS_MAX 24u
+#define WORDS_MAX   24u
 #define COUNT(list) (sizeof(list) / sizeof(list)[0])
 
 static const char *const code_words[] = {"code", "codes", "count", "counts", "adc", "raw", "lsb"};
 static const char *const volt_words[] = {"v", "mv", "volt", "volts", "millivolt", "millivolts"};
 static const char *const descriptions[] = {
-    "actual", "applied", "average", "block", "caliper", "cell", "channel", "deflection", "dial", "displacement", "distance", "extension", "force",
-    "forces", "gage", "gap", "gauge", "height", "indicated", "input", "known", "length", "level", "load", "loads", "mass", "mean", "measured",
-    "nominal", "of", "output", "pos", "position", "reading", "readings", "ref", "reference", "sensor", "set", "standard", "stroke", "target",
-    "tension", "the", "transducer", "travel", "true", "unit", "units", "value", "values", "weight", "weights"};
+    "actual",     "applied",   "average",      "block",    "caliper",   "cell",    "channel",
+    "deflection", "dial",      "displacement", "distance", "extension", "force",   "forces",
+    "gage",       "gap",       "gauge",        "height",   "indicated", "input",   "known",
+    "length",     "level",     "load",         "loads",    "mass",      "mean",    "measured",
+    "nominal",    "of",        "output",       "pos",      "position",  "reading", "readings",
+    "ref",        "reference", "sensor",       "set",      "standard",  "stroke",  "target",
+    "tension",    "the",       "transducer",   "travel",   "true",      "unit",    "units",
+    "value",      "values",    "weight",       "weights"};
 /* Words that make another number of a value, and units that matrig does not convert. */
 static const char *const refused_words[] = {
-    "half", "halves", "third", "thirds", "quarter", "quarters", "eighth", "eighths", "sixteenth", "sixteenths", "tenth", "tenths", "hundredth",
-    "hundredths", "thousandth", "thousandths", "zehntel", "hundertstel", "tausendstel", "halbe", "double", "twice", "triple", "ten", "tens",
-    "hundred", "hundreds", "thousand", "thousands", "dozen", "million", "per", "times", "percent", "pct", "ppm", "minus", "negative", "inverse",
-    "deci", "centi", "milli", "micro", "nano", "deca", "deka", "hecto", "kilo", "mega", "giga", "da", "h", "k", "u", "x", "sq", "square",
-    "squared", "cu", "cubic", "scale", "scaled", "factor", "thou", "thous", "mil", "mils", "um", "nm", "dm", "km", "micron", "microns", "micrometre",
-    "micrometres", "micrometer", "micrometers", "yd", "yard", "yards", "g", "gram", "grams", "gf", "t", "ton", "tons", "tonne", "tonnes", "oz",
-    "ounce", "ounces", "kip", "kips", "klb", "klbf", "dan", "mn", "un", "cn", "hn", "dyn", "st", "stone", "psi", "pa", "kpa", "mpa", "bar", "mbar"};
+    "half",        "halves",     "third",       "thirds",      "quarter",     "quarters",
+    "eighth",      "eighths",    "sixteenth",   "sixteenths",  "tenth",       "tenths",
+    "hundredth",   "hundredths", "thousandth",  "thousandths", "zehntel",     "hundertstel",
+    "tausendstel", "halbe",      "double",      "twice",       "triple",      "ten",
+    "tens",        "hundred",    "hundreds",    "thousand",    "thousands",   "dozen",
+    "million",     "per",        "times",       "percent",     "pct",         "ppm",
+    "minus",       "negative",   "inverse",     "deci",        "centi",       "milli",
+    "micro",       "nano",       "deca",        "deka",        "hecto",       "kilo",
+    "mega",        "giga",       "da",          "h",           "k",           "u",
+    "x",           "sq",         "square",      "squared",     "cu",          "cubic",
+    "scale",       "scaled",     "factor",      "thou",        "thous",       "mil",
+    "mils",        "um",         "nm",          "dm",          "km",          "micron",
+    "microns",     "micrometre", "micrometres", "micrometer",  "micrometers", "yd",
+    "yard",        "yards",      "g",           "gram",        "grams",       "gf",
+    "t",           "ton",        "tons",        "tonne",       "tonnes",      "oz",
+    "ounce",       "ounces",     "kip",         "kips",        "klb",         "klbf",
+    "dan",         "mn",         "un",          "cn",          "hn",          "dyn",
+    "st",          "stone",      "psi",         "pa",          "kpa",         "mpa",
+    "bar",         "mbar"};
 
 enum meaning { UNIT, CODE, VOLT, DESCRIPTION, PREPOSITION, REFUSED, UNKNOWN };
 
@@ -61,8 +77,9 @@ static bool is_letter(char c)
     return isalpha((unsigned char)c) || (unsigned char)c >= 0x80;
 }
 
-/* Signs beyond ASCII, in UTF-8 or Latin-1: of the first block (one half, micro, squared, plus-minus), times and divided by, general
- * punctuation and fractions, and the Greek micro. Letters are none of them. */
+/* Signs beyond ASCII, in UTF-8 or Latin-1: of the first block (one half, micro, squared,
+ * plus-minus), times and divided by, general punctuation and fractions, and the Greek micro.
+ * Letters are none of them. */
 static bool has_sign(const struct word *word)
 {
     const unsigned char *p = (const unsigned char *)word->text, *end = p + word->length;
@@ -72,7 +89,8 @@ static bool has_sign(const struct word *word)
         for (size_t i = 1; whole && i <= more; i++)
             whole = (p[i] & 0xc0) == 0x80;
         if (whole && more > 0) {
-            if (p[0] == 0xc2 || p[0] == 0xe2 || (p[0] == 0xc3 && (p[1] == 0x97 || p[1] == 0xb7)) || (p[0] == 0xce && p[1] == 0xbc))
+            if (p[0] == 0xc2 || p[0] == 0xe2 || (p[0] == 0xc3 && (p[1] == 0x97 || p[1] == 0xb7)) ||
+                (p[0] == 0xce && p[1] == 0xbc))
                 return true;
             p += more + 1;
             continue;
@@ -94,19 +112,22 @@ static void odd(struct column *column, const char *text, size_t length)
 static bool is_channel(const struct word *letters, size_t digits)
 {
     unsigned long number = digits <= 2 ? strtoul(letters->text + letters->length, NULL, 10) : 0;
-    unsigned long last = is(letters, "d") ? 8 : is(letters, "t") ? 14 : is(letters, "ch") || is(letters, "adc") ? 99 : 0;
+    unsigned long last = is(letters, "d")                        ? 8
+                       : is(letters, "t")                        ? 14
+                       : is(letters, "ch") || is(letters, "adc") ? 99
+                                                                 : 0;
     return number >= 1 && number <= last;
 }
 
 static enum meaning meaning_of(struct word *word)
 {
     word->unit = unit_read(word->text, word->length);
-    return word->unit                                                 ? UNIT
-           : is_one_of(word, code_words, COUNT(code_words))           ? CODE
-           : is_one_of(word, volt_words, COUNT(volt_words))           ? VOLT
-           : is_one_of(word, descriptions, COUNT(descriptions))       ? DESCRIPTION
-           : is_one_of(word, refused_words, COUNT(refused_words)) || has_sign(word) ? REFUSED
-                                                                      : UNKNOWN;
+    return word->unit                                                             ? UNIT
+         : is_one_of(word, code_words, COUNT(code_words))                         ? CODE
+         : is_one_of(word, volt_words, COUNT(volt_words))                         ? VOLT
+         : is_one_of(word, descriptions, COUNT(descriptions))                     ? DESCRIPTION
+         : is_one_of(word, refused_words, COUNT(refused_words)) || has_sign(word) ? REFUSED
+                                                                                  : UNKNOWN;
 }
 
 /* A word, with the digits that are glued to its end. Returns its bytes. */
@@ -130,7 +151,8 @@ static size_t take_word(struct name *name, const char *text, size_t length, bool
     return taken;
 }
 
-/* Between words: blanks and _; a dash between letters or blanks, not one that could be a minus; a dot or colon behind a letter. */
+/* Between words: blanks and _; a dash between letters or blanks, not one that could be a minus; a
+ * dot or colon behind a letter. */
 static bool is_separator(const char *text, size_t i, size_t length)
 {
     char before = i > 0 ? text[i - 1] : '(', after = i + 1 < length ? text[i + 1] : ')';
@@ -170,7 +192,8 @@ static void take_words(struct name *name, const char *text, size_t length)
         odd(name->column, &open, 1);
 }
 
-/* `in` before a unit, codes or a word that nobody knows is no inch: "value in mm". As the first word it may be either: inch-pounds. */
+/* `in` before a unit, codes or a word that nobody knows is no inch: "value in mm". As the first
+ * word it may be either: inch-pounds. */
 static void find_prepositions(struct name *name)
 {
     for (size_t i = 0; i + 1 < name->words; i++) {

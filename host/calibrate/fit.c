@@ -12,8 +12,10 @@ static bool before(const struct calibrate_point *a, const struct calibrate_point
     return a->code < b->code;
 }
 
-/* Mean value and code of each known value, in order of the straight line's reading. Returns how many. */
-static size_t distinct(const struct calibrate_point *point, size_t count, struct calibrate_point mean[CALIBRATE_POINTS_MAX])
+/* Mean value and code of each known value, in order of the straight line's reading. Returns how
+ * many. */
+static size_t distinct(const struct calibrate_point *point, size_t count,
+                       struct calibrate_point mean[CALIBRATE_POINTS_MAX])
 {
     size_t found = 0;
     for (size_t i = 0; i < count; i++) {
@@ -37,12 +39,15 @@ static size_t distinct(const struct calibrate_point *point, size_t count, struct
     return found;
 }
 
-static enum mr_status make_table(const struct calibrate_point *point, size_t count, struct mr_channel_config *channel, struct error *error)
+static enum mr_status make_table(const struct calibrate_point *point, size_t count,
+                                 struct mr_channel_config *channel, struct error *error)
 {
     struct calibrate_point mean[CALIBRATE_POINTS_MAX];
     size_t values = distinct(point, count, mean);
     if (values > MR_CONFIG_POINTS)
-        return error_set(error, MR_LIMIT, "%zu known values, a table has room for %u: the calibration; leave some out, or take the straight line",
+        return error_set(error, MR_LIMIT,
+                         "%zu known values, a table has room for %u: the calibration; leave some "
+                         "out, or take the straight line",
                          values, MR_CONFIG_POINTS);
     bool falls = channel->unit_per_code < 0.0f; /* the straight reading rises with falling codes */
     channel->points = (uint8_t)values;
@@ -50,14 +55,18 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
         const struct calibrate_point *p = &mean[falls ? values - 1 - i : i];
         channel->point_reading[i] = ((float)p->code - channel->zero_code) * channel->unit_per_code;
         channel->point_value[i] = (float)p->value;
-        if (i && (channel->point_reading[i] <= channel->point_reading[i - 1] || channel->point_value[i] <= channel->point_value[i - 1]))
-            return error_set(error, MR_NUMERICS, "the readings do not rise with the values near %g: the calibration; measure that point again",
+        if (i && (channel->point_reading[i] <= channel->point_reading[i - 1] ||
+                  channel->point_value[i] <= channel->point_value[i - 1]))
+            return error_set(error, MR_NUMERICS,
+                             "the readings do not rise with the values near %g: the calibration; "
+                             "measure that point again",
                              p->value);
     }
     return MR_OK;
 }
 
-static void find_residuals(const struct calibrate_point *point, size_t count, const struct mr_channel_config *channel, struct calibrate_fit *fit)
+static void find_residuals(const struct calibrate_point *point, size_t count,
+                           const struct mr_channel_config *channel, struct calibrate_fit *fit)
 {
     double squares = 0.0;
     fit->worst = 0.0;
@@ -82,8 +91,9 @@ static void find_residuals(const struct calibrate_point *point, size_t count, co
     fit->linearity_error = hypot(fit->linearity_error, curve);
 }
 
-enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error, bool table,
-                             struct mr_channel_config *channel, struct calibrate_fit *fit, struct error *error)
+enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error,
+                             bool table, struct mr_channel_config *channel,
+                             struct calibrate_fit *fit, struct error *error)
 {
     double x[CALIBRATE_POINTS_MAX], y[CALIBRATE_POINTS_MAX];
     struct line_fit line;
@@ -91,8 +101,9 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     fit->low = INFINITY;
     fit->high = -INFINITY;
     if (count < 3 || count > CALIBRATE_POINTS_MAX)
-        return error_set(error, MR_TOO_FEW, "%zu points: the calibration; it takes 3 to %u, of two values or more", count,
-                         CALIBRATE_POINTS_MAX);
+        return error_set(error, MR_TOO_FEW,
+                         "%zu points: the calibration; it takes 3 to %u, of two values or more",
+                         count, CALIBRATE_POINTS_MAX);
     for (size_t i = 0; i < count; i++) {
         x[i] = point[i].code;
         y[i] = point[i].value;
@@ -100,19 +111,25 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
         fit->high = fmax(fit->high, y[i]);
     }
     if (fit->low == fit->high)
-        return error_set(error, MR_TOO_FEW, "all points have the value %g: the calibration; it takes two values or more", fit->low);
+        return error_set(
+            error, MR_TOO_FEW,
+            "all points have the value %g: the calibration; it takes two values or more", fit->low);
     enum mr_status status = line_fit(x, y, count, &line, error);
     if (status != MR_OK)
         return status;
     double span = fit->high - fit->low;
     if (!(fabs(line.slope.value) > FOLLOWS * line.slope.error))
-        return error_set(error, MR_NUMERICS, "the reading does not follow the values: the calibration; is this the channel, is it connected?");
+        return error_set(error, MR_NUMERICS,
+                         "the reading does not follow the values: the calibration; is this the "
+                         "channel, is it connected?");
     fit->unit_per_code = line.slope.value;
     fit->zero_code = -line.intercept.value / line.slope.value;
     fit->gain_error = hypot(line.slope.error / fabs(line.slope.value), known_error / span);
     /* at the zero itself, or at the nearest known value when it lies outside them */
-    double at = fmin(fmax(0.0, fit->low), fit->high), at_code = fit->zero_code + at / fit->unit_per_code;
-    double variance = line.intercept.error * line.intercept.error + 2.0 * at_code * line.covariance +
+    double at = fmin(fmax(0.0, fit->low), fit->high),
+           at_code = fit->zero_code + at / fit->unit_per_code;
+    double variance = line.intercept.error * line.intercept.error +
+                      2.0 * at_code * line.covariance +
                       at_code * at_code * line.slope.error * line.slope.error;
     fit->zero_error = hypot(sqrt(fmax(variance, 0.0)), known_error);
     channel->unit_per_code = (float)fit->unit_per_code;

@@ -6,7 +6,8 @@
 #include "common/gain.h"
 #include "host/base/units.h"
 
-/* How far a gain is from the middle of what is possible, as a ratio's logarithm; infinite when it is not possible. */
+/* How far a gain is from the middle of what is possible, as a ratio's logarithm; infinite when it
+ * is not possible. */
 static double distance(const struct mr_gain_limits *limits, double gain)
 {
     double least = (double)limits->least, most = (double)limits->most;
@@ -16,7 +17,8 @@ static double distance(const struct mr_gain_limits *limits, double gain)
 void mistake_text(const struct mr_channel_config *channel, char *out, size_t size)
 {
     const struct mr_gain_limits limits = mr_gain_limits(channel);
-    const enum unit_kind kind = channel->kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT : UNIT_TENSION;
+    const enum unit_kind kind = channel->kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT
+                                                                      : UNIT_TENSION;
     double gain = fabs((double)mr_channel_gain(channel)), nearest = HUGE_VAL;
     const struct unit_word *unit;
     out[0] = '\0';

@@ -6,7 +6,8 @@
 
 #include "common/config.h"
 
-/* "; were the values mm?", "; are the columns swapped?"; empty when no such mistake explains the gain of a channel that measures. */
+/* "; were the values mm?", "; are the columns swapped?"; empty when no such mistake explains the
+ * gain of a channel that measures. */
 void mistake_text(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

@@ -8,25 +8,27 @@
 
 #include "host/calibrate/column.h"
 
-#define BLANKS " \t\r\n"
-#define LINE_MAX_BYTES 300
+#define BLANKS          " \t\r\n"
+#define LINE_MAX_BYTES  300
 #define BYTE_ORDER_MARK "\xef\xbb\xbf" /* some programs begin a text with these bytes */
 
 struct reader {
     const char *path;
     unsigned line;
     enum unit_kind kind;
-    bool named;  /* the first line was there */
+    bool named; /* the first line was there */
     struct calibrate_points *points;
     struct error *error;
 };
 
 static const char *kind_text(enum unit_kind kind)
 {
-    return kind == UNIT_DISPLACEMENT ? "a transducer is calibrated in in, mm, cm, m or ft" : "a gage is calibrated in lb, N, kN or kg";
+    return kind == UNIT_DISPLACEMENT ? "a transducer is calibrated in in, mm, cm, m or ft"
+                                     : "a gage is calibrated in lb, N, kN or kg";
 }
 
-static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what, const char *advice)
+static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what,
+                               const char *advice)
 {
     return error_set(r->error, status, "%s: %s, line %u; %s", what, r->path, r->line, advice);
 }
@@ -47,22 +49,28 @@ static enum mr_status refuse_odd(const struct reader *r, const struct column *co
 {
     char what[COLUMN_ODD + 60], advice[160];
     snprintf(what, sizeof what, "what says '%s' in a column's name?", column->odd);
-    snprintf(advice, sizeof advice, "name it VALUE or by its unit alone (%s), codes CODE, as in `%s,codes`",
-             r->kind == UNIT_DISPLACEMENT ? "in, mm, cm, m, ft" : "lb, N, kN, kg", r->kind == UNIT_DISPLACEMENT ? "mm" : "N");
+    snprintf(advice, sizeof advice,
+             "name it VALUE or by its unit alone (%s), codes CODE, as in `%s,codes`",
+             r->kind == UNIT_DISPLACEMENT ? "in, mm, cm, m, ft" : "lb, N, kN, kg",
+             r->kind == UNIT_DISPLACEMENT ? "mm" : "N");
     return complain(r, MR_MALFORMED, what, advice);
 }
 
-static enum mr_status check_columns(const struct reader *r, const struct column *value, const struct column *code)
+static enum mr_status check_columns(const struct reader *r, const struct column *value,
+                                    const struct column *code)
 {
     const struct column *odd = value->odd[0] ? value : code;
     if (value->volts || code->volts)
-        return complain(r, MR_MALFORMED, "a column in volts", "codes of the converter are wanted, as matrig shows them");
+        return complain(r, MR_MALFORMED, "a column in volts",
+                        "codes of the converter are wanted, as matrig shows them");
     if (odd->odd[0])
         return refuse_odd(r, odd);
     if (value->codes)
-        return complain(r, MR_MALFORMED, "two columns of codes", "one names the unit of the values, as in `mm,codes`");
+        return complain(r, MR_MALFORMED, "two columns of codes",
+                        "one names the unit of the values, as in `mm,codes`");
     if (value->units || code->units || code->unit)
-        return complain(r, MR_MALFORMED, "more than one unit", "name the unit of the values once, as in `mm,codes`");
+        return complain(r, MR_MALFORMED, "more than one unit",
+                        "name the unit of the values once, as in `mm,codes`");
     return MR_OK;
 }
 
@@ -84,8 +92,9 @@ static enum mr_status read_names(struct reader *r, const char *line, const char 
         return complain(r, MR_MALFORMED, what, kind_text(r->kind));
     }
     if (value->unit && r->points->unit && value->unit != r->points->unit)
-        return error_set(r->error, MR_USAGE, "the first line says %s, --unit %s: %s; which one is right?", value->unit->word,
-                         r->points->unit->word, r->path);
+        return error_set(r->error, MR_USAGE,
+                         "the first line says %s, --unit %s: %s; which one is right?",
+                         value->unit->word, r->points->unit->word, r->path);
     if (value->unit)
         r->points->unit = value->unit;
     r->points->codes_first = turned;
@@ -93,7 +102,8 @@ static enum mr_status read_names(struct reader *r, const char *line, const char 
     return MR_OK;
 }
 
-bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain, double *value)
+bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
+                     double *value)
 {
     char *end;
     *value = strtod(text, &end);
@@ -115,21 +125,28 @@ static bool read_code(const char *text, double *code)
     return end != text && isfinite(*code) && end[strspn(end, BLANKS)] == '\0';
 }
 
-/* Without a unit a value waits for the end of the file: then what is wrong with the lines has been told. */
+/* Without a unit a value waits for the end of the file: then what is wrong with the lines has been
+ * told. */
 static enum mr_status read_point(struct reader *r, char *line, char *comma, bool *unitless)
 {
-    static const struct unit_word as_is[] = {[UNIT_DISPLACEMENT] = {"", UNIT_DISPLACEMENT, 1.0}, [UNIT_TENSION] = {"", UNIT_TENSION, 1.0}};
+    static const struct unit_word as_is[] = {[UNIT_DISPLACEMENT] = {"", UNIT_DISPLACEMENT, 1.0},
+                                             [UNIT_TENSION] = {"", UNIT_TENSION, 1.0}};
     struct calibrate_points *points = r->points;
     struct calibrate_point point = {.spread = (double)NAN};
     double alone;
     *comma = '\0';
-    const char *value = points->codes_first ? comma + 1 : line, *code = points->codes_first ? line : comma + 1;
-    if (!read_code(code, &point.code) || !calibrate_value(value, r->kind, points->unit ? points->unit : &as_is[r->kind], &point.value))
+    const char *value = points->codes_first ? comma + 1 : line,
+               *code = points->codes_first ? line : comma + 1;
+    if (!read_code(code, &point.code) ||
+        !calibrate_value(value, r->kind, points->unit ? points->unit : &as_is[r->kind],
+                         &point.value))
         return complain(r, MR_MALFORMED, "not a value and a code",
-                        points->codes_first ? "write CODE,VALUE, as the first line says" : "write VALUE,CODE");
+                        points->codes_first ? "write CODE,VALUE, as the first line says"
+                                            : "write VALUE,CODE");
     *unitless |= !points->unit && read_code(value, &alone);
     if (points->count == CALIBRATE_POINTS_MAX)
-        return error_set(r->error, MR_TOO_LONG, "more than %u points: %s; leave some out", CALIBRATE_POINTS_MAX, r->path);
+        return error_set(r->error, MR_TOO_LONG, "more than %u points: %s; leave some out",
+                         CALIBRATE_POINTS_MAX, r->path);
     points->point[points->count++] = point;
     return MR_OK;
 }
@@ -149,7 +166,8 @@ static enum mr_status read_line(struct reader *r, char *line, bool *unitless)
     return read_point(r, line, comma, unitless);
 }
 
-enum mr_status calibrate_points_read(const char *path, enum unit_kind kind, const struct unit_word *given, struct calibrate_points *points,
+enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
+                                     const struct unit_word *given, struct calibrate_points *points,
                                      struct error *error)
 {
     char line[LINE_MAX_BYTES];
@@ -159,14 +177,19 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind, cons
     struct reader r = {.path = path, .kind = kind, .points = points, .error = error};
     FILE *file = fopen(path, "r");
     if (!file)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights", strerror(errno), path);
+        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+                         strerror(errno), path);
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.line++;
-        status = strlen(line) == sizeof line - 1 ? complain(&r, MR_MALFORMED, "a line too long", "write VALUE,CODE") : read_line(&r, line, &unitless);
+        status = strlen(line) == sizeof line - 1
+                   ? complain(&r, MR_MALFORMED, "a line too long", "write VALUE,CODE")
+                   : read_line(&r, line, &unitless);
     }
     fclose(file);
     if (status == MR_OK && unitless)
-        return error_set(error, MR_USAGE, "in which unit are the values? %s does not say; name it in a first line, as in `%s,codes`, or with --unit",
+        return error_set(error, MR_USAGE,
+                         "in which unit are the values? %s does not say; name it in a first line, "
+                         "as in `%s,codes`, or with --unit",
                          path, kind == UNIT_DISPLACEMENT ? "mm" : "N");
     return status;
 }

@@ -5,9 +5,11 @@
  *     12.7,372.4
  *     1 in,682.6
  *
- * The first line names the columns: the unit of the values, and `codes` (or counts, adc, raw, lsb). So the columns may stand in either
- * order, and values are converted to in or lb. A name that is not understood wholly is refused (column.h). A value may have a unit of its own behind it. A file that names no unit needs one from
- * the caller: inches and millimetres look alike. Lines that are empty or begin with # are passed over. */
+ * The first line names the columns: the unit of the values, and `codes` (or counts, adc, raw, lsb).
+ * So the columns may stand in either order, and values are converted to in or lb. A name that is
+ * not understood wholly is refused (column.h). A value may have a unit of its own behind it. A file
+ * that names no unit needs one from the caller: inches and millimetres look alike. Lines that are
+ * empty or begin with # are passed over. */
 #ifndef MATRIG_HOST_CALIBRATE_POINTS_H
 #define MATRIG_HOST_CALIBRATE_POINTS_H
 
@@ -21,11 +23,15 @@ struct calibrate_points {
     bool codes_first;             /* the first line names the columns in this order */
 };
 
-/* `given`: the unit that the caller was told; NULL: none. MR_IO; MR_MALFORMED: a line, or what the first line says; MR_USAGE: no unit, or
- * another one than given, or one of another kind than UNIT_DISPLACEMENT or UNIT_TENSION; MR_TOO_LONG. */
-enum mr_status calibrate_points_read(const char *path, enum unit_kind kind, const struct unit_word *given, struct calibrate_points *points,
+/* `given`: the unit that the caller was told; NULL: none. MR_IO; MR_MALFORMED: a line, or what the
+ * first line says; MR_USAGE: no unit, or another one than given, or one of another kind than
+ * UNIT_DISPLACEMENT or UNIT_TENSION; MR_TOO_LONG. */
+enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
+                                     const struct unit_word *given, struct calibrate_points *points,
                                      struct error *error);
-/* A number, with a unit of that kind behind it or without; `plain`: the unit of one without, NULL: it needs one. False: none of it. */
-bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain, double *value);
+/* A number, with a unit of that kind behind it or without; `plain`: the unit of one without, NULL:
+ * it needs one. False: none of it. */
+bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
+                     double *value);
 
 #endif

@@ -1,5 +1,5 @@
-/* Draw: what a seed makes of a campaign's ranges, and the path of a landing. Streams are independent: another landing or
- * another range does not change what else is drawn. */
+/* Draw: what a seed makes of a campaign's ranges, and the path of a landing. Streams are
+ * independent: another landing or another range does not change what else is drawn. */
 #ifndef MATRIG_HOST_CAMPAIGN_DRAW_H
 #define MATRIG_HOST_CAMPAIGN_DRAW_H
 
@@ -24,10 +24,12 @@ struct draw_path {
     double touchdown_ft, stop_ft, mean_ft_s2;
 };
 
-/* Path of landing `index` (from 0) on the runway of a seed: brakes from touchdown, with an onset of onset_s; thrust
- * W/axles a/g; or is towed to the runway's end. `path` is all zero or of an earlier call. MR_FULL; MR_USAGE when it does not stop within 600 s. */
-enum mr_status draw_landing(const struct campaign *campaign, const struct campaign_landing *landing, uint64_t seed,
-                            size_t index, struct draw_path *path, struct error *error);
+/* Path of landing `index` (from 0) on the runway of a seed: brakes from touchdown, with an onset of
+ * onset_s; thrust W/axles a/g; or is towed to the runway's end. `path` is all zero or of an earlier
+ * call. MR_FULL; MR_USAGE when it does not stop within 600 s. */
+enum mr_status draw_landing(const struct campaign *campaign, const struct campaign_landing *landing,
+                            uint64_t seed, size_t index, struct draw_path *path,
+                            struct error *error);
 void draw_path_free(struct draw_path *path);
 
 #endif

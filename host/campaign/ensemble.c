@@ -22,7 +22,8 @@ static void *work_on(void *argument)
         pthread_mutex_unlock(&work->lock);
         if (mine == SIZE_MAX)
             return NULL;
-        campaign_play(work->campaign, work->campaign->first_seed + mine, work->all, &work->runs[mine]);
+        campaign_play(work->campaign, work->campaign->first_seed + mine, work->all,
+                      &work->runs[mine]);
         pthread_mutex_lock(&work->lock);
         work->done++;
         if (work->progress)
@@ -35,7 +36,8 @@ enum mr_status campaign_ensemble(const struct campaign *campaign, int jobs, bool
                                  void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
                                  struct campaign_run *runs, struct error *error)
 {
-    struct work work = {.campaign = campaign, .all = all, .runs = runs, .progress = progress, .ctx = ctx};
+    struct work work = {
+        .campaign = campaign, .all = all, .runs = runs, .progress = progress, .ctx = ctx};
     size_t threads = (size_t)jobs < campaign->seeds ? (size_t)jobs : campaign->seeds, started = 0;
     pthread_t *thread = calloc(threads + 1, sizeof *thread);
     if (!thread)

@@ -3,52 +3,62 @@
 #include <math.h>
 #include <stdio.h>
 
-static const char *const quantities[] = {"moved_in", "each_in", "most_in", "zone_mats", "waves", "slack", "torn",
-                                         "failures", "apart_ft", NULL};
+static const char *const quantities[] = {"moved_in", "each_in", "most_in",  "zone_mats", "waves",
+                                         "slack",    "torn",    "failures", "apart_ft",  NULL};
 
 /* [first, last], both from 1. */
-static void read_landings(const struct keys *keys, const char *where, const char *key, const json_t *entry, size_t most,
-                          size_t *first, size_t *last)
+static void read_landings(const struct keys *keys, const char *where, const char *key,
+                          const json_t *entry, size_t most, size_t *first, size_t *last)
 {
     const json_t *from = json_array_get(entry, 0), *to = json_array_get(entry, 1);
     *first = (size_t)json_integer_value(from);
     *last = (size_t)json_integer_value(to);
-    if (json_array_size(entry) != 2 || !json_is_integer(from) || !json_is_integer(to) || json_integer_value(from) < 1 ||
-        *last < *first || *last > most)
+    if (json_array_size(entry) != 2 || !json_is_integer(from) || !json_is_integer(to) ||
+        json_integer_value(from) < 1 || *last < *first || *last > most)
         keys_wrong(keys, where, key, "the first and the last of the campaign's landings, [1, 4]");
 }
 
-static void read_fact(const struct keys *keys, const char *where, const json_t *entry, const struct campaign *c,
-                      struct campaign_fact *fact)
+static void read_fact(const struct keys *keys, const char *where, const json_t *entry,
+                      const struct campaign *c, struct campaign_fact *fact)
 {
-    static const char *const known[] = {"says",    "quantity", "landings", "against", "station_ft",
-                                        "at_least", "at_most", "needed",   NULL};
+    static const char *const known[] = {"says",     "quantity", "landings", "against", "station_ft",
+                                        "at_least", "at_most",  "needed",   NULL};
     static const char *const whens[] = {"before buckling", "at buckling", NULL};
-    const json_t *landings = json_object_get(entry, "landings"), *against = json_object_get(entry, "against");
+    const json_t *landings = json_object_get(entry, "landings"),
+                 *against = json_object_get(entry, "against");
     const struct sim_scene *scene = &c->landings[0].scene;
-    *fact = (struct campaign_fact){.station_ft = (double)NAN, .low = -INFINITY, .high = INFINITY, .needed = c->needed};
+    *fact = (struct campaign_fact){
+        .station_ft = (double)NAN, .low = -INFINITY, .high = INFINITY, .needed = c->needed};
     keys_check(keys, where, entry, known);
     if (keys_failed(keys))
         return;
     keys_text(keys, where, entry, "says", fact->says, sizeof fact->says);
     if (!json_object_get(entry, "quantity"))
-        keys_wrong(keys, where, "quantity", "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack, torn, failures or apart_ft");
+        keys_wrong(keys, where, "quantity",
+                   "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack, torn, "
+                   "failures or apart_ft");
     fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
     if (json_is_string(landings))
-        fact->when = CAMPAIGN_BEFORE_BUCKLING + keys_choice(keys, where, entry, "landings", whens, 0);
+        fact->when = CAMPAIGN_BEFORE_BUCKLING +
+                     keys_choice(keys, where, entry, "landings", whens, 0);
     else if (!keys_failed(keys))
-        read_landings(keys, where, "landings", landings, c->landing_count, &fact->first, &fact->last);
+        read_landings(keys, where, "landings", landings, c->landing_count, &fact->first,
+                      &fact->last);
     if (against && !keys_failed(keys))
-        read_landings(keys, where, "against", against, c->landing_count, &fact->against_first, &fact->against_last);
-    keys_number(keys, where, entry, "station_ft", 0.0, scene->mats * scene->length_ft, &fact->station_ft);
+        read_landings(keys, where, "against", against, c->landing_count, &fact->against_first,
+                      &fact->against_last);
+    keys_number(keys, where, entry, "station_ft", 0.0, scene->mats * scene->length_ft,
+                &fact->station_ft);
     keys_number(keys, where, entry, "at_least", 0.0, 1e9, &fact->low);
     keys_number(keys, where, entry, "at_most", 0.0, 1e9, &fact->high);
     keys_number(keys, where, entry, "needed", 0.0, 1.0, &fact->needed);
     if (!isnan(fact->station_ft) && fact->quantity > CAMPAIGN_MOST_IN)
-        keys_wrong(keys, where, "station_ft", "it with moved_in, each_in or most_in: a station's movement");
+        keys_wrong(keys, where, "station_ft",
+                   "it with moved_in, each_in or most_in: a station's movement");
     if (!keys_failed(keys) && !fact->says[0])
         keys_wrong(keys, where, "says", "what was seen, in words");
-    if (!keys_failed(keys) && (!(fact->low <= fact->high) || (isinf(fact->low) && isinf(fact->high))))
+    if (!keys_failed(keys) &&
+        (!(fact->low <= fact->high) || (isinf(fact->low) && isinf(fact->high))))
         keys_wrong(keys, where, "at_least", "a range: at_least, at_most or both in order");
 }
 
@@ -77,14 +87,17 @@ static size_t station_of(const struct campaign *c, double station_ft)
     return best;
 }
 
-static double moved_in(const struct campaign *c, const struct campaign_fact *fact, const struct campaign_outcome *o)
+static double moved_in(const struct campaign *c, const struct campaign_fact *fact,
+                       const struct campaign_outcome *o)
 {
-    return isnan(fact->station_ft) ? o->peak_in : fabs(o->movement_in[station_of(c, fact->station_ft)]);
+    return isnan(fact->station_ft) ? o->peak_in
+                                   : fabs(o->movement_in[station_of(c, fact->station_ft)]);
 }
 
-/* Sum of the movements from landing `first` to `last`, at the fact's station or the one that it is largest at. */
-static double sum_in(const struct campaign *c, const struct campaign_fact *fact, const struct campaign_run *run, size_t first,
-                     size_t last)
+/* Sum of the movements from landing `first` to `last`, at the fact's station or the one that it is
+ * largest at. */
+static double sum_in(const struct campaign *c, const struct campaign_fact *fact,
+                     const struct campaign_run *run, size_t first, size_t last)
 {
     double most_in = 0.0;
     for (size_t k = 0; k < c->station_count; k++) {
@@ -99,28 +112,23 @@ static double sum_in(const struct campaign *c, const struct campaign_fact *fact,
 }
 
 /* What one landing adds to a count, or is the largest of. */
-static double of_landing(const struct campaign *c, const struct campaign_fact *fact, const struct campaign_outcome *o)
+static double of_landing(const struct campaign *c, const struct campaign_fact *fact,
+                         const struct campaign_outcome *o)
 {
     switch (fact->quantity) {
-    case CAMPAIGN_ZONE_MATS:
-        return o->zone_mats;
-    case CAMPAIGN_WAVES:
-        return o->waves > 0;
-    case CAMPAIGN_SLACK:
-        return o->band_slack > 0;
-    case CAMPAIGN_TORN:
-        return o->tears > 0;
-    case CAMPAIGN_FAILURES:
-        return o->failures;
+    case CAMPAIGN_ZONE_MATS: return o->zone_mats;
+    case CAMPAIGN_WAVES: return o->waves > 0;
+    case CAMPAIGN_SLACK: return o->band_slack > 0;
+    case CAMPAIGN_TORN: return o->tears > 0;
+    case CAMPAIGN_FAILURES: return o->failures;
     case CAMPAIGN_APART_FT:
         return o->failures > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
-    default:
-        return moved_in(c, fact, o);
+    default: return moved_in(c, fact, o);
     }
 }
 
-static double over(const struct campaign *c, const struct campaign_fact *fact, const struct campaign_run *run, size_t first,
-                   size_t last)
+static double over(const struct campaign *c, const struct campaign_fact *fact,
+                   const struct campaign_run *run, size_t first, size_t last)
 {
     bool buckling = fact->when == CAMPAIGN_AT_BUCKLING;
     double sum = 0.0, most = (double)NAN; /* of what there is */
@@ -136,21 +144,18 @@ static double over(const struct campaign *c, const struct campaign_fact *fact, c
     if (count == 0 || (fact->quantity == CAMPAIGN_MOVED_IN && count < last - first + 1))
         return (double)NAN;
     switch (fact->quantity) {
-    case CAMPAIGN_MOVED_IN:
-        return sum_in(c, fact, run, first, last);
-    case CAMPAIGN_EACH_IN:
-        return sum / (double)count;
+    case CAMPAIGN_MOVED_IN: return sum_in(c, fact, run, first, last);
+    case CAMPAIGN_EACH_IN: return sum / (double)count;
     case CAMPAIGN_MOST_IN:
     case CAMPAIGN_ZONE_MATS:
     case CAMPAIGN_FAILURES:
-    case CAMPAIGN_APART_FT:
-        return most;
-    default:
-        return sum;
+    case CAMPAIGN_APART_FT: return most;
+    default: return sum;
     }
 }
 
-double facts_value(const struct campaign *c, const struct campaign_fact *fact, const struct campaign_run *run)
+double facts_value(const struct campaign *c, const struct campaign_fact *fact,
+                   const struct campaign_run *run)
 {
     size_t first = fact->first, last = fact->last;
     if (run->error.status != MR_OK)
@@ -167,7 +172,8 @@ double facts_value(const struct campaign *c, const struct campaign_fact *fact, c
     return other > 0.0 ? value / other : (double)NAN;
 }
 
-struct campaign_fact_summary facts_summarise(const struct campaign *c, const struct campaign_fact *fact,
+struct campaign_fact_summary facts_summarise(const struct campaign *c,
+                                             const struct campaign_fact *fact,
                                              const struct campaign_run *runs, double *values)
 {
     struct campaign_fact_summary s = {0};
@@ -186,7 +192,8 @@ struct campaign_fact_summary facts_summarise(const struct campaign *c, const str
 
 const char *facts_unit(const struct campaign_fact *fact)
 {
-    static const char *const units[] = {"in", "in", "in", "mats", "landings", "landings", "landings", "stations", "ft"};
+    static const char *const units[] = {"in",       "in",       "in",       "mats", "landings",
+                                        "landings", "landings", "stations", "ft"};
     return fact->against_first > 0 ? "times" : units[fact->quantity];
 }
 

@@ -2,7 +2,8 @@
 
 #include <stdbool.h>
 
-static double station_ft(const double *rise_ft, size_t first, size_t last, double length_ft, const double *met_ft, int met)
+static double station_ft(const double *rise_ft, size_t first, size_t last, double length_ft,
+                         const double *met_ft, int met)
 {
     size_t crest = first;
     for (int i = 0; i < met; i++) {
@@ -15,8 +16,8 @@ static double station_ft(const double *rise_ft, size_t first, size_t last, doubl
     return (double)(crest - 1) * length_ft;
 }
 
-int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft, const double *met_ft, int met,
-                  double failure_ft[CAMPAIGN_FAILURES_MAX])
+int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+                  const double *met_ft, int met, double failure_ft[CAMPAIGN_FAILURES_MAX])
 {
     int count = 0;
     size_t first = 0;

@@ -6,11 +6,12 @@
 
 #include "host/campaign/campaign.h"
 
-/* Each stretch of nodes that rose by `limit_ft` or more, between nodes that did not, is a failure: the aircraft presses flat what
- * lies between. `rise_ft` as sim_result has it, by node 1..nodes, [0] unused; the runway's ends do not count. Its station: where
- * the wheel first met it (`met_ft`, in order of time), else its highest node. Returns how many, at most CAMPAIGN_FAILURES_MAX,
+/* Each stretch of nodes that rose by `limit_ft` or more, between nodes that did not, is a failure:
+ * the aircraft presses flat what lies between. `rise_ft` as sim_result has it, by node 1..nodes,
+ * [0] unused; the runway's ends do not count. Its station: where the wheel first met it (`met_ft`,
+ * in order of time), else its highest node. Returns how many, at most CAMPAIGN_FAILURES_MAX,
  * downfield in `failure_ft`. */
-int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft, const double *met_ft, int met,
-                  double failure_ft[CAMPAIGN_FAILURES_MAX]);
+int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+                  const double *met_ft, int met, double failure_ft[CAMPAIGN_FAILURES_MAX]);
 
 #endif

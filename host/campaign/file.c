@@ -14,8 +14,9 @@
 
 static void read_runway(const struct keys *r, const json_t *root, struct campaign *c)
 {
-    static const char *const known[] = {"gap_in", "closing_lb", "irregularity_in", "irregularity_along", "joint_lb_in",
-                                        "strip_ft", "unhinge_deg", "wave_in", "buckle_in", NULL};
+    static const char *const known[] = {
+        "gap_in",   "closing_lb",  "irregularity_in", "irregularity_along", "joint_lb_in",
+        "strip_ft", "unhinge_deg", "wave_in",         "buckle_in",          NULL};
     static const char *const along[] = {"mats", "ground", NULL};
     const json_t *runway = json_object_get(root, "runway");
     if (!runway)
@@ -34,7 +35,8 @@ static void read_runway(const struct keys *r, const json_t *root, struct campaig
 
 static void read_aircraft(const struct keys *r, const json_t *root, struct campaign *c)
 {
-    static const char *const known[] = {"weight_lb", "axles", "onset_s", "dwell_s", "back_ft_s", "back_drag_ft_s2", NULL};
+    static const char *const known[] = {"weight_lb", "axles",           "onset_s", "dwell_s",
+                                        "back_ft_s", "back_drag_ft_s2", NULL};
     const json_t *aircraft = json_object_get(root, "aircraft");
     if (!aircraft)
         return;
@@ -67,7 +69,8 @@ static void read_seeds(const struct keys *r, const json_t *root, struct campaign
     double first = 1.0, last = 16.0;
     if (json_is_integer(seeds)) {
         last = (double)json_integer_value(seeds);
-    } else if (json_is_array(seeds) && json_array_size(seeds) == 2 && json_is_integer(json_array_get(seeds, 0)) &&
+    } else if (json_is_array(seeds) && json_array_size(seeds) == 2 &&
+               json_is_integer(json_array_get(seeds, 0)) &&
                json_is_integer(json_array_get(seeds, 1))) {
         first = (double)json_integer_value(json_array_get(seeds, 0));
         last = (double)json_integer_value(json_array_get(seeds, 1));
@@ -96,12 +99,14 @@ static void read_stations(const struct keys *r, const json_t *root, struct campa
         keys_wrong(r, "", "stations_ft", "a list of 1 to 64 stations");
     for (size_t i = 0; i < c->station_count && !keys_failed(r); i++) {
         c->stations_ft[i] = json_number_value(json_array_get(list, i));
-        if (!json_is_number(json_array_get(list, i)) || !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
+        if (!json_is_number(json_array_get(list, i)) ||
+            !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
             keys_wrong(r, "", "stations_ft", "stations on the runway");
     }
 }
 
-static void read_profile(const struct keys *r, const char *where, const json_t *list, struct campaign_landing *landing)
+static void read_profile(const struct keys *r, const char *where, const json_t *list,
+                         struct campaign_landing *landing)
 {
     landing->profile_count = json_array_size(list);
     if (landing->profile_count > CAMPAIGN_PROFILE_MAX) {
@@ -109,20 +114,26 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
         return;
     }
     for (size_t i = 0; i < landing->profile_count && !keys_failed(r); i++) {
-        const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0), *a = json_array_get(row, 1);
+        const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0),
+                     *a = json_array_get(row, 1);
         struct campaign_knot *knot = &landing->profile[i];
         *knot = (struct campaign_knot){json_number_value(x), json_number_value(a)};
-        if (json_array_size(row) != 2 || !json_is_number(x) || !json_is_number(a) || !(knot->deceleration_ft_s2 >= 0.0) ||
-            !(knot->deceleration_ft_s2 <= 1e4) || !isfinite(knot->station_ft) ||
-            (i > 0 && knot->station_ft <= knot[-1].station_ft))
-            keys_wrong(r, where, "profile", "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
+        if (json_array_size(row) != 2 || !json_is_number(x) || !json_is_number(a) ||
+            !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||
+            !isfinite(knot->station_ft) || (i > 0 && knot->station_ft <= knot[-1].station_ft))
+            keys_wrong(
+                r, where, "profile",
+                "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
     }
 }
 
-/* Put what the landing applies on the scene's keys, and take off what it removes: back to the file's scene. */
-static bool modify(const struct keys *r, const char *where, const json_t *landing, const json_t *scene, json_t *now)
+/* Put what the landing applies on the scene's keys, and take off what it removes: back to the
+ * file's scene. */
+static bool modify(const struct keys *r, const char *where, const json_t *landing,
+                   const json_t *scene, json_t *now)
 {
-    json_t *apply = json_object_get(landing, "apply"), *remove_list = json_object_get(landing, "remove"), *value;
+    json_t *apply = json_object_get(landing, "apply"),
+           *remove_list = json_object_get(landing, "remove"), *value;
     const char *name;
     size_t i;
     if (remove_list && !json_is_array(remove_list))
@@ -148,17 +159,26 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
     return apply || remove_list;
 }
 
-static void read_landing(const struct keys *r, const char *where, const json_t *entry, const json_t *scene, json_t *now,
-                         struct campaign_landing *landing)
+static void read_landing(const struct keys *r, const char *where, const json_t *entry,
+                         const json_t *scene, json_t *now, struct campaign_landing *landing)
 {
-    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2", "profile", "tow_lb",
-                                        "push_back",    "apply", "remove", "times", NULL};
+    static const char *const known[] = {"touchdown_ft",
+                                        "speed_ft_s",
+                                        "deceleration_ft_s2",
+                                        "profile",
+                                        "tow_lb",
+                                        "push_back",
+                                        "apply",
+                                        "remove",
+                                        "times",
+                                        NULL};
     static const char *const backs[] = {"plywood", "mat", NULL};
     char scene_where[700];
     keys_check(r, where, entry, known);
     keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
     keys_range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
-    const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"), *profile = json_object_get(entry, "profile");
+    const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"),
+                 *profile = json_object_get(entry, "profile");
     keys_number(r, where, entry, "tow_lb", 1e-6, 1e9, &landing->tow_lb);
     if (!!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
         keys_wrong(r, where, "deceleration_ft_s2", "it, a profile or tow_lb, one of them");
@@ -172,9 +192,11 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     snprintf(scene_where, sizeof scene_where, "%s: %s", r->path, where);
     if (!keys_failed(r))
         sim_scene_from_json(&landing->scene, scene_where, now, r->error);
-    if (!keys_failed(r) && landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
+    if (!keys_failed(r) &&
+        landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
         char says[100];
-        snprintf(says, sizeof says, "a station before the runway's end, %.6g ft", landing->scene.mats * landing->scene.length_ft);
+        snprintf(says, sizeof says, "a station before the runway's end, %.6g ft",
+                 landing->scene.mats * landing->scene.length_ft);
         keys_wrong(r, where, "touchdown_ft", says);
     }
 }
@@ -182,18 +204,21 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
 /* The engines set these, landing by landing. */
 static void check_scene(const struct keys *r, const json_t *scene)
 {
-    static const char *const own[] = {"model", "path", "gap0", "grit", "ground", "bump", "t_dwell", "tend", "t_out", "Vac",
-                                      "s0", "F", "F_tstop", NULL};
+    static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
+                                      "bump",  "t_dwell", "tend",    "t_out", "Vac",
+                                      "s0",    "F",       "F_tstop", NULL};
     if (!json_is_object(scene))
         keys_wrong(r, "", "scene", "an object of scene keys, or the name of a scene file");
     for (size_t i = 0; own[i] && !keys_failed(r); i++) {
         if (json_object_get(scene, own[i]))
-            error_set(r->error, MR_MALFORMED, "not here: %s: scene.%s; the runway and the landings give it: leave it out",
+            error_set(r->error, MR_MALFORMED,
+                      "not here: %s: scene.%s; the runway and the landings give it: leave it out",
                       r->path, own[i]);
     }
 }
 
-static void read_landings(const struct keys *r, const json_t *root, const json_t *scene, struct campaign *c)
+static void read_landings(const struct keys *r, const json_t *root, const json_t *scene,
+                          struct campaign *c)
 {
     const json_t *list = json_object_get(root, "landings"), *entry;
     json_t *now = json_deep_copy(scene);
@@ -216,8 +241,8 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
         keys_number(r, where, entry, "times", 1.0, CAMPAIGN_LANDINGS_MAX, &times);
         for (size_t k = 0; k < (size_t)times && !keys_failed(r); k++) {
             if (c->landing_count == CAMPAIGN_LANDINGS_MAX) {
-                error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer", r->path,
-                          CAMPAIGN_LANDINGS_MAX);
+                error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer",
+                          r->path, CAMPAIGN_LANDINGS_MAX);
                 break;
             }
             struct campaign_landing *landing = &c->landings[c->landing_count++];
@@ -236,9 +261,11 @@ static void check_lengths(const struct keys *r, const struct campaign *c)
     const struct sim_scene *first = &c->landings[0].scene;
     for (size_t i = 1; i < c->landing_count && !keys_failed(r); i++) {
         const struct sim_scene *scene = &c->landings[i].scene;
-        if (scene->mats != first->mats || scene->length_ft != first->length_ft || scene->slack_ft != first->slack_ft)
-            error_set(r->error, MR_MALFORMED, "another runway: %s: landing %zu has another N, L or slack; give them in "
-                                              "scene only",
+        if (scene->mats != first->mats || scene->length_ft != first->length_ft ||
+            scene->slack_ft != first->slack_ft)
+            error_set(r->error, MR_MALFORMED,
+                      "another runway: %s: landing %zu has another N, L or slack; give them in "
+                      "scene only",
                       r->path, i + 1);
     }
 }
@@ -253,10 +280,12 @@ static json_t *load_json(const struct keys *r, const char *path)
     if (json_error_code(&where) == json_error_cannot_open_file)
         error_set(r->error, MR_IO, "cannot open: %s: %s; check the path", path, strerror(errno));
     else if (json_error_code(&where) == json_error_premature_end_of_input)
-        error_set(r->error, MR_TRUNCATED, "campaign ends too early: %s line %d column %d: %s; correct it there", path,
+        error_set(r->error, MR_TRUNCATED,
+                  "campaign ends too early: %s line %d column %d: %s; correct it there", path,
                   where.line, where.column, where.text);
     else
-        error_set(r->error, MR_MALFORMED, "malformed JSON: %s line %d column %d: %s; correct it there", path, where.line,
+        error_set(r->error, MR_MALFORMED,
+                  "malformed JSON: %s line %d column %d: %s; correct it there", path, where.line,
                   where.column, where.text);
     return NULL;
 }
@@ -276,9 +305,10 @@ json_t *campaign_scene_json(const char *file, const json_t *root, struct error *
 
 static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
 {
-    static const char *const known[] = {"name", "scene", "runway", "aircraft", "engine", "landings", "seeds", "stations_ft",
-                                        "observed", "observed_landing", "within", "needed", "facts", "awaits", "basis",
-                                        "afterwards", NULL};
+    static const char *const known[] = {
+        "name",  "scene",       "runway",   "aircraft",         "engine", "landings",
+        "seeds", "stations_ft", "observed", "observed_landing", "within", "needed",
+        "facts", "awaits",      "basis",    "afterwards",       NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
         return;
@@ -311,7 +341,8 @@ static void read_root(const struct keys *r, const json_t *root, struct campaign 
     json_decref(scene);
 }
 
-enum mr_status campaign_from_json(struct campaign *c, const char *where, const json_t *root, struct error *error)
+enum mr_status campaign_from_json(struct campaign *c, const char *where, const json_t *root,
+                                  struct error *error)
 {
     const struct keys r = {where, error};
     /* model scale, of the standard series (README.md, "Calibration") */

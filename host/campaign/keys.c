@@ -10,10 +10,12 @@ bool keys_failed(const struct keys *keys)
 
 void keys_wrong(const struct keys *keys, const char *where, const char *key, const char *wanted)
 {
-    error_set(keys->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", keys->path, where, where[0] ? "." : "", key, wanted);
+    error_set(keys->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", keys->path, where,
+              where[0] ? "." : "", key, wanted);
 }
 
-void keys_check(const struct keys *keys, const char *where, const json_t *object, const char *const *known)
+void keys_check(const struct keys *keys, const char *where, const json_t *object,
+                const char *const *known)
 {
     const char *name;
     json_t *value;
@@ -28,14 +30,15 @@ void keys_check(const struct keys *keys, const char *where, const json_t *object
             i++;
         if (!known[i] && name[0] != '_')
             error_set(keys->error, MR_MALFORMED,
-                      "unknown key: %s: %s%s\"%s\"; correct it (host/campaign/README.md lists the keys), or write _%s "
+                      "unknown key: %s: %s%s\"%s\"; correct it (host/campaign/README.md lists the "
+                      "keys), or write _%s "
                       "for a comment",
                       keys->path, where, where[0] ? "." : "", name, name);
     }
 }
 
-void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key, double low,
-                 double high, double *value)
+void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key,
+                 double low, double high, double *value)
 {
     const json_t *entry = json_object_get(object, key);
     char wanted[80];
@@ -49,8 +52,8 @@ void keys_number(const struct keys *keys, const char *where, const json_t *objec
         *value = given; /* a caller may make an integer of it, failed or not */
 }
 
-static void range_of(const struct keys *keys, const char *where, const char *key, const json_t *entry, double low,
-                     double high, struct campaign_range *range)
+static void range_of(const struct keys *keys, const char *where, const char *key,
+                     const json_t *entry, double low, double high, struct campaign_range *range)
 {
     char wanted[120];
     if (json_is_array(entry) && json_array_size(entry) == 2) {
@@ -59,23 +62,25 @@ static void range_of(const struct keys *keys, const char *where, const char *key
     } else {
         range->low = range->high = json_number_value(entry);
     }
-    snprintf(wanted, sizeof wanted, "a number or [from, to] to draw between, from %g to %g", low, high);
-    bool numbers = json_is_number(entry) || (json_array_size(entry) == 2 && json_is_number(json_array_get(entry, 0)) &&
-                                             json_is_number(json_array_get(entry, 1)));
+    snprintf(wanted, sizeof wanted, "a number or [from, to] to draw between, from %g to %g", low,
+             high);
+    bool numbers = json_is_number(entry) ||
+                   (json_array_size(entry) == 2 && json_is_number(json_array_get(entry, 0)) &&
+                    json_is_number(json_array_get(entry, 1)));
     if (!numbers || !(range->low >= low && range->high <= high && range->low <= range->high))
         keys_wrong(keys, where, key, wanted);
 }
 
-void keys_range(const struct keys *keys, const char *where, const json_t *object, const char *key, double low,
-                double high, struct campaign_range *value)
+void keys_range(const struct keys *keys, const char *where, const json_t *object, const char *key,
+                double low, double high, struct campaign_range *value)
 {
     const json_t *entry = json_object_get(object, key);
     if (entry && !keys_failed(keys))
         range_of(keys, where, key, entry, low, high, value);
 }
 
-unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object, const char *key,
-                     const char *const *choices, unsigned now)
+unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object,
+                     const char *key, const char *const *choices, unsigned now)
 {
     const json_t *entry = json_object_get(object, key);
     char wanted[120] = "one of";
@@ -90,7 +95,8 @@ unsigned keys_choice(const struct keys *keys, const char *where, const json_t *o
     return now;
 }
 
-void keys_text(const struct keys *keys, const char *where, const json_t *object, const char *key, char *to, size_t size)
+void keys_text(const struct keys *keys, const char *where, const json_t *object, const char *key,
+               char *to, size_t size)
 {
     const json_t *entry = json_object_get(object, key);
     if (!entry || keys_failed(keys))

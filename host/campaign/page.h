@@ -6,7 +6,8 @@
 
 #include "host/campaign/summary.h"
 
-/* Movement along the runway after each landing (median, 5 to 95 %), and where and when runways buckled. */
+/* Movement along the runway after each landing (median, 5 to 95 %), and where and when runways
+ * buckled. */
 void campaign_picture(FILE *out, const struct campaign *campaign, const struct campaign_run *runs,
                       const struct campaign_summary *summary, bool alone);
 void campaign_page(FILE *out, const struct campaign *campaign, const struct campaign_run *runs,

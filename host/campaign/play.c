@@ -9,9 +9,9 @@
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
-#define IN_PER_FT 12.0
-#define ZONE_JOINTS 10     /* the rig's gage points are 10 mats apart */
-#define ZONE_SHARE (1.0 / 3.0)
+#define IN_PER_FT   12.0
+#define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
+#define ZONE_SHARE  (1.0 / 3.0)
 #define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
 
 /* A runway between landings. */
@@ -21,19 +21,22 @@ struct runway {
     size_t joints;
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
-    double *high_ft;                          /* per node: the ground's heights, where the runway was laid */
-    double laid_ft;                           /* mean opening when it was laid */
-    double *u_ft;                             /* per mat: total movement, [0] unused */
-    struct sim_mods mods;                     /* as the last landing left them; lists are its own */
+    /* per node: the ground's heights, where the runway was laid */
+    double *high_ft;
+    double laid_ft;       /* mean opening when it was laid */
+    double *u_ft;         /* per mat: total movement, [0] unused */
+    struct sim_mods mods; /* as the last landing left them; lists are its own */
 };
 
-static enum mr_status lay(struct runway *r, const struct campaign *campaign, uint64_t seed, struct error *error)
+static enum mr_status lay(struct runway *r, const struct campaign *campaign, uint64_t seed,
+                          struct error *error)
 {
     *r = (struct runway){.campaign = campaign, .mats = campaign->landings[0].scene.mats};
     r->joints = (size_t)r->mats + 1;
     r->storage = calloc(5 * (r->joints + 1), sizeof *r->storage);
     if (!r->storage)
-        return error_set(error, MR_FULL, "out of memory: a runway of %d mats; use a smaller N", r->mats);
+        return error_set(error, MR_FULL, "out of memory: a runway of %d mats; use a smaller N",
+                         r->mats);
     r->gap_ft = r->storage;
     r->closing_lb = r->gap_ft + r->joints;
     r->ground_ft = r->closing_lb + r->joints;
@@ -46,22 +49,27 @@ static enum mr_status lay(struct runway *r, const struct campaign *campaign, uin
         r->gap_ft[j] = fmin(draw_between(&gaps, campaign->gap_in) / IN_PER_FT, slack_ft);
         r->laid_ft += r->gap_ft[j] / (double)r->joints;
         r->closing_lb[j] = draw_between(&closing, campaign->closing_lb);
-        r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, campaign->irregularity_in) / IN_PER_FT;
+        r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, campaign->irregularity_in) /
+                                          IN_PER_FT;
     }
     return MR_OK;
 }
 
-/* High spots of the ground stay where they are while nodes move over them; those of the mats move along. */
+/* High spots of the ground stay where they are while nodes move over them; those of the mats move
+ * along. */
 static void follow_ground(struct runway *r)
 {
     double length_ft = r->campaign->landings[0].scene.length_ft;
     if (r->campaign->along != CAMPAIGN_GROUND)
         return;
     for (size_t j = 0; j < r->joints; j++) {
-        double moved = 0.5 * ((j > 0 ? r->u_ft[j] : 0.0) + (j < (size_t)r->mats ? r->u_ft[j + 1] : 0.0)) / length_ft;
+        double moved = 0.5 *
+                       ((j > 0 ? r->u_ft[j] : 0.0) + (j < (size_t)r->mats ? r->u_ft[j + 1] : 0.0)) /
+                       length_ft;
         double at = fmin(fmax((double)j + moved, 0.0), (double)r->mats);
         size_t left = (size_t)fmin(floor(at), r->mats - 1);
-        r->ground_ft[j] = r->high_ft[left] + (at - (double)left) * (r->high_ft[left + 1] - r->high_ft[left]);
+        r->ground_ft[j] = r->high_ft[left] +
+                          (at - (double)left) * (r->high_ft[left + 1] - r->high_ft[left]);
     }
 }
 
@@ -74,7 +82,8 @@ static enum mr_status own_list(struct sim_list *list, struct error *error)
 }
 
 /* Modifications as the file has them before a landing; torn joints stay torn. */
-static enum mr_status modify(struct runway *r, const struct campaign_landing *landing, struct error *error)
+static enum mr_status modify(struct runway *r, const struct campaign_landing *landing,
+                             struct error *error)
 {
     struct sim_list torn = r->mods.torn;
     r->mods.torn = (struct sim_list){0};
@@ -91,8 +100,8 @@ static enum mr_status modify(struct runway *r, const struct campaign_landing *la
     return error->status;
 }
 
-static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed, const struct sim_result *result,
-                            struct error *error)
+static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed,
+                            const struct sim_result *result, struct error *error)
 {
     struct sim_scene scene = *as_landed;
     scene.mods = r->mods;
@@ -101,9 +110,9 @@ static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed,
     return error->status;
 }
 
-static enum mr_status set_scene(const struct runway *r, const struct campaign_landing *landing, enum sim_model model,
-                                const struct sim_path_row *rows, size_t count, struct sim_scene *scene,
-                                struct error *error)
+static enum mr_status set_scene(const struct runway *r, const struct campaign_landing *landing,
+                                enum sim_model model, const struct sim_path_row *rows, size_t count,
+                                struct sim_scene *scene, struct error *error)
 {
     *scene = landing->scene; /* lists that this one replaces are the campaign's: copies follow */
     scene->model = model;
@@ -114,7 +123,8 @@ static enum mr_status set_scene(const struct runway *r, const struct campaign_la
     scene->t_dwell_s = r->campaign->dwell_s;
     if (sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints, error) != MR_OK ||
         sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints, error) != MR_OK ||
-        (model == SIM_CONSISTENT && sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints, error) != MR_OK))
+        (model == SIM_CONSISTENT &&
+         sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints, error) != MR_OK))
         return error->status;
     return sim_scene_set_path(scene, rows, count, error);
 }
@@ -127,8 +137,9 @@ static void drop_scene(struct sim_scene *scene)
     free(scene->path);
 }
 
-static enum mr_status run_engine(const struct runway *r, const struct campaign_landing *landing, enum sim_model model,
-                                 const struct sim_path_row *rows, size_t count, bool all, struct sim_result *result,
+static enum mr_status run_engine(const struct runway *r, const struct campaign_landing *landing,
+                                 enum sim_model model, const struct sim_path_row *rows,
+                                 size_t count, bool all, struct sim_result *result,
                                  struct error *error)
 {
     const struct campaign *c = r->campaign;
@@ -148,9 +159,10 @@ static enum mr_status run_engine(const struct runway *r, const struct campaign_l
     return error->status;
 }
 
-/* Largest lift of a node by the compression of its joint, in weights of a mat: above 1 a vee of two mats rises, as
- * P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
-static double lift_ratio(const struct runway *r, const struct sim_scene *scene, const double *push_lb)
+/* Largest lift of a node by the compression of its joint, in weights of a mat: above 1 a vee of two
+ * mats rises, as P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
+                         const double *push_lb)
 {
     double most = 0.0;
     for (size_t j = 1; j + 1 < r->joints; j++) {
@@ -190,8 +202,8 @@ static void note_waves(const struct runway *r, const struct sim_scene *scene, co
     }
 }
 
-static void note_planar(const struct runway *r, const struct sim_scene *scene, const struct sim_result *result,
-                        struct campaign_outcome *out)
+static void note_planar(const struct runway *r, const struct sim_scene *scene,
+                        const struct sim_result *result, struct campaign_outcome *out)
 {
     out->asked_planar = true;
     out->ms_planar = result->run_ms;
@@ -218,9 +230,10 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
         out->overrun_ft[i] = joint_station_ft(scene, (size_t)result->overrun[i] - 1);
     if (out->buckled)
         out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
-                         : out->waves > 0  ? out->wave_ft[0]
+                       : out->waves > 0    ? out->wave_ft[0]
                                            : joint_station_ft(scene, (size_t)result->sag_joint - 1);
-    out->failures = failures_find(result->rise_ft, r->joints, scene->length_ft, r->campaign->buckle_in / IN_PER_FT, out->overrun_ft,
+    out->failures = failures_find(result->rise_ft, r->joints, scene->length_ft,
+                                  r->campaign->buckle_in / IN_PER_FT, out->overrun_ft,
                                   out->overruns, out->failure_ft);
     if (out->buckled && out->failures == 0)
         out->failure_ft[out->failures++] = out->buckle_ft;
@@ -234,7 +247,8 @@ static void note_movement(struct runway *r, const struct sim_scene *scene, const
         r->u_ft[n] += u_ft[n];
         out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
         double station_ft = (n - 0.5) * scene->length_ft;
-        if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft && station_ft - out->stop_ft > out->reach_ft)
+        if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft &&
+            station_ft - out->stop_ft > out->reach_ft)
             out->reach_ft = station_ft - out->stop_ft;
     }
     for (size_t i = 0; i < c->station_count; i++) {
@@ -255,9 +269,10 @@ static void note_joints(const struct runway *r, const struct sim_result *result,
     }
 }
 
-/* The longest stretch in which any ten joints are open by less than a third of what they were when the runway was laid:
- * what readings of gage points show. */
-static void note_zone(const struct runway *r, const struct sim_scene *scene, struct campaign_outcome *out)
+/* The longest stretch in which any ten joints are open by less than a third of what they were when
+ * the runway was laid: what readings of gage points show. */
+static void note_zone(const struct runway *r, const struct sim_scene *scene,
+                      struct campaign_outcome *out)
 {
     double limit_ft = ZONE_SHARE * r->laid_ft * ZONE_JOINTS, sum_ft = 0.0;
     size_t from = 0;
@@ -284,16 +299,20 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene, str
     }
 }
 
-/* `mods`: with the tensions before the landing. A slack segment (negative: how far it hangs loose) pulls nothing. */
-static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene, const struct draw_path *path,
-                       const struct mods_state *state, struct campaign_outcome *out)
+/* `mods`: with the tensions before the landing. A slack segment (negative: how far it hangs loose)
+ * pulls nothing. */
+static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene,
+                       const struct draw_path *path, const struct mods_state *state,
+                       struct campaign_outcome *out)
 {
     size_t passed = 0, segment = 0;
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
         const struct sim_list *before = &mods->band[g].t0_lb;
         int connections = mods_connections(scene, g);
         for (int i = 0; i <= connections && connections > 0; i++, segment++) {
-            double middle_ft = (mods_connection_mat(scene, g, i) - 0.5 * mods->band[g].every - 0.5) * scene->length_ft;
+            double middle_ft =
+                (mods_connection_mat(scene, g, i) - 0.5 * mods->band[g].every - 0.5) *
+                scene->length_ft;
             double before_lb = before->count > 0 ? fmax(0.0, sim_scene_joint(before, i + 1)) : 0.0;
             out->band_slack += state->band_least_lb[segment] <= 0.0;
             if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
@@ -309,15 +328,17 @@ static void note_bands(const struct sim_mods *mods, const struct sim_scene *scen
     }
 }
 
-/* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed back over it. */
+/* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed
+ * back over it. */
 static void open_gaps(struct runway *r, const double *u_ft)
 {
     for (size_t j = 0; j < r->joints; j++)
         r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
-static enum mr_status land(struct runway *r, const struct campaign_landing *landing, const struct draw_path *path,
-                           bool all, struct campaign_outcome *out, struct error *error)
+static enum mr_status land(struct runway *r, const struct campaign_landing *landing,
+                           const struct draw_path *path, bool all, struct campaign_outcome *out,
+                           struct error *error)
 {
     const struct campaign *c = r->campaign;
     struct sim_result chain = {0}, planar = {0};
@@ -328,9 +349,11 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         out->mats_chain = chain.mats_mean;
         out->skip_ratio = lift_ratio(r, &landing->scene, chain.push_lb);
     }
-    bool ask = c->engine == CAMPAIGN_PLANAR || (c->engine == CAMPAIGN_AUTO && out->skip_ratio > c->skip_share);
+    bool ask = c->engine == CAMPAIGN_PLANAR ||
+               (c->engine == CAMPAIGN_AUTO && out->skip_ratio > c->skip_share);
     if (error->status == MR_OK && ask &&
-        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) == MR_OK) {
+        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) ==
+            MR_OK) {
         note_planar(r, &landing->scene, &planar, out);
         if (planar.u_ft && (c->engine == CAMPAIGN_PLANAR || out->waves > 0))
             moved = &planar;
@@ -350,11 +373,12 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
 }
 
 /* Pushed back over the bare mat the wheels drag it upfield. */
-static enum mr_status push_back(struct runway *r, const struct campaign_landing *landing, double stop_ft,
-                                double touchdown_ft, bool all, struct error *error)
+static enum mr_status push_back(struct runway *r, const struct campaign_landing *landing,
+                                double stop_ft, double touchdown_ft, bool all, struct error *error)
 {
     const struct campaign *c = r->campaign;
-    double way_ft = stop_ft - touchdown_ft, ramp_s = c->onset_s > 0.0 ? 2.0 * c->onset_s : 0.01 * way_ft / c->back_ft_s;
+    double way_ft = stop_ft - touchdown_ft,
+           ramp_s = c->onset_s > 0.0 ? 2.0 * c->onset_s : 0.01 * way_ft / c->back_ft_s;
     double force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
     const struct sim_path_row rows[] = {{0.0, stop_ft, 0.0},
                                         {ramp_s, stop_ft, force_lb},
@@ -372,17 +396,20 @@ static enum mr_status push_back(struct runway *r, const struct campaign_landing 
     return error->status;
 }
 
-void campaign_play(const struct campaign *campaign, uint64_t seed, bool all, struct campaign_run *run)
+void campaign_play(const struct campaign *campaign, uint64_t seed, bool all,
+                   struct campaign_run *run)
 {
     struct runway runway = {0};
     struct draw_path path = {0};
     *run = (struct campaign_run){.seed = seed};
     run->outcomes = calloc(campaign->landing_count, sizeof *run->outcomes);
     if (!run->outcomes)
-        error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer", campaign->landing_count);
+        error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer",
+                  campaign->landing_count);
     else
         lay(&runway, campaign, seed, &run->error);
-    for (size_t i = 0; i < campaign->landing_count && run->error.status == MR_OK && run->buckled == 0; i++) {
+    for (size_t i = 0;
+         i < campaign->landing_count && run->error.status == MR_OK && run->buckled == 0; i++) {
         const struct campaign_landing *landing = &campaign->landings[i];
         struct campaign_outcome *out = &run->outcomes[i];
         if ((i == 0 || landing->modified) && modify(&runway, landing, &run->error) != MR_OK)

@@ -42,7 +42,8 @@ static struct campaign_spread spread_at(const struct gather *g, size_t offset)
     size_t count = 0;
     for (size_t i = 0; i < g->campaign->seeds; i++) {
         if (g->runs[i].played > g->landing)
-            g->values[count++] = *(const double *)((const char *)&g->runs[i].outcomes[g->landing] + offset);
+            g->values[count++] =
+                *(const double *)((const char *)&g->runs[i].outcomes[g->landing] + offset);
     }
     return campaign_spread_of(g->values, count);
 }
@@ -80,8 +81,10 @@ static void summarise_landing(struct campaign_landing_summary *s, const struct g
     s->pull_lb = SPREAD(g, pull_lb);
     s->zone_mats = zones(g);
     for (size_t k = 0; k < g->campaign->station_count; k++) {
-        s->movement_in[k] = spread_at(g, offsetof(struct campaign_outcome, movement_in) + k * sizeof(double));
-        s->total_in[k] = spread_at(g, offsetof(struct campaign_outcome, total_in) + k * sizeof(double));
+        s->movement_in[k] =
+            spread_at(g, offsetof(struct campaign_outcome, movement_in) + k * sizeof(double));
+        s->total_in[k] =
+            spread_at(g, offsetof(struct campaign_outcome, total_in) + k * sizeof(double));
     }
 }
 
@@ -141,12 +144,14 @@ size_t campaign_agree(const struct campaign *c, const struct campaign_run *runs)
     for (size_t i = 0; i < c->seeds; i++) {
         int n = runs[i].buckled;
         if (runs[i].error.status == MR_OK)
-            agree += c->observed_landing < 0 ? n == 0 : n > 0 && abs(n - c->observed_landing) <= c->within;
+            agree += c->observed_landing < 0 ? n == 0
+                                             : n > 0 && abs(n - c->observed_landing) <= c->within;
     }
     return agree;
 }
 
-struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
+struct campaign_difference campaign_compare(const struct campaign *campaign,
+                                            const struct campaign_run *a,
                                             const struct campaign_run *b)
 {
     struct campaign_difference most = {0};
@@ -162,7 +167,8 @@ struct campaign_difference campaign_compare(const struct campaign *campaign, con
             waved = waved || a[i].outcomes[k].waves > 0 || b[i].outcomes[k].waves > 0;
             double *apart_in = waved ? &most.waved_in : &most.movement_in;
             for (size_t s = 0; s < campaign->station_count; s++)
-                *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] - b[i].outcomes[k].movement_in[s]));
+                *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] -
+                                                 b[i].outcomes[k].movement_in[s]));
         }
     }
     most.times = b_ms / a_ms;

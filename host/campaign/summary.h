@@ -15,25 +15,26 @@ struct campaign_spread campaign_spread_of(double *values, size_t count); /* sort
 /* Of the runways that took this landing. */
 struct campaign_landing_summary {
     size_t played, buckled, planar, waved, unhinged, torn;
-    struct campaign_spread stop_ft, deceleration_ft_s2, peak_in, reach_ft, zone_mats, push_lb, pull_lb;
+    struct campaign_spread stop_ft, deceleration_ft_s2, peak_in, reach_ft, zone_mats, push_lb,
+        pull_lb;
     struct campaign_spread movement_in[CAMPAIGN_STATIONS_MAX], total_in[CAMPAIGN_STATIONS_MAX];
 };
 
 struct campaign_fact_summary {
-    size_t agree; /* runways */
-    bool enough;  /* as many as the fact needs */
+    size_t agree;                 /* runways */
+    bool enough;                  /* as many as the fact needs */
     struct campaign_spread value; /* of those that have one */
 };
 
 struct campaign_summary {
-    size_t runways;  /* that were played to their end */
-    size_t failed;   /* that could not be */
-    size_t survived; /* did not buckle */
-    size_t landings; /* played, over all runways */
-    size_t planar;   /* of them with the planar engine */
-    struct campaign_spread station_ft, buckle_landing; /* of those that buckled */
+    size_t runways;                                     /* that were played to their end */
+    size_t failed;                                      /* that could not be */
+    size_t survived;                                    /* did not buckle */
+    size_t landings;                                    /* played, over all runways */
+    size_t planar;                                      /* of them with the planar engine */
+    struct campaign_spread station_ft, buckle_landing;  /* of those that buckled */
     struct campaign_spread zone_before, peak_before_in; /* of them, in the landing before */
-    struct campaign_landing_summary *landing; /* landing_count */
+    struct campaign_landing_summary *landing;           /* landing_count */
     struct campaign_fact_summary fact[CAMPAIGN_FACTS_MAX];
     double ms_chain, ms_planar;
 };
@@ -43,18 +44,21 @@ enum mr_status campaign_summarise(struct campaign_summary *summary, const struct
                                   const struct campaign_run *runs, struct error *error);
 void campaign_summary_free(struct campaign_summary *summary);
 
-/* Runways that agree with what was observed (landing, within); of those that were played to their end. */
+/* Runways that agree with what was observed (landing, within); of those that were played to their
+ * end. */
 size_t campaign_agree(const struct campaign *campaign, const struct campaign_run *runs);
 
-/* Largest difference between two ensembles of the same campaign, in movement at a station, and how many runways buckled
- * in another landing. */
+/* Largest difference between two ensembles of the same campaign, in movement at a station, and how
+ * many runways buckled in another landing. */
 struct campaign_difference {
     double movement_in; /* until a wave rises on the runway */
-    double waved_in;    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
+    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
+    double waved_in;
     size_t outcomes;
     double times; /* how many times as long b took */
 };
-struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
+struct campaign_difference campaign_compare(const struct campaign *campaign,
+                                            const struct campaign_run *a,
                                             const struct campaign_run *b);
 
 #endif

@@ -7,11 +7,11 @@
 
 /* A jump of more than half the range is a sender that began again, not a loss. */
 #define SEQ_JUMP_MAX 0x8000u
-#define SEQ_RANGE 0x10000
+#define SEQ_RANGE    0x10000
 
 /* At 1 Mbit/s a frame of no data takes 47 bit times: 21 a block. */
 #define FRAMES_PER_BLOCK 21
-#define SLACK_BLOCKS 1000 /* clocks come every 100 blocks, and may be lost */
+#define SLACK_BLOCKS     1000 /* clocks come every 100 blocks, and may be lost */
 
 void account_start(struct account *account, enum link_kind kind)
 {
@@ -52,10 +52,12 @@ void account_goes_on(struct account *account)
     account->doubtful = false;
 }
 
-/* So many frames may have been sent between two blocks; one that is not known (-1) forbids nothing. */
+/* So many frames may have been sent between two blocks; one that is not known (-1) forbids
+ * nothing. */
 static bool possible(int64_t frames, int64_t from_block, int64_t to_block)
 {
-    return frames >= 0 && (from_block < 0 || to_block < 0 || frames <= FRAMES_PER_BLOCK * (to_block - from_block + SLACK_BLOCKS));
+    return frames >= 0 && (from_block < 0 || to_block < 0 ||
+                           frames <= FRAMES_PER_BLOCK * (to_block - from_block + SLACK_BLOCKS));
 }
 
 static int64_t time_of(const struct account *account)
@@ -66,16 +68,19 @@ static int64_t time_of(const struct account *account)
 bool account_message_count(struct account *account, const struct mr_message_count *count)
 {
     unsigned place = mr_message_place(count->id);
-    if (place >= MR_PLACES || account->doubtful || (account->count_known[place] && count->count < account->count_of[place]))
+    if (place >= MR_PLACES || account->doubtful ||
+        (account->count_known[place] && count->count < account->count_of[place]))
         return false;
-    if (account->count_known[place] && !possible((int64_t)(count->count - account->count_of[place]), account->count_block[place], time_of(account)))
+    if (account->count_known[place] && !possible((int64_t)(count->count - account->count_of[place]),
+                                                 account->count_block[place], time_of(account)))
         return false;
     /* The count of message_count itself leaves out the frame that brings it. */
     int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
     if (account->count_known[place] || account->whole) {
         bool known = account->count_known[place];
         uint32_t sent = count->count - (known ? account->count_of[place] : 0);
-        int64_t missing = (int64_t)sent - (received - (known ? account->received_at_count[place] : 0));
+        int64_t missing = (int64_t)sent -
+                          (received - (known ? account->received_at_count[place] : 0));
         if (missing > 0)
             account->missing_of[place] += missing;
         else
@@ -95,8 +100,9 @@ void account_break(struct account *account)
     account->block_known = false;
 }
 
-static struct store_gap make_gap(const struct account *account, const char *message, const char *channels,
-                                 const char *cause, int64_t count, int64_t from_block, int64_t to_block)
+static struct store_gap make_gap(const struct account *account, const char *message,
+                                 const char *channels, const char *cause, int64_t count,
+                                 int64_t from_block, int64_t to_block)
 {
     struct store_gap gap = {.link = (int)account->kind,
                             .count = count,
@@ -108,16 +114,17 @@ static struct store_gap make_gap(const struct account *account, const char *mess
     return gap;
 }
 
-/* With no room left the count is still right; only the row is missing. The collector empties the list at
- * every frame. */
+/* With no room left the count is still right; only the row is missing. The collector empties the
+ * list at every frame. */
 static void add_gap(struct account *account, struct store_gap gap)
 {
     if (account->gaps < ACCOUNT_GAPS)
         account->gap[account->gaps++] = gap;
 }
 
-/* Frames that the jump stands for. Of bytes that this computer counted as lost, more frames may be gone than the number counts: it is
- * taken to have wrapped as often as fits best to frames of the mean size so far. 0: none are lost. */
+/* Frames that the jump stands for. Of bytes that this computer counted as lost, more frames may be
+ * gone than the number counts: it is taken to have wrapped as often as fits best to frames of the
+ * mean size so far. 0: none are lost. */
 static int64_t frames_lost(const struct account *account, uint16_t jump)
 {
     int64_t frames = account->counts.received - 1;
@@ -137,7 +144,8 @@ void account_serial_frame(struct account *account, uint16_t seq, int64_t block)
     if (lost > 0) {
         account->counts.lost += lost;
         account->lost_since_block = true;
-        add_gap(account, make_gap(account, "frame", "all", account->other_cause ? account->other_cause : "link", lost,
+        add_gap(account, make_gap(account, "frame", "all",
+                                  account->other_cause ? account->other_cause : "link", lost,
                                   account->frame_block, block));
         account->other_cause = NULL;
         account->bytes_lost = 0;
@@ -189,7 +197,8 @@ static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t blo
     for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
         int64_t in_queue = account->queue_lost[i] < lost ? account->queue_lost[i] : lost;
         if (in_queue > 0)
-            add_gap(account, make_gap(account, "frame", "all", queues[i].cause, in_queue, account->sent_block, block));
+            add_gap(account, make_gap(account, "frame", "all", queues[i].cause, in_queue,
+                                      account->sent_block, block));
         lost -= in_queue > 0 ? in_queue : 0;
         account->queue_lost[i] = 0;
     }
@@ -208,32 +217,36 @@ void account_trouble(struct account *account, enum link_trouble trouble, int64_t
     }
     if (trouble == LINK_BUS_OFF)
         account->other_cause = "bus-off";
-    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_GARBLED || trouble == LINK_UART_OVERRUN) &&
+    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_GARBLED ||
+              trouble == LINK_UART_OVERRUN) &&
              !account->other_cause)
         account->other_cause = "adapter";
     else if (trouble == LINK_AWAY)
         account->other_cause = "away";
 }
 
-/* Frames are lost between two can_health: in the queue, as far as it counted them, the rest by what else the link
- * saw. */
+/* Frames are lost between two can_health: in the queue, as far as it counted them, the rest by what
+ * else the link saw. */
 static void add_loss(struct account *account, int64_t lost, int64_t block)
 {
     const char *cause = account->other_cause ? account->other_cause : "link";
     account->counts.lost += lost;
     int64_t elsewhere = add_queue_gaps(account, lost, block);
     if (elsewhere > 0)
-        add_gap(account, make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
+        add_gap(account,
+                make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
 }
 
 /* It goes on from the last one believed; else it is doubted, until the next one goes on from it. */
 static bool believe(struct account *account, const struct mr_can_health *health, int64_t block)
 {
-    if (!account->sent_known || possible((int32_t)(health->sent - account->sent), account->sent_block, block)) {
+    if (!account->sent_known ||
+        possible((int32_t)(health->sent - account->sent), account->sent_block, block)) {
         account->doubt_known = false;
         return true;
     }
-    if (account->doubt_known && possible((int32_t)(health->sent - account->doubt_sent), account->doubt_block, block)) {
+    if (account->doubt_known &&
+        possible((int32_t)(health->sent - account->doubt_sent), account->doubt_block, block)) {
         account->sent = account->doubt_sent; /* the board began again, and nobody noticed */
         account->sent_block = account->doubt_block;
         account->received_since = account->doubt_since;
@@ -253,11 +266,13 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
         return;
     if (account->sent_known) {
         /* This frame has been counted as received but is not yet in its own `sent`. */
-        int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) - (account->received_since - 1);
+        int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) -
+                       (account->received_since - 1);
         settle_suspects(account, lost > 0);
         if (lost > 0)
             add_loss(account, lost, block);
-        if (lost < 0 && !account->other_cause) /* a controller that left the bus takes frames back that it has counted */
+        /* a controller that left the bus takes frames back that it has counted */
+        if (lost < 0 && !account->other_cause)
             account->excess -= lost;
     } else {
         /* What the queue lost so far was sent before, but not before logging began. */
@@ -288,7 +303,8 @@ void account_dropped(struct account *account, uint16_t dropped, int64_t block)
     uint16_t more = (uint16_t)(dropped - account->dropped);
     if (account->dropped_known && more > 0) {
         account->counts.dropped += more;
-        add_gap(account, make_gap(account, "frame", "all", "board", more, account->dropped_block, block));
+        add_gap(account,
+                make_gap(account, "frame", "all", "board", more, account->dropped_block, block));
     }
     account->dropped_known = true;
     account->dropped = dropped;
@@ -298,7 +314,8 @@ void account_dropped(struct account *account, uint16_t dropped, int64_t block)
 /* "d1-d3" */
 static void channels_text(const struct mr_series_pack *pack, char letter, char *out, size_t size)
 {
-    snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first, letter, (unsigned)(pack->first + pack->count - 1));
+    snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first, letter,
+             (unsigned)(pack->first + pack->count - 1));
 }
 
 void account_step(struct account *account, unsigned number, int64_t block)
@@ -314,8 +331,9 @@ void account_step(struct account *account, unsigned number, int64_t block)
     channels_text(pack, series->letter, channels, sizeof channels);
     account->suspect_count += missing;
     if (account->suspects < MR_SERIES_PACKS)
-        account->suspect[account->suspects++] = make_gap(account, mr_message_find(pack->id)->name, channels, "link", missing,
-                                                         last + series->blocks, block - series->blocks);
+        account->suspect[account->suspects++] =
+            make_gap(account, mr_message_find(pack->id)->name, channels, "link", missing,
+                     last + series->blocks, block - series->blocks);
 }
 
 void account_block(struct account *account, uint32_t index)
@@ -323,7 +341,8 @@ void account_block(struct account *account, uint32_t index)
     if (account->block_known && index > account->block_next)
         add_gap(account,
                 make_gap(account, "block", "all", account->lost_since_block ? "link" : "board",
-                         (int64_t)index - account->block_next, account->block_next, (int64_t)index - 1));
+                         (int64_t)index - account->block_next, account->block_next,
+                         (int64_t)index - 1));
     account->lost_since_block = false;
     account->block_known = true;
     account->block_next = index + 1;
@@ -337,8 +356,8 @@ void account_end(struct account *account)
         account->counts.lost += in_queue;
         (void)add_queue_gaps(account, in_queue, STORE_NONE);
     } else if (account->suspect_count == 0 && account->other_cause && account->kind == LINK_CAN) {
-        add_gap(account, make_gap(account, "frame", "all", account->other_cause, STORE_NONE, account->sent_block,
-                                  STORE_NONE));
+        add_gap(account, make_gap(account, "frame", "all", account->other_cause, STORE_NONE,
+                                  account->sent_block, STORE_NONE));
     }
     account->counts.lost += account->suspect_count;
     settle_suspects(account, true);

@@ -53,72 +53,95 @@ static bool knows(const struct known *known, uint32_t index)
     return known->count && bsearch(&index, known->index, known->count, sizeof index, compare_index);
 }
 
-static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start *start, const char *uid, int64_t *run,
-                                   struct error *error)
+static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start *start,
+                                   const char *uid, int64_t *run, struct error *error)
 {
     struct store_landing *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_landings(store, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (rows[i].board_landing == start->landing && strcmp(rows[i].board_uid, uid) == 0 &&
-            (rows[i].armed_block == STORE_NONE || rows[i].armed_block == (int64_t)start->armed_block))
+            (rows[i].armed_block == STORE_NONE ||
+             rows[i].armed_block == (int64_t)start->armed_block))
             *run = rows[i].id;
     }
     free(rows);
     return status;
 }
 
-static enum mr_status make_landing(struct store *store, int64_t session, const struct mr_boxpage_start *start, const char *uid,
+static enum mr_status make_landing(struct store *store, int64_t session,
+                                   const struct mr_boxpage_start *start, const char *uid,
                                    int64_t *run, struct error *error)
 {
     struct store_landing landing = {
-        .session = session, .board_landing = start->landing, .armed_block = start->armed_block,
-        .armed_us = (int64_t)link_now_us(), .state = MR_LANDING_ARMED, .image_crc = start->image_crc, .config_crc = start->config_crc,
-        .clock_source = start->clock_source, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN,
+        .session = session,
+        .board_landing = start->landing,
+        .armed_block = start->armed_block,
+        .armed_us = (int64_t)link_now_us(),
+        .state = MR_LANDING_ARMED,
+        .image_crc = start->image_crc,
+        .config_crc = start->config_crc,
+        .clock_source = start->clock_source,
+        .touchdown_ft = (double)NAN,
+        .switch_error_ft = (double)NAN,
     };
     snprintf(landing.board_uid, sizeof landing.board_uid, "%s", uid);
-    snprintf(landing.firmware, sizeof landing.firmware, "%u.%u.%u", start->firmware[0], start->firmware[1], start->firmware[2]);
+    snprintf(landing.firmware, sizeof landing.firmware, "%u.%u.%u", start->firmware[0],
+             start->firmware[1], start->firmware[2]);
     enum mr_status status = store_landing_add(store, &landing, error);
     *run = landing.id;
     return status;
 }
 
-/* What the board said goes the way of what comes over a link, under the landing's own session and boot: what the log holds already is
- * marked, not doubled. */
-static void begin_messages(struct messages *m, struct store *store, const struct store_landing *landing)
+/* What the board said goes the way of what comes over a link, under the landing's own session and
+ * boot: what the log holds already is marked, not doubled. */
+static void begin_messages(struct messages *m, struct store *store,
+                           const struct store_landing *landing)
 {
-    *m = (struct messages){.collector = {.store = store, .session = landing->session, .hello = true, .identity = *landing},
+    *m = (struct messages){.collector = {.store = store,
+                                         .session = landing->session,
+                                         .hello = true,
+                                         .identity = *landing},
                            .side = {.kind = THE_BOX, .boot = landing->boot},
                            .slot = {.row = *landing}};
     m->side.current = &m->slot;
 }
 
 /* The newest state that is told, but what a log saw end has ended. */
-static enum mr_status take_state(struct messages *m, const struct mr_record *record, bool made, struct error *error)
+static enum mr_status take_state(struct messages *m, const struct mr_record *record, bool made,
+                                 struct error *error)
 {
     struct store_landing *row = &m->slot.row;
     struct mr_landing landing;
-    if (mr_landing_get(&landing, record->payload, record->length) != MR_OK || landing.landing != row->board_landing)
+    if (mr_landing_get(&landing, record->payload, record->length) != MR_OK ||
+        landing.landing != row->board_landing)
         return MR_OK;
     if (made || (row->state != MR_LANDING_IDLE && row->state != MR_LANDING_DONE))
         row->state = landing.state;
     enum mr_status status = store_landing_put(m->collector.store, row, error);
-    return status == MR_OK && landing.cause ? collect_state_event(&m->collector, &m->side, &landing, link_now_us(), error) : status;
+    return status == MR_OK && landing.cause
+             ? collect_state_event(&m->collector, &m->side, &landing, link_now_us(), error)
+             : status;
 }
 
-static enum mr_status take_message(struct messages *m, const struct mr_record *record, bool made, struct error *error)
+static enum mr_status take_message(struct messages *m, const struct mr_record *record, bool made,
+                                   struct error *error)
 {
     struct mr_message message;
     if (record->id == MR_ID_LANDING)
         return take_state(m, record, made, error);
     if (mr_message_read(&message, record->id, record->payload, record->length) != MR_OK)
         return MR_OK;
-    const struct collector_event event = {.link = m->side.kind, .message = &message, .host_us = link_now_us(), .board_us = STORE_NONE};
+    const struct collector_event event = {.link = m->side.kind,
+                                          .message = &message,
+                                          .host_us = link_now_us(),
+                                          .board_us = STORE_NONE};
     return collect_message(&m->collector, &m->side, &event, error);
 }
 
-static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,
-                                struct boxfill *result, struct error *error)
+static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record,
+                                const struct mr_block *block, struct boxfill *result,
+                                struct error *error)
 {
     struct mr_edge edge;
     struct store_edge *rows = NULL;
@@ -133,7 +156,8 @@ static enum mr_status fill_edge(struct store *store, int64_t run, const struct m
     if (status != MR_OK || there)
         return status;
     result->filled_edges++;
-    uint32_t origin = mr_boardtime_origin(block->index, block->tick); /* a few blocks from the edge */
+    /* a few blocks from the edge */
+    uint32_t origin = mr_boardtime_origin(block->index, block->tick);
     double board_us = (double)mr_boardtime_ticks(origin, block->index, edge.tick) / MR_TICKS_PER_US;
     struct store_edge row = {.board_us = board_us, .links = BOXFILL_LINK};
     collect_edge_row(&row, &edge);
@@ -141,33 +165,38 @@ static enum mr_status fill_edge(struct store *store, int64_t run, const struct m
 }
 
 /* A row that is there is only marked. `*number`: of the film frame before it, as it comes round. */
-static enum mr_status fill_film(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,
-                                int64_t *number, struct error *error)
+static enum mr_status fill_film(struct store *store, int64_t run, const struct mr_record *record,
+                                const struct mr_block *block, int64_t *number, struct error *error)
 {
     struct mr_film_frame frame;
     if (mr_film_frame_get(&frame, record->payload, record->length) != MR_OK)
         return MR_OK;
     *number += (int16_t)(uint16_t)(frame.number - (uint16_t)*number);
     uint32_t origin = mr_boardtime_origin(block->index, block->tick);
-    double board_us = (double)mr_boardtime_ticks(origin, block->index, frame.tick) / MR_TICKS_PER_US;
-    return store_film_frame_put(store, run, &(struct store_film_frame){.number = *number, .tick = frame.tick, .board_us = board_us,
-                                                                       .links = BOXFILL_LINK}, error);
+    double board_us = (double)mr_boardtime_ticks(origin, block->index, frame.tick) /
+                      MR_TICKS_PER_US;
+    return store_film_frame_put(
+        store, run,
+        &(struct store_film_frame){
+            .number = *number, .tick = frame.tick, .board_us = board_us, .links = BOXFILL_LINK},
+        error);
 }
 
-static enum mr_status fill_block(struct store *store, int64_t session, int64_t run, const struct known *known,
-                                 const struct mr_block *block, struct boxfill *result, struct error *error)
+static enum mr_status fill_block(struct store *store, int64_t session, int64_t run,
+                                 const struct known *known, const struct mr_block *block,
+                                 struct boxfill *result, struct error *error)
 {
     uint8_t bytes[MR_BLOCK_BYTES_MAX];
     result->blocks++;
     if (knows(known, block->index))
         return MR_OK;
     result->filled_blocks++;
-    return store_block_put(store, session, 0, run, STORE_LINK_BOX, block->index, (int64_t)link_now_us(), bytes, mr_block_put(block, bytes),
-                           error);
+    return store_block_put(store, session, 0, run, STORE_LINK_BOX, block->index,
+                           (int64_t)link_now_us(), bytes, mr_block_put(block, bytes), error);
 }
 
-static enum mr_status fill(struct store *store, int64_t session, const struct known *known, struct mr_boxread *reader,
-                           struct boxfill *result, struct error *error)
+static enum mr_status fill(struct store *store, int64_t session, const struct known *known,
+                           struct mr_boxread *reader, struct boxfill *result, struct error *error)
 {
     struct mr_record record;
     struct mr_block newest = {0};
@@ -201,8 +230,9 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
     return status;
 }
 
-enum mr_status boxfill(struct store *store, const char *link, int64_t run, const uint8_t (*pages)[MR_BOXPAGE],
-                       const uint8_t *present, size_t count, struct boxfill *result, struct error *error)
+enum mr_status boxfill(struct store *store, const char *link, int64_t run,
+                       const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present, size_t count,
+                       struct boxfill *result, struct error *error)
 {
     struct mr_boxpage_header header = {0};
     struct mr_boxpage_start start;
@@ -210,12 +240,17 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run, const
     struct known known = {0};
     struct store_session session = {.started_us = (int64_t)link_now_us(), .serial_link = link};
     char uid[25];
-    if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK || header.kind != MR_BOXPAGE_START)
-        return error_set(error, MR_MALFORMED, "the record's first page is missing: %s; which landing it is, is not known", link);
+    if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK ||
+        header.kind != MR_BOXPAGE_START)
+        return error_set(
+            error, MR_MALFORMED,
+            "the record's first page is missing: %s; which landing it is, is not known", link);
     mr_boxpage_get_start(pages[0], &start);
     if (start.layout != MR_LAYOUT)
-        return error_set(error, MR_VERSION, "recorded in layout %u, this matrig has layout %u: %s; use the matrig of that firmware",
-                         start.layout, MR_LAYOUT, link);
+        return error_set(
+            error, MR_VERSION,
+            "recorded in layout %u, this matrig has layout %u: %s; use the matrig of that firmware",
+            start.layout, MR_LAYOUT, link);
     snprintf(uid, sizeof uid, "%08X%08X%08X", start.uid[0], start.uid[1], start.uid[2]);
     *result = (struct boxfill){.run = run};
     enum mr_status status = run ? MR_OK : find_landing(store, &start, uid, &result->run, error);
@@ -232,11 +267,18 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run, const
     if (status == MR_OK)
         status = fill(store, session.id, &known, &reader, result, error);
     if (status == MR_OK)
-        status = store_event_put(store, &(struct store_event){.session = session.id, .run = result->run, .kind = "blackbox",
-                                                              .board_us = 1000 * (int64_t)start.trigger_block,
-                                                              .host_us = (int64_t)link_now_us(), .code = header.record,
-                                                              .detail = result->filled_blocks, .value = result->absent_blocks,
-                                                              .links = BOXFILL_LINK}, error);
+        status =
+            store_event_put(store,
+                            &(struct store_event){.session = session.id,
+                                                  .run = result->run,
+                                                  .kind = "blackbox",
+                                                  .board_us = 1000 * (int64_t)start.trigger_block,
+                                                  .host_us = (int64_t)link_now_us(),
+                                                  .code = header.record,
+                                                  .detail = result->filled_blocks,
+                                                  .value = result->absent_blocks,
+                                                  .links = BOXFILL_LINK},
+                            error);
     if (status == MR_OK)
         status = store_session_end(store, session.id, (int64_t)link_now_us(), "black box", error);
     if (status == MR_OK)

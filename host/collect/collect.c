@@ -13,7 +13,8 @@ enum mr_status collector_open(struct store *store, const char *can_spec, const c
 {
     struct collector *made = calloc(1, sizeof *made);
     if (!made)
-        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs", store_path(store));
+        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs",
+                         store_path(store));
     made->store = store;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct side *side = &made->side[kind];
@@ -81,7 +82,8 @@ const struct mr_ack *collector_take_answer(struct collector *collector)
 }
 
 /* One event for each trouble, with how often it happened since the last one. */
-static enum mr_status record_troubles(struct collector *collector, struct side *side, struct error *error)
+static enum mr_status record_troubles(struct collector *collector, struct side *side,
+                                      struct error *error)
 {
     enum mr_status status = MR_OK;
     if (!side->any_pending)
@@ -129,10 +131,15 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
     return status;
 }
 
-enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us, struct error *error)
+enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
+                                   struct error *error)
 {
-    struct store_event event = {.session = collector->session, .run = STORE_NONE, .board_us = STORE_NONE,
-                                .host_us = (int64_t)link_now_us(), .kind = "clock-set", .value = jump_us};
+    struct store_event event = {.session = collector->session,
+                                .run = STORE_NONE,
+                                .board_us = STORE_NONE,
+                                .host_us = (int64_t)link_now_us(),
+                                .kind = "clock-set",
+                                .value = jump_us};
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct side *side = &collector->side[kind];
         if (side->current)
@@ -142,7 +149,8 @@ enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
     return store_event_put(collector->store, &event, error);
 }
 
-enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error)
+enum mr_status collector_link_end(struct collector *collector, enum link_kind kind,
+                                  struct error *error)
 {
     struct side *side = &collector->side[kind];
     if (side->ended)
@@ -157,7 +165,8 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
     if (status == MR_OK && kind == LINK_SERIAL && side->deframer.length > 0) {
         side->account.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
-                           "the link ended inside a frame: %s; the frames before it are kept", side->spec);
+                           "the link ended inside a frame: %s; the frames before it are kept",
+                           side->spec);
     }
     return status;
 }
@@ -183,8 +192,8 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     if (status == MR_OK)
         status = collector_put_counts(collector, error);
     if (status == MR_OK)
-        status =
-            store_session_end(collector->store, collector->session, (int64_t)link_now_us(), ended_by, error);
+        status = store_session_end(collector->store, collector->session, (int64_t)link_now_us(),
+                                   ended_by, error);
     return status;
 }
 
@@ -194,11 +203,13 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct side *side = &collector->side[kind];
         if (side->spec)
-            status = store_link_put(collector->store, collector->session, kind, &side->account.counts, error);
+            status = store_link_put(collector->store, collector->session, kind,
+                                    &side->account.counts, error);
         for (unsigned place = 0; place < MR_PLACES && status == MR_OK; place++) {
             if (side->account.missing_of[place])
-                status = store_missing_put(collector->store, collector->session, kind, mr_message_text(place),
-                                           side->account.missing_of[place], error);
+                status = store_missing_put(collector->store, collector->session, kind,
+                                           mr_message_text(place), side->account.missing_of[place],
+                                           error);
         }
         if (status == MR_OK)
             status = record_troubles(collector, side, error);
@@ -234,9 +245,10 @@ int64_t collector_take_same(struct collector *collector, struct store_same *same
 
 void collector_progress(const struct collector *collector, struct collector_progress *progress)
 {
-    *progress = (struct collector_progress){.hello = collector->hello,
-                                            .block = -1,
-                                            .before_first = collector->side[LINK_CAN].account.before_first};
+    *progress =
+        (struct collector_progress){.hello = collector->hello,
+                                    .block = -1,
+                                    .before_first = collector->side[LINK_CAN].account.before_first};
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;

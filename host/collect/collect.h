@@ -1,15 +1,19 @@
-/* The collector: understands what comes over the links of one session and puts it into the campaign database.
+/* The collector: understands what comes over the links of one session and puts it into the campaign
+ * database.
  *
- * CAN frames and serial bytes go in as they come; the two links need not be in step. A landing begins when
- * the first link reports it armed (or, when logging joined late, later) and ends for each link when that link
- * reports it done or given up. Each message that both links bring becomes one row. Before the first hello
- * frames are kept but not understood; a hello of another layout is refused.
+ * CAN frames and serial bytes go in as they come; the two links need not be in step. A landing
+ * begins when the first link reports it armed (or, when logging joined late, later) and ends for
+ * each link when that link reports it done or given up. Each message that both links bring becomes
+ * one row. Before the first hello frames are kept but not understood; a hello of another layout is
+ * refused.
  *
- * On CAN others may speak by the board's identifiers. Once the board is known they are counted, told and recorded
- * (host/collect/doubt.h), not obeyed: what serial says is what holds (witness.h). Where serial is not there, or cannot tell, frames of
- * CAN must be plausible, and a landing that may rest on a stranger's is marked.
+ * On CAN others may speak by the board's identifiers. Once the board is known they are counted,
+ * told and recorded (host/collect/doubt.h), not obeyed: what serial says is what holds (witness.h).
+ * Where serial is not there, or cannot tell, frames of CAN must be plausible, and a landing that
+ * may rest on a stranger's is marked.
  *
- * The caller holds a store transaction open around every call that may write, and commits in time. */
+ * The caller holds a store transaction open around every call that may write, and commits in
+ * time. */
 #ifndef MATRIG_HOST_COLLECT_H
 #define MATRIG_HOST_COLLECT_H
 
@@ -22,65 +26,78 @@
 
 struct collector;
 
-/* `can_spec`, `serial_spec`: the links as given, NULL when not used; they must outlive the collector. Adds
- * the session. */
+/* `can_spec`, `serial_spec`: the links as given, NULL when not used; they must outlive the
+ * collector. Adds the session. */
 enum mr_status collector_open(struct store *store, const char *can_spec, const char *serial_spec,
                               struct collector **collector, struct error *error);
 void collector_close(struct collector *collector); /* NULL is allowed; writes nothing */
 
-/* MR_VERSION: a board of another layout; MR_IO: another board than before, on serial, or on CAN and nobody else. Both ask for a new log.
- * Broken and foreign frames are counted, not errors. */
+/* MR_VERSION: a board of another layout; MR_IO: another board than before, on serial, or on CAN and
+ * nobody else. Both ask for a new log. Broken and foreign frames are counted, not errors. */
 enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
                                uint64_t host_us, struct error *error);
-/* What a link has counted so far, troubles above all: those that are new are accounted, and recorded at the next
- * collector_put_counts. Call it before what came after them goes in. */
+/* What a link has counted so far, troubles above all: those that are new are accounted, and
+ * recorded at the next collector_put_counts. Call it before what came after them goes in. */
 enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
                                   const struct link_counters *counters, struct error *error);
-/* This computer's clock was set, by `jump_us`: an event `clock-set`; where the board's clock is against it is found anew. */
-enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us, struct error *error);
+/* This computer's clock was set, by `jump_us`: an event `clock-set`; where the board's clock is
+ * against it is found anew. */
+enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us,
+                                   struct error *error);
 /* A link ended. MR_TRUNCATED: inside a serial frame. */
-enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error);
-/* Of one link: where the board's clock is against this computer's is found anew, from what comes from now on. */
+enum mr_status collector_link_end(struct collector *collector, enum link_kind kind,
+                                  struct error *error);
+/* Of one link: where the board's clock is against this computer's is found anew, from what comes
+ * from now on. */
 void collector_forget_time(struct collector *collector, enum link_kind kind);
 
-/* Where a transaction begins, and back there when the store took back what was written since: the same may then go in again. */
+/* Where a transaction begins, and back there when the store took back what was written since: the
+ * same may then go in again. */
 enum mr_status collector_mark(struct collector *collector, struct error *error);
 void collector_back_to_mark(struct collector *collector);
 /* The landing that was going on at the mark; STORE_NONE: none. */
 int64_t collector_marked_run(const struct collector *collector);
-/* When the landing that is going on was armed, or first heard of, Unix microseconds; STORE_NONE: none. */
+/* When the landing that is going on was armed, or first heard of, Unix microseconds; STORE_NONE:
+ * none. */
 int64_t collector_since_us(const struct collector *collector);
-/* The campaign took nothing for `us`: an event `held`, of landing `run`, or of the one that is going on (STORE_NONE). `cause`: enum store_held_cause (host/store/store_log.h);
- * `permille`: so full was the queue. */
-enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause, int64_t permille, int64_t us, struct error *error);
-/* From now on into this store, which has all that was committed to the one before. Between two transactions. */
+/* The campaign took nothing for `us`: an event `held`, of landing `run`, or of the one that is
+ * going on (STORE_NONE). `cause`: enum store_held_cause (host/store/store_log.h); `permille`: so
+ * full was the queue. */
+enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause,
+                              int64_t permille, int64_t us, struct error *error);
+/* From now on into this store, which has all that was committed to the one before. Between two
+ * transactions. */
 void collector_move(struct collector *collector, struct store *store);
-/* A new session of the same links in another store; what came is put in again. Not `whole`: not from the beginning on, so it begins with
- * what the board has said of itself so far. */
-enum mr_status collector_again(const struct collector *before, struct store *store, bool whole, struct collector **collector,
-                               struct error *error);
-/* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end", "time",
- * "signal" ... */
-enum mr_status collector_end(struct collector *collector, const char *ended_by, struct error *error);
+/* A new session of the same links in another store; what came is put in again. Not `whole`: not
+ * from the beginning on, so it begins with what the board has said of itself so far. */
+enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
+                               struct collector **collector, struct error *error);
+/* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end",
+ * "time", "signal" ... */
+enum mr_status collector_end(struct collector *collector, const char *ended_by,
+                             struct error *error);
 
 /* Write the session's counts and troubles so far. */
 enum mr_status collector_put_counts(struct collector *collector, struct error *error);
 
-/* The board has said by which configuration it works, that one is not in the database, and it may be asked for it. */
+/* The board has said by which configuration it works, that one is not in the database, and it may
+ * be asked for it. */
 bool collector_lacks_configuration(const struct collector *collector);
 
 /* RUN of a landing that has ended since the last call; 0: none. */
 int64_t collector_take_finished(struct collector *collector);
-/* RUN of a landing of which an earlier session has a part, since the last call, and that part; 0: none. */
+/* RUN of a landing of which an earlier session has a part, since the last call, and that part; 0:
+ * none. */
 int64_t collector_take_same(struct collector *collector, struct store_same *same);
 
 /* A processor fault that the board told of, since the last call; NULL: none. */
 const struct crash_report *collector_take_crash(struct collector *collector);
 /* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */
 const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
-/* The board's newest answer to `arm` or `disarm`, whoever gave it, since the last call; NULL: none. */
+/* The board's newest answer to `arm` or `disarm`, whoever gave it, since the last call; NULL:
+ * none. */
 const struct mr_ack *collector_take_answer(struct collector *collector);
 
 struct collector_progress {
@@ -91,10 +108,11 @@ struct collector_progress {
     unsigned edges; /* of the landing going on */
     struct store_link_counts counts[LINK_KINDS];
     int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
-    int64_t strangers[LINK_KINDS];        /* frames of others, on the board's identifiers; the newest: */
-    uint16_t stranger_id[LINK_KINDS];     /* 0: no single one */
-    unsigned stranger_doubt[LINK_KINDS];  /* enum doubt (host/collect/doubt.h) */
-    int64_t before_first; /* CAN frames sent before logging began; -1: not known */
+    /* frames of others, on the board's identifiers; the newest: */
+    int64_t strangers[LINK_KINDS];
+    uint16_t stranger_id[LINK_KINDS];    /* 0: no single one */
+    unsigned stranger_doubt[LINK_KINDS]; /* enum doubt (host/collect/doubt.h) */
+    int64_t before_first;                /* CAN frames sent before logging began; -1: not known */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);
 /* A message of the board, as it is told to who listens. */
@@ -104,8 +122,9 @@ struct collector_event {
     uint64_t host_us;
     int64_t board_us; /* STORE_NONE: not known */
 };
-/* Who else wants to know what comes, as it comes: messages, and block records with the time of this computer. The campaign listens in any
- * case. `listener` must outlive the collector; NULL: nobody. */
+/* Who else wants to know what comes, as it comes: messages, and block records with the time of this
+ * computer. The campaign listens in any case. `listener` must outlive the collector; NULL:
+ * nobody. */
 struct collector_listener {
     void (*message)(void *context, const struct collector_event *event);
     void (*record)(void *context, const struct mr_block *block, uint64_t host_us);

@@ -10,17 +10,22 @@ static int64_t block_of(const struct side *side, uint16_t at_block16)
     return block < 0 ? STORE_NONE : block;
 }
 
-static enum mr_status band_event(struct collector *collector, const struct side *side, const struct mr_band_event *m,
-                                 struct error *error)
+static enum mr_status band_event(struct collector *collector, const struct side *side,
+                                 const struct mr_band_event *m, struct error *error)
 {
     int64_t block = block_of(side, m->at_block16);
-    struct store_band_event row = {.block = block == STORE_NONE ? 0 : block, .links = collect_link_bit(side)};
+    struct store_band_event row = {.block = block == STORE_NONE ? 0 : block,
+                                   .links = collect_link_bit(side)};
     collect_band_event_row(&row, m);
-    return side->current ? store_band_event_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+    return side->current
+             ? store_band_event_put(collector->store, side->current->row.id, &row, error)
+             : MR_OK;
 }
 
-/* Result and check are two messages of one gage; the first is stored at once, the second completes it. */
-static enum mr_status shunt(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
+/* Result and check are two messages of one gage; the first is stored at once, the second completes
+ * it. */
+static enum mr_status shunt(struct collector *collector, struct side *side,
+                            const struct mr_message *m, struct error *error)
 {
     struct store_shunt *row = &side->shunt_result;
     if (m->place == MR_PLACE_SHUNT) {
@@ -42,8 +47,10 @@ static enum mr_status shunt(struct collector *collector, struct side *side, cons
     return store_shunt_put(collector->store, collector->session, side->boot, row, error);
 }
 
-/* Before and after, least and most of a band are of one row. A least or most of no gage says nothing. */
-static enum mr_status band(struct collector *collector, const struct side *side, const struct mr_message *m, struct error *error)
+/* Before and after, least and most of a band are of one row. A least or most of no gage says
+ * nothing. */
+static enum mr_status band(struct collector *collector, const struct side *side,
+                           const struct mr_message *m, struct error *error)
 {
     struct store_band row = store_blank_band;
     const struct mr_band_least *least = &m->as.band_least;
@@ -63,10 +70,12 @@ static enum mr_status band(struct collector *collector, const struct side *side,
         collect_band_most_row(&row, most);
         row.most_block = block_of(side, most->at_block16);
     }
-    return side->current ? store_band_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+    return side->current ? store_band_put(collector->store, side->current->row.id, &row, error)
+                         : MR_OK;
 }
 
-enum mr_status collect_band_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_band_message(struct collector *collector, struct side *side,
+                                    const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     switch (m->place) {

@@ -15,8 +15,8 @@ static bool is_whole(const struct side *side)
     return true;
 }
 
-enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
-                                   struct error *error)
+enum mr_status collect_config_word(struct collector *collector, struct side *side,
+                                   const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
     if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
@@ -29,7 +29,8 @@ enum mr_status collect_config_word(struct collector *collector, struct side *sid
         mr_config_decode(side->config_image, MR_CONFIG_IMAGE, &config) != MR_OK)
         return MR_OK;
     char *text = configtext_write(&config);
-    enum mr_status status = store_configuration_put(collector->store, word->value, text, error); /* the last word is the CRC */
+    /* the last word is the CRC */
+    enum mr_status status = store_configuration_put(collector->store, word->value, text, error);
     free(text);
     if (status == MR_OK) {
         collector->config_kept = true;
@@ -45,5 +46,6 @@ bool collector_lacks_configuration(const struct collector *collector)
         if (collector->side[kind].current)
             return false; /* the board does not tell it from arm to done */
     }
-    return known && !(collector->config_kept && collector->config_kept_crc == (uint32_t)collector->identity.config_crc);
+    return known && !(collector->config_kept &&
+                      collector->config_kept_crc == (uint32_t)collector->identity.config_crc);
 }

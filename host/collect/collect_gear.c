@@ -1,11 +1,12 @@
-/* The gear of a landing into the campaign: switches, motion, touchdown and stop; and the zones that are found before it. */
+/* The gear of a landing into the campaign: switches, motion, touchdown and stop; and the zones that
+ * are found before it. */
 #include <math.h>
 
 #include "common/switches.h"
 #include "host/collect/collect_state.h"
 
-static enum mr_status edge(struct collector *collector, struct side *side, const struct mr_edge *message,
-                           struct error *error)
+static enum mr_status edge(struct collector *collector, struct side *side,
+                           const struct mr_edge *message, struct error *error)
 {
     struct slot *slot = side->current;
     if (!slot)
@@ -14,23 +15,28 @@ static enum mr_status edge(struct collector *collector, struct side *side, const
         slot->edges = message->count;
     if (slot->first_edge_us == 0.0 && side->time.tick_known)
         slot->first_edge_us = timebase_tick_us(&side->time, message->tick);
-    struct store_edge row = {.board_us = timebase_tick_us(&side->time, message->tick), .links = collect_link_bit(side)};
+    struct store_edge row = {.board_us = timebase_tick_us(&side->time, message->tick),
+                             .links = collect_link_bit(side)};
     collect_edge_row(&row, message);
     return store_edge_put(collector->store, slot->row.id, &row, error);
 }
 
-/* An edge that the board took back is no gate for the host either. One that only the final fit left out stays: the host's own fit finds
- * it. */
-static enum mr_status switch_event(struct collector *collector, const struct side *side, const struct mr_switch_event *message,
-                                   struct error *error)
+/* An edge that the board took back is no gate for the host either. One that only the final fit left
+ * out stays: the host's own fit finds it. */
+static enum mr_status switch_event(struct collector *collector, const struct side *side,
+                                   const struct mr_switch_event *message, struct error *error)
 {
-    bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER && isnan(message->late_ms);
-    return side->current && refused ? store_edge_refuse(collector->store, side->current->row.id, message->count, error) : MR_OK;
+    bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER &&
+                   isnan(message->late_ms);
+    return side->current && refused
+             ? store_edge_refuse(collector->store, side->current->row.id, message->count, error)
+             : MR_OK;
 }
 
-/* Motion and its errors are two messages with the same block; the first is stored at once, the second
- * completes it. So are a zone and its lead. */
-static enum mr_status motion(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
+/* Motion and its errors are two messages with the same block; the first is stored at once, the
+ * second completes it. So are a zone and its lead. */
+static enum mr_status motion(struct collector *collector, struct side *side,
+                             const struct mr_message *m, struct error *error)
 {
     struct store_motion *row = &side->motion;
     if (m->place == MR_PLACE_MOTION) {
@@ -44,10 +50,13 @@ static enum mr_status motion(struct collector *collector, struct side *side, con
     }
     row->block = collect_block(side, m);
     row->links = collect_link_bit(side);
-    return side->current && row->block >= 0 ? store_motion_put(collector->store, side->current->row.id, row, error) : MR_OK;
+    return side->current && row->block >= 0
+             ? store_motion_put(collector->store, side->current->row.id, row, error)
+             : MR_OK;
 }
 
-static enum mr_status zone(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
+static enum mr_status zone(struct collector *collector, struct side *side,
+                           const struct mr_message *m, struct error *error)
 {
     struct store_zone *row = &side->zone;
     if (m->place == MR_PLACE_ZONE) {
@@ -61,11 +70,14 @@ static enum mr_status zone(struct collector *collector, struct side *side, const
     }
     row->block = collect_block(side, m);
     row->links = collect_link_bit(side);
-    return side->current && row->block >= 0 ? store_zone_put(collector->store, side->current->row.id, row, error) : MR_OK;
+    return side->current && row->block >= 0
+             ? store_zone_put(collector->store, side->current->row.id, row, error)
+             : MR_OK;
 }
 
 /* Touchdown and stop are of one row, and come in any order. */
-static enum mr_status result(struct collector *collector, const struct side *side, const struct mr_message *m, struct error *error)
+static enum mr_status result(struct collector *collector, const struct side *side,
+                             const struct mr_message *m, struct error *error)
 {
     struct store_result row = store_blank_result;
     row.links = collect_link_bit(side);
@@ -73,10 +85,12 @@ static enum mr_status result(struct collector *collector, const struct side *sid
         collect_touchdown_row(&row, &m->as.touchdown);
     else
         collect_stop_row(&row, &m->as.stop);
-    return side->current ? store_result_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+    return side->current ? store_result_put(collector->store, side->current->row.id, &row, error)
+                         : MR_OK;
 }
 
-enum mr_status collect_gear_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_gear_message(struct collector *collector, struct side *side,
+                                    const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     switch (m->place) {

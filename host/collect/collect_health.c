@@ -1,4 +1,5 @@
-/* How the board and its channels are, into the campaign: what fails, temperatures, the slow log, a crash, CAN as the board sees it. */
+/* How the board and its channels are, into the campaign: what fails, temperatures, the slow log, a
+ * crash, CAN as the board sees it. */
 #include <string.h>
 
 #include "host/board/slow.h"
@@ -13,35 +14,43 @@ static enum mr_status fault(struct collector *collector, const struct side *side
             return MR_OK;
         collector->fault_count[message->code] = message->count;
     }
-    return collect_put_event(collector, side, "fault", message->block, message->code, message->detail, message->count,
-                             host_us, error);
+    return collect_put_event(collector, side, "fault", message->block, message->code,
+                             message->detail, message->count, host_us, error);
 }
 
-static enum mr_status temperature(struct collector *collector, struct side *side, const struct mr_message *message, struct error *error)
+static enum mr_status temperature(struct collector *collector, struct side *side,
+                                  const struct mr_message *message, struct error *error)
 {
-    struct store_mat_temperature row = {.block = collect_block(side, message), .links = collect_link_bit(side)};
+    struct store_mat_temperature row = {.block = collect_block(side, message),
+                                        .links = collect_link_bit(side)};
     collect_temperature_row(&row, &message->as.temperature);
-    return side->current && row.block >= 0 ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+    return side->current && row.block >= 0
+             ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error)
+             : MR_OK;
 }
 
-static enum mr_status quality(struct collector *collector, const struct side *side, const struct mr_channel_quality *message,
-                              struct error *error)
+static enum mr_status quality(struct collector *collector, const struct side *side,
+                              const struct mr_channel_quality *message, struct error *error)
 {
     struct store_quality row;
     collect_channel_quality_row(&row, message);
-    return side->current ? store_quality_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+    return side->current ? store_quality_put(collector->store, side->current->row.id, &row, error)
+                         : MR_OK;
 }
 
 #define FRESH_BLOCKS 60000 /* a row that was just made, not one that somebody reads out */
 
-/* A row that is whole is kept, with its time when it was just made. One that the board cannot number is kept of one link. */
-static enum mr_status slow_part(struct collector *collector, struct side *side, const struct mr_message *part, uint64_t host_us,
+/* A row that is whole is kept, with its time when it was just made. One that the board cannot
+ * number is kept of one link. */
+static enum mr_status slow_part(struct collector *collector, struct side *side,
+                                const struct mr_message *part, uint64_t host_us,
                                 struct error *error)
 {
     struct store_slow row;
     int64_t time_us = STORE_NONE;
     const struct mr_slowrow *told = &side->slow.row;
-    if (mr_slowrow_take(&side->slow, part->info->id, part->payload, part->info->length) != MR_OK || !collector->identity.board_uid[0] ||
+    if (mr_slowrow_take(&side->slow, part->info->id, part->payload, part->info->length) != MR_OK ||
+        !collector->identity.board_uid[0] ||
         (told->seq == 0 && side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
         return MR_OK;
     int64_t age = side->time.known ? side->time.block - (int64_t)told->block : -1;
@@ -51,38 +60,45 @@ static enum mr_status slow_part(struct collector *collector, struct side *side, 
     return store_slow_put(collector->store, &row, error);
 }
 
-/* What a processor fault left behind: an event for each word, once, whichever link brings it and however often. */
-static enum mr_status crash(struct collector *collector, const struct side *side, const struct mr_crash *message,
-                            uint64_t host_us, struct error *error)
+/* What a processor fault left behind: an event for each word, once, whichever link brings it and
+ * however often. */
+static enum mr_status crash(struct collector *collector, const struct side *side,
+                            const struct mr_crash *message, uint64_t host_us, struct error *error)
 {
     struct crash_report *report = &collector->crash[side->kind];
     enum mr_status status = MR_OK;
-    if (!crash_take(report, message) || memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
+    if (!crash_take(report, message) ||
+        memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
         return MR_OK;
     collector->crashed = *report;
     collector->crash_news = true;
     for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
-        status = collect_put_event(collector, side, "crash", 0, i, report->age, report->word[i], host_us, error);
+        status = collect_put_event(collector, side, "crash", 0, i, report->age, report->word[i],
+                                   host_us, error);
     return status;
 }
 
-/* The state of CAN as the board sees it is told each second; an event is made when it, or the count of outages, has changed. */
-static enum mr_status can_alarm(struct collector *collector, const struct side *side, const struct mr_can_alarm *message,
-                                uint64_t host_us, struct error *error)
+/* The state of CAN as the board sees it is told each second; an event is made when it, or the count
+ * of outages, has changed. */
+static enum mr_status can_alarm(struct collector *collector, const struct side *side,
+                                const struct mr_can_alarm *message, uint64_t host_us,
+                                struct error *error)
 {
     int64_t block = collect_newest_block(side);
     struct mr_can_alarm *newest = &collector->alarm;
     bool same = newest->state == message->state && newest->outages == message->outages;
-    bool older = side->kind == LINK_CAN && message->outages < newest->outages; /* had waited in the controller */
+    /* had waited in the controller */
+    bool older = side->kind == LINK_CAN && message->outages < newest->outages;
     if (same || older)
         return MR_OK;
     *newest = *message;
     collector->alarm_news = true;
-    return collect_put_event(collector, side, "can-state", block < 0 ? 0 : block, message->state, message->tec, message->outages,
-                             host_us, error);
+    return collect_put_event(collector, side, "can-state", block < 0 ? 0 : block, message->state,
+                             message->tec, message->outages, host_us, error);
 }
 
-enum mr_status collect_health_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_health_message(struct collector *collector, struct side *side,
+                                      const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
@@ -90,7 +106,8 @@ enum mr_status collect_health_message(struct collector *collector, struct side *
     case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
     case MR_PLACE_TEMPERATURE: return temperature(collector, side, m, error);
     case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
-    case MR_PLACE_CAN_ALARM: return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
+    case MR_PLACE_CAN_ALARM:
+        return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
     case MR_PLACE_SLOW_ROW:
     case MR_PLACE_SLOW_STATE:
     case MR_PLACE_SLOW_DISPLACEMENT:

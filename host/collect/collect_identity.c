@@ -7,9 +7,11 @@
 
 #define OTHERS_IN_ROW 3 /* hellos of another board, and none of this one: once a second each */
 
-/* The board that is known is not the one that speaks. Serial has a board at its end, and nobody else; on CAN it may be a stranger, as long
- * as the board that is known speaks too, or serial says who it is. */
-static enum mr_status another_board(struct collector *collector, struct side *side, enum doubt doubt, uint16_t id, const char *now,
+/* The board that is known is not the one that speaks. Serial has a board at its end, and nobody
+ * else; on CAN it may be a stranger, as long as the board that is known speaks too, or serial says
+ * who it is. */
+static enum mr_status another_board(struct collector *collector, struct side *side,
+                                    enum doubt doubt, uint16_t id, const char *now,
                                     struct error *error)
 {
     if (side->kind == LINK_CAN) {
@@ -18,10 +20,13 @@ static enum mr_status another_board(struct collector *collector, struct side *si
             return collect_doubt(collector, side, doubt, id, 1, error);
     }
     return error_set(error, doubt == DOUBT_LAYOUT ? MR_VERSION : MR_IO,
-                     "another board speaks than the one this log began with (%s): %s; end this log and begin a new one", now, side->spec);
+                     "another board speaks than the one this log began with (%s): %s; end this log "
+                     "and begin a new one",
+                     now, side->spec);
 }
 
-static enum mr_status hello(struct collector *collector, struct side *side, const struct mr_hello *message, struct error *error)
+static enum mr_status hello(struct collector *collector, struct side *side,
+                            const struct mr_hello *message, struct error *error)
 {
     bool serial_will_say = collect_witnessed(collector, side) && side->others + 1 < OTHERS_IN_ROW;
     if (message->layout != MR_LAYOUT && (collector->hello || serial_will_say)) {
@@ -30,14 +35,14 @@ static enum mr_status hello(struct collector *collector, struct side *side, cons
         return another_board(collector, side, DOUBT_LAYOUT, MR_ID_HELLO, now, error);
     }
     if (message->layout != MR_LAYOUT)
-        return error_set(
-            error, MR_VERSION,
-            "the board speaks layout %u, this matrig layout %u: %s; use firmware and matrig of one version",
-            message->layout, MR_LAYOUT, side->spec);
+        return error_set(error, MR_VERSION,
+                         "the board speaks layout %u, this matrig layout %u: %s; use firmware and "
+                         "matrig of one version",
+                         message->layout, MR_LAYOUT, side->spec);
     collector->hello = true;
     collector->identity.clock_source = message->clock_source;
-    snprintf(collector->identity.firmware, sizeof collector->identity.firmware, "%u.%u.%u", message->major,
-             message->minor, message->patch);
+    snprintf(collector->identity.firmware, sizeof collector->identity.firmware, "%u.%u.%u",
+             message->major, message->minor, message->patch);
     return MR_OK;
 }
 
@@ -47,34 +52,40 @@ static void uid_text(struct collector *collector)
              (unsigned)collector->uid[0], (unsigned)collector->uid[1], (unsigned)collector->uid[2]);
 }
 
-/* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error` when the log cannot go on. */
-static bool take_uid(struct collector *collector, struct side *side, uint16_t id, unsigned part, const uint32_t *words, size_t count,
-                     struct error *error)
+/* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error`
+ * when the log cannot go on. */
+static bool take_uid(struct collector *collector, struct side *side, uint16_t id, unsigned part,
+                     const uint32_t *words, size_t count, struct error *error)
 {
     uint32_t *known = &collector->uid[part == 1 ? 0 : 2];
     bool vouched = side->kind == LINK_SERIAL;
-    if (!(collector->uid_parts & part) || memcmp(known, words, count * sizeof *words) == 0 || (vouched && !collector->uid_vouched)) {
+    if (!(collector->uid_parts & part) || memcmp(known, words, count * sizeof *words) == 0 ||
+        (vouched && !collector->uid_vouched)) {
         memcpy(known, words, count * sizeof *words);
         collector->uid_parts |= part;
         side->others = part == 1 ? 0 : side->others;
         return true;
     }
     char now[60];
-    snprintf(now, sizeof now, "its identity has %08X, not %08X", (unsigned)words[0], (unsigned)known[0]);
+    snprintf(now, sizeof now, "its identity has %08X, not %08X", (unsigned)words[0],
+             (unsigned)known[0]);
     another_board(collector, side, DOUBT_BOARD, id, now, error);
     return false;
 }
 
 /* The identity became better known while a landing is open: its row too. */
-static enum mr_status refresh_landing(struct collector *collector, struct side *side, struct error *error)
+static enum mr_status refresh_landing(struct collector *collector, struct side *side,
+                                      struct error *error)
 {
     struct slot *slot = side->current;
     const struct store_landing *identity = &collector->identity;
     if (!slot)
         return MR_OK;
     if (strcmp(slot->row.board_uid, identity->board_uid) == 0 &&
-        strcmp(slot->row.firmware, identity->firmware) == 0 && slot->row.image_crc == identity->image_crc &&
-        slot->row.config_crc == identity->config_crc && slot->row.touchdown_ft == identity->touchdown_ft &&
+        strcmp(slot->row.firmware, identity->firmware) == 0 &&
+        slot->row.image_crc == identity->image_crc &&
+        slot->row.config_crc == identity->config_crc &&
+        slot->row.touchdown_ft == identity->touchdown_ft &&
         slot->row.switch_error_ft == identity->switch_error_ft &&
         strcmp(slot->row.image_commit, identity->image_commit) == 0)
         return MR_OK;
@@ -89,12 +100,13 @@ static enum mr_status refresh_landing(struct collector *collector, struct side *
     return store_landing_put(collector->store, &slot->row, error);
 }
 
-static enum mr_status put_channel(struct collector *collector, const struct slot *slot, unsigned index,
-                                  struct error *error)
+static enum mr_status put_channel(struct collector *collector, const struct slot *slot,
+                                  unsigned index, struct error *error)
 {
     if (!slot || !collector->channel_known[index] || !collector->zero_known[index])
         return MR_OK;
-    return store_channel_put(collector->store, slot->row.id, index, &collector->channel[index], error);
+    return store_channel_put(collector->store, slot->row.id, index, &collector->channel[index],
+                             error);
 }
 
 static enum mr_status channel(struct collector *collector, const struct side *side,
@@ -131,8 +143,8 @@ static enum mr_status channel_zero(struct collector *collector, const struct sid
     return put_channel(collector, side->current, message->index, error);
 }
 
-static enum mr_status put_calibration(struct collector *collector, const struct slot *slot, unsigned index, unsigned item,
-                                      struct error *error)
+static enum mr_status put_calibration(struct collector *collector, const struct slot *slot,
+                                      unsigned index, unsigned item, struct error *error)
 {
     if (!slot || !(collector->items_known[index] >> item & 1u))
         return MR_OK;
@@ -147,7 +159,8 @@ static enum mr_status calibration(struct collector *collector, const struct side
         return MR_OK;
     struct mr_channel_config *known = &collector->channel[message->index];
     uint32_t bit = 1u << message->item;
-    if (collector->items_known[message->index] & bit && mr_channel_item(known, message->item) == message->value)
+    if (collector->items_known[message->index] & bit &&
+        mr_channel_item(known, message->item) == message->value)
         return MR_OK;
     mr_channel_item_set(known, message->item, message->value);
     collector->items_known[message->index] |= bit;
@@ -159,14 +172,16 @@ static enum mr_status switch_place(struct collector *collector, const struct sid
 {
     if (message->position == 0 || message->position > STORE_SWITCHES_MAX)
         return MR_OK;
-    struct store_switch place = {message->position, message->step_codes, (double)message->station_ft};
+    struct store_switch place = {message->position, message->step_codes,
+                                 (double)message->station_ft};
     struct store_switch *known = &collector->place[message->position - 1];
     if (collector->switch_known[message->position - 1] && known->step_codes == place.step_codes &&
         known->station_ft == place.station_ft)
         return MR_OK;
     *known = place;
     collector->switch_known[message->position - 1] = true;
-    return side->current ? store_switch_put(collector->store, side->current->row.id, &place, error) : MR_OK;
+    return side->current ? store_switch_put(collector->store, side->current->row.id, &place, error)
+                         : MR_OK;
 }
 
 static enum mr_status slack(struct collector *collector, const struct side *side,
@@ -178,12 +193,14 @@ static enum mr_status slack(struct collector *collector, const struct side *side
                                     (double)message->start_ft, (double)message->end_ft};
     struct store_segment *known = &collector->segment[message->segment];
     if (collector->segment_known[message->segment] &&
-        (known->slack_in == segment.slack_in || (isnan(known->slack_in) && isnan(segment.slack_in))))
+        (known->slack_in == segment.slack_in ||
+         (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
     *known = segment;
     collector->segment_known[message->segment] = true;
-    return side->current ? store_segment_put(collector->store, side->current->row.id, &segment, error)
-                         : MR_OK;
+    return side->current
+             ? store_segment_put(collector->store, side->current->row.id, &segment, error)
+             : MR_OK;
 }
 
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
@@ -193,34 +210,38 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
     for (unsigned i = 0; i < MR_CHANNELS && status == MR_OK; i++)
         status = put_channel(collector, slot, i, error);
     for (unsigned i = 0; i < MR_CHANNELS * MR_CALIBRATION_ITEMS && status == MR_OK; i++)
-        status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS, i % MR_CALIBRATION_ITEMS, error);
+        status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS,
+                                 i % MR_CALIBRATION_ITEMS, error);
     for (unsigned i = 0; i < STORE_SWITCHES_MAX && status == MR_OK; i++) {
         if (collector->switch_known[i])
             status = store_switch_put(collector->store, slot->row.id, &collector->place[i], error);
     }
     for (unsigned i = 0; i < MR_SEGMENTS && status == MR_OK; i++) {
         if (collector->segment_known[i])
-            status = store_segment_put(collector->store, slot->row.id, &collector->segment[i], error);
+            status = store_segment_put(collector->store, slot->row.id, &collector->segment[i],
+                                       error);
     }
     return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
 }
 
-static enum mr_status site(struct collector *collector, struct side *side, const struct mr_site *message, struct error *error)
+static enum mr_status site(struct collector *collector, struct side *side,
+                           const struct mr_site *message, struct error *error)
 {
     collector->identity.touchdown_ft = (double)message->touchdown_ft;
     collector->identity.switch_error_ft = (double)message->switch_error_ft;
     return refresh_landing(collector, side, error);
 }
 
-static enum mr_status board_uid(struct collector *collector, struct side *side, const struct mr_board_uid *message, struct error *error)
+static enum mr_status board_uid(struct collector *collector, struct side *side,
+                                const struct mr_board_uid *message, struct error *error)
 {
     const uint32_t words[2] = {message->uid0, message->uid1};
     take_uid(collector, side, MR_ID_BOARD_UID, 1, words, 2, error);
     return error->status;
 }
 
-static enum mr_status board_image(struct collector *collector, struct side *side, const struct mr_board_image *message,
-                                  struct error *error)
+static enum mr_status board_image(struct collector *collector, struct side *side,
+                                  const struct mr_board_image *message, struct error *error)
 {
     if (!take_uid(collector, side, MR_ID_BOARD_IMAGE, 2, &message->uid2, 1, error))
         return error->status;
@@ -230,7 +251,8 @@ static enum mr_status board_image(struct collector *collector, struct side *side
     return MR_OK;
 }
 
-enum mr_status collect_identity_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_identity_message(struct collector *collector, struct side *side,
+                                        const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
@@ -238,11 +260,14 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
     case MR_PLACE_BOARD_UID: return board_uid(collector, side, &m->as.board_uid, error);
     case MR_PLACE_BOARD_IMAGE: return board_image(collector, side, &m->as.board_image, error);
     case MR_PLACE_IMAGE_COMMIT:
-        mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more, m->as.image_commit.changed != 0,
-                             collector->identity.image_commit);
+        mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
+                             m->as.image_commit.changed != 0, collector->identity.image_commit);
         return MR_OK;
-    case MR_PLACE_BOARD_CONFIG: collector->identity.config_crc = m->as.board_config.config_crc; return MR_OK;
-    case MR_PLACE_CONFIG_IMAGE: return collect_config_word(collector, side, &m->as.config_image, error);
+    case MR_PLACE_BOARD_CONFIG:
+        collector->identity.config_crc = m->as.board_config.config_crc;
+        return MR_OK;
+    case MR_PLACE_CONFIG_IMAGE:
+        return collect_config_word(collector, side, &m->as.config_image, error);
     case MR_PLACE_SITE: return site(collector, side, &m->as.site, error);
     case MR_PLACE_CHANNEL: return channel(collector, side, &m->as.channel, error);
     case MR_PLACE_CHANNEL_ZERO: return channel_zero(collector, side, &m->as.channel_zero, error);

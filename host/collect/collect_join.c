@@ -1,5 +1,6 @@
-/* A landing that frames of a stranger tore, on CAN alone: the board says in the end that it goes on. What came meanwhile was taken for
- * nobody's, or for that of a landing which the stranger began. */
+/* A landing that frames of a stranger tore, on CAN alone: the board says in the end that it goes
+ * on. What came meanwhile was taken for nobody's, or for that of a landing which the stranger
+ * began. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -14,7 +15,8 @@ static struct slot *find_torn(struct collector *collector, const struct side *si
     struct slot *torn = NULL;
     for (size_t i = 0; i < SLOTS; i++) {
         struct slot *slot = &collector->slot[i];
-        if (slot->row.id && slot->row.boot == side->boot && slot->row.board_landing == side->story.said.landing && slot->left[side->kind] &&
+        if (slot->row.id && slot->row.boot == side->boot &&
+            slot->row.board_landing == side->story.said.landing && slot->left[side->kind] &&
             (!torn || slot->row.id > torn->row.id))
             torn = slot;
     }
@@ -22,16 +24,21 @@ static struct slot *find_torn(struct collector *collector, const struct side *si
 }
 
 /* The frames of others that no block of the board dates stay where they are. */
-static enum mr_status take_frames(struct collector *collector, const struct side *side, const struct slot *torn, int64_t from_run,
-                                  int64_t end_block, struct error *error)
+static enum mr_status take_frames(struct collector *collector, const struct side *side,
+                                  const struct slot *torn, int64_t from_run, int64_t end_block,
+                                  struct error *error)
 {
-    const struct store_frames_span span = {.session = collector->session, .link = (int)side->kind, .mark = torn->left_mark,
-                                           .from_us = 1000 * (end_block - BEHIND_BLOCKS), .to_us = 1000 * (collect_newest_block(side) + 1)};
+    const struct store_frames_span span = {.session = collector->session,
+                                           .link = (int)side->kind,
+                                           .mark = torn->left_mark,
+                                           .from_us = 1000 * (end_block - BEHIND_BLOCKS),
+                                           .to_us = 1000 * (collect_newest_block(side) + 1)};
     return store_frames_join(collector->store, &span, from_run, torn->row.id, error);
 }
 
 /* Landings that began since then, of which no other link knows. */
-static enum mr_status take_from_others(struct collector *collector, const struct side *side, const struct slot *torn, int64_t end_block,
+static enum mr_status take_from_others(struct collector *collector, const struct side *side,
+                                       const struct slot *torn, int64_t end_block,
                                        struct error *error)
 {
     enum mr_status status = take_frames(collector, side, torn, STORE_NONE, end_block, error);
@@ -39,9 +46,13 @@ static enum mr_status take_from_others(struct collector *collector, const struct
         const struct slot *slot = &collector->slot[i];
         if (slot->row.id <= torn->row.id || slot->entered[1 - side->kind])
             continue;
-        struct store_change change = {.run = slot->row.id, .made_us = (int64_t)link_now_us(), .who = "matrig log", .field = "void",
+        struct store_change change = {.run = slot->row.id,
+                                      .made_us = (int64_t)link_now_us(),
+                                      .who = "matrig log",
+                                      .field = "void",
                                       .value = "yes"};
-        snprintf(change.reason, sizeof change.reason, "a stranger on CAN began it; what came is of RUN %lld", (long long)torn->row.id);
+        snprintf(change.reason, sizeof change.reason,
+                 "a stranger on CAN began it; what came is of RUN %lld", (long long)torn->row.id);
         status = store_change_add(collector->store, &change, error);
         if (status == MR_OK)
             status = take_frames(collector, side, torn, slot->row.id, end_block, error);
@@ -50,17 +61,24 @@ static enum mr_status take_from_others(struct collector *collector, const struct
 }
 
 /* What the gear, the predictor and the bands did meanwhile: as if it came now. */
-static enum mr_status understand_again(struct collector *collector, struct side *side, const struct slot *torn, struct error *error)
+static enum mr_status understand_again(struct collector *collector, struct side *side,
+                                       const struct slot *torn, struct error *error)
 {
     struct store_kept_frame *frame = NULL;
     size_t count = 0;
-    enum mr_status status = store_frames_since(collector->store, torn->row.id, (int)side->kind, torn->left_mark, &frame, &count, error);
+    enum mr_status status = store_frames_since(collector->store, torn->row.id, (int)side->kind,
+                                               torn->left_mark, &frame, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         struct mr_message message;
-        if (frame[i].id > UINT16_MAX || mr_message_read(&message, (uint16_t)frame[i].id, frame[i].data, frame[i].length) != MR_OK ||
+        if (frame[i].id > UINT16_MAX ||
+            mr_message_read(&message, (uint16_t)frame[i].id, frame[i].data, frame[i].length) !=
+                MR_OK ||
             message.info->direction == MR_DIRECTION_HOST)
             continue;
-        const struct collector_event event = {.link = side->kind, .message = &message, .host_us = frame[i].host_us, .board_us = STORE_NONE};
+        const struct collector_event event = {.link = side->kind,
+                                              .message = &message,
+                                              .host_us = frame[i].host_us,
+                                              .board_us = STORE_NONE};
         status = collect_message_again(collector, side, &event, error);
     }
     free(frame);
@@ -70,7 +88,8 @@ static enum mr_status understand_again(struct collector *collector, struct side 
 enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error)
 {
     const struct slot *phantom = side->current;
-    bool goes_on = side->story.said.state >= MR_LANDING_ARMED && side->story.said.state <= MR_LANDING_SETTLING;
+    bool goes_on = side->story.said.state >= MR_LANDING_ARMED &&
+                   side->story.said.state <= MR_LANDING_SETTLING;
     enum mr_status status = MR_OK;
     if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on)) {
         status = collect_doubt(collector, side, DOUBT_PHANTOM, MR_ID_LANDING, 1, error);

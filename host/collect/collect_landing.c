@@ -1,18 +1,21 @@
-/* Which landing a link is in: entered when it is reported, left when it is over, finished when every link has
- * left. */
+/* Which landing a link is in: entered when it is reported, left when it is over, finished when
+ * every link has left. */
 #include <string.h>
 
 #include "host/collect/collect_state.h"
 
-/* A link whose newest block is this far behind the other's is silent: clock messages come every 100. */
+/* A link whose newest block is this far behind the other's is silent: clock messages come every
+ * 100. */
 #define SILENT_BLOCKS 300
-/* A link that brought the landing and then nothing more is not waited for any longer than this once the other one has its end: a cable
- * that came off. Links are read in step, so nothing of it waits unread. */
-#define GONE_BLOCKS 5000
+/* A link that brought the landing and then nothing more is not waited for any longer than this once
+ * the other one has its end: a cable that came off. Links are read in step, so nothing of it waits
+ * unread. */
+#define GONE_BLOCKS   5000
 
 /* Gives up what a link should have brought of a landing and did not. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
-                                  const struct side *side, const struct side *other, struct error *error)
+                                  const struct side *side, const struct side *other,
+                                  struct error *error)
 {
     struct store_gap gap = {.link = (int)side->kind,
                             .message = "all",
@@ -33,10 +36,12 @@ static enum mr_status add_silence(struct collector *collector, const struct slot
 }
 
 /* It may be what was saved when an earlier log was ended in the middle of it. */
-static enum mr_status find_same(struct collector *collector, const struct slot *slot, struct error *error)
+static enum mr_status find_same(struct collector *collector, const struct slot *slot,
+                                struct error *error)
 {
     struct store_same same;
-    enum mr_status status = store_find_same(collector->store, slot->row.id, (int64_t)link_now_us(), &same, error);
+    enum mr_status status = store_find_same(collector->store, slot->row.id, (int64_t)link_now_us(),
+                                            &same, error);
     if (status == MR_OK && same.cut) {
         collector->same = same;
         collector->same_run = slot->row.id;
@@ -50,7 +55,8 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
     slot->finished = true;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (collector->side[kind].spec)
-            status = add_silence(collector, slot, &collector->side[kind], &collector->side[1 - kind], error);
+            status = add_silence(collector, slot, &collector->side[kind],
+                                 &collector->side[1 - kind], error);
     }
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (collector->side[kind].boot == slot->row.boot)
@@ -76,7 +82,8 @@ enum mr_status collect_finish_what_is_over(struct collector *collector, struct e
             const struct side *other = &collector->side[1 - kind];
             bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
-            bool gone = slot->left[1 - kind] && collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
+            bool gone = slot->left[1 - kind] &&
+                        collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
                         collect_newest_block(side) < slot->end_block;
             bool ended = side->ended && (side->kind != LINK_CAN || collector->witness.count == 0);
             over = over && (ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
@@ -96,8 +103,8 @@ static struct slot *find_slot(struct collector *collector, const struct side *si
     struct slot *found = NULL;
     for (size_t i = 0; i < SLOTS; i++) {
         struct slot *slot = &collector->slot[i];
-        if (slot->row.id == 0 || slot->row.boot != side->boot || slot->row.board_landing != number ||
-            slot->left[side->kind])
+        if (slot->row.id == 0 || slot->row.boot != side->boot ||
+            slot->row.board_landing != number || slot->left[side->kind])
             continue;
         if (armed_block != STORE_NONE && slot->row.armed_block != STORE_NONE &&
             slot->row.armed_block != armed_block)
@@ -109,8 +116,8 @@ static struct slot *find_slot(struct collector *collector, const struct side *si
 }
 
 static enum mr_status make_slot(struct collector *collector, const struct side *side,
-                                const struct mr_landing *landing, int64_t armed_block, uint64_t host_us,
-                                struct slot **slot, struct error *error)
+                                const struct mr_landing *landing, int64_t armed_block,
+                                uint64_t host_us, struct slot **slot, struct error *error)
 {
     struct slot *oldest = &collector->slot[0];
     for (size_t i = 1; i < SLOTS; i++) {
@@ -163,8 +170,8 @@ static enum mr_status leave(struct collector *collector, struct side *side, stru
     return status;
 }
 
-static enum mr_status enter(struct collector *collector, struct side *side, const struct mr_landing *landing,
-                            uint64_t host_us, struct error *error)
+static enum mr_status enter(struct collector *collector, struct side *side,
+                            const struct mr_landing *landing, uint64_t host_us, struct error *error)
 {
     int64_t armed_block = landing->state == MR_LANDING_ARMED ? (int64_t)landing->block : STORE_NONE;
     struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
@@ -177,14 +184,16 @@ static enum mr_status enter(struct collector *collector, struct side *side, cons
     if (status != MR_OK)
         return status;
     if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
-        slot->row.armed_us = (int64_t)host_us; /* a frame has its own stamp, serial's bytes that of their reading */
+        /* a frame has its own stamp, serial's bytes that of their reading */
+        slot->row.armed_us = (int64_t)host_us;
     slot->entered[side->kind] = true;
     side->current = slot;
     account_break(&side->account);
     return MR_OK;
 }
 
-static enum mr_status follow(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
+static enum mr_status follow(struct collector *collector, struct side *side,
+                             const struct mr_landing *landing, uint64_t host_us,
                              struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -204,16 +213,19 @@ static enum mr_status follow(struct collector *collector, struct side *side, con
     return status == MR_OK && !going_on ? leave(collector, side, error) : status;
 }
 
-enum mr_status collect_landing(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
-                               bool *believed, struct error *error)
+enum mr_status collect_landing(struct collector *collector, struct side *side,
+                               const struct mr_landing *landing, uint64_t host_us, bool *believed,
+                               struct error *error)
 {
     enum mr_status status = MR_OK;
     struct landing_story *story = &side->story;
-    enum landing_belief belief = side->unheard ? landing_story_hear(story, landing, collect_newest_block(side))
-                                               : landing_story_believe(story, landing);
+    enum landing_belief belief = side->unheard
+                                   ? landing_story_hear(story, landing, collect_newest_block(side))
+                                   : landing_story_believe(story, landing);
     *believed = belief != LANDING_DOUBTED;
     if (story->dismissed > 0)
-        status = collect_doubt(collector, side, DOUBT_STATE, MR_ID_LANDING, story->dismissed, error);
+        status = collect_doubt(collector, side, DOUBT_STATE, MR_ID_LANDING, story->dismissed,
+                               error);
     story->dismissed = 0;
     if (status == MR_OK && belief == LANDING_TAKEN_BACK)
         status = collect_join(collector, side, error);

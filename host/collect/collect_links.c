@@ -1,17 +1,19 @@
-/* What comes over the two links, frame by frame: its time, what of it is lost, whose it is, and the raw row; then what it means
- * (collect_message.c). Who speaks on CAN is looked at in collect_witness.c. */
+/* What comes over the two links, frame by frame: its time, what of it is lost, whose it is, and the
+ * raw row; then what it means (collect_message.c). Who speaks on CAN is looked at in
+ * collect_witness.c. */
 #include <string.h>
 
 #include "host/collect/collect_state.h"
 
-/* Messages of a link are in order: a statement may be about a moment that is past, readings are of now, and clocks come every 100 blocks. */
-#define BEHIND_BLOCKS 2000
+/* Messages of a link are in order: a statement may be about a moment that is past, readings are of
+ * now, and clocks come every 100 blocks. */
+#define BEHIND_BLOCKS         2000
 #define READING_BEHIND_BLOCKS 200
-#define AHEAD_BLOCKS 1000
+#define AHEAD_BLOCKS          1000
 
 /* The board began again. `whole`: the frame to come is its first. */
-static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us, bool whole,
-                              struct error *error)
+static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
+                              bool whole, struct error *error)
 {
     enum mr_status status = side->kind == LINK_CAN ? collect_settle(collector, true, error) : MR_OK;
     if (status == MR_OK)
@@ -40,8 +42,8 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     return store_event_put(collector->store, &event, error);
 }
 
-/* Takes the time a message carries. A clock with tick 0 comes from a board whose scans stand: its block is no time. On CAN anybody may
- * have sent it. */
+/* Takes the time a message carries. A clock with tick 0 comes from a board whose scans stand: its
+ * block is no time. On CAN anybody may have sent it. */
 static enum timebase_verdict take_time(struct side *side, const struct mr_message *message)
 {
     if (message->place == MR_PLACE_CLOCK || message->place == MR_PLACE_SYNC) {
@@ -59,23 +61,26 @@ static enum timebase_verdict take_time(struct side *side, const struct mr_messag
     return TIMEBASE_GOES_ON;
 }
 
-enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error)
+enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
+                                  struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < side->account.gaps && status == MR_OK; i++) {
         const struct store_gap *gap = &side->account.gap[i];
         const struct slot *slot = side->current;
-        if (!slot && side->last && gap->from_block != STORE_NONE && gap->from_block <= side->last->end_block)
+        if (!slot && side->last && gap->from_block != STORE_NONE &&
+            gap->from_block <= side->last->end_block)
             slot = side->last;
-        status =
-            store_gap_put(collector->store, collector->session, slot ? slot->row.id : STORE_NONE, gap, error);
+        status = store_gap_put(collector->store, collector->session,
+                               slot ? slot->row.id : STORE_NONE, gap, error);
     }
     side->account.gaps = 0;
     return status;
 }
 
-static enum mr_status store_raw(struct collector *collector, const struct side *side, const struct slot *slot,
-                                struct store_frame *frame, struct error *error)
+static enum mr_status store_raw(struct collector *collector, const struct side *side,
+                                const struct slot *slot, struct store_frame *frame,
+                                struct error *error)
 {
     frame->run = slot ? slot->row.id : STORE_NONE;
     frame->link = (int)side->kind;
@@ -94,28 +99,34 @@ static void count_serial_frame(struct collector *collector, struct side *side, u
 }
 
 /* A clock that was doubted and that no other one confirmed was a stranger's. */
-static enum mr_status doubt_time(struct collector *collector, struct side *side, uint16_t id, struct error *error)
+static enum mr_status doubt_time(struct collector *collector, struct side *side, uint16_t id,
+                                 struct error *error)
 {
     int64_t dismissed = side->time_doubt.dismissed;
     side->time_doubt.dismissed = 0;
     return dismissed ? collect_doubt(collector, side, DOUBT_TIME, id, dismissed, error) : MR_OK;
 }
 
-/* On CAN: a time that no message of the board can have now. Time goes on while nothing comes, and queues hold some back. */
-static bool is_out_of_time(const struct side *side, const struct mr_message *message, uint64_t host_us)
+/* On CAN: a time that no message of the board can have now. Time goes on while nothing comes, and
+ * queues hold some back. */
+static bool is_out_of_time(const struct side *side, const struct mr_message *message,
+                           uint64_t host_us)
 {
     int64_t newest = collect_newest_block(side);
     int64_t board_us = collect_board_time(side, message);
     int64_t paused = host_us > side->heard_us ? (int64_t)(host_us - side->heard_us) / 1000 : 0;
     if (side->kind != LINK_CAN || newest < 0)
         return false;
-    int64_t behind = message->info->direction == MR_DIRECTION_CAN ? READING_BEHIND_BLOCKS : BEHIND_BLOCKS;
-    return board_us == STORE_NONE || board_us / 1000 < newest - behind || board_us / 1000 > newest + AHEAD_BLOCKS + 2 * paused;
+    int64_t behind = message->info->direction == MR_DIRECTION_CAN ? READING_BEHIND_BLOCKS
+                                                                  : BEHIND_BLOCKS;
+    return board_us == STORE_NONE || board_us / 1000 < newest - behind ||
+           board_us / 1000 > newest + AHEAD_BLOCKS + 2 * paused;
 }
 
 /* A message of the board, from either link: time, account, meaning, storage. */
-static enum mr_status take_message(struct collector *collector, struct side *side, const struct mr_message *message, int64_t seq,
-                                   uint64_t host_us, struct error *error)
+static enum mr_status take_message(struct collector *collector, struct side *side,
+                                   const struct mr_message *message, int64_t seq, uint64_t host_us,
+                                   struct error *error)
 {
     const struct mr_message_info *info = message->info;
     bool lost_in_time = is_out_of_time(side, message, host_us);
@@ -136,7 +147,9 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         account_goes_on(&side->account);
     account_message(&side->account, message->place);
 
-    const struct collector_event event = {.link = side->kind, .message = message, .host_us = host_us,
+    const struct collector_event event = {.link = side->kind,
+                                          .message = message,
+                                          .host_us = host_us,
                                           .board_us = collect_board_time(side, message)};
     struct store_frame frame = {.seq = seq,
                                 .board_us = event.board_us,
@@ -149,7 +162,11 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     if (status == MR_OK && time != TIMEBASE_DOUBTED)
         meaning = collect_hear(collector, side, &event, error);
     if (status == MR_OK)
-        status = store_raw(collector, side, lost_in_time ? NULL : side->current ? side->current : before, &frame, error);
+        status = store_raw(collector, side,
+                           lost_in_time    ? NULL
+                           : side->current ? side->current
+                                           : before,
+                           &frame, error);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
@@ -163,16 +180,19 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
     struct side *side = &collector->side[LINK_CAN];
     struct mr_message message;
     bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
-    if (standard && mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) == MR_OK &&
+    if (standard &&
+        mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) == MR_OK &&
         message.info->direction != MR_DIRECTION_HOST)
-        return take_message(collector, side, &message, side->account.counts.received, frame->host_us, error);
+        return take_message(collector, side, &message, side->account.counts.received,
+                            frame->host_us, error);
 
     /* Somebody else on the bus: kept, not understood. */
     const struct mr_message_info *info = standard ? mr_message_find((uint16_t)frame->id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
         side->account.counts.foreign++;
-    if (info && !command && collect_doubt(collector, side, DOUBT_LENGTH, info->id, 1, error) != MR_OK)
+    if (info && !command &&
+        collect_doubt(collector, side, DOUBT_LENGTH, info->id, 1, error) != MR_OK)
         return error->status;
     struct store_frame raw = {.direction = command,
                               .seq = STORE_NONE,
@@ -184,8 +204,9 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
     return store_raw(collector, side, side->current, &raw, error);
 }
 
-static enum mr_status take_block(struct collector *collector, struct side *side, const struct mr_frame *frame,
-                                 uint64_t host_us, struct error *error)
+static enum mr_status take_block(struct collector *collector, struct side *side,
+                                 const struct mr_frame *frame, uint64_t host_us,
+                                 struct error *error)
 {
     struct mr_block block;
     enum mr_status status = MR_OK;
@@ -208,20 +229,23 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
         status = store_block_put(collector->store, collector->session, side->boot,
-                                 side->current ? side->current->row.id : STORE_NONE, (int)side->kind, block.index,
-                                 (int64_t)host_us, frame->payload, frame->length, error);
+                                 side->current ? side->current->row.id : STORE_NONE,
+                                 (int)side->kind, block.index, (int64_t)host_us, frame->payload,
+                                 frame->length, error);
     return status;
 }
 
 static enum mr_status take_serial_frame(struct collector *collector, struct side *side,
-                                        const struct mr_frame *frame, uint64_t host_us, struct error *error)
+                                        const struct mr_frame *frame, uint64_t host_us,
+                                        struct error *error)
 {
     if (frame->type == MR_ID_BLOCK)
         return take_block(collector, side, frame, host_us, error);
     struct mr_message message;
     if (mr_message_read(&message, frame->type, frame->payload, frame->length) != MR_OK) {
         count_serial_frame(collector, side, frame->seq);
-        account_message(&side->account, mr_message_place(frame->type)); /* a part of the black box, or nothing known */
+        /* a part of the black box, or nothing known */
+        account_message(&side->account, mr_message_place(frame->type));
         side->account.counts.foreign++;
         struct store_frame raw = {.seq = frame->seq,
                                   .board_us = collect_board_time(side, NULL),

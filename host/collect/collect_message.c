@@ -1,16 +1,19 @@
-/* What each message of the catalogue does to the campaign: those of a landing's state, of time and of what was lost here, the others in
- * the file of their topic. */
+/* What each message of the catalogue does to the campaign: those of a landing's state, of time and
+ * of what was lost here, the others in the file of their topic. */
 #include "common/command.h"
 #include "host/collect/collect_state.h"
 
-enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
-                                   uint64_t host_us, struct error *error)
+enum mr_status collect_state_event(struct collector *collector, const struct side *side,
+                                   const struct mr_landing *message, uint64_t host_us,
+                                   struct error *error)
 {
-    return collect_put_event(collector, side, "state", message->block, message->state, message->cause, message->landing, host_us, error);
+    return collect_put_event(collector, side, "state", message->block, message->state,
+                             message->cause, message->landing, host_us, error);
 }
 
 static enum mr_status landing(struct collector *collector, struct side *side,
-                              const struct mr_landing *message, uint64_t host_us, struct error *error)
+                              const struct mr_landing *message, uint64_t host_us,
+                              struct error *error)
 {
     struct slot *before = side->current;
     bool believed;
@@ -33,7 +36,8 @@ static enum mr_status excess(struct collector *collector, struct side *side, str
 }
 
 /* What the board itself dropped of serial, serial cannot witness. */
-static void serial_dropped(struct collector *collector, struct side *side, const struct mr_serial_health *health, int64_t block)
+static void serial_dropped(struct collector *collector, struct side *side,
+                           const struct mr_serial_health *health, int64_t block)
 {
     int64_t dropped = side->account.counts.dropped;
     int64_t from_block = side->account.dropped_block;
@@ -43,7 +47,8 @@ static void serial_dropped(struct collector *collector, struct side *side, const
 }
 
 /* Loss accounting. The newest block has just been brought up to that of the readings. */
-static enum mr_status count_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+static enum mr_status count_message(struct collector *collector, struct side *side,
+                                    const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     unsigned pack = mr_series_pack_find(m->info->id);
@@ -65,27 +70,30 @@ static enum mr_status count_message(struct collector *collector, struct side *si
 static bool event_of(const struct mr_message *message, struct store_event *event)
 {
     switch (message->place) {
-#define EVENT(name, NAME, kind_, code_, detail_, value_)                                   \
-    case MR_PLACE_##NAME: {                                                                \
-        const struct mr_##name *m = &message->as.name;                                     \
-        *event = (struct store_event){.kind = kind_, .code = code_, .detail = detail_, .value = value_}; \
-        break;                                                                             \
+/* clang-format off */
+#define EVENT(name, NAME, kind_, code_, detail_, value_)                               \
+    case MR_PLACE_##NAME: {                                                            \
+        const struct mr_##name *m = &message->as.name;                                 \
+        *event = (struct store_event){.kind = kind_, .code = code_, .detail = detail_, \
+            .value = value_};                                                          \
+        break;                                                                         \
     }
+/* clang-format on */
 #include "common/catalogue.def"
     default: return false;
     }
     return true;
 }
 
-static enum mr_status keep_event(struct collector *collector, struct side *side, const struct collector_event *heard,
-                                 struct error *error)
+static enum mr_status keep_event(struct collector *collector, struct side *side,
+                                 const struct collector_event *heard, struct error *error)
 {
     struct store_event event;
     if (!event_of(heard->message, &event))
         return MR_OK;
     int64_t block = collect_block(side, heard->message);
-    return collect_put_event(collector, side, event.kind, block < 0 ? 0 : block, event.code, event.detail, event.value, heard->host_us,
-                             error);
+    return collect_put_event(collector, side, event.kind, block < 0 ? 0 : block, event.code,
+                             event.detail, event.value, heard->host_us, error);
 }
 
 static void take_answer(struct collector *collector, const struct mr_ack *message)
@@ -97,7 +105,8 @@ static void take_answer(struct collector *collector, const struct mr_ack *messag
 }
 
 /* The landing's state, its film, answers to commands, and the board's time. */
-static enum mr_status state_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+static enum mr_status state_message(struct collector *collector, struct side *side,
+                                    const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
     uint64_t host_us = event->host_us;
@@ -173,17 +182,20 @@ static collect_topic *const topics[MR_PLACES] = {
     [MR_PLACE_SLOW_TENSION] = collect_health_message,
 };
 
-enum mr_status collect_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_message(struct collector *collector, struct side *side,
+                               const struct collector_event *event, struct error *error)
 {
     collect_topic *topic = topics[event->message->place];
     enum mr_status status = keep_event(collector, side, event, error);
     return status == MR_OK && topic ? topic(collector, side, event, error) : status;
 }
 
-enum mr_status collect_message_again(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_message_again(struct collector *collector, struct side *side,
+                                     const struct collector_event *event, struct error *error)
 {
     collect_topic *topic = topics[event->message->place];
-    bool of_landing = topic == collect_gear_message || topic == collect_predict_message || topic == collect_band_message;
+    bool of_landing = topic == collect_gear_message || topic == collect_predict_message ||
+                      topic == collect_band_message;
     enum mr_status status = keep_event(collector, side, event, error);
     return status == MR_OK && of_landing ? topic(collector, side, event, error) : status;
 }

@@ -1,4 +1,5 @@
-/* What a link knows of now, and the event that something makes there. All other files of the collector stand on this one. */
+/* What a link knows of now, and the event that something makes there. All other files of the
+ * collector stand on this one. */
 #include "host/collect/collect_state.h"
 
 int64_t collect_newest_block(const struct side *side)
@@ -20,7 +21,8 @@ int64_t collect_board_time(const struct side *side, const struct mr_message *mes
 
 int64_t collect_block(struct side *side, const struct mr_message *message)
 {
-    return message->block16 >= 0 ? timebase_unwrap(&side->time, (uint16_t)message->block16) : message->block;
+    return message->block16 >= 0 ? timebase_unwrap(&side->time, (uint16_t)message->block16)
+                                 : message->block;
 }
 
 int64_t collect_link_bit(const struct side *side)
@@ -28,9 +30,9 @@ int64_t collect_link_bit(const struct side *side)
     return 1 << side->kind;
 }
 
-enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind,
-                                int64_t block, int64_t code, int64_t detail, int64_t value, uint64_t host_us,
-                                struct error *error)
+enum mr_status collect_put_event(struct collector *collector, const struct side *side,
+                                 const char *kind, int64_t block, int64_t code, int64_t detail,
+                                 int64_t value, uint64_t host_us, struct error *error)
 {
     struct store_event event = {
         .session = collector->session,

@@ -1,5 +1,5 @@
-/* Insides of the collector: collect_links.c (what comes), collect_landing.c (landings) and collect_message.c with its topics (what each
- * message does). */
+/* Insides of the collector: collect_links.c (what comes), collect_landing.c (landings) and
+ * collect_message.c with its topics (what each message does). */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
@@ -58,30 +58,32 @@ struct side {
     struct slot *current;
     struct slot *last; /* the one left most recently */
     struct mr_deframer deframer;
-    struct store_zone zone;         /* that its second half is to follow; this and the next are of the block zone16, motion16 */
+    /* that its second half is to follow; this and the next are of the block zone16, motion16 */
+    struct store_zone zone;
     struct store_motion motion;
     int32_t zone16, motion16;
-    struct store_shunt shunt;       /* the calibration whose results come; number 0: none */
+    struct store_shunt shunt; /* the calibration whose results come; number 0: none */
     struct store_shunt shunt_result;
     struct mr_slowrow_reader slow;
-    struct mr_predictor_state runway;      /* being put together */
-    unsigned runway_parts;                 /* of it, that came in a row */
-    struct mr_runway_store runway_store;   /* newest */
-    uint64_t told[LINK_TROUBLES];    /* what the link has counted */
-    uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
+    struct mr_predictor_state runway;    /* being put together */
+    unsigned runway_parts;               /* of it, that came in a row */
+    struct mr_runway_store runway_store; /* newest */
+    uint64_t told[LINK_TROUBLES];        /* what the link has counted */
+    /* and is not recorded yet: in landing pending_run, from pending_us on */
+    uint64_t pending[LINK_TROUBLES];
     int64_t pending_run;
     int64_t pending_us; /* board time */
     bool any_pending;
-    uint64_t heard_us;       /* when the newest message came */
-    bool unheard;            /* what is obeyed now nobody vouches for: it must be plausible */
+    uint64_t heard_us; /* when the newest message came */
+    bool unheard;      /* what is obeyed now nobody vouches for: it must be plausible */
     struct landing_story story;
-    unsigned others;         /* hellos and identities of another board since one of this board */
+    unsigned others; /* hellos and identities of another board since one of this board */
     struct doubted doubt[DOUBTED_KINDS];
     size_t doubts;
-    bool doubts_pending;     /* in landing doubt_run, from doubt_us (board time) on */
+    bool doubts_pending; /* in landing doubt_run, from doubt_us (board time) on */
     int64_t doubt_run, doubt_us;
-    int64_t strangers[2];    /* recognised, and in excess */
-    int64_t others_length;   /* frames of another length */
+    int64_t strangers[2];  /* recognised, and in excess */
+    int64_t others_length; /* frames of another length */
     struct doubted newest_doubt;
     int64_t excess_told;
     uint8_t config_image[MR_CONFIG_IMAGE]; /* as the board tells it, word by word */
@@ -104,8 +106,8 @@ struct collector {
     /* What the board last said about itself. */
     struct store_landing identity; /* uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
-    uint32_t uid_parts;  /* bit 0: words 0 and 1 are known, bit 1: word 2; */
-    bool uid_vouched;    /* serial said so */
+    uint32_t uid_parts; /* bit 0: words 0 and 1 are known, bit 1: word 2; */
+    bool uid_vouched;   /* serial said so */
     bool channel_known[MR_CHANNELS];
     bool zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
@@ -115,11 +117,11 @@ struct collector {
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
     uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored;   /* newest, of either link */
-    bool stored_known, stored_news;  /* and nobody has asked for yet */
+    struct mr_runway_store stored;  /* newest, of either link */
+    bool stored_known, stored_news; /* and nobody has asked for yet */
     bool predict_known[MR_PREDICT_ITEMS];
     float predict_item[MR_PREDICT_ITEMS];
-    bool config_kept;         /* a whole configuration is in the database: */
+    bool config_kept; /* a whole configuration is in the database: */
     uint32_t config_kept_crc;
     struct crash_report crash[LINK_KINDS]; /* being put together */
     struct crash_report crashed;           /* the newest that is stored */
@@ -129,79 +131,94 @@ struct collector {
     struct mr_ack answer; /* newest to arm or disarm */
     bool answer_news;
 
-    struct witness witness; /* serial, of what CAN says; the last member: collect_writing.c copies it in its own way */
+    /* serial, of what CAN says; the last member: collect_writing.c copies it in its own way */
+    struct witness witness;
 };
 
 /* ---- collect_side.c ---- */
 
 /* Newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
-/* Board time of a message: that of its own block where it has one, else the newest known; NULL: of what is no message. */
+/* Board time of a message: that of its own block where it has one, else the newest known; NULL: of
+ * what is no message. */
 int64_t collect_board_time(const struct side *side, const struct mr_message *message);
-/* Block in which happened what a message tells, which is not long past; -1: not known, or it says none. */
+/* Block in which happened what a message tells, which is not long past; -1: not known, or it says
+ * none. */
 int64_t collect_block(struct side *side, const struct mr_message *message);
 /* The side's, among those that brought a row. */
 int64_t collect_link_bit(const struct side *side);
 /* An event, of the landing that the side is in, if any. */
-enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind, int64_t block, int64_t code,
-                                 int64_t detail, int64_t value, uint64_t host_us, struct error *error);
+enum mr_status collect_put_event(struct collector *collector, const struct side *side,
+                                 const char *kind, int64_t block, int64_t code, int64_t detail,
+                                 int64_t value, uint64_t host_us, struct error *error);
 
 /* ---- collect_links.c ---- */
 
 /* Stores the gaps the account has found, with the landing they fall in. */
-enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error);
+enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
+                                  struct error *error);
 
 /* ---- collect_witness.c ---- */
 
 /* A message: what it says is done, at once or when serial has said the same. */
-enum mr_status collect_hear(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error);
-/* Messages of CAN that need not wait any more; `over`: nothing more comes over serial of what they say. */
+enum mr_status collect_hear(struct collector *collector, struct side *side,
+                            const struct collector_event *event, struct error *error);
+/* Messages of CAN that need not wait any more; `over`: nothing more comes over serial of what they
+ * say. */
 enum mr_status collect_settle(struct collector *collector, bool over, struct error *error);
 /* The side is CAN, and serial is there to say the same. */
 bool collect_witnessed(const struct collector *collector, const struct side *side);
 /* Counts frames that are not the board's; `id` 0: nobody knows which. */
-enum mr_status collect_doubt(struct collector *collector, struct side *side, enum doubt cause, uint16_t id, int64_t count,
-                             struct error *error);
+enum mr_status collect_doubt(struct collector *collector, struct side *side, enum doubt cause,
+                             uint16_t id, int64_t count, struct error *error);
 int64_t collect_strangers(const struct side *side); /* all of them */
 /* Writes what is counted and not written yet. */
-enum mr_status collect_record_doubts(struct collector *collector, struct side *side, struct error *error);
+enum mr_status collect_record_doubts(struct collector *collector, struct side *side,
+                                     struct error *error);
 
 /* Does what a message says that is believed: each topic takes its own, in the file of that name. */
-typedef enum mr_status collect_topic(struct collector *collector, struct side *side, const struct collector_event *event,
-                                     struct error *error);
+typedef enum mr_status collect_topic(struct collector *collector, struct side *side,
+                                     const struct collector_event *event, struct error *error);
 collect_topic collect_message;
-/* Once more, for the landing that the message turns out to be of: events, and what gear, predictor and bands did. */
+/* Once more, for the landing that the message turns out to be of: events, and what gear, predictor
+ * and bands did. */
 collect_topic collect_message_again;
-collect_topic collect_identity_message, collect_gear_message, collect_predict_message, collect_band_message, collect_health_message;
+collect_topic collect_identity_message, collect_gear_message, collect_predict_message,
+    collect_band_message, collect_health_message;
 /* A change of a landing's state, as an event of the landing that the side is in. */
-enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
-                                   uint64_t host_us, struct error *error);
-/* A word of the board's configuration; the last one writes it. */
-enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
+enum mr_status collect_state_event(struct collector *collector, const struct side *side,
+                                   const struct mr_landing *message, uint64_t host_us,
                                    struct error *error);
+/* A word of the board's configuration; the last one writes it. */
+enum mr_status collect_config_word(struct collector *collector, struct side *side,
+                                   const struct mr_config_image *word, struct error *error);
 /* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
-enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error);
+enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
+                                        struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);
 
-/* host/collect/collect_time.c: pairs of board and host time; what they come to, written for a landing that is over (NULL: of the boot that
- * is); film frames. */
+/* host/collect/collect_time.c: pairs of board and host time; what they come to, written for a
+ * landing that is over (NULL: of the boot that is); film frames. */
 void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
 void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
 void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
-void collect_forget_time(struct side *side); /* of this computer's clock, which is another one now */
-enum mr_status collect_put_time_map(struct collector *collector, const struct side *side, const struct slot *slot,
-                                    struct error *error);
-enum mr_status collect_film_frame(struct collector *collector, struct side *side, const struct mr_film_frame *frame,
-                                  struct error *error);
+/* of this computer's clock, which is another one now */
+void collect_forget_time(struct side *side);
+enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
+                                    const struct slot *slot, struct error *error);
+enum mr_status collect_film_frame(struct collector *collector, struct side *side,
+                                  const struct mr_film_frame *frame, struct error *error);
 
 /* The side reports a landing: enter, follow or leave it. */
 /* Not `*believed`: perhaps not the board's, and nothing was done. */
-enum mr_status collect_landing(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
-                               bool *believed, struct error *error);
-/* CAN alone said that the landing was over, or that another one was armed, and the board goes on as before: those frames were not the
- * board's. What came meanwhile is put to the landing (collect_join.c). */
+enum mr_status collect_landing(struct collector *collector, struct side *side,
+                               const struct mr_landing *landing, uint64_t host_us, bool *believed,
+                               struct error *error);
+/* CAN alone said that the landing was over, or that another one was armed, and the board goes on as
+ * before: those frames were not the board's. What came meanwhile is put to the landing
+ * (collect_join.c). */
 enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error);
 /* The side's landing, if any, is over for it. */
 void collect_leave(struct side *side);

@@ -1,12 +1,13 @@
-/* Time: pairs of the board's clock and this computer's, what they come to for each landing and boot, and film frames. */
+/* Time: pairs of the board's clock and this computer's, what they come to for each landing and
+ * boot, and film frames. */
 #include <math.h>
 
 #include "common/boardtime.h"
 #include "host/collect/collect_state.h"
 
-/* How far two clocks may be apart: crystals by 200 ppm at most and a computer's that is being slewed by 500; the board's internal
- * oscillator by a hundredth and its drift. */
-#define CRYSTAL_PPM 700.0
+/* How far two clocks may be apart: crystals by 200 ppm at most and a computer's that is being
+ * slewed by 500; the board's internal oscillator by a hundredth and its drift. */
+#define CRYSTAL_PPM  700.0
 #define INTERNAL_PPM 20000.0
 
 void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us)
@@ -29,7 +30,8 @@ void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at)
 void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us)
 {
     if (side->kind == LINK_SERIAL && clock->tick != 0)
-        timemap_add(&side->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
+        timemap_add(&side->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US,
+                    (int64_t)host_us);
 }
 
 void collect_forget_time(struct side *side)
@@ -38,19 +40,28 @@ void collect_forget_time(struct side *side)
     side->sync_host_us = 0;
 }
 
-enum mr_status collect_put_time_map(struct collector *collector, const struct side *side, const struct slot *slot,
-                                    struct error *error)
+enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
+                                    const struct slot *slot, struct error *error)
 {
     struct timemap_fit fit;
     bool crystal = collector->identity.clock_source == 0;
     if (side->map.count == 0)
         return MR_OK;
     timemap_fit(&side->map, crystal ? CRYSTAL_PPM : INTERNAL_PPM, &fit);
-    struct store_time_map row = {
-        .session = collector->session, .boot = side->boot, .link = side->kind, .run = slot ? slot->row.id : STORE_NONE,
-        .refusal = fit.refusal, .pairs = (int64_t)fit.pairs, .from_us = llround(fit.from_us), .to_us = llround(fit.to_us),
-        .spread_us = (double)NAN, .fast_ppm = (double)NAN, .fast_half_ppm = (double)NAN,
-        .board_us = STORE_NONE, .host_us = STORE_NONE, .host_half_us = (double)NAN};
+    struct store_time_map row = {.session = collector->session,
+                                 .boot = side->boot,
+                                 .link = side->kind,
+                                 .run = slot ? slot->row.id : STORE_NONE,
+                                 .refusal = fit.refusal,
+                                 .pairs = (int64_t)fit.pairs,
+                                 .from_us = llround(fit.from_us),
+                                 .to_us = llround(fit.to_us),
+                                 .spread_us = (double)NAN,
+                                 .fast_ppm = (double)NAN,
+                                 .fast_half_ppm = (double)NAN,
+                                 .board_us = STORE_NONE,
+                                 .host_us = STORE_NONE,
+                                 .host_half_us = (double)NAN};
     if (fit.refusal == TIMEMAP_GOOD || fit.refusal == TIMEMAP_OTHER_PACE) {
         row.fast_ppm = fit.fast_ppm.value;
         row.fast_half_ppm = fit.fast_ppm.half;
@@ -65,16 +76,19 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
     return store_time_map_put(collector->store, &row, error);
 }
 
-enum mr_status collect_film_frame(struct collector *collector, struct side *side, const struct mr_film_frame *frame,
-                                  struct error *error)
+enum mr_status collect_film_frame(struct collector *collector, struct side *side,
+                                  const struct mr_film_frame *frame, struct error *error)
 {
     struct slot *slot = side->current;
     if (!slot)
         return MR_OK;
-    int64_t number = slot->film_frames + (int16_t)(uint16_t)(frame->number - (uint16_t)slot->film_frames);
+    int64_t number = slot->film_frames +
+                     (int16_t)(uint16_t)(frame->number - (uint16_t)slot->film_frames);
     if (number > slot->film_frames)
         slot->film_frames = number;
-    struct store_film_frame row = {.number = number, .tick = frame->tick,
-                                   .board_us = timebase_tick_us(&side->time, frame->tick), .links = 1 << side->kind};
+    struct store_film_frame row = {.number = number,
+                                   .tick = frame->tick,
+                                   .board_us = timebase_tick_us(&side->time, frame->tick),
+                                   .links = 1 << side->kind};
     return store_film_frame_put(collector->store, slot->row.id, &row, error);
 }

@@ -1,6 +1,6 @@
-/* Whose a frame on CAN is. What the board sends on both links waits for serial to say the same (witness.h); where serial cannot, frames
- * are looked at for what is plausible (collect_landing.c, timebase.h, account.h). A stranger's frame is kept, counted and told, and not
- * obeyed. */
+/* Whose a frame on CAN is. What the board sends on both links waits for serial to say the same
+ * (witness.h); where serial cannot, frames are looked at for what is plausible (collect_landing.c,
+ * timebase.h, account.h). A stranger's frame is kept, counted and told, and not obeyed. */
 #include <string.h>
 
 #include "host/collect/collect_state.h"
@@ -11,21 +11,29 @@ static int64_t run_of(const struct side *side)
 {
     const struct slot *slot = side->current;
     int64_t newest = collect_newest_block(side);
-    if (!slot && side->last && newest >= 0 && newest <= side->last->end_block + ALIVE_BLOCKS) /* of a landing that has just ended */
+    /* of a landing that has just ended */
+    if (!slot && side->last && newest >= 0 && newest <= side->last->end_block + ALIVE_BLOCKS)
         slot = side->last;
     return slot ? slot->row.id : STORE_NONE;
 }
 
 /* One event for each kind of doubt that is not recorded yet. */
-enum mr_status collect_record_doubts(struct collector *collector, struct side *side, struct error *error)
+enum mr_status collect_record_doubts(struct collector *collector, struct side *side,
+                                     struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < side->doubts && status == MR_OK; i++) {
         struct doubted *doubted = &side->doubt[i];
-        struct store_event event = {.session = collector->session, .boot = side->boot, .run = side->doubt_run,
-                                    .board_us = side->doubt_us, .host_us = (int64_t)link_now_us(), .kind = STORE_DOUBT_KIND,
-                                    .code = doubted->cause + DOUBT_ID * doubted->id, .detail = doubted->pending,
-                                    .value = doubted->count, .links = collect_link_bit(side)};
+        struct store_event event = {.session = collector->session,
+                                    .boot = side->boot,
+                                    .run = side->doubt_run,
+                                    .board_us = side->doubt_us,
+                                    .host_us = (int64_t)link_now_us(),
+                                    .kind = STORE_DOUBT_KIND,
+                                    .code = doubted->cause + DOUBT_ID * doubted->id,
+                                    .detail = doubted->pending,
+                                    .value = doubted->count,
+                                    .links = collect_link_bit(side)};
         if (doubted->pending > 0)
             status = store_event_put(collector->store, &event, error);
         doubted->pending = 0;
@@ -34,8 +42,8 @@ enum mr_status collect_record_doubts(struct collector *collector, struct side *s
     return status;
 }
 
-enum mr_status collect_doubt(struct collector *collector, struct side *side, enum doubt cause, uint16_t id, int64_t count,
-                             struct error *error)
+enum mr_status collect_doubt(struct collector *collector, struct side *side, enum doubt cause,
+                             uint16_t id, int64_t count, struct error *error)
 {
     int64_t run = run_of(side);
     enum mr_status status = MR_OK;
@@ -47,7 +55,8 @@ enum mr_status collect_doubt(struct collector *collector, struct side *side, enu
         side->doubt_run = run;
         side->doubt_us = side->time.known ? timebase_now_us(&side->time) : STORE_NONE;
     }
-    while (i < side->doubts && (side->doubt[i].cause != cause || side->doubt[i].id != id) && i + 1 < DOUBTED_KINDS)
+    while (i < side->doubts && (side->doubt[i].cause != cause || side->doubt[i].id != id) &&
+           i + 1 < DOUBTED_KINDS)
         i++; /* with no room left the last one counts for all others */
     if (i == side->doubts)
         side->doubt[side->doubts++] = (struct doubted){.cause = cause, .id = id};
@@ -62,7 +71,8 @@ enum mr_status collect_doubt(struct collector *collector, struct side *side, enu
     return status;
 }
 
-/* Frames in excess are among those that were recognised, or are more. Those of another length are not counted as the board's. */
+/* Frames in excess are among those that were recognised, or are more. Those of another length are
+ * not counted as the board's. */
 int64_t collect_strangers(const struct side *side)
 {
     int64_t recognised = side->strangers[0], excess = side->strangers[1];
@@ -76,7 +86,9 @@ bool collect_witnessed(const struct collector *collector, const struct side *sid
 
 static struct collector_event event_of(const struct side *side, const struct witness_message *heard)
 {
-    return (struct collector_event){.link = side->kind, .message = &heard->message, .host_us = heard->host_us,
+    return (struct collector_event){.link = side->kind,
+                                    .message = &heard->message,
+                                    .host_us = heard->host_us,
                                     .board_us = collect_board_time(side, &heard->message)};
 }
 
@@ -87,19 +99,21 @@ static void publish(const struct collector *collector, const struct collector_ev
         collector->listener->message(collector->listener->context, event);
 }
 
-/* The raw frames that came while a message of the landing's state waited were taken for those of the landing before. */
-static enum mr_status move_frames(struct collector *collector, const struct side *side, const struct slot *before, int64_t mark,
-                                  struct error *error)
+/* The raw frames that came while a message of the landing's state waited were taken for those of
+ * the landing before. */
+static enum mr_status move_frames(struct collector *collector, const struct side *side,
+                                  const struct slot *before, int64_t mark, struct error *error)
 {
     const struct slot *now = side->current;
     if (mark < 0 || now == before)
         return MR_OK;
-    return store_frames_move(collector->store, collector->session, (int)side->kind, now ? mark : mark + 1,
-                             before ? before->row.id : STORE_NONE, now ? now->row.id : STORE_NONE, error);
+    return store_frames_move(collector->store, collector->session, (int)side->kind,
+                             now ? mark : mark + 1, before ? before->row.id : STORE_NONE,
+                             now ? now->row.id : STORE_NONE, error);
 }
 
-static enum mr_status obey(struct collector *collector, struct side *side, const struct collector_event *event, int64_t mark,
-                           struct error *error)
+static enum mr_status obey(struct collector *collector, struct side *side,
+                           const struct collector_event *event, int64_t mark, struct error *error)
 {
     struct slot *before = side->current;
     enum mr_status status = collect_message(collector, side, event, error);
@@ -112,11 +126,13 @@ enum mr_status collect_settle(struct collector *collector, bool over, struct err
     struct witness_message message;
     enum mr_status status = MR_OK;
     while (status == MR_OK) {
-        enum witness_verdict verdict = witness_take(&collector->witness, collect_newest_block(side), over, &message);
+        enum witness_verdict verdict = witness_take(&collector->witness, collect_newest_block(side),
+                                                    over, &message);
         if (verdict == WITNESS_WAIT)
             break;
         if (verdict == WITNESS_STRANGER) {
-            status = collect_doubt(collector, side, DOUBT_UNSAID, message.message.info->id, 1, error);
+            status = collect_doubt(collector, side, DOUBT_UNSAID, message.message.info->id, 1,
+                                   error);
             continue;
         }
         const struct collector_event event = event_of(side, &message);
@@ -133,13 +149,14 @@ enum mr_status collect_settle(struct collector *collector, bool over, struct err
 }
 
 /* Waits for serial; who watches does not when serial is behind. */
-static enum mr_status wait_for_serial(struct collector *collector, struct side *side, struct witness_message *message,
-                                      struct error *error)
+static enum mr_status wait_for_serial(struct collector *collector, struct side *side,
+                                      struct witness_message *message, struct error *error)
 {
     enum mr_status status = MR_OK;
     if (message->message.place == MR_PLACE_LANDING)
         status = store_frames_mark(collector->store, &message->mark, error);
-    message->shown = collect_newest_block(side) > collect_newest_block(&collector->side[LINK_SERIAL]) + ALIVE_BLOCKS;
+    message->shown = collect_newest_block(side) >
+                     collect_newest_block(&collector->side[LINK_SERIAL]) + ALIVE_BLOCKS;
     const struct collector_event event = event_of(side, message);
     if (message->shown)
         publish(collector, &event);
@@ -149,7 +166,8 @@ static enum mr_status wait_for_serial(struct collector *collector, struct side *
     return status;
 }
 
-enum mr_status collect_hear(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+enum mr_status collect_hear(struct collector *collector, struct side *side,
+                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *message = event->message;
     bool understood = collector->hello || message->place == MR_PLACE_HELLO;
@@ -158,7 +176,10 @@ enum mr_status collect_hear(struct collector *collector, struct side *side, cons
         witness_serial(&collector->witness, message, collect_newest_block(side));
     /* The first hello is obeyed whoever says it: nobody is known yet. */
     if (collector->hello && collect_witnessed(collector, side) && witness_covers(message)) {
-        struct witness_message waiting = {.message = *message, .host_us = event->host_us, .block = collect_newest_block(side), .mark = -1};
+        struct witness_message waiting = {.message = *message,
+                                          .host_us = event->host_us,
+                                          .block = collect_newest_block(side),
+                                          .mark = -1};
         status = wait_for_serial(collector, side, &waiting, error);
     } else {
         publish(collector, event);

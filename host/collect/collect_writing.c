@@ -1,8 +1,9 @@
 /* What the collector has to do with how it is written.
  *
- * Going back to where a transaction began, when what was written since is taken back. All that the collector knows is in one piece of
- * memory, whose pointers point into itself or to what outlives it: a copy of its bytes is a copy of it. Of the witness, most of whose
- * megabytes are empty, only what is in use is copied: a mark is set many times a second. */
+ * Going back to where a transaction began, when what was written since is taken back. All that the
+ * collector knows is in one piece of memory, whose pointers point into itself or to what outlives
+ * it: a copy of its bytes is a copy of it. Of the witness, most of whose megabytes are empty, only
+ * what is in use is copied: a mark is set many times a second. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,7 +20,8 @@ enum mr_status collector_mark(struct collector *collector, struct error *error)
     if (!collector->mark)
         collector->mark = malloc(sizeof *collector->mark);
     if (!collector->mark)
-        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs", store_path(collector->store));
+        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs",
+                         store_path(collector->store));
     copy(collector->mark, collector);
     return MR_OK;
 }
@@ -63,10 +65,17 @@ int64_t collector_since_us(const struct collector *collector)
     return since_us;
 }
 
-enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause, int64_t permille, int64_t us, struct error *error)
+enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause,
+                              int64_t permille, int64_t us, struct error *error)
 {
-    struct store_event event = {.session = collector->session, .run = run, .board_us = STORE_NONE, .host_us = (int64_t)link_now_us(),
-                                .kind = "held", .code = cause, .detail = permille, .value = us};
+    struct store_event event = {.session = collector->session,
+                                .run = run,
+                                .board_us = STORE_NONE,
+                                .host_us = (int64_t)link_now_us(),
+                                .kind = "held",
+                                .code = cause,
+                                .detail = permille,
+                                .value = us};
     if (run == STORE_NONE)
         event.run = run_of(collector);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -101,10 +110,11 @@ static void inherit(struct collector *now, const struct collector *before)
     memcpy(now->predict_item, before->predict_item, sizeof now->predict_item);
 }
 
-enum mr_status collector_again(const struct collector *before, struct store *store, bool whole, struct collector **collector,
-                               struct error *error)
+enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
+                               struct collector **collector, struct error *error)
 {
-    enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->side[LINK_SERIAL].spec, collector, error);
+    enum mr_status status = collector_open(store, before->side[LINK_CAN].spec,
+                                           before->side[LINK_SERIAL].spec, collector, error);
     if (status == MR_OK && !whole)
         inherit(*collector, before);
     return status;

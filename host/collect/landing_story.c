@@ -19,9 +19,13 @@ static bool follows(const struct mr_landing *from, const struct mr_landing *to)
 {
     bool number = from->landing == to->landing;
     switch (to->state) {
-    case MR_LANDING_IDLE: return number && from->state != MR_LANDING_IDLE && to->cause == MR_LANDING_BY_COMMAND;
-    case MR_LANDING_ARMED: return (from->state == MR_LANDING_IDLE || from->state == MR_LANDING_DONE) && to->cause == MR_LANDING_BY_COMMAND;
-    case MR_LANDING_LANDING: return number && from->state == MR_LANDING_ARMED && to->cause == MR_LANDING_BY_EDGE;
+    case MR_LANDING_IDLE:
+        return number && from->state != MR_LANDING_IDLE && to->cause == MR_LANDING_BY_COMMAND;
+    case MR_LANDING_ARMED:
+        return (from->state == MR_LANDING_IDLE || from->state == MR_LANDING_DONE) &&
+               to->cause == MR_LANDING_BY_COMMAND;
+    case MR_LANDING_LANDING:
+        return number && from->state == MR_LANDING_ARMED && to->cause == MR_LANDING_BY_EDGE;
     case MR_LANDING_SETTLING:
         return number && (from->state == MR_LANDING_ARMED || from->state == MR_LANDING_LANDING) &&
                (to->cause == MR_LANDING_BY_STOP || to->cause == MR_LANDING_BY_LIMIT);
@@ -32,7 +36,8 @@ static bool follows(const struct mr_landing *from, const struct mr_landing *to)
     }
 }
 
-enum landing_belief landing_story_believe(struct landing_story *story, const struct mr_landing *message)
+enum landing_belief landing_story_believe(struct landing_story *story,
+                                          const struct mr_landing *message)
 {
     story->dismissed += story->waits && !same(message, &story->doubted);
     story->waits = false;
@@ -57,14 +62,16 @@ static unsigned changes_since(const struct landing_story *story, const struct mr
 
 static enum landing_belief take_back(struct landing_story *story, unsigned changes)
 {
-    story->dismissed += changes + (story->waits && !same(&story->doubted, &story->before[changes - 1]));
+    story->dismissed += changes +
+                        (story->waits && !same(&story->doubted, &story->before[changes - 1]));
     story->waits = false;
     story->said = story->before[changes - 1];
     story->known = 1;
     return LANDING_TAKEN_BACK;
 }
 
-enum landing_belief landing_story_hear(struct landing_story *story, const struct mr_landing *message, int64_t block)
+enum landing_belief landing_story_hear(struct landing_story *story,
+                                       const struct mr_landing *message, int64_t block)
 {
     bool impossible = message->state > MR_LANDING_DONE || message->cause > MR_LANDING_BY_LIMIT ||
                       (block >= 0 && (int64_t)message->block > block + AHEAD_BLOCKS);

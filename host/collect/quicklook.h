@@ -1,5 +1,6 @@
-/* The quick look at a landing, for the people beside the runway, within 10 s after the stop and without a command: when a landing ends
- * `matrig log` prints its summary; when its links fall silent in the middle, what came until then; and it keeps a page up to date. */
+/* The quick look at a landing, for the people beside the runway, within 10 s after the stop and
+ * without a command: when a landing ends `matrig log` prints its summary; when its links fall
+ * silent in the middle, what came until then; and it keeps a page up to date. */
 #ifndef MATRIG_HOST_QUICKLOOK_H
 #define MATRIG_HOST_QUICKLOOK_H
 
@@ -11,7 +12,7 @@
 
 struct quicklook {
     const char *db, *page; /* page: NULL, none is written */
-    bool force;              /* in place of whatever is there */
+    bool force;            /* in place of whatever is there */
     bool si;
     int64_t block, told_run; /* newest block; landing whose silence was told */
     uint64_t since_us;       /* when it came */
@@ -19,8 +20,10 @@ struct quicklook {
     bool again;              /* another one is due after it */
 };
 
-/* Whether a landing in which the gear moves has brought nothing for QUICKLOOK_SILENT_US: once for each. `now_us` is monotonic. */
-bool quicklook_silent(struct quicklook *look, const struct collector_progress *progress, uint64_t now_us);
+/* Whether a landing in which the gear moves has brought nothing for QUICKLOOK_SILENT_US: once for
+ * each. `now_us` is monotonic. */
+bool quicklook_silent(struct quicklook *look, const struct collector_progress *progress,
+                      uint64_t now_us);
 /* Writes the page, beside the logging: another process reads the campaign as it is on disk. */
 void quicklook_write(struct quicklook *look);
 /* Looks after that process; `end`: waits for it, a minute at most. */

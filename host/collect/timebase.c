@@ -5,8 +5,9 @@
 #include "common/boardtime.h"
 
 #define RESTART_BLOCKS 1000
-#define FOLLOW_BLOCKS 500       /* clocks come every 100; less than RESTART_BLOCKS, or a stranger's block would be a restart */
-#define ORIGIN_TICKS 8400       /* 0.1 ms; the origin of a boot is exactly the same each time */
+/* clocks come every 100; less than RESTART_BLOCKS, or a stranger's block would be a restart */
+#define FOLLOW_BLOCKS  500
+#define ORIGIN_TICKS   8400 /* 0.1 ms; the origin of a boot is exactly the same each time */
 
 bool timebase_block(struct timebase *timebase, uint32_t block)
 {
@@ -33,11 +34,14 @@ static bool same_origin(uint32_t a, uint32_t b)
     return apart > -ORIGIN_TICKS && apart < ORIGIN_TICKS;
 }
 
-enum timebase_verdict timebase_clock_doubting(struct timebase *timebase, struct timebase_doubt *doubt, uint32_t block, uint32_t tick)
+enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
+                                              struct timebase_doubt *doubt, uint32_t block,
+                                              uint32_t tick)
 {
     uint32_t origin = mr_boardtime_origin(block, tick);
     bool first = !timebase->known || !timebase->tick_known;
-    bool goes_on = same_origin(origin, timebase->origin) && (int64_t)block + RESTART_BLOCKS >= timebase->block;
+    bool goes_on = same_origin(origin, timebase->origin) &&
+                   (int64_t)block + RESTART_BLOCKS >= timebase->block;
     bool confirms = doubt->waits && same_origin(origin, doubt->origin) && block > doubt->block;
     if (first || goes_on || confirms) {
         doubt->dismissed += doubt->waits && !confirms;

@@ -1,5 +1,5 @@
-/* Board time on one link: blocks since the scans began, unwrapped from the 16 bits that most messages carry,
- * and capture ticks turned into time by common/boardtime.h. Pure. */
+/* Board time on one link: blocks since the scans began, unwrapped from the 16 bits that most
+ * messages carry, and capture ticks turned into time by common/boardtime.h. Pure. */
 #ifndef MATRIG_HOST_TIMEBASE_H
 #define MATRIG_HOST_TIMEBASE_H
 
@@ -13,7 +13,8 @@ struct timebase {
     uint32_t origin; /* common/boardtime.h */
 };
 
-/* Whole block index: true when it lies a second or more before the newest, so the board began again. */
+/* Whole block index: true when it lies a second or more before the newest, so the board began
+ * again. */
 bool timebase_block(struct timebase *timebase, uint32_t block);
 /* The same with TIM2 at the first trigger of the block. */
 bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
@@ -25,15 +26,18 @@ struct timebase_doubt {
     uint32_t block, origin;
     int64_t dismissed; /* times that no second one confirmed; the caller takes them away */
 };
-/* As timebase_clock, on a link on which strangers may speak. A time that does not go on from the one known is doubted, and changes nothing,
- * until the next one goes on from it. */
-enum timebase_verdict timebase_clock_doubting(struct timebase *timebase, struct timebase_doubt *doubt, uint32_t block, uint32_t tick);
-/* Block whose low 16 bits are given, the one nearest the newest; it becomes the newest when it is later, by less than half a second: time
- * that goes further is a clock's to say. -1: not known. */
+/* As timebase_clock, on a link on which strangers may speak. A time that does not go on from the
+ * one known is doubted, and changes nothing, until the next one goes on from it. */
+enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
+                                              struct timebase_doubt *doubt, uint32_t block,
+                                              uint32_t tick);
+/* Block whose low 16 bits are given, the one nearest the newest; it becomes the newest when it is
+ * later, by less than half a second: time that goes further is a clock's to say. -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 /* Board time of the newest block, microseconds; -1: not known. */
 int64_t timebase_now_us(const struct timebase *timebase);
-/* Microseconds since the scans began of a capture within 25 s of the newest block; NaN: not known. */
+/* Microseconds since the scans began of a capture within 25 s of the newest block; NaN: not
+ * known. */
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick);
 
 #endif

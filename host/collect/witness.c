@@ -10,7 +10,8 @@ void witness_start(struct witness *witness)
 }
 
 /* The used part of a ring: from `first` to the ring's end, and what is left from its beginning. */
-static void copy_ring(void *to, const void *from, size_t first, size_t count, size_t ring, size_t size)
+static void copy_ring(void *to, const void *from, size_t first, size_t count, size_t ring,
+                      size_t size)
 {
     size_t tail = first + count > ring ? ring - first : count;
     memcpy((uint8_t *)to + first * size, (const uint8_t *)from + first * size, tail * size);
@@ -19,10 +20,11 @@ static void copy_ring(void *to, const void *from, size_t first, size_t count, si
 
 void witness_copy(struct witness *to, const struct witness *from)
 {
-    copy_ring(to->waiting, from->waiting, from->first, from->count, WITNESS_WAITING, sizeof from->waiting[0]);
+    copy_ring(to->waiting, from->waiting, from->first, from->count, WITNESS_WAITING,
+              sizeof from->waiting[0]);
     for (unsigned place = 0; place < MR_PLACES; place++)
-        copy_ring(to->said[place], from->said[place], from->said_first[place], from->said_count[place], WITNESS_SAID,
-                  sizeof from->said[0][0]);
+        copy_ring(to->said[place], from->said[place], from->said_first[place],
+                  from->said_count[place], WITNESS_SAID, sizeof from->said[0][0]);
     to->first = from->first;
     to->count = from->count;
     memcpy(to->said_first, from->said_first, sizeof to->said_first);
@@ -40,7 +42,8 @@ void witness_restart(struct witness *witness)
     memset(witness->said_count, 0, sizeof witness->said_count);
     for (unsigned place = 0; place < MR_PLACES; place++)
         witness->forgotten_block[place] = -1;
-    for (size_t i = 0; i < witness->count; i++) /* of the boot before, or of this one: nobody knows */
+    /* of the boot before, or of this one: nobody knows */
+    for (size_t i = 0; i < witness->count; i++)
         witness->waiting[(witness->first + i) % WITNESS_WAITING].block = -1;
 }
 
@@ -51,8 +54,7 @@ bool witness_covers(const struct mr_message *message)
     case MR_PLACE_CAN_HEALTH:    /* counts what came before it; account.h doubts it */
     case MR_PLACE_MESSAGE_COUNT: /* of one link */
     case MR_PLACE_CAN_ALARM:     /* not at the same time on both */
-    case MR_PLACE_CONFIG_IMAGE:  /* on the link that asked */
-        return false;
+    case MR_PLACE_CONFIG_IMAGE: /* on the link that asked */ return false;
     default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
@@ -65,7 +67,8 @@ void witness_block(struct witness *witness, int64_t block)
 
 void witness_lost(struct witness *witness, int64_t from_block, int64_t block)
 {
-    /* One stretch that covers all lately lost: none of it is forgotten before nothing of it can be asked for. */
+    /* One stretch that covers all lately lost: none of it is forgotten before nothing of it can be
+     * asked for. */
     if (witness->lost_block < 0 || from_block > witness->lost_block + WITNESS_KEPT_BLOCKS)
         witness->lost_from_block = from_block;
     if (block > witness->lost_block)
@@ -87,8 +90,9 @@ void witness_serial(struct witness *witness, const struct mr_message *message, i
 {
     unsigned place = message->place;
     witness_block(witness, block);
-    while (witness->said_count[place] > 0 && (witness->said_count[place] == WITNESS_SAID ||
-                                              said(witness, place, 0)->block + WITNESS_KEPT_BLOCKS < witness->newest_block)) {
+    while (witness->said_count[place] > 0 &&
+           (witness->said_count[place] == WITNESS_SAID ||
+            said(witness, place, 0)->block + WITNESS_KEPT_BLOCKS < witness->newest_block)) {
         witness->forgotten_block[place] = said(witness, place, 0)->block;
         forget(witness, place, 1);
     }
@@ -105,15 +109,18 @@ bool witness_can(struct witness *witness, const struct witness_message *message)
     return true;
 }
 
-/* Serial has said the same lately, and CAN has not brought it since. What it said before that will not come over CAN any more. */
+/* Serial has said the same lately, and CAN has not brought it since. What it said before that will
+ * not come over CAN any more. */
 static bool was_said(struct witness *witness, const struct witness_message *message)
 {
     unsigned place = message->message.place;
     for (unsigned i = 0; i < witness->said_count[place]; i++) {
         const struct witness_said *twin = said(witness, place, i);
-        int64_t apart = message->block < 0 || twin->block < 0 ? 0 : llabs(message->block - twin->block);
+        int64_t apart = message->block < 0 || twin->block < 0 ? 0
+                                                              : llabs(message->block - twin->block);
         bool lately = apart < WITNESS_APART_BLOCKS;
-        if (lately && memcmp(twin->payload, message->message.payload, message->message.info->length) == 0) {
+        if (lately &&
+            memcmp(twin->payload, message->message.payload, message->message.info->length) == 0) {
             forget(witness, place, i + 1);
             return true;
         }
@@ -134,19 +141,24 @@ static bool remembers(const struct witness *witness, const struct witness_messag
     return forgotten_block < 0 || message->block - WITNESS_LATE_BLOCKS > forgotten_block;
 }
 
-enum witness_verdict witness_take(struct witness *witness, int64_t can_block, bool over, struct witness_message *message)
+enum witness_verdict witness_take(struct witness *witness, int64_t can_block, bool over,
+                                  struct witness_message *message)
 {
     enum witness_verdict verdict = WITNESS_WAIT;
     if (witness->count == 0)
         return WITNESS_WAIT;
     const struct witness_message *oldest = &witness->waiting[witness->first];
     int64_t newest = witness->newest_block;
-    bool passed = newest >= 0 && newest >= oldest->block + (over ? WITNESS_OVER_BLOCKS : WITNESS_LATE_BLOCKS);
+    bool passed = newest >= 0 &&
+                  newest >= oldest->block + (over ? WITNESS_OVER_BLOCKS : WITNESS_LATE_BLOCKS);
     if (was_said(witness, oldest))
         verdict = WITNESS_SAME;
     else if (passed && oldest->block >= 0)
-        verdict = lost_near(witness, oldest->block) || !remembers(witness, oldest) ? WITNESS_UNHEARD : WITNESS_STRANGER;
-    else if (passed || over || witness->count == WITNESS_WAITING || can_block > newest + WITNESS_SILENT_BLOCKS)
+        verdict = lost_near(witness, oldest->block) || !remembers(witness, oldest)
+                    ? WITNESS_UNHEARD
+                    : WITNESS_STRANGER;
+    else if (passed || over || witness->count == WITNESS_WAITING ||
+             can_block > newest + WITNESS_SILENT_BLOCKS)
         verdict = WITNESS_UNHEARD;
     if (verdict == WITNESS_WAIT)
         return verdict;

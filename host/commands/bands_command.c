@@ -12,9 +12,9 @@
 #include "host/commands/commands.h"
 
 #define WORDS_MAX 32
-#define N_PER_LB 4.4482216152605
-#define M_PER_FT 0.3048
-#define DISAGREE 0.1 /* of T0: simple theory and model say different things */
+#define N_PER_LB  4.4482216152605
+#define M_PER_FT  0.3048
+#define DISAGREE  0.1 /* of T0: simple theory and model say different things */
 
 enum dimension { NUMBER, FORCE, LENGTH, SPEED, ACCELERATION, STRESS, STIFFNESS, AREA };
 
@@ -41,12 +41,12 @@ static const struct input_unit input_units[] = {
     {"m/s2", ACCELERATION, 1.0 / M_PER_FT},
     {"psi", STRESS, 144.0},
     {"ksi", STRESS, 144e3},
-    {"MPa", STRESS, 1e6 / N_PER_LB * M_PER_FT * M_PER_FT},
-    {"GPa", STRESS, 1e9 / N_PER_LB * M_PER_FT * M_PER_FT},
+    {"MPa", STRESS, 1e6 / N_PER_LB *M_PER_FT *M_PER_FT},
+    {"GPa", STRESS, 1e9 / N_PER_LB *M_PER_FT *M_PER_FT},
     {"lb/ft", STIFFNESS, 1.0},
     {"lb/in", STIFFNESS, 12.0},
     {"kip/in", STIFFNESS, 12e3},
-    {"N/mm", STIFFNESS, 1e3 / N_PER_LB * M_PER_FT},
+    {"N/mm", STIFFNESS, 1e3 / N_PER_LB *M_PER_FT},
     {"in2", AREA, 1.0 / 144.0},
     {"ft2", AREA, 1.0},
     {"mm2", AREA, 1e-6 / (M_PER_FT * M_PER_FT)},
@@ -91,7 +91,8 @@ static const struct input inputs[] = {
     {"speed", SPEED, "ft/s", 0.1, 1e4, IN_DESIGN(speed_ft_s)},
 };
 
-static enum mr_status find_input(const char *word, const struct input **input, const char **value, struct error *error)
+static enum mr_status find_input(const char *word, const struct input **input, const char **value,
+                                 struct error *error)
 {
     const char *equals = strchr(word, '=');
     size_t length = equals ? (size_t)(equals - word) : 0;
@@ -102,18 +103,22 @@ static enum mr_status find_input(const char *word, const struct input **input, c
             return MR_OK;
     }
     if (!equals || length == 0)
-        return error_set(error, MR_USAGE, "not an input: '%s'; give NAME=VALUE[UNIT], as in weight=480kip", word);
-    return error_set(error, MR_USAGE, "unknown input: '%.*s'; matrig bands --help lists the names", (int)length, word);
+        return error_set(error, MR_USAGE,
+                         "not an input: '%s'; give NAME=VALUE[UNIT], as in weight=480kip", word);
+    return error_set(error, MR_USAGE, "unknown input: '%.*s'; matrig bands --help lists the names",
+                     (int)length, word);
 }
 
 /* "480kip", "0.5 g", "6in", "4": a bare number is in the input's own unit. */
-static enum mr_status read_value(const struct input *input, const char *text, double *value, struct error *error)
+static enum mr_status read_value(const struct input *input, const char *text, double *value,
+                                 struct error *error)
 {
     char *end;
     char names[160] = "";
     double number = strtod(text, &end);
     if (end == text || !isfinite(number))
-        return error_set(error, MR_USAGE, "not a number: '%s' for %s; give a number and a unit", text, input->name);
+        return error_set(error, MR_USAGE, "not a number: '%s' for %s; give a number and a unit",
+                         text, input->name);
     while (isspace((unsigned char)*end))
         end++;
     const char *unit = *end ? end : input->unit;
@@ -129,7 +134,8 @@ static enum mr_status read_value(const struct input *input, const char *text, do
         }
     }
     if (!known)
-        return error_set(error, MR_USAGE, "unknown unit: '%s' for %s; give one of%s", unit, input->name,
+        return error_set(error, MR_USAGE, "unknown unit: '%s' for %s; give one of%s", unit,
+                         input->name,
                          input->dimension == NUMBER ? " none: it is a plain number" : names);
     double own = 1.0; /* of the input's own unit: the range is in it */
     for (size_t i = 0; i < sizeof input_units / sizeof input_units[0]; i++) {
@@ -137,9 +143,10 @@ static enum mr_status read_value(const struct input *input, const char *text, do
             own = input_units[i].factor;
     }
     *value = number * factor;
-    if (!(*value >= input->low * own * (1.0 - 1e-12) && *value <= input->high * own * (1.0 + 1e-12)))
-        return error_set(error, MR_USAGE, "value out of range: %s is %s; give %g to %g %s", input->name, text, input->low,
-                         input->high, input->unit);
+    if (!(*value >= input->low * own * (1.0 - 1e-12) &&
+          *value <= input->high * own * (1.0 + 1e-12)))
+        return error_set(error, MR_USAGE, "value out of range: %s is %s; give %g to %g %s",
+                         input->name, text, input->low, input->high, input->unit);
     return MR_OK;
 }
 
@@ -150,7 +157,8 @@ static enum mr_status read_words(const char **words, struct request *request, st
         const struct input *input = NULL;
         const char *text;
         double value = 0.0;
-        if (find_input(words[i], &input, &text, error) != MR_OK || read_value(input, text, &value, error) != MR_OK)
+        if (find_input(words[i], &input, &text, error) != MR_OK ||
+            read_value(input, text, &value, error) != MR_OK)
             return error->status;
         if (given[input - inputs])
             return error_set(error, MR_USAGE, "given twice: %s; leave one out", input->name);
@@ -162,15 +170,18 @@ static enum mr_status read_words(const char **words, struct request *request, st
     bool drawn = request->width_ft > 0.0 || request->thickness_ft > 0.0;
     if (drawn && (request->area_given || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
         return error_set(error, MR_USAGE, "band's section: %s; give width and thickness, or area",
-                         request->area_given ? "area and width or thickness" : "width or thickness alone");
+                         request->area_given ? "area and width or thickness"
+                                             : "width or thickness alone");
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
     if (d->every != floor(d->every))
-        return error_set(error, MR_USAGE, "rows are whole: every is %g; give a whole number", d->every);
+        return error_set(error, MR_USAGE, "rows are whole: every is %g; give a whole number",
+                         d->every);
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct request *request, struct error *error)
 {
     const char *words[WORDS_MAX];
     band_design_defaults(&request->design);
@@ -178,7 +189,9 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         return error->status;
     request->design.passes = (int)request->passes;
     if (request->strict && request->design_only)
-        return error_set(error, MR_USAGE, "at odds: --strict is about the model, which --design-only leaves out; give one");
+        return error_set(
+            error, MR_USAGE,
+            "at odds: --strict is about the model, which --design-only leaves out; give one");
     return read_words(words, request, error);
 }
 
@@ -193,7 +206,8 @@ struct findings {
 
 enum weight { A_WARNING, THEORY_FAILS, MODEL_FAILS };
 
-__attribute__((format(printf, 3, 4))) static void find(struct findings *findings, enum weight weight, const char *format, ...)
+__attribute__((format(printf, 3, 4))) static void find(struct findings *findings,
+                                                       enum weight weight, const char *format, ...)
 {
     va_list list;
     va_start(list, format);
@@ -207,13 +221,17 @@ __attribute__((format(printf, 3, 4))) static void find(struct findings *findings
 static void judge_theory(const struct band_design *d, struct findings *f)
 {
     if (d->connections > d->most_connections)
-        find(f, THEORY_FAILS, "theory: %.0f connections; C.10 allows %.0f: a shorter band, or more or stronger ones", d->connections,
-             d->most_connections);
+        find(f, THEORY_FAILS,
+             "theory: %.0f connections; C.10 allows %.0f: a shorter band, or more or stronger ones",
+             d->connections, d->most_connections);
     if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
-        find(f, THEORY_FAILS, "theory: T0 %.6g lb is below n F' + R/2 = %.6g lb (C.8): the band may go loose", d->t0_lb,
-             d->least_t0_lb);
+        find(f, THEORY_FAILS,
+             "theory: T0 %.6g lb is below n F' + R/2 = %.6g lb (C.8): the band may go loose",
+             d->t0_lb, d->least_t0_lb);
     if (d->t0_lb > d->most_t0_lb * (1.0 + 1e-9))
-        find(f, THEORY_FAILS, "theory: T0 %.6g lb is above A fy - R/2 = %.6g lb (C.9): the band may yield", d->t0_lb, d->most_t0_lb);
+        find(f, THEORY_FAILS,
+             "theory: T0 %.6g lb is above A fy - R/2 = %.6g lb (C.9): the band may yield", d->t0_lb,
+             d->most_t0_lb);
 }
 
 static void judge_model(const struct band_design *d, const struct band_check *c, struct findings *f)
@@ -221,29 +239,38 @@ static void judge_model(const struct band_design *d, const struct band_check *c,
     double apart = DISAGREE * d->t0_lb;
     double least_lb = fmax(d->least_lb, 0.0); /* a slack band pulls 0 in theory */
     if (c->least_lb < 0.0 && d->least_lb >= -1e-9 * d->t0_lb)
-        find(f, MODEL_FAILS, "disagree: the model's band goes loose at %.0f ft (pass %d), where theory leaves it %.6g lb", c->least_ft,
-             c->least_pass, least_lb);
+        find(f, MODEL_FAILS,
+             "disagree: the model's band goes loose at %.0f ft (pass %d), where theory leaves it "
+             "%.6g lb",
+             c->least_ft, c->least_pass, least_lb);
     else if (c->least_lb < 0.0)
-        find(f, MODEL_FAILS, "the model's band goes loose at %.0f ft (pass %d), as theory says", c->least_ft, c->least_pass);
+        find(f, MODEL_FAILS, "the model's band goes loose at %.0f ft (pass %d), as theory says",
+             c->least_ft, c->least_pass);
     else if (fabs(c->least_lb - least_lb) > apart)
-        find(f, A_WARNING, "disagree: least tension %.6g lb in the model, %.6g by theory, which is %s", c->least_lb, least_lb,
-             c->least_lb > least_lb ? "safe" : "NOT safe");
+        find(f, A_WARNING,
+             "disagree: least tension %.6g lb in the model, %.6g by theory, which is %s",
+             c->least_lb, least_lb, c->least_lb > least_lb ? "safe" : "NOT safe");
     if (c->most_lb > d->strength_lb)
-        find(f, MODEL_FAILS, "%s: the model's band yields at %.0f ft (pass %d): %.6g lb, A fy is %.6g lb",
-             d->most_lb > d->strength_lb ? "theory and model" : "disagree", c->most_ft, c->most_pass, c->most_lb,
-             d->strength_lb);
+        find(f, MODEL_FAILS,
+             "%s: the model's band yields at %.0f ft (pass %d): %.6g lb, A fy is %.6g lb",
+             d->most_lb > d->strength_lb ? "theory and model" : "disagree", c->most_ft,
+             c->most_pass, c->most_lb, d->strength_lb);
     else if (fabs(c->most_lb - d->most_lb) > apart)
-        find(f, A_WARNING, "disagree: largest tension %.6g lb in the model, %.6g by theory, which is %s", c->most_lb, d->most_lb,
-             c->most_lb < d->most_lb ? "safe" : "NOT safe");
+        find(f, A_WARNING,
+             "disagree: largest tension %.6g lb in the model, %.6g by theory, which is %s",
+             c->most_lb, d->most_lb, c->most_lb < d->most_lb ? "safe" : "NOT safe");
     if (c->slip_ft > 0.0)
-        find(f, MODEL_FAILS, "connections slip: up to %.4g in; they hold %.6g lb", 12.0 * c->slip_ft, d->grip_lb);
+        find(f, MODEL_FAILS, "connections slip: up to %.4g in; they hold %.6g lb",
+             12.0 * c->slip_ft, d->grip_lb);
     if (c->load_lb > 2.0 * d->connection_lb)
-        find(f, A_WARNING, "disagree: a connection carries up to %.6g lb (at %.0f ft); theory loads it with F' = %.6g lb only",
+        find(f, A_WARNING,
+             "disagree: a connection carries up to %.6g lb (at %.0f ft); theory loads it with F' = "
+             "%.6g lb only",
              c->load_lb, c->load_ft, d->connection_lb);
 }
 
-/* The report's own example has its bands at the limit of the theory, so that any knock in the model goes beyond it: what the
- * model says against the theory is a warning, unless --strict. */
+/* The report's own example has its bands at the limit of the theory, so that any knock in the model
+ * goes beyond it: what the model says against the theory is a warning, unless --strict. */
 static int exit_code(const struct request *request, const struct findings *f)
 {
     return f->theory_fails || (request->strict && f->model_fails) ? 1 : 0;
@@ -261,7 +288,8 @@ struct figure {
 static const struct figure design_figures[] = {
     {"R", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
     {"strength", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
-    {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb), ", friction that it has room for, A fy - R (C.10)"},
+    {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb),
+     ", friction that it has room for, A fy - R (C.10)"},
     {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
     {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
     {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
@@ -289,18 +317,22 @@ static const struct figure check_figures[] = {
     {"load", "most carried", UNIT_TENSION, 1, OF_CHECK(load_lb), " by a connection"},
     {"load", "carried at", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
     {"slip", "slip", UNIT_STATION, 4, OF_CHECK(slip_ft), " of a connection, at most"},
-    {"residual", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb), " less than T0, held by friction"},
+    {"residual", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb),
+     " less than T0, held by friction"},
     {"moved", "movement", UNIT_STATION, 4, OF_CHECK(moved_ft), " at most"},
-    {"error", "error, movements", UNIT_STATION, 3, OF_CHECK(error_ft), ", the model's own estimate"},
+    {"error", "error, movements", UNIT_STATION, 3, OF_CHECK(error_ft),
+     ", the model's own estimate"},
 };
 
-static void figures_answer(const struct figure *figures, size_t count, const void *from, struct answer *answer)
+static void figures_answer(const struct figure *figures, size_t count, const void *from,
+                           struct answer *answer)
 {
     for (size_t i = 0; i < count; i++) {
         const struct figure *f = &figures[i];
         double value;
         memcpy(&value, (const char *)from + f->offset, sizeof value);
-        struct answer_fact *fact = answer_value(answer, f->name, f->label, f->unit, value, f->decimals);
+        struct answer_fact *fact = answer_value(answer, f->name, f->label, f->unit, value,
+                                                f->decimals);
         fact->digits = 9;
         fact->end = f->says;
     }
@@ -311,15 +343,20 @@ static void design_answer(const struct band_design *d, struct answer *answer)
     bool placed = d->spacing_ft > 0.0;
     answer_open(answer, "design", "design by Appendix C, per band");
     figures_answer(design_figures, sizeof design_figures / sizeof *design_figures, d, answer);
-    answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION, placed ? d->spacing_ft : (double)NAN, 2)->digits = 9;
+    answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
+                 placed ? d->spacing_ft : (double)NAN, 2)
+        ->digits = 9;
     answer_remark(answer, " from band to band (C.2)");
     answer_close(answer);
 }
 
-static void check_answer(const struct band_design *d, const struct band_check *c, struct answer *answer)
+static void check_answer(const struct band_design *d, const struct band_check *c,
+                         struct answer *answer)
 {
     answer_open(answer, "model", "in the model");
-    answer_words(answer, NULL, "strip", "%d mats, of one band; %g rows from rivet to rivet, R all along it, %d passes", c->mats, d->every, d->passes);
+    answer_words(answer, NULL, "strip",
+                 "%d mats, of one band; %g rows from rivet to rivet, R all along it, %d passes",
+                 c->mats, d->every, d->passes);
     answer_count(answer, "mats", NULL, c->mats);
     answer_count(answer, "least_pass", NULL, c->least_pass);
     answer_count(answer, "most_pass", NULL, c->most_pass);
@@ -327,7 +364,8 @@ static void check_answer(const struct band_design *d, const struct band_check *c
     answer_close(answer);
 }
 
-static struct answer *answer_of(const struct request *request, const struct band_check *check, const struct findings *f, bool si)
+static struct answer *answer_of(const struct request *request, const struct band_check *check,
+                                const struct findings *f, bool si)
 {
     struct answer *answer = answer_new(si);
     answer_as_given(answer);
@@ -341,7 +379,8 @@ static struct answer *answer_of(const struct request *request, const struct band
         answer_words(answer, NULL, "finding", "%s", f->text[i]);
     answer_close(answer);
     if (f->model_fails && !f->theory_fails)
-        answer_sentence(answer, NULL, "the theory allows this band, the model does not: leave it more room%s",
+        answer_sentence(answer, NULL,
+                        "the theory allows this band, the model does not: leave it more room%s",
                         request->strict ? "" : " (a warning; --strict makes it the exit code)");
     answer_flag(answer, "holds_by_theory", NULL, !f->theory_fails);
     if (request->design_only)
@@ -358,38 +397,51 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
     struct findings findings = {0};
     struct error error = {0};
     struct band_design *d = &request.design;
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK || band_design(d, &error) != MR_OK ||
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
+        band_design(d, &error) != MR_OK ||
         (!request.design_only && band_check(d, &check, &error) != MR_OK))
         return cli_fail(&error);
     judge_theory(d, &findings);
     if (!request.design_only)
         judge_model(d, &check, &findings);
-    return answer_show(cli, answer_of(&request, &check, &findings, cli->si), exit_code(&request, &findings));
+    return answer_show(cli, answer_of(&request, &check, &findings, cli->si),
+                       exit_code(&request, &findings));
 }
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("NAME=VALUE",
-                "what is not given is the report's example (a number alone is in the unit named here):\n"
-                "weight (lb), deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, modulus\n"
-                "(psi), mat (lb), friction, held (mats that act against a connection), every (rows from rivet to\n"
-                "rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the longest),\n"
-                "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a connection),\n"
-                "speed (ft/s, in the model)"),
-    HELP_ITEM("UNIT",
-                "lb kip N kN, ft in m mm, ft/s mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm,\n"
-                "in2 ft2 mm2"),
+    HELP_ITEM(
+        "NAME=VALUE",
+        "what is not given is the report's example (a number alone is in the unit named here):\n"
+        "weight (lb), deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, "
+        "modulus\n"
+        "(psi), mat (lb), friction, held (mats that act against a connection), every (rows from "
+        "rivet to\n"
+        "rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the "
+        "longest),\n"
+        "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a "
+        "connection),\n"
+        "speed (ft/s, in the model)"),
+    HELP_ITEM("UNIT", "lb kip N kN, ft in m mm, ft/s mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft "
+                      "lb/in kip/in N/mm,\n"
+                      "in2 ft2 mm2"),
     OPTION_FLAG("--design-only", design_only, "leave the model out"),
-    OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0, "how often the aircraft passes in the model; else {standard}"),
+    OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0,
+                 "how often the aircraft passes in the model; else {standard}"),
     OPTION_FLAG("--strict", strict, "exit 1 for what only the model finds, too"),
-    HELP_NOTE("Exit 1 when the band goes loose or yields by theory. What the model says otherwise is a warning: the report's own example has\n"
+    HELP_NOTE("Exit 1 when the band goes loose or yields by theory. What the model says otherwise "
+              "is a warning: the report's own example has\n"
               "its bands at the theory's limit, and R goes from rivet to rivet in knocks. "),
     HELP_EXAMPLE("\n"
-                 "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in thickness=0.375in yield=50ksi"),
+                 "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
+                 "thickness=0.375in yield=50ksi"),
 };
 
 const struct command command_bands = {
-    "bands", bands_command,
+    "bands",
+    bands_command,
     "[NAME=VALUE[UNIT]...] [--design-only] [--passes N] [--strict]",
-    "design restraining bands by Appendix C, and check them in the model", COMMAND_PARTS(parts), {0, WORDS_MAX, "[NAME=VALUE[UNIT]...]"},
+    "design restraining bands by Appendix C, and check them in the model",
+    COMMAND_PARTS(parts),
+    {0, WORDS_MAX, "[NAME=VALUE[UNIT]...]"},
 };

@@ -1,4 +1,5 @@
-/* matrig board: the black box of a board: what it holds, reading a record out, giving its space back. */
+/* matrig board: the black box of a board: what it holds, reading a record out, giving its space
+ * back. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,9 +32,11 @@ static void record_answer(const struct boxtalk_record *r, struct answer *answer)
     answer_flag(answer, "complete", NULL, r->record.complete);
     answer_count(answer, "first_block", NULL, (int64_t)r->span.first_block);
     answer_count(answer, "blocks", NULL, r->span.blocks);
-    answer_value(answer, NULL, "lasts", UNIT_TIME, r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
+    answer_value(answer, NULL, "lasts", UNIT_TIME,
+                 r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
     answer_count(answer, "lost", "blocks lost", r->span.lost);
-    answer_words(answer, NULL, "its end", "%s", r->record.complete ? "closed" : "not closed: the power went");
+    answer_words(answer, NULL, "its end", "%s",
+                 r->record.complete ? "closed" : "not closed: the power went");
 }
 
 static int list(const struct request *request, const struct boxtalk *talk)
@@ -58,7 +61,8 @@ static int list(const struct request *request, const struct boxtalk *talk)
 }
 
 /* Pages of the same record that an earlier, broken off reading left in the file. */
-static void take_file(const char *path, uint16_t record, uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, size_t count)
+static void take_file(const char *path, uint16_t record, uint8_t (*pages)[MR_BOXPAGE],
+                      uint8_t *present, size_t count)
 {
     FILE *file = path ? fopen(path, "rb") : NULL;
     for (size_t i = 0; file && i < count && fread(pages[i], MR_BOXPAGE, 1, file) == 1; i++) {
@@ -73,7 +77,8 @@ static void take_file(const char *path, uint16_t record, uint8_t (*pages)[MR_BOX
     }
 }
 
-/* Whether a file holds nothing but pages of the record, and room for those that are to come: the reading goes on, and loses none. */
+/* Whether a file holds nothing but pages of the record, and room for those that are to come: the
+ * reading goes on, and loses none. */
 static bool holds_record(const char *path, uint16_t record)
 {
     uint8_t page[MR_BOXPAGE], blank[MR_BOXPAGE];
@@ -92,7 +97,8 @@ static bool holds_record(const char *path, uint16_t record)
     return only && got == 0 && pages > 0;
 }
 
-static int tell_read(const struct request *request, const struct boxtalk_record *r, size_t absent, const struct boxfill *filled)
+static int tell_read(const struct request *request, const struct boxtalk_record *r, size_t absent,
+                     const struct boxfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
     record_answer(r, answer);
@@ -103,17 +109,19 @@ static int tell_read(const struct request *request, const struct boxtalk_record 
         answer_words(answer, "db", NULL, "%s", request->db);
         answer_count(answer, "run", "RUN", filled->run)->end = filled->made ? " (new)" : NULL;
         answer_flag(answer, "new_landing", NULL, filled->made);
-        answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end = " blocks from the black box";
+        answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end =
+            " blocks from the black box";
         answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
-        answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end = " blocks, there too";
+        answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end =
+            " blocks, there too";
     }
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-/* The record names the configuration that it was recorded by; the board tells it as long as it is in force. Without it only replay
- * does worse, so what fails here is told and no more. */
-static enum mr_status keep_configuration(const struct request *request, struct boxtalk *talk, struct store *store, int64_t run,
-                                         struct error *error)
+/* The record names the configuration that it was recorded by; the board tells it as long as it is
+ * in force. Without it only replay does worse, so what fails here is told and no more. */
+static enum mr_status keep_configuration(const struct request *request, struct boxtalk *talk,
+                                         struct store *store, int64_t run, struct error *error)
 {
     static struct configtalk other;
     static struct mr_config config;
@@ -135,13 +143,16 @@ static enum mr_status keep_configuration(const struct request *request, struct b
         status = store_configuration_put(store, crc, text, error);
         free(text);
     } else {
-        cli_note(request->cli, "the configuration of the landing, CRC %08x, is not to be had: %s", (unsigned)landing.config_crc,
-                 why.status == MR_OK ? "the board has another one by now; replay will differ" : why.text);
+        cli_note(request->cli, "the configuration of the landing, CRC %08x, is not to be had: %s",
+                 (unsigned)landing.config_crc,
+                 why.status == MR_OK ? "the board has another one by now; replay will differ"
+                                     : why.text);
     }
     return status;
 }
 
-static int read_record(const struct request *request, struct boxtalk *talk, uint16_t number, struct error *error)
+static int read_record(const struct request *request, struct boxtalk *talk, uint16_t number,
+                       struct error *error)
 {
     const struct boxtalk_record *r = NULL;
     struct boxfill filled = {0};
@@ -150,7 +161,8 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
             r = &talk->records[i];
     }
     if (!r) {
-        error_set(error, MR_UNKNOWN, "no record %u in the black box: %s; see matrig board list", number, request->serial);
+        error_set(error, MR_UNKNOWN, "no record %u in the black box: %s; see matrig board list",
+                  number, request->serial);
         return cli_fail(error);
     }
     size_t count = r->record.pages, absent = 0;
@@ -164,14 +176,18 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
     if (request->file) /* also what came before the link broke: the next call goes on from there */
-        status = output_bytes(request->file, request->force, pages, count * MR_BOXPAGE, error) == MR_OK ? status : error->status;
+        status = output_bytes(request->file, request->force, pages, count * MR_BOXPAGE, error) ==
+                         MR_OK
+                   ? status
+                   : error->status;
     if (broken.status != MR_OK)
         *error = broken;
     struct store *store = NULL;
     if (status == MR_OK && request->db)
         status = store_open(request->db, STORE_CREATE, &store, error);
     if (status == MR_OK && request->db)
-        status = boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages, present, count, &filled, error);
+        status = boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages,
+                         present, count, &filled, error);
     if (status == MR_OK && request->db)
         status = keep_configuration(request, talk, store, filled.run, error);
     store_close(store);
@@ -180,7 +196,8 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
     return status == MR_OK ? tell_read(request, r, absent, &filled) : cli_fail(error);
 }
 
-static int talk_to_board(const struct request *request, const char *verb, uint16_t number, struct error *error)
+static int talk_to_board(const struct request *request, const char *verb, uint16_t number,
+                         struct error *error)
 {
     struct dialogue dialogue;
     struct boxtalk *talk = calloc(1, sizeof *talk);
@@ -191,13 +208,14 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
     if (status == MR_OK)
         status = boxtalk_begin(talk, &dialogue, error);
     if (status == MR_OK)
-        status = strcmp(verb, "free") == 0   ? boxtalk_free(talk, number, error)
-                 : strcmp(verb, "slow") == 0 ? MR_OK
-                                             : boxtalk_list(talk, error);
+        status = strcmp(verb, "free") == 0 ? boxtalk_free(talk, number, error)
+               : strcmp(verb, "slow") == 0 ? MR_OK
+                                           : boxtalk_list(talk, error);
     if (status != MR_OK)
         exit_code = cli_fail(error);
     else if (strcmp(verb, "slow") == 0)
-        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, request->force, error);
+        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, request->force,
+                               error);
     else if (strcmp(verb, "read") == 0)
         exit_code = read_record(request, talk, number, error);
     else if (strcmp(verb, "list") == 0)
@@ -211,15 +229,18 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
 
 /* ---- which board, and which image it runs ---- */
 
-static int print_identity(const struct request *request, const struct identity *identity, const struct imagefile *image)
+static int print_identity(const struct request *request, const struct identity *identity,
+                          const struct imagefile *image)
 {
     const struct mr_hello *hello = &identity->hello;
-    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[IDENTITY_UID_TEXT], version[12], why[200] = "";
+    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[IDENTITY_UID_TEXT], version[12],
+         why[200] = "";
     bool same = image && identity_runs(identity, &image->header, why, sizeof why);
     unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NONE;
     int exit_code = (image && !same) || state != MR_IMAGE_GOOD ? mr_status_exit_code(MR_LIMIT) : 0;
     if (identity->commit_known)
-        mr_image_commit_text(identity->commit.commit, identity->commit.commit_more, identity->commit.changed != 0, commit);
+        mr_image_commit_text(identity->commit.commit, identity->commit.commit_more,
+                             identity->commit.changed != 0, commit);
     identity_uid_text(identity, uid);
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
     struct answer *answer = answer_new(request->cli->si);
@@ -247,14 +268,18 @@ static int tell_identity(const struct request *request, struct error *error)
     int exit_code;
     enum mr_status status = request->image ? imagefile_read(request->image, &image, error) : MR_OK;
     if (status == MR_OK && request->image && !image.stamped)
-        status = error_set(error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request->image);
+        status = error_set(error, MR_UNKNOWN,
+                           "an image without matrig's header: %s; nothing to compare with",
+                           request->image);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, NULL, request->serial, error);
     if (status == MR_OK)
         status = dialogue_who(&dialogue, DIALOGUE_HELLO_S, error);
     if (status == MR_TIMEOUT)
         status = dialogue_no_hello(&dialogue, error);
-    exit_code = status == MR_OK ? print_identity(request, &dialogue.identity, request->image ? &image : NULL) : cli_fail(error);
+    exit_code = status == MR_OK
+                  ? print_identity(request, &dialogue.identity, request->image ? &image : NULL)
+                  : cli_fail(error);
     dialogue_close(&dialogue);
     if (request->image)
         imagefile_free(&image);
@@ -286,20 +311,26 @@ static const struct verb *find_verb(const char *name)
     return NULL;
 }
 
-static enum mr_status check_request(const struct request *request, const struct verb *verb, const char *number, struct error *error)
+static enum mr_status check_request(const struct request *request, const struct verb *verb,
+                                    const char *number, struct error *error)
 {
     static const struct verb none = {.name = ""};
     const char *name = verb ? verb->name : "";
     if (!verb)
         verb = &none;
     if (number && !verb->number)
-        return error_set(error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", name, number);
+        return error_set(error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", name,
+                         number);
     if (!number && verb->number)
-        return error_set(error, MR_USAGE, "which record? matrig board %s needs its number, see matrig board list", name);
+        return error_set(error, MR_USAGE,
+                         "which record? matrig board %s needs its number, see matrig board list",
+                         name);
     if (!request->serial)
-        return error_set(error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
+        return error_set(error, MR_USAGE,
+                         "no link: matrig board needs --serial LINK; see matrig board --help");
     if (request->image && verb != &none)
-        return error_set(error, MR_USAGE, "--image is compared with the board's alone: leave '%s' out", name);
+        return error_set(error, MR_USAGE,
+                         "--image is compared with the board's alone: leave '%s' out", name);
     if ((request->file || request->run) && !verb->file)
         return error_set(error, MR_USAGE, "-o and --run are read's: matrig board %s", name);
     if (request->db && !verb->db)
@@ -309,9 +340,11 @@ static enum mr_status check_request(const struct request *request, const struct 
     if (request->elf && !verb->elf)
         return error_set(error, MR_USAGE, "--elf is health's: matrig board %s", name);
     if (verb->file && !request->file && !request->db)
-        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB or -o FILE", name);
+        return error_set(error, MR_USAGE,
+                         "nowhere to put it: matrig board %s needs --db DB or -o FILE", name);
     if (verb->csv && !request->csv && !request->db)
-        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB or --csv F", name);
+        return error_set(error, MR_USAGE,
+                         "nowhere to put it: matrig board %s needs --db DB or --csv F", name);
     return MR_OK;
 }
 
@@ -324,7 +357,9 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     static const struct {
         const char *word;
         const struct command *command;
-    } apart[] = {{"config", &command_board_config}, {"runway", &command_board_runway}, {"arm", &command_board_arm},
+    } apart[] = {{"config", &command_board_config},
+                 {"runway", &command_board_runway},
+                 {"arm", &command_board_arm},
                  {"disarm", &command_board_arm}};
     for (int i = 1; i < argc; i++) {
         for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++) {
@@ -336,7 +371,9 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
     if (status == MR_OK && words[0] && !verb)
         status = error_set(&error, MR_USAGE,
-                           "not list, read, free, slow, config, runway, arm, disarm, health, self-test or reset: '%s'; see matrig board --help", words[0]);
+                           "not list, read, free, slow, config, runway, arm, disarm, health, "
+                           "self-test or reset: '%s'; see matrig board --help",
+                           words[0]);
     if (status == MR_OK)
         status = check_request(&request, verb, words[1], &error);
     if (status == MR_OK && words[1])
@@ -360,25 +397,28 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board's serial port (see matrig log --help); the board must be idle"),
     HELP_ITEM("(no word)",
-                "the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
-                ".hex, .bin) compares it with a file. Exit 1 when it differs or is not whole"),
+              "the board, its firmware's version, commit and CRC, and whether the image is whole; "
+              "--image FILE (.elf,\n"
+              ".hex, .bin) compares it with a file. Exit 1 when it differs or is not whole"),
     HELP_WORD("list", "its records, and how much room there is"),
     HELP_WORD("read N",
-                "record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
-                "board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
-                "the same command with -o goes on where it was. Exit 1 when a page cannot be read"),
+              "record N: --db fills what is missing of its landing in a campaign database (the "
+              "landing of the same\n"
+              "board, number and arming, or RUN; made when there is none), -o keeps its pages in a "
+              "file. When the link broke,\n"
+              "the same command with -o goes on where it was. Exit 1 when a page cannot be read"),
     HELP_WORD("free N", "give its space back; nothing is ever overwritten that was not freed"),
-    HELP_WORD("slow",
-                "the slow log, a row a minute: --db fetches the rows that a campaign database lacks, --csv writes them to a file\n"
-                "(without --db: all that the board holds)"),
+    HELP_WORD("slow", "the slow log, a row a minute: --db fetches the rows that a campaign "
+                      "database lacks, --csv writes them to a file\n"
+                      "(without --db: all that the board holds)"),
     HELP_WITH(command_board_config),
     HELP_WITH(command_board_runway),
     HELP_WITH(command_board_arm),
-    HELP_WORD("health",
-                "restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
-                "its functions). Exit 1 when there is a fault"),
-    HELP_WORD("self-test",
-                "memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails"),
+    HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
+                        "fault left behind (--elf F names\n"
+                        "its functions). Exit 1 when there is a fault"),
+    HELP_WORD("self-test", "memories, reference, excitation, black box, warning lamp (it lights "
+                           "for 0.2 s). Exit 1 when one fails"),
     HELP_WORD("reset", "restart it"),
     OPTION_FORCE(force),
     HELP_EXAMPLE("matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db"),
@@ -391,9 +431,15 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_board = {
-    "board", board_command,
-    "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
-    "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | runway [show|load F|forget] [-o F] |\n"
-    "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | self-test | reset",
-    "a board: its firmware, black box, slow log, configuration, runway and health", COMMAND_PARTS(parts), {0, 2, "list|read N|free N|slow|config|runway|arm|disarm|health|self-test|reset"},
+    "board",
+    board_command,
+    "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free "
+    "N | slow [--db DB] [--csv F] |\n"
+    "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | "
+    "runway [show|load F|forget] [-o F] |\n"
+    "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | "
+    "self-test | reset",
+    "a board: its firmware, black box, slow log, configuration, runway and health",
+    COMMAND_PARTS(parts),
+    {0, 2, "list|read N|free N|slow|config|runway|arm|disarm|health|self-test|reset"},
 };

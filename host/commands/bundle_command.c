@@ -18,11 +18,14 @@ static enum mr_status leave_out(const char *list, bool without[BUNDLE_FILES], st
         size_t length = strcspn(list, ",");
         int found = -1;
         for (int i = 0; i < BUNDLE_FILES; i++) {
-            if (strlen(bundle_files[i].option) == length && memcmp(bundle_files[i].option, list, length) == 0)
+            if (strlen(bundle_files[i].option) == length &&
+                memcmp(bundle_files[i].option, list, length) == 0)
                 found = i;
         }
         if (found < 0)
-            return error_set(error, MR_USAGE, "no such part: '%.*s' for --without; use page, candump, configuration, scene, firmware",
+            return error_set(error, MR_USAGE,
+                             "no such part: '%.*s' for --without; use page, candump, "
+                             "configuration, scene, firmware",
                              (int)length, list);
         without[found] = true;
         list += length + (list[length] == ',');
@@ -30,21 +33,26 @@ static enum mr_status leave_out(const char *list, bool without[BUNDLE_FILES], st
     return MR_OK;
 }
 
-static int tell(const struct bundle_made *made, const char *db, int64_t run, const char *path, const struct cli *cli)
+static int tell(const struct bundle_made *made, const char *db, int64_t run, const char *path,
+                const struct cli *cli)
 {
     json_t *files = json_object();
     for (int i = 0; i < BUNDLE_FILES; i++) {
         json_object_set_new(files, bundle_files[i].name,
-                            made->file_bytes[i] ? json_integer((json_int_t)made->file_bytes[i]) : json_null());
+                            made->file_bytes[i] ? json_integer((json_int_t)made->file_bytes[i])
+                                                : json_null());
         if (!cli->json && !made->file_bytes[i])
             cli_note(cli, "without %s: %s", bundle_files[i].name, made->why_not[i]);
     }
     if (cli->json)
-        return cli_print_json(json_pack("{sssssIsIssso}", "file", path, "db", db, "run", (json_int_t)run, "bytes", (json_int_t)made->bytes,
-                                        "sha256", made->digest, "files", files), 0);
+        return cli_print_json(json_pack("{sssssIsIssso}", "file", path, "db", db, "run",
+                                        (json_int_t)run, "bytes", (json_int_t)made->bytes, "sha256",
+                                        made->digest, "files", files),
+                              0);
     json_decref(files);
-    cli_note(cli, "RUN %lld of %s is RUN 1 of %s, %zu bytes, checked and replayed by: matrig replay %s", (long long)run, db, path,
-             made->bytes, path);
+    cli_note(cli,
+             "RUN %lld of %s is RUN 1 of %s, %zu bytes, checked and replayed by: matrig replay %s",
+             (long long)run, db, path, made->bytes, path);
     return 0;
 }
 
@@ -77,9 +85,11 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
     int64_t run = 0;
     enum mr_status status = command_parse(&command_bundle, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && !r.path)
-        status = error_set(&error, MR_USAGE, "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
+        status = error_set(&error, MR_USAGE,
+                           "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
     if (status == MR_OK && strcmp(r.path, "-") == 0)
-        status = error_set(&error, MR_USAGE, "not a file: -; a bundle is a database, give it a path");
+        status = error_set(&error, MR_USAGE,
+                           "not a file: -; a bundle is a database, give it a path");
     if (status == MR_OK)
         status = leave_out(r.without, want->without, &error);
     if (status == MR_OK)
@@ -104,11 +114,15 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
     OPTION_TEXT("-o", "F", path,
-                "where to write it: a database in which the landing is RUN 1, with page, candump log, configuration,\n"
-                "scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at most 10 MB"),
-    OPTION_TEXT("--elf", "F", want.elf,
-                "the image that recorded it, another one is refused; else the one that came with matrig"),
-    OPTION_TEXT("--scene", "F", want.scene, "when the landing was not compared; else the model runway"),
+                "where to write it: a database in which the landing is RUN 1, with page, candump "
+                "log, configuration,\n"
+                "scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at "
+                "most 10 MB"),
+    OPTION_TEXT(
+        "--elf", "F", want.elf,
+        "the image that recorded it, another one is refused; else the one that came with matrig"),
+    OPTION_TEXT("--scene", "F", want.scene,
+                "when the landing was not compared; else the model runway"),
     OPTION_TEXT("--without", "P", without,
                 "parts to leave out, with commas: page, candump, configuration, scene, firmware"),
     OPTION_FORCE(want.force),
@@ -116,7 +130,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_bundle = {
-    "bundle", bundle_command,
+    "bundle",
+    bundle_command,
     "DB RUN -o F [--force] [--elf F] [--scene F] [--without PART,...]",
-    "one landing with all that a replay needs, in one file, to pass on", COMMAND_PARTS(parts), {2, 2, "DB RUN"},
+    "one landing with all that a replay needs, in one file, to pass on",
+    COMMAND_PARTS(parts),
+    {2, 2, "DB RUN"},
 };

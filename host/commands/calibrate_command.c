@@ -1,4 +1,5 @@
-/* matrig calibrate: a channel against known values; and a corrected calibration for landings that are recorded. */
+/* matrig calibrate: a channel against known values; and a corrected calibration for landings that
+ * are recorded. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,13 +21,13 @@
 #include "host/store/store_readiness.h"
 #include "host/store/store_recalibrate.h"
 
-#define DAY_S 86400
+#define DAY_S      86400
 #define VALID_DAYS 365.0
 
 struct request {
     const struct cli *cli;
-    const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series, *reason, *who,
-        *unit_text, *changed, *db;
+    const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
+        *reason, *who, *unit_text, *changed, *db;
     const struct unit_word *unit; /* of values that name none; NULL: not given */
     bool table, zeros, force;
     double days, known; /* days: NaN while it is not given */
@@ -47,21 +48,28 @@ static const char *unit_text(const struct request *r)
 
 /* ---- the result ---- */
 
-static int tell(const struct request *r, const struct calibrate_points *points, const struct calibrate_fit *fit, const struct mr_channel_config *channel)
+static int tell(const struct request *r, const struct calibrate_points *points,
+                const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
     const char *unit = unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
     struct answer *answer = answer_new(r->cli->si);
     answer_words(answer, "channel", "channel", "%s", r->word);
-    answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low, fit->high, unit);
-    answer_words(answer, "values_read_in", "unit of the values", "%s", points->unit ? points->unit->word : unit);
+    answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low,
+                 fit->high, unit);
+    answer_words(answer, "values_read_in", "unit of the values", "%s",
+                 points->unit ? points->unit->word : unit);
     answer_words(answer, "unit", NULL, "%s", unit);
-    answer_words(answer, NULL, "gain", "%.7g %s per code +- %.4g %%", fit->unit_per_code, unit, 100.0 * fit->gain_error);
+    answer_words(answer, NULL, "gain", "%.7g %s per code +- %.4g %%", fit->unit_per_code, unit,
+                 100.0 * fit->gain_error);
     answer_value(answer, "unit_per_code", NULL, UNIT_NUMBER, fit->unit_per_code, 9)->digits = 9;
     answer_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
     answer_value(answer, "zero_code", "zero at", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
     answer_remark(answer, " codes");
     answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->end = end;
-    answer_value(answer, "linearity_error", channel->points ? "the table leaves" : "the line leaves", UNIT_NUMBER, fit->linearity_error, 5)->end = end;
+    answer_value(answer, "linearity_error",
+                 channel->points ? "the table leaves" : "the line leaves", UNIT_NUMBER,
+                 fit->linearity_error, 5)
+        ->end = end;
     answer_count(answer, "table_points", NULL, channel->points);
     answer_table(answer, "points", "");
     for (size_t i = 0; i < points->count; i++) {
@@ -81,8 +89,10 @@ static int tell(const struct request *r, const struct calibrate_points *points, 
     return answer_show(r->cli, answer, 0);
 }
 
-/* What was said of a change stands before the configuration: the file tells why its gain is another. */
-static void write_changed(const struct request *r, const struct jump *jump, const struct mr_channel_config *channel, FILE *out)
+/* What was said of a change stands before the configuration: the file tells why its gain is
+ * another. */
+static void write_changed(const struct request *r, const struct jump *jump,
+                          const struct mr_channel_config *channel, FILE *out)
 {
     char day[20], what[160];
     time_t now = time(NULL);
@@ -96,7 +106,8 @@ static void write_changed(const struct request *r, const struct jump *jump, cons
     fputc('\n', out);
 }
 
-static enum mr_status write_config(const struct request *r, const struct mr_config *config, const struct jump *jump, struct error *error)
+static enum mr_status write_config(const struct request *r, const struct mr_config *config,
+                                   const struct jump *jump, struct error *error)
 {
     struct output output;
     if (output_begin(&output, r->output, r->force, error) != MR_OK)
@@ -115,15 +126,18 @@ static const char *source(const struct request *r)
 }
 
 /* A code that the channel cannot read is none: swapped columns, another program's numbers. */
-static enum mr_status check_codes(const struct request *r, const struct calibrate_points *points, const struct mr_channel_config *channel,
-                                  struct error *error)
+static enum mr_status check_codes(const struct request *r, const struct calibrate_points *points,
+                                  const struct mr_channel_config *channel, struct error *error)
 {
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     for (size_t i = 0; i < points->count; i++) {
         double code = points->point[i].code;
         if (code < (double)limits.low_code || code > (double)limits.high_code)
-            return error_set(error, MR_LIMIT, "%g is no code that %s reads, point %zu: %s; from %.0f to %.0f: are the columns swapped?", code,
-                             r->word, i + 1, source(r), (double)limits.low_code, (double)limits.high_code);
+            return error_set(error, MR_LIMIT,
+                             "%g is no code that %s reads, point %zu: %s; from %.0f to %.0f: are "
+                             "the columns swapped?",
+                             code, r->word, i + 1, source(r), (double)limits.low_code,
+                             (double)limits.high_code);
     }
     return MR_OK;
 }
@@ -137,17 +151,23 @@ struct last {
 };
 
 /* The campaign's, when it knows the channel; else that of the configuration. */
-static enum mr_status find_last(const struct request *r, const struct mr_channel_config *old, struct last *last, struct error *error)
+static enum mr_status find_last(const struct request *r, const struct mr_channel_config *old,
+                                struct last *last, struct error *error)
 {
     struct calibrationpast past = {.run = {0}};
-    *last = (struct last){.channel = *old, .text = old->calibrated_day ? "the last calibration" : "the configuration"};
+    *last = (struct last){.channel = *old,
+                          .text = old->calibrated_day ? "the last calibration"
+                                                      : "the configuration"};
     if (!r->db)
         return MR_OK;
-    enum mr_status status = store_open(r->db, r->changed ? STORE_OPEN : STORE_READ, &last->store, error);
+    enum mr_status status = store_open(r->db, r->changed ? STORE_OPEN : STORE_READ, &last->store,
+                                       error);
     if (status == MR_OK)
         status = store_board_newest(last->store, last->uid, error);
     if (status == MR_OK && r->changed && !last->uid[0])
-        status = error_set(error, MR_UNKNOWN, "the campaign knows no board yet, so that no note can be kept for one: %s; matrig ready DB comes first",
+        status = error_set(error, MR_UNKNOWN,
+                           "the campaign knows no board yet, so that no note can be kept for one: "
+                           "%s; matrig ready DB comes first",
                            r->db);
     if (status == MR_OK)
         status = calibrationpast_read(last->store, last->uid, &past, error);
@@ -159,8 +179,8 @@ static enum mr_status find_last(const struct request *r, const struct mr_channel
 }
 
 /* Is it possible, and does it follow from the last calibration? */
-static enum mr_status check_gain(const struct request *r, const struct mr_config *config, const struct last *last, struct jump *jump,
-                                 struct error *error)
+static enum mr_status check_gain(const struct request *r, const struct mr_config *config,
+                                 const struct last *last, struct jump *jump, struct error *error)
 {
     struct mr_config_reason reason;
     char text[500];
@@ -177,12 +197,17 @@ static enum mr_status check_gain(const struct request *r, const struct mr_config
         cli_note(r->cli, "%s: %s, compared with %s", r->word, text, last->text);
         return MR_OK;
     }
-    return error_set(error, MR_LIMIT, "%s: %s, compared with %s: %s; look at unit and points; %s--changed NOTE says what is another now", r->word,
-                     text, last->text, source(r), jump->another || !last->channel.serial[0] ? "" : "of another sensor: --sensor S; ");
+    return error_set(error, MR_LIMIT,
+                     "%s: %s, compared with %s: %s; look at unit and points; %s--changed NOTE says "
+                     "what is another now",
+                     r->word, text, last->text, source(r),
+                     jump->another || !last->channel.serial[0] ? ""
+                                                               : "of another sensor: --sensor S; ");
 }
 
 /* What the configuration and the campaign keep of it. */
-static enum mr_status keep(const struct request *r, const struct mr_config *config, const struct mr_channel_config *old, struct error *error)
+static enum mr_status keep(const struct request *r, const struct mr_config *config,
+                           const struct mr_channel_config *old, struct error *error)
 {
     struct last last;
     struct jump jump;
@@ -192,7 +217,8 @@ static enum mr_status keep(const struct request *r, const struct mr_config *conf
     if (status == MR_OK && r->output)
         status = write_config(r, config, &jump, error);
     if (status == MR_OK && r->changed && last.store)
-        status = calibrationpast_say(last.store, last.uid, config, 1u << r->channel, r->changed, (int64_t)link_now_us(), error);
+        status = calibrationpast_say(last.store, last.uid, config, 1u << r->channel, r->changed,
+                                     (int64_t)link_now_us(), error);
     store_close(last.store);
     return status;
 }
@@ -202,7 +228,8 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     static struct mr_config config;
     static struct calibrate_points points;
     struct calibrate_fit fit;
-    const struct calibrate_guided guided = {r->cli, r->serial, r->word, r->channel, r->unit ? r->unit : unit_read(unit_text(r), 2)};
+    const struct calibrate_guided guided = {r->cli, r->serial, r->word, r->channel,
+                                            r->unit ? r->unit : unit_read(unit_text(r), 2)};
     enum mr_status status = r->config ? configtext_load(r->config, &config, error) : MR_OK;
     if (status == MR_OK)
         status = r->points ? calibrate_points_read(r->points, unit_kind(r), r->unit, &points, error)
@@ -210,11 +237,13 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
     if (status == MR_OK && !mr_channel_measures(channel))
-        status = error_set(error, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word, r->config);
+        status = error_set(error, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word,
+                           r->config);
     if (status == MR_OK)
         status = check_codes(r, &points, channel, error);
     if (status == MR_OK)
-        status = calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit, error);
+        status = calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit,
+                               error);
     if (status != MR_OK)
         return status;
     time_t today = time(NULL) / DAY_S;
@@ -234,8 +263,10 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
 /* ---- recorded landings ---- */
 
 /* All measuring channels of one landing that the configuration has as well. */
-static enum mr_status recompute_landing(const struct request *r, struct store *store, const struct store_landing *landing,
-                                        const struct mr_config *config, const struct store_recalibration *how, unsigned *values,
+static enum mr_status recompute_landing(const struct request *r, struct store *store,
+                                        const struct store_landing *landing,
+                                        const struct mr_config *config,
+                                        const struct store_recalibration *how, unsigned *values,
                                         struct error *error)
 {
     struct mr_channel_config old[MR_CHANNELS];
@@ -248,8 +279,10 @@ static enum mr_status recompute_landing(const struct request *r, struct store *s
         if (!mr_channel_measures(&old[c]))
             continue;
         if (new->kind != old[c].kind || new->number != old[c].number)
-            return error_set(error, MR_LIMIT, "input %u is another channel in %s than in RUN %lld; correct the configuration of that landing", c + 1,
-                             r->recompute, (long long)landing->id);
+            return error_set(error, MR_LIMIT,
+                             "input %u is another channel in %s than in RUN %lld; correct the "
+                             "configuration of that landing",
+                             c + 1, r->recompute, (long long)landing->id);
         struct jump jump;
         if (jump_find(&old[c], new, &jump) && jump.gain) { /* its reason is kept with it */
             char name[8], what[160];
@@ -270,7 +303,8 @@ static enum mr_status recompute(const struct request *r, struct error *error)
     struct store_landing *rows = NULL;
     size_t count = 0, landings = 0;
     json_t *list = json_array();
-    const struct store_recalibration how = {(int64_t)link_now_us(), r->who ? r->who : getenv("USER"), r->reason, r->zeros};
+    const struct store_recalibration how = {(int64_t)link_now_us(),
+                                            r->who ? r->who : getenv("USER"), r->reason, r->zeros};
     enum mr_status status = configtext_load(r->recompute, &config, error);
     if (status == MR_OK)
         status = store_open(r->word, STORE_OPEN, &store, error);
@@ -282,16 +316,21 @@ static enum mr_status recompute(const struct request *r, struct error *error)
         struct store_series series;
         unsigned values = 0;
         status = store_series_of(store, &rows[i], &series, error);
-        if (status != MR_OK || (r->run && rows[i].id != r->run) || (r->series && strcmp(series.name, r->series) != 0))
+        if (status != MR_OK || (r->run && rows[i].id != r->run) ||
+            (r->series && strcmp(series.name, r->series) != 0))
             continue;
         status = recompute_landing(r, store, &rows[i], &config, &how, &values, error);
         landings++;
-        json_array_append_new(list, json_pack("{sIsi}", "run", (json_int_t)rows[i].id, "values", (int)values));
+        json_array_append_new(
+            list, json_pack("{sIsi}", "run", (json_int_t)rows[i].id, "values", (int)values));
         if (status == MR_OK && !r->cli->json)
-            printf("RUN %lld: %u values of its calibration are different now; the old ones are kept\n", (long long)rows[i].id, values);
+            printf(
+                "RUN %lld: %u values of its calibration are different now; the old ones are kept\n",
+                (long long)rows[i].id, values);
     }
     if (status == MR_OK && landings == 0)
-        status = error_set(error, MR_UNKNOWN, "no such landings: %s; matrig landing DB lists them", r->word);
+        status = error_set(error, MR_UNKNOWN, "no such landings: %s; matrig landing DB lists them",
+                           r->word);
     if (status == MR_OK)
         status = store_commit(store, error);
     store_close(store); /* takes back what was not committed: all landings or none */
@@ -310,8 +349,10 @@ static enum mr_status parse_channel(const char *text, unsigned *channel, struct 
     bool transducer = text[0] == 'd';
     unsigned long number = strtoul(text[0] ? text + 1 : text, &end, 10);
     unsigned most = transducer ? MR_TRANSDUCERS : MR_GAGES;
-    if ((!transducer && text[0] != 't') || text[1] < '1' || text[1] > '9' || *end != '\0' || number > most)
-        return error_set(error, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", text, MR_TRANSDUCERS, MR_GAGES);
+    if ((!transducer && text[0] != 't') || text[1] < '1' || text[1] > '9' || *end != '\0' ||
+        number > most)
+        return error_set(error, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", text,
+                         MR_TRANSDUCERS, MR_GAGES);
     *channel = (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
     return MR_OK;
 }
@@ -319,10 +360,13 @@ static enum mr_status parse_channel(const char *text, unsigned *channel, struct 
 /* In in or lb, or with its unit: 0.05mm. */
 static enum mr_status read_known(struct request *r, struct error *error)
 {
-    if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known) && r->known >= 0.0 && r->known <= 100.0)
+    if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known) &&
+        r->known >= 0.0 && r->known <= 100.0)
         return MR_OK;
-    return error_set(error, MR_USAGE, "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit", unit_text(r), r->known_text,
-                     unit_text(r));
+    return error_set(
+        error, MR_USAGE,
+        "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit",
+        unit_text(r), r->known_text, unit_text(r));
 }
 
 static enum mr_status check(struct request *r, struct error *error)
@@ -330,30 +374,47 @@ static enum mr_status check(struct request *r, struct error *error)
     enum mr_status status = MR_OK;
     struct mr_channel_config room;
     if (r->recompute) {
-        if (r->unit_text || r->changed || r->db || r->serial || r->points || r->config || r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
-            return error_set(error, MR_USAGE, "--recompute goes with --series, --run, --zeros, --reason and --who alone; see matrig calibrate --help");
+        if (r->unit_text || r->changed || r->db || r->serial || r->points || r->config ||
+            r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
+            return error_set(error, MR_USAGE,
+                             "--recompute goes with --series, --run, --zeros, --reason and --who "
+                             "alone; see matrig calibrate --help");
         if (!r->reason || !r->reason[0])
-            return error_set(error, MR_USAGE, "why? matrig calibrate DB --recompute needs --reason TEXT; who reads it later will ask");
+            return error_set(error, MR_USAGE,
+                             "why? matrig calibrate DB --recompute needs --reason TEXT; who reads "
+                             "it later will ask");
         return MR_OK;
     }
     if (r->series || r->run || r->zeros || r->reason || r->who)
-        return error_set(error, MR_USAGE, "--series, --run, --zeros, --reason and --who go with --recompute; see matrig calibrate --help");
+        return error_set(error, MR_USAGE,
+                         "--series, --run, --zeros, --reason and --who go with --recompute; see "
+                         "matrig calibrate --help");
     if ((r->serial != NULL) == (r->points != NULL))
-        return error_set(error, MR_USAGE, "--serial LINK or --points F, one of them: matrig calibrate; see matrig calibrate --help");
+        return error_set(error, MR_USAGE,
+                         "--serial LINK or --points F, one of them: matrig calibrate; see matrig "
+                         "calibrate --help");
     if ((r->config != NULL) != (r->points != NULL))
-        return error_set(error, MR_USAGE, "--config F goes with --points; with --serial the board tells its own: matrig calibrate");
+        return error_set(error, MR_USAGE,
+                         "--config F goes with --points; with --serial the board tells its own: "
+                         "matrig calibrate");
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
-        return error_set(error, MR_USAGE, "serial number too long: '%s'; %zu characters at most", r->sensor, sizeof room.serial);
+        return error_set(error, MR_USAGE, "serial number too long: '%s'; %zu characters at most",
+                         r->sensor, sizeof room.serial);
     status = parse_channel(r->word, &r->channel, error);
     if (status == MR_OK && r->unit_text)
         r->unit = unit_read(r->unit_text, strlen(r->unit_text));
     if (status == MR_OK && r->unit_text && (!r->unit || r->unit->kind != unit_kind(r)))
-        return error_set(error, MR_USAGE, "no unit of %s: '%s' for --unit; in, mm, cm, m, ft of a transducer, lb, N, kN, kg of a gage", r->word,
-                         r->unit_text);
+        return error_set(error, MR_USAGE,
+                         "no unit of %s: '%s' for --unit; in, mm, cm, m, ft of a transducer, lb, "
+                         "N, kN, kg of a gage",
+                         r->word, r->unit_text);
     if (status == MR_OK && r->changed && !r->changed[strspn(r->changed, " \t")])
-        return error_set(error, MR_USAGE, "what was changed? --changed needs a NOTE; who reads it later will ask");
+        return error_set(error, MR_USAGE,
+                         "what was changed? --changed needs a NOTE; who reads it later will ask");
     if (status == MR_OK && r->changed && !r->output)
-        return error_set(error, MR_USAGE, "--changed goes with -o F: the note stands in that file; see matrig calibrate --help");
+        return error_set(
+            error, MR_USAGE,
+            "--changed goes with -o F: the note stands in that file; see matrig calibrate --help");
     if (isnan(r->days))
         r->days = VALID_DAYS;
     return status == MR_OK && r->known_text ? read_known(r, error) : status;
@@ -367,7 +428,8 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = check(&r, &error);
     if (status == MR_OK)
-        status = output_check(r.output, r.force, r.points, &error); /* before somebody turns a screw for half an hour */
+        /* before somebody turns a screw for half an hour */
+        status = output_check(r.output, r.force, r.points, &error);
     if (status == MR_OK)
         status = r.recompute ? recompute(&r, &error) : calibrate(&r, &error);
     return status == MR_OK ? 0 : cli_fail(&error);
@@ -379,26 +441,38 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board, idle: it is guided point by point, known value by known value"),
     OPTION_TEXT("--points", "F", points,
-                "or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get). Its first line\n"
-                "names the columns, and the unit of the values: mm,codes; a value may have a unit of its own: 12.7 mm,372.4.\n"
+                "or from a file of VALUE,CODE rows, for the configuration of --config (matrig "
+                "board config get). Its first line\n"
+                "names the columns, and the unit of the values: mm,codes; a value may have a unit "
+                "of its own: 12.7 mm,372.4.\n"
                 "A name that is not understood wholly is refused (daN, inch/2, half inches)"),
     OPTION_TEXT("--unit", "U", unit_text,
-                "unit of values, where the file names none: in, mm, cm, m, ft of a transducer, lb, N, kN, kg of a gage"),
+                "unit of values, where the file names none: in, mm, cm, m, ft of a transducer, lb, "
+                "N, kN, kg of a gage"),
     OPTION_TEXT("-o", "F", output,
-                "write the configuration with the new calibration; matrig board config set F gives it to the board"),
+                "write the configuration with the new calibration; matrig board config set F gives "
+                "it to the board"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
-    OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN, "until it expires; else 365"),
-    OPTION_TEXT("--known", "E", known_text,
-                "standard error of the known values, in or lb, or with its unit (0.05mm), common to all"),
-    OPTION_FLAG("--table", table, "the values become a table of points (2 to 8); else a straight line"),
+    OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
+                  "until it expires; else 365"),
+    OPTION_TEXT(
+        "--known", "E", known_text,
+        "standard error of the known values, in or lb, or with its unit (0.05mm), common to all"),
+    OPTION_FLAG("--table", table,
+                "the values become a table of points (2 to 8); else a straight line"),
     OPTION_TEXT("--changed", "NOTE", changed,
-                "the gain may be another than the last calibration's, because of this; else a jump is refused (exit 1): a tenth of\n"
-                "the same sensor, half of another transducer, five times of another gage. The note stands in the file of -o"),
+                "the gain may be another than the last calibration's, because of this; else a jump "
+                "is refused (exit 1): a tenth of\n"
+                "the same sensor, half of another transducer, five times of another gage. The note "
+                "stands in the file of -o"),
     OPTION_TEXT("--db", "DB", db,
-                "hold the gain against what the campaign knows of its last board too, and keep the note of --changed there"),
+                "hold the gain against what the campaign knows of its last board too, and keep the "
+                "note of --changed there"),
     OPTION_TEXT("--recompute", "C", recompute,
-                "give the landings of DB (of a series, or one) the calibration of configuration C. Readings come from the stored\n"
-                "integers; the old values are kept (table recalibrations). Zeros of gages stay as measured, without --zeros"),
+                "give the landings of DB (of a series, or one) the calibration of configuration C. "
+                "Readings come from the stored\n"
+                "integers; the old values are kept (table recalibrations). Zeros of gages stay as "
+                "measured, without --zeros"),
     OPTION_FORCE(force),
     HELP_NOTE("Results are in inches and pounds, also with --si. "),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
@@ -411,9 +485,14 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_calibrate = {
-    "calibrate", calibrate_command,
-    "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--force] [--sensor S] [--days N] [--known E] [--table]\n"
+    "calibrate",
+    calibrate_command,
+    "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--force] [--sensor S] "
+    "[--days N] [--known E] [--table]\n"
     "                         [--changed NOTE] [--db DB] |\n"
-    "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
-    "a channel against known values; a corrected calibration for recorded landings", COMMAND_PARTS(parts), {1, 1, "CHANNEL or DB"},
+    "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason "
+    "T [--who W]",
+    "a channel against known values; a corrected calibration for recorded landings",
+    COMMAND_PARTS(parts),
+    {1, 1, "CHANNEL or DB"},
 };

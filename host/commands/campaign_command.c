@@ -8,21 +8,27 @@
 #define VALUES struct campaign_request
 static const struct command_part parts[] = {
     HELP_ITEM("FILE",
-                "study file, JSON (host/campaign/README.md): runway, landings, modifications, seeds"),
-    OPTION_WHOLE("-j", "N", jobs, 1.0, CAMPAIGN_JOBS_MAX, 0.0, "runways at a time; else one per core. Results do not depend on it"),
+              "study file, JSON (host/campaign/README.md): runway, landings, modifications, seeds"),
+    OPTION_WHOLE("-j", "N", jobs, 1.0, CAMPAIGN_JOBS_MAX, 0.0,
+                 "runways at a time; else one per core. Results do not depend on it"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
-                "that many seeds from the file's first one on, instead of the file's number"),
+                 "that many seeds from the file's first one on, instead of the file's number"),
     OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
     OPTION_FLAG("--check", check,
-                "compute everything once more, every mat and both engines in every landing, and say what differs"),
+                "compute everything once more, every mat and both engines in every landing, and "
+                "say what differs"),
     OPTION_FLAG("--no-prune", no_prune, "integrate every mat all the time"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The older name of this command is campaign."),
+    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The "
+              "older name of this command is campaign."),
     HELP_EXAMPLE("matrig study host/campaign/series/standard.json -o standard.html"),
 };
 
 const struct command command_campaign = {
-    "study", study_start,
+    "study",
+    study_start,
     "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--force] [--check] [--no-prune]",
-    "a series of landings on an ensemble of runways: which one survives", COMMAND_PARTS(parts), {1, 1, "FILE"},
+    "a series of landings on an ensemble of runways: which one survives",
+    COMMAND_PARTS(parts),
+    {1, 1, "FILE"},
 };

@@ -1,4 +1,5 @@
-/* What matrig study is asked for, as its rows (host/commands/campaign_command.c) put it there; host/study/campaign_run.c does it. */
+/* What matrig study is asked for, as its rows (host/commands/campaign_command.c) put it there;
+ * host/study/campaign_run.c does it. */
 #ifndef MATRIG_HOST_CAMPAIGN_COMMAND_H
 #define MATRIG_HOST_CAMPAIGN_COMMAND_H
 

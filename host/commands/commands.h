@@ -1,4 +1,5 @@
-/* All commands, by name and as a table (commands.def). What a descriptor is: host/base/command.h. */
+/* All commands, by name and as a table (commands.def). What a descriptor is:
+ * host/base/command.h. */
 #ifndef MATRIG_HOST_COMMANDS_H
 #define MATRIG_HOST_COMMANDS_H
 

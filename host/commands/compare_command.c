@@ -17,7 +17,7 @@
 
 struct request {
     const char *db, *scene, *series, *output, *limits_path;
-    int64_t run; /* 0: a series */
+    int64_t run;     /* 0: a series */
     int64_t seeds;   /* 0: the campaign's */
     double limit_in; /* NaN: none */
     bool voided, as_is, force;
@@ -29,7 +29,8 @@ struct request {
 static bool is_file(const char *word)
 {
     size_t length = strlen(word);
-    return (length > 5 && strcmp(word + length - 5, ".json") == 0) || (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
+    return (length > 5 && strcmp(word + length - 5, ".json") == 0) ||
+           (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
 }
 
 static bool is_csv(const char *path)
@@ -39,22 +40,31 @@ static bool is_csv(const char *path)
 }
 
 /* DB RUN [FILE], DB FILE, or DB with --series. */
-static enum mr_status read_words(const char *const words[3], struct request *request, struct error *error)
+static enum mr_status read_words(const char *const words[3], struct request *request,
+                                 struct error *error)
 {
     request->db = words[0];
     const char *file = words[1] && is_file(words[1]) ? words[1] : words[2];
     if (!words[1] && !request->series)
-        return error_set(error, MR_USAGE, "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB --series NAME; see matrig compare --help");
+        return error_set(error, MR_USAGE,
+                         "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB "
+                         "--series NAME; see matrig compare --help");
     if (words[1] && file != words[1] && run_parse(words[1], &request->run, error) != MR_OK)
         return error->status;
     if (file == words[1] && words[2])
-        return error_set(error, MR_USAGE, "one word too many: '%s' of compare; see matrig compare --help", words[2]);
+        return error_set(error, MR_USAGE,
+                         "one word too many: '%s' of compare; see matrig compare --help", words[2]);
     if (request->run && request->series)
-        return error_set(error, MR_USAGE, "RUN or series: %s and --series %s; give one of them", words[1], request->series);
+        return error_set(error, MR_USAGE, "RUN or series: %s and --series %s; give one of them",
+                         words[1], request->series);
     if (file && request->scene)
-        return error_set(error, MR_USAGE, "two scenes: %s and --scene %s; give one", file, request->scene);
+        return error_set(error, MR_USAGE, "two scenes: %s and --scene %s; give one", file,
+                         request->scene);
     if (!request->run && (request->as_is || request->output || request->voided))
-        return error_set(error, MR_USAGE, "for one landing: %s; give its RUN", request->as_is ? "--as-is" : request->output ? "-o" : "--void");
+        return error_set(error, MR_USAGE, "for one landing: %s; give its RUN",
+                         request->as_is    ? "--as-is"
+                         : request->output ? "-o"
+                                           : "--void");
     if (file)
         request->scene = file;
     if (!request->scene) {
@@ -64,7 +74,8 @@ static enum mr_status read_words(const char *const words[3], struct request *req
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct request *request, struct error *error)
 {
     const char *words[3];
     memset(request, 0, sizeof *request);
@@ -80,30 +91,37 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     return error->status;
 }
 
-static enum mr_status write_file(const struct request *request, const struct compare_landing *landing, bool si, struct error *error)
+static enum mr_status write_file(const struct request *request,
+                                 const struct compare_landing *landing, bool si,
+                                 struct error *error)
 {
     struct output output;
     if (output_begin(&output, request->output, request->force, error) != MR_OK)
         return error->status;
     if (is_csv(request->output))
-        compare_csv(output.file, &landing->measured, &landing->head, landing->row, landing->rows, si, error);
+        compare_csv(output.file, &landing->measured, &landing->head, landing->row, landing->rows,
+                    si, error);
     else
-        compare_draw(output.file, &landing->measured, &landing->head, landing->row, landing->rows, true, si, error);
+        compare_draw(output.file, &landing->measured, &landing->head, landing->row, landing->rows,
+                     true, si, error);
     return output_end(&output, error);
 }
 
 /* The answer is shown; a limit that failed is the error. */
-static int conclude(const struct compare_verdict *verdict, struct answer *answer, const struct cli *cli, struct error *error)
+static int conclude(const struct compare_verdict *verdict, struct answer *answer,
+                    const struct cli *cli, struct error *error)
 {
     int exit_code = answer_show(cli, answer, 0);
     if (verdict->failed > 1)
-        error_set(error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text, verdict->failed - 1, verdict->checked);
+        error_set(error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
+                  verdict->failed - 1, verdict->checked);
     else if (verdict->failed)
         error_set(error, MR_LIMIT, "%s; see the table, or change the limit", verdict->text);
     return exit_code == 0 && error->status != MR_OK ? cli_fail(error) : exit_code;
 }
 
-static int compare_one(struct store *store, const struct request *request, struct compare_model *model, const struct cli *cli, struct error *error)
+static int compare_one(struct store *store, const struct request *request,
+                       struct compare_model *model, const struct cli *cli, struct error *error)
 {
     struct compare_landing landing = {.rows = 0};
     struct compare_verdict verdict = {0};
@@ -130,13 +148,14 @@ static void progress(void *ctx, size_t done, size_t of)
         fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
 }
 
-static int compare_many(struct store *store, const struct request *request, struct compare_model *model, const struct cli *cli, struct error *error)
+static int compare_many(struct store *store, const struct request *request,
+                        struct compare_model *model, const struct cli *cli, struct error *error)
 {
     struct compare_series set;
     struct answer *answer = answer_new(cli->si);
     struct cli for_progress = *cli;
-    enum mr_status status =
-        compare_series_run(store, request->series, model, &request->limits, cli->si, progress, &for_progress, &set, error);
+    enum mr_status status = compare_series_run(store, request->series, model, &request->limits,
+                                               cli->si, progress, &for_progress, &set, error);
     struct compare_verdict verdict = set.verdict;
     if (status == MR_OK)
         compare_series_answer(&set, answer);
@@ -153,18 +172,21 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct store *store = NULL;
     struct compare_model model;
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK || store_open(request.db, STORE_OPEN, &store, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
+        store_open(request.db, STORE_OPEN, &store, &error) != MR_OK)
         return cli_fail(&error);
     int exit_code;
     if (compare_model_load(&model, request.scene, (size_t)request.seeds, &error) != MR_OK) {
         exit_code = cli_fail(&error);
     } else if (request.as_is && model.ensemble) {
-        error_set(&error, MR_USAGE, "--as-is takes a scene: %s is a campaign; leave --as-is out", request.scene);
+        error_set(&error, MR_USAGE, "--as-is takes a scene: %s is a campaign; leave --as-is out",
+                  request.scene);
         exit_code = cli_fail(&error);
         compare_model_free(&model);
     } else {
         model.as_is = request.as_is;
-        exit_code = request.run ? compare_one(store, &request, &model, cli, &error) : compare_many(store, &request, &model, cli, &error);
+        exit_code = request.run ? compare_one(store, &request, &model, cli, &error)
+                                : compare_many(store, &request, &model, cli, &error);
         compare_model_free(&model);
     }
     store_close(store);
@@ -174,29 +196,42 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    HELP_ITEM("FILE",
-                "what it is compared with: a scene, or a campaign, whose runways are an ensemble that has a spread. Without\n"
-                "RUN: all landings, in order; the runway is as each left it. Without FILE: the model runway"),
+    HELP_ITEM("FILE", "what it is compared with: a scene, or a campaign, whose runways are an "
+                      "ensemble that has a spread. Without\n"
+                      "RUN: all landings, in order; the runway is as each left it. Without FILE: "
+                      "the model runway"),
     OPTION_TEXT("--scene", "S", scene, "the same as FILE"),
-    OPTION_TEXT("--series", "NAME", series, "the landings of a series (matrig series) instead of all"),
+    OPTION_TEXT("--series", "NAME", series,
+                "the landings of a series (matrig series) instead of all"),
     OPTION_TEXT("--limits", "F", limits_path,
-                "JSON; exit 1 when one fails: {\"channels\": {\"all\": {\"rms_in\": 0.05, \"correlation\": 0.99}, \"3\":\n"
-                "{\"peak_in\": 0.1}}, \"zones\": {\"simulated\": {\"overlap\": 0.5}}, \"series\": {\"within\": 0.8}}"),
-    OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN, "exit 1 when a channel's rms difference exceeds IN inches"),
-    OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0, "as many of the campaign's runways; else as it says"),
+                "JSON; exit 1 when one fails: {\"channels\": {\"all\": {\"rms_in\": 0.05, "
+                "\"correlation\": 0.99}, \"3\":\n"
+                "{\"peak_in\": 0.1}}, \"zones\": {\"simulated\": {\"overlap\": 0.5}}, \"series\": "
+                "{\"within\": 0.8}}"),
+    OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
+                  "exit 1 when a channel's rms difference exceeds IN inches"),
+    OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
+                 "as many of the campaign's runways; else as it says"),
     OPTION_FLAG("--as-is", as_is,
-                "the scene with its own motion and gaps, not the landing's; both are aligned on switch edges"),
+                "the scene with its own motion and gaps, not the landing's; both are aligned on "
+                "switch edges"),
     OPTION_TEXT("-o", "F", output,
-                "one landing: measured and simulated with their bands, a picture; .csv: as numbers, every millisecond"),
+                "one landing: measured and simulated with their bands, a picture; .csv: as "
+                "numbers, every millisecond"),
     OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
     OPTION_FORCE(force),
-    HELP_NOTE("A sentence at its end says whether they agree, or which value differs most, by how much and where; only a limit that fails exits 1."),
+    HELP_NOTE("A sentence at its end says whether they agree, or which value differs most, by how "
+              "much and where; only a limit that fails exits 1."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json -o landing5.svg\n"
                  "         matrig compare campaign.db host/campaign/series/standard.json"),
 };
 
 const struct command command_compare = {
-    "compare", compare_command,
-    "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] [--force] [--void] | DB FILE [--series NAME] | DB --series NAME",
-    "measured against simulated: a landing, or a series", COMMAND_PARTS(parts), {1, 3, "DB RUN"},
+    "compare",
+    compare_command,
+    "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] "
+    "[--force] [--void] | DB FILE [--series NAME] | DB --series NAME",
+    "measured against simulated: a landing, or a series",
+    COMMAND_PARTS(parts),
+    {1, 3, "DB RUN"},
 };

@@ -1,4 +1,5 @@
-/* matrig board ... config: a board's configuration as text: reading it, changing it, checking a file. */
+/* matrig board ... config: a board's configuration as text: reading it, changing it, checking a
+ * file. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +33,9 @@ static const char *source_text(unsigned source)
 
 static const char *copy_text(unsigned copy)
 {
-    return copy == 0 ? "whole" : copy == 255 ? "empty" : mr_status_text((enum mr_status)-(int)copy);
+    return copy == 0   ? "whole"
+         : copy == 255 ? "empty"
+                       : mr_status_text((enum mr_status) - (int)copy);
 }
 
 /* The copy that is not in force and not simply empty: why not. */
@@ -55,7 +58,8 @@ static void note_unsound(const struct cli *cli, const struct mr_config *config)
     cli_note(cli, "the board's configuration is not sound: %s", why);
 }
 
-static enum mr_status open_session(const struct request *request, struct session *session, struct error *error)
+static enum mr_status open_session(const struct request *request, struct session *session,
+                                   struct error *error)
 {
     memset(session, 0, sizeof *session);
     enum mr_status status = dialogue_open(&session->dialogue, request->can, request->serial, error);
@@ -81,12 +85,15 @@ static int get(const struct request *request, struct error *error)
         note_damage(request->cli, state);
         note_unsound(request->cli, &session.config);
         if (request->cli->json)
-            exit_code = cli_print_json(json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision, "crc",
-                                                 (json_int_t)session.crc, "source", source_text(state->source), "copy_a",
-                                                 copy_text(state->copy_a), "copy_b", copy_text(state->copy_b), "text", text), 0);
+            exit_code = cli_print_json(
+                json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision,
+                          "crc", (json_int_t)session.crc, "source", source_text(state->source),
+                          "copy_a", copy_text(state->copy_a), "copy_b", copy_text(state->copy_b),
+                          "text", text),
+                0);
         else if (request->output)
-            printf("%s: revision %u, CRC %08x, %s\n", request->output, session.config.site[0].revision, session.crc,
-                   source_text(state->source));
+            printf("%s: revision %u, CRC %08x, %s\n", request->output,
+                   session.config.site[0].revision, session.crc, source_text(state->source));
         else
             fputs(text, stdout);
     } else {
@@ -108,11 +115,13 @@ static void show_changes(const json_t *changes)
     json_t *change;
     json_array_foreach(changes, i, change)
         printf("%s: %s -> %s\n", json_string_value(json_object_get(change, "field")),
-               json_string_value(json_object_get(change, "old")), json_string_value(json_object_get(change, "new")));
+               json_string_value(json_object_get(change, "old")),
+               json_string_value(json_object_get(change, "new")));
 }
 
 /* Sends `wanted` and sees that it is there. */
-static enum mr_status change(struct session *session, const struct mr_config *wanted, struct error *error)
+static enum mr_status change(struct session *session, const struct mr_config *wanted,
+                             struct error *error)
 {
     static struct mr_config back;
     static uint8_t image[MR_CONFIG_IMAGE];
@@ -121,43 +130,54 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     if (status == MR_OK)
         status = configtalk_get(&session->talk, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
-        return error_set(error, MR_CRC, "what reads back is not what was sent, CRC %08x: %s; read it again", crc, dialogue_spec(&session->dialogue));
+        return error_set(error, MR_CRC,
+                         "what reads back is not what was sent, CRC %08x: %s; read it again", crc,
+                         dialogue_spec(&session->dialogue));
     session->crc = crc;
     return status;
 }
 
-/* Each gain against the last one that is known: the campaign's, else the board's (NULL: no board). Refused when it jumped, unless it was
- * said why. A zero that moved is told; matrig ready holds it against the campaign. `*said`: bit per channel that differs from the board's,
- * when something was said of it. */
-static enum mr_status hold_gains(const struct request *request, const struct calibrationpast *past, const struct mr_config *old,
-                                 const struct mr_config *new, uint32_t *said, struct error *error)
+/* Each gain against the last one that is known: the campaign's, else the board's (NULL: no board).
+ * Refused when it jumped, unless it was said why. A zero that moved is told; matrig ready holds it
+ * against the campaign. `*said`: bit per channel that differs from the board's, when something was
+ * said of it. */
+static enum mr_status hold_gains(const struct request *request, const struct calibrationpast *past,
+                                 const struct mr_config *old, const struct mr_config *new,
+                                 uint32_t *said, struct error *error)
 {
     *said = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         struct jump jump;
         char name[8], what[160];
         bool known = past->channel[i].kind != MR_KIND_NONE;
-        if (request->changed && old && memcmp(&old->channel[i], &new->channel[i], sizeof old->channel[i]) != 0)
+        if (request->changed && old &&
+            memcmp(&old->channel[i], &new->channel[i], sizeof old->channel[i]) != 0)
             *said |= 1u << i;
-        if ((!known && !old) || !jump_find(known ? &past->channel[i] : &old->channel[i], &new->channel[i], &jump))
+        if ((!known && !old) ||
+            !jump_find(known ? &past->channel[i] : &old->channel[i], &new->channel[i], &jump))
             continue;
         jump_channel(i, name);
         jump_text(&jump, &new->channel[i], what, sizeof what);
         if (jump.gain && !request->changed)
-            return error_set(error, MR_LIMIT, "%s: %s, compared with %s: %s; look at its calibration; if something is another: --changed NOTE --db DB",
+            return error_set(error, MR_LIMIT,
+                             "%s: %s, compared with %s: %s; look at its calibration; if something "
+                             "is another: --changed NOTE --db DB",
                              name, what, known ? "the campaign" : "the board's", request->file);
-        cli_note(request->cli, "%s: %s, compared with %s", name, what, known ? "the campaign" : "the board's");
+        cli_note(request->cli, "%s: %s, compared with %s", name, what,
+                 known ? "the campaign" : "the board's");
     }
     return MR_OK;
 }
 
 /* Keeps what was said of the change, once it is in force. */
-static enum mr_status keep_note(const struct request *request, const struct session *session, const struct mr_config *config, uint32_t channels,
+static enum mr_status keep_note(const struct request *request, const struct session *session,
+                                const struct mr_config *config, uint32_t channels,
                                 struct store *store, struct error *error)
 {
     char uid[IDENTITY_UID_TEXT];
     identity_uid_text(&session->dialogue.identity, uid);
-    return calibrationpast_say(store, uid, config, channels, request->changed, (int64_t)link_now_us(), error);
+    return calibrationpast_say(store, uid, config, channels, request->changed,
+                               (int64_t)link_now_us(), error);
 }
 
 static int set(const struct request *request, struct error *error)
@@ -174,10 +194,13 @@ static int set(const struct request *request, struct error *error)
         status = open_session(request, &session, error);
     uint32_t revision = session.config.site[0].revision, own_revision = wanted.site[0].revision;
     wanted.site[0].revision = revision;
-    unsigned count = status == MR_OK ? configtext_compare(&session.config, &wanted, add_change, changes) : 0;
+    unsigned count = status == MR_OK
+                       ? configtext_compare(&session.config, &wanted, add_change, changes)
+                       : 0;
     if (status == MR_OK && count && own_revision != revision)
         status = error_set(error, MR_LIMIT,
-                           "made from revision %u, but revision %u is in force, changed since: %s; get it again and change that, or set "
+                           "made from revision %u, but revision %u is in force, changed since: %s; "
+                           "get it again and change that, or set "
                            "site.revision = %u to put this one over it",
                            own_revision, revision, request->file, revision);
     if (status == MR_OK && request->db) {
@@ -204,8 +227,10 @@ static int set(const struct request *request, struct error *error)
     if (status != MR_OK) {
         exit_code = cli_fail(error);
     } else if (request->cli->json) {
-        exit_code = cli_print_json(json_pack("{sIsIsO}", "revision", (json_int_t)wanted.site[0].revision, "crc",
-                                             (json_int_t)session.crc, "changes", changes), 0);
+        exit_code = cli_print_json(json_pack("{sIsIsO}", "revision",
+                                             (json_int_t)wanted.site[0].revision, "crc",
+                                             (json_int_t)session.crc, "changes", changes),
+                                   0);
     } else {
         printf(count ? "%u field%s changed, stored and read back: revision %u, CRC %08x\n"
                      : "nothing differs, %u field%s changed: revision %u, CRC %08x\n",
@@ -217,7 +242,8 @@ static int set(const struct request *request, struct error *error)
 }
 
 /* Of the board that the campaign logged or checked last. */
-static enum mr_status check_past(const struct request *request, const struct mr_config *config, struct error *error)
+static enum mr_status check_past(const struct request *request, const struct mr_config *config,
+                                 struct error *error)
 {
     struct calibrationpast past = {.run = {0}};
     struct store *store = NULL;
@@ -243,7 +269,9 @@ static int check(const struct request *request, struct error *error)
         return cli_fail(error);
     uint32_t crc = mr_config_encode(&config, image);
     if (request->cli->json)
-        return cli_print_json(json_pack("{sIsI}", "revision", (json_int_t)config.site[0].revision, "crc", (json_int_t)crc), 0);
+        return cli_print_json(json_pack("{sIsI}", "revision", (json_int_t)config.site[0].revision,
+                                        "crc", (json_int_t)crc),
+                              0);
     printf("%s: sound, revision %u, CRC %08x\n", request->file, config.site[0].revision, crc);
     return 0;
 }
@@ -253,42 +281,57 @@ static int config_command(int argc, char **argv, const struct cli *cli)
     struct request request = {.cli = cli};
     const char *words[3];
     struct error error = {0};
-    enum mr_status status = command_parse(&command_board_config, argc, argv, cli, &request, words, &error);
+    enum mr_status status = command_parse(&command_board_config, argc, argv, cli, &request, words,
+                                          &error);
     const char *verb = status == MR_OK ? words[1] : "";
-    bool is_get = strcmp(verb, "get") == 0, is_set = strcmp(verb, "set") == 0, is_check = strcmp(verb, "check") == 0;
+    bool is_get = strcmp(verb, "get") == 0, is_set = strcmp(verb, "set") == 0,
+         is_check = strcmp(verb, "check") == 0;
     request.file = words[2];
     if (status == MR_OK && !is_get && !is_set && !is_check)
-        status = error_set(&error, MR_USAGE, "not get, set or check: '%s'; see matrig board --help", verb);
+        status = error_set(&error, MR_USAGE, "not get, set or check: '%s'; see matrig board --help",
+                           verb);
     if (status == MR_OK && is_get == (request.file != NULL))
-        status = error_set(&error, MR_USAGE, is_get ? "config get takes no word, but -o FILE: '%s'; see matrig board --help"
-                                                    : "which file? matrig board config %s needs one; see matrig board --help",
-                           is_get ? request.file : verb);
+        status = error_set(
+            &error, MR_USAGE,
+            is_get ? "config get takes no word, but -o FILE: '%s'; see matrig board --help"
+                   : "which file? matrig board config %s needs one; see matrig board --help",
+            is_get ? request.file : verb);
     if (status == MR_OK && request.output && !is_get)
         status = error_set(&error, MR_USAGE, "-o is config get's: matrig board config %s", verb);
     if (status == MR_OK && request.changed && (!is_set || !request.db || !request.changed[0]))
-        status = error_set(&error, MR_USAGE, "--changed NOTE goes with --db DB, where it is kept, and config set: matrig board config %s", verb);
+        status = error_set(&error, MR_USAGE,
+                           "--changed NOTE goes with --db DB, where it is kept, and config set: "
+                           "matrig board config %s",
+                           verb);
     if (status == MR_OK && request.db && is_get)
-        status = error_set(&error, MR_USAGE, "--db is config set's and check's: matrig board config get");
+        status = error_set(&error, MR_USAGE,
+                           "--db is config set's and check's: matrig board config get");
     if (status == MR_OK && !is_check && !request.can == !request.serial)
-        status = error_set(&error, MR_USAGE, "which link? matrig board config %s needs --serial LINK or --can LINK; see matrig board --help",
+        status = error_set(&error, MR_USAGE,
+                           "which link? matrig board config %s needs --serial LINK or --can LINK; "
+                           "see matrig board --help",
                            verb);
     if (status == MR_OK && is_check && (request.can || request.serial))
-        status = error_set(&error, MR_USAGE, "config check needs no board: leave --can and --serial away");
+        status = error_set(&error, MR_USAGE,
+                           "config check needs no board: leave --can and --serial away");
     if (status != MR_OK)
         return cli_fail(&error);
-    return is_get ? get(&request, &error) : is_set ? set(&request, &error) : check(&request, &error);
+    return is_get ? get(&request, &error)
+         : is_set ? set(&request, &error)
+                  : check(&request, &error);
 }
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("config get",
-                "the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial"),
-    HELP_WORD("config set F",
-                "check F, show what it changes, send it, see that it is stored; refused from arm to done. A gain that has\n"
-                "jumped (see matrig ready --help) since the campaign of --db, else since the board's, is refused, but for\n"
-                "--changed NOTE --db DB, which keeps the note in the campaign"),
-    HELP_WORD("config check F",
-                "check F alone, without a board; --db DB holds its gains against those that the campaign knows"),
+    HELP_WORD("config get", "the configuration in force, as text; -o writes it to a file. --can "
+                            "LINK does as well as --serial"),
+    HELP_WORD("config set F", "check F, show what it changes, send it, see that it is stored; "
+                              "refused from arm to done. A gain that has\n"
+                              "jumped (see matrig ready --help) since the campaign of --db, else "
+                              "since the board's, is refused, but for\n"
+                              "--changed NOTE --db DB, which keeps the note in the campaign"),
+    HELP_WORD("config check F", "check F alone, without a board; --db DB holds its gains against "
+                                "those that the campaign knows"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
     OPTION_TEXT("-o", "FILE", output, NULL),
@@ -299,5 +342,10 @@ static const struct command_part parts[] = {
 
 /* Of matrig board. */
 const struct command command_board_config = {
-    "board", config_command, "config get|set FILE|check FILE", "the configuration", COMMAND_PARTS(parts), {2, 3, "config get|set FILE|check FILE"},
+    "board",
+    config_command,
+    "config get|set FILE|check FILE",
+    "the configuration",
+    COMMAND_PARTS(parts),
+    {2, 3, "config get|set FILE|check FILE"},
 };

@@ -15,8 +15,9 @@ static int dbc_command(int argc, char **argv, const struct cli *cli)
     unsigned messages = 0;
     enum mr_status status = command_parse(&command_dbc, argc, argv, cli, &r, NULL, &error);
     if (status == MR_OK && cli->json && !r.path)
-        status = error_set(&error, MR_USAGE,
-                           "nowhere to write: matrig --json dbc needs -o F; standard output is the JSON's");
+        status = error_set(
+            &error, MR_USAGE,
+            "nowhere to write: matrig --json dbc needs -o F; standard output is the JSON's");
     struct output output;
     if (status == MR_OK && output_begin(&output, r.path, r.force, &error) == MR_OK) {
         messages = dbc_write(output.file);
@@ -37,7 +38,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_dbc = {
-    "dbc", dbc_command,
+    "dbc",
+    dbc_command,
     "[-o F] [--force]",
-    "the CAN messages as a Vector DBC file", COMMAND_PARTS(parts), {0, 0, ""},
+    "the CAN messages as a Vector DBC file",
+    COMMAND_PARTS(parts),
+    {0, 0, ""},
 };

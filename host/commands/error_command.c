@@ -7,19 +7,26 @@
 #define VALUES struct error_request
 static const struct command_part parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
-    OPTION_FLAG("--predictor", predictor,
-                "instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
-                "the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg"),
-    OPTION_TEXT("--plot", "F.svg", plot, "draw error against run time. Errors are in ft, also with --si"),
+    OPTION_FLAG(
+        "--predictor", predictor,
+        "instead: the onboard predictor at each of its levels and several steps, on five landings: "
+        "error against\n"
+        "the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg"),
+    OPTION_TEXT("--plot", "F.svg", plot,
+                "draw error against run time. Errors are in ft, also with --si"),
     OPTION_FORCE(force),
     HELP_NOTE("\n"
-              "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
+              "Each solver that the scene's model has runs over tolerances or steps, against a "
+              "reference that two different\n"
               "methods agree on; when they do not, there is no table: exit 5."),
     HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
 };
 
 const struct command command_error = {
-    "error", study_start,
+    "error",
+    study_start,
     "SCENE|--predictor [--plot F.svg] [--force]",
-    "every solver's error against its run time", COMMAND_PARTS(parts), {0, 1, "SCENE"},
+    "every solver's error against its run time",
+    COMMAND_PARTS(parts),
+    {0, 1, "SCENE"},
 };

@@ -21,7 +21,8 @@ static void csv_provenance(const struct measured *measured, const char *origin, 
     char source[MEASURED_SOURCE_TEXT];
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
-            (long long)landing->id, (long long)landing->board_landing, landing->board_uid, landing->firmware);
+            (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
+            landing->firmware);
     fprintf(out, "# landing: %s\n", origin);
     measured_source_text(measured, source);
     fprintf(out, "# readings from %s\n", source);
@@ -29,29 +30,34 @@ static void csv_provenance(const struct measured *measured, const char *origin, 
     doubts_headline(&measured->doubts, doubt);
     if (doubt[0])
         fprintf(out, "# %s\n", doubt);
-    fprintf(out, "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
+    fprintf(out,
+            "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
             measured->t0_is_touchdown ? "touchdown"
             : measured->gates         ? "the first edge"
                                       : "arming",
             (double)measured->t0_us / 1e6);
-    fprintf(out,
-            "# displacement since its mean over the %.1f s before the first edge, downfield positive; "
-            "tension as read\n",
-            MEASURED_BASELINE_BLOCKS / 1000.0);
+    fprintf(
+        out,
+        "# displacement since its mean over the %.1f s before the first edge, downfield positive; "
+        "tension as read\n",
+        MEASURED_BASELINE_BLOCKS / 1000.0);
     fputs("# validity: one character per channel in the order of the columns: ", out);
     for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
     fputs("n not valid, L block lost; an empty cell is missing\n", out);
-    fputs("# source: one character per channel: S serial, B black box, C CAN, whose value is held over the blocks that it is the mean of "
-          "(displacements 2, tensions 4), - none\n", out);
+    fputs("# source: one character per channel: S serial, B black box, C CAN, whose value is held "
+          "over the blocks that it is the mean of "
+          "(displacements 2, tensions 4), - none\n",
+          out);
     fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
             unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
             unit_of(UNIT_TENSION, si)->text);
 }
 
-/* What a reading is worth (common/measure.h), for each channel: of one reading at its peak, and of the peak itself. */
-static void csv_errors(const struct measured *measured, const struct measured_channel **channels, size_t count, bool si,
-                       FILE *out)
+/* What a reading is worth (common/measure.h), for each channel: of one reading at its peak, and of
+ * the peak itself. */
+static void csv_errors(const struct measured *measured, const struct measured_channel **channels,
+                       size_t count, bool si, FILE *out)
 {
     fputs("# standard error of one reading at the peak, and of the peak (noise averaged):", out);
     for (size_t c = 0; c < count; c++) {
@@ -60,8 +66,8 @@ static void csv_errors(const struct measured *measured, const struct measured_ch
         double factor = unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si)->factor;
         double single = measured_error(measured, channel, channel->peak, 1.0);
         if (!isnan(single))
-            fprintf(out, " %c%u %.*f %.*f", moves ? 'd' : 't', channel->config.number, moves ? 5 : 3, single * factor,
-                    moves ? 5 : 3, channel->error * factor);
+            fprintf(out, " %c%u %.*f %.*f", moves ? 'd' : 't', channel->config.number,
+                    moves ? 5 : 3, single * factor, moves ? 5 : 3, channel->error * factor);
     }
     fputc('\n', out);
 }
@@ -74,8 +80,8 @@ static void csv_cell(FILE *out, double value, int digits)
         fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
-static void csv_row(const struct measured *measured, const struct measured_channel **channels, size_t count,
-                    size_t sample, bool si, FILE *out)
+static void csv_row(const struct measured *measured, const struct measured_channel **channels,
+                    size_t count, size_t sample, bool si, FILE *out)
 {
     char validity[MR_CHANNELS + 1], source[MR_CHANNELS + 1];
     double t_s = measured_time_s(measured, sample);
@@ -130,23 +136,30 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
 
 /* ---- film frames ---- */
 
-static enum mr_status export_film(const struct measured *measured, const struct film *film, bool si, FILE *out, long *rows)
+static enum mr_status export_film(const struct measured *measured, const struct film *film, bool si,
+                                  FILE *out, long *rows)
 {
     const struct unit *station = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
     const struct store_landing *landing = &measured->landing;
-    fprintf(out, "# matrig film: RUN %lld, landing %lld of board %s, %.4f frames a second, %lld missing\n",
-            (long long)landing->id, (long long)landing->board_landing, landing->board_uid, film->rate_hz,
-            (long long)film->missing);
+    fprintf(
+        out,
+        "# matrig film: RUN %lld, landing %lld of board %s, %.4f frames a second, %lld missing\n",
+        (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
+        film->rate_hz, (long long)film->missing);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
-            measured->t0_is_touchdown ? "touchdown" : measured->gates ? "the first edge" : "arming");
-    fputs("# gear: lead wheel of the main bogie, through the switches (speed: by the fit); errors are standard errors; an empty cell is not "
-          "known\n", out);
-    fprintf(out, "frame,pulse,board_s,t_s,gear_%s,gear_error_%s,speed_%s,speed_error_%s\n", station->suffix, station->suffix,
-            speed->suffix, speed->suffix);
+            measured->t0_is_touchdown ? "touchdown"
+            : measured->gates         ? "the first edge"
+                                      : "arming");
+    fputs("# gear: lead wheel of the main bogie, through the switches (speed: by the fit); errors "
+          "are standard errors; an empty cell is not "
+          "known\n",
+          out);
+    fprintf(out, "frame,pulse,board_s,t_s,gear_%s,gear_error_%s,speed_%s,speed_error_%s\n",
+            station->suffix, station->suffix, speed->suffix, speed->suffix);
     for (size_t i = 0; i < film->frames; i++) {
         const struct film_frame *frame = &film->frame[i];
-        fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number, (long long)frame->pulse, frame->board_us / 1e6,
-                frame->t_s);
+        fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number, (long long)frame->pulse,
+                frame->board_us / 1e6, frame->t_s);
         csv_cell(out, frame->station_ft.value * station->factor, 5);
         csv_cell(out, frame->station_ft.error * station->factor, 5);
         csv_cell(out, frame->speed_ft_s.value * speed->factor, 4);
@@ -157,8 +170,8 @@ static enum mr_status export_film(const struct measured *measured, const struct 
     return MR_OK;
 }
 
-static enum mr_status export_frames(struct store *store, int64_t run, FILE *out, const struct cli *cli, long *rows,
-                                    struct error *error)
+static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
+                                    const struct cli *cli, long *rows, struct error *error)
 {
     struct measured measured;
     struct film film = {0};
@@ -167,7 +180,8 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
         status = film_load(store, &measured, &film, error);
     if (status == MR_OK && film.frames == 0)
         status = error_set(error, MR_USAGE,
-                           "no film: RUN %lld of %s has no frame pulses; configure the board with site.camera 1 and wire the "
+                           "no film: RUN %lld of %s has no frame pulses; configure the board with "
+                           "site.camera 1 and wire the "
                            "camera to PE2 and PB3",
                            (long long)run, store_path(store));
     if (status == MR_OK)
@@ -178,14 +192,16 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
 }
 
 /* Made in memory first: what cannot be exported leaves the file as it was. */
-static enum mr_status write_out(struct store *store, int64_t run, const char *format, const char *path, bool force, const struct cli *cli,
-                                long *rows, struct error *error)
+static enum mr_status write_out(struct store *store, int64_t run, const char *format,
+                                const char *path, bool force, const struct cli *cli, long *rows,
+                                struct error *error)
 {
     char *text = NULL;
     size_t length = 0;
     FILE *made = open_memstream(&text, &length);
     if (!made)
-        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)run);
+        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
+                         (long long)run);
     if (strcmp(format, "candump") == 0)
         export_candump(store, run, made, cli, rows, error);
     else if (strcmp(format, "frames") == 0)
@@ -217,13 +233,13 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     long rows = 0;
     enum mr_status status = command_parse(&command_export, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && !r.format)
+        status = error_set(&error, MR_USAGE,
+                           "no format: matrig export needs --format csv, candump, frames or mdf4; "
+                           "see matrig export --help");
+    if (status == MR_OK && cli->json && !r.path)
         status = error_set(
             &error, MR_USAGE,
-            "no format: matrig export needs --format csv, candump, frames or mdf4; see matrig export --help");
-    if (status == MR_OK && cli->json && !r.path)
-        status =
-            error_set(&error, MR_USAGE,
-                      "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
+            "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
@@ -239,8 +255,8 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (cli->json)
-        return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "format", r.format, "run", (json_int_t)run,
-                                        "rows", (json_int_t)rows),
+        return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "format", r.format, "run",
+                                        (json_int_t)run, "rows", (json_int_t)rows),
                               0);
     return 0;
 }
@@ -249,14 +265,16 @@ static int export_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
-    HELP_ITEM("--format candump",
-                "the CAN frames as `candump -L` writes them, stamped with the time of day by the board's clock;\n"
-                "where that is not known, with board time plus 1000000000 s, a date in 2001, and a note says why"),
-    HELP_ITEM("--format frames",
-                "each frame of the camera's film: time, where the gear stood and how well that is known"),
-    HELP_ITEM("--format mdf4",
-                "ASAM MDF 4.10: readings and gear at 1 kHz with units and what is not valid, CAN frames as bus logging\n"
-                "with the DBC attached"),
+    HELP_ITEM("--format candump", "the CAN frames as `candump -L` writes them, stamped with the "
+                                  "time of day by the board's clock;\n"
+                                  "where that is not known, with board time plus 1000000000 s, a "
+                                  "date in 2001, and a note says why"),
+    HELP_ITEM(
+        "--format frames",
+        "each frame of the camera's film: time, where the gear stood and how well that is known"),
+    HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and what is "
+                               "not valid, CAN frames as bus logging\n"
+                               "with the DBC attached"),
     OPTION_TEXT("-o", "F", path, "where to write; else standard output"),
     OPTION_FORCE(force),
     HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv"),
@@ -264,7 +282,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_export = {
-    "export", export_command,
+    "export",
+    export_command,
     "DB RUN --format csv|candump|frames|mdf4 [-o F] [--force]",
-    "one landing for other tools", COMMAND_PARTS(parts), {2, 2, "DB RUN"},
+    "one landing for other tools",
+    COMMAND_PARTS(parts),
+    {2, 2, "DB RUN"},
 };

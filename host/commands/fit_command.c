@@ -6,19 +6,26 @@
 
 #define VALUES struct fit_request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN...]", "campaign database and landings in it; else all whose motion is known"),
+    HELP_ITEM("DB [RUN...]",
+              "campaign database and landings in it; else all whose motion is known"),
     OPTION_TEXT("--scene", "S", scene,
-                "scene file that gives the runway (model chain) and the priors' values; else the model runway"),
+                "scene file that gives the runway (model chain) and the priors' values; else the "
+                "model runway"),
     OPTION_TEXT("--fit", "NAMES", fitted,
                 "of gap,grit,f,share,KL: these are fitted, the others stay as they are; else all"),
     OPTION_TEXT("--prior", "NAME=V:E,...", prior,
-                "what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL and an unsurveyed gap are\n"
-                "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the survey's to 3 %"),
-    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_LEAST, 1e5, 300.0, "simulated data sets a round, at least {low}; else {standard}"),
-    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0, "of what is drawn; else {standard}. The same seed gives the same answer"),
+                "what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL "
+                "and an unsurveyed gap are\n"
+                "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the "
+                "survey's to 3 %"),
+    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_LEAST, 1e5, 300.0,
+                 "simulated data sets a round, at least {low}; else {standard}"),
+    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
+                 "of what is drawn; else {standard}. The same seed gives the same answer"),
     OPTION_WHOLE("-j", "N", threads, 1.0, 64.0, 0.0, "threads; else as many as processors"),
-    OPTION_NUMBER("--max-time", "S", options.max_s, "s", 1.0, 1e6, 600.0,
-                "else {standard}; an answer that is not settled by then is given and said to be so"),
+    OPTION_NUMBER(
+        "--max-time", "S", options.max_s, "s", 1.0, 1e6, 600.0,
+        "else {standard}; an answer that is not settled by then is given and said to be so"),
     OPTION_TEXT("--plot", "F.svg", plot, "residual plots"),
     OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
     OPTION_FORCE(force),
@@ -26,7 +33,11 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_fit = {
-    "fit", study_start,
-    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F] [--force]",
-    "gaps, resistance, friction, thrust share and stiffness from landings, with their errors", COMMAND_PARTS(parts), {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},
+    "fit",
+    study_start,
+    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] "
+    "[--max-time S] [--plot F.svg] [-o F] [--force]",
+    "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
+    COMMAND_PARTS(parts),
+    {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},
 };

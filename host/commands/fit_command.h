@@ -1,4 +1,5 @@
-/* What matrig fit is asked for, as its rows (host/commands/fit_command.c) put it there; host/study/fit_run.c does it. */
+/* What matrig fit is asked for, as its rows (host/commands/fit_command.c) put it there;
+ * host/study/fit_run.c does it. */
 #ifndef MATRIG_HOST_FIT_COMMAND_H
 #define MATRIG_HOST_FIT_COMMAND_H
 

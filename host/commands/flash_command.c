@@ -1,4 +1,5 @@
-/* matrig flash: programs a board through its chip's boot ROM, and sees to it that it runs what the file holds. */
+/* matrig flash: programs a board through its chip's boot ROM, and sees to it that it runs what the
+ * file holds. */
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,13 +14,13 @@
 #include "host/link/diagnose.h"
 #include "host/link/tty.h"
 
-#define BAUD_LEAST 9600.0
-#define BAUD_MOST 460800.0
-#define HELLO_S 2.5     /* it comes once a second */
+#define BAUD_LEAST    9600.0
+#define BAUD_MOST     460800.0
+#define HELLO_S       2.5 /* it comes once a second */
 #define HELLO_ASKED_S 6.0
-#define ORDER_S 3.0
-#define RESTART_MS 200     /* 50 until it leaves, and what a reset takes */
-#define BAR 40u
+#define ORDER_S       3.0
+#define RESTART_MS    200 /* 50 until it leaves, and what a reset takes */
+#define BAR           40u
 
 struct session {
     const struct cli *cli;
@@ -28,7 +29,8 @@ struct session {
     int64_t baud;
     int firmware_baud;
     struct imagefile image;
-    struct dialogue dialogue; /* with the firmware; of its link too while the boot ROM is spoken with */
+    /* with the firmware; of its link too while the boot ROM is spoken with */
+    struct dialogue dialogue;
     uint8_t received[4096]; /* from the link and not yet given on */
     size_t start, end;
     struct bootrom rom;
@@ -48,29 +50,37 @@ static uint64_t now_us(void)
 
 /* ---- the line to the boot ROM is a link ---- */
 
-static enum mr_status line_send(void *context, const uint8_t *bytes, size_t count, struct error *error)
+static enum mr_status line_send(void *context, const uint8_t *bytes, size_t count,
+                                struct error *error)
 {
     struct session *session = context;
     return link_send_bytes(dialogue_link(&session->dialogue), bytes, count, error);
 }
 
-static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeout_ms, struct error *error)
+static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeout_ms,
+                                   struct error *error)
 {
     struct session *session = context;
     struct link *link = dialogue_link(&session->dialogue);
     uint64_t host_us, until_us = now_us() + 1000u * timeout_ms;
     while (session->start == session->end) {
-        enum mr_status status = link_receive_bytes(link, session->received, sizeof session->received, &session->end, &host_us, error);
+        enum mr_status status = link_receive_bytes(
+            link, session->received, sizeof session->received, &session->end, &host_us, error);
         session->start = 0;
         if (status == MR_OK)
             break;
         session->end = 0;
         if (status == MR_CLOSED)
-            return error_set(error, MR_CLOSED, "the link ended: %s; run it again: it goes on where it was", session->spec);
+            return error_set(error, MR_CLOSED,
+                             "the link ended: %s; run it again: it goes on where it was",
+                             session->spec);
         if (status != MR_TOO_FEW)
             return status;
         if (link_fd(link) < 0)
-            return error_set(error, MR_IO, "the device went away: %s; plug it in and run it again: it goes on where it was", session->spec);
+            return error_set(
+                error, MR_IO,
+                "the device went away: %s; plug it in and run it again: it goes on where it was",
+                session->spec);
         uint64_t now = now_us();
         if (now >= until_us)
             return MR_TIMEOUT;
@@ -87,7 +97,8 @@ static const char *const phases[] = {"comparing", "writing", "reading back"};
 static void tell(struct session *session, enum flash_phase phase, unsigned done, unsigned of)
 {
     unsigned quarter = of ? 4u * done / of : 4u;
-    bool begins = !session->begun[phase]; /* the last page is written and read back after all others: phases come again */
+    /* the last page is written and read back after all others: phases come again */
+    bool begins = !session->begun[phase];
     if (!begins && quarter <= session->told_quarter[phase])
         return;
     if (begins)
@@ -110,7 +121,8 @@ static void show(void *context, enum flash_phase phase, unsigned done, unsigned 
     memset(bar, '.', BAR);
     memset(bar, '#', filled < BAR ? filled : BAR);
     bar[BAR] = '\0';
-    fprintf(stderr, "\rmatrig: flash: %-12s [%s] %u of %u pages\033[K", phases[phase], bar, done, of);
+    fprintf(stderr, "\rmatrig: flash: %-12s [%s] %u of %u pages\033[K", phases[phase], bar, done,
+            of);
     session->drawn = true;
 }
 
@@ -132,13 +144,19 @@ static enum mr_status order_into_rom(struct session *session, struct error *erro
     if (status == MR_TIMEOUT)
         return dialogue_lost(&session->dialogue, MR_COMMAND_BOOTROM, error);
     if (status == MR_OK && answer == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW, "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
-                         mr_landing_state_text(session->dialogue.identity.hello.state), session->spec);
+        return error_set(
+            error, MR_NOT_NOW,
+            "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
+            mr_landing_state_text(session->dialogue.identity.hello.state), session->spec);
     if (status == MR_OK && answer == MR_WAIT)
-        return error_set(error, MR_WAIT, "the black box still writes the last landing: %s; try again in a second", session->spec);
+        return error_set(error, MR_WAIT,
+                         "the black box still writes the last landing: %s; try again in a second",
+                         session->spec);
     if (status == MR_OK && answer != MR_OK)
-        return error_set(error, answer, "the board refuses `bootrom` (%s): %s; start it with BOOT0 high and give --boot0",
-                         mr_status_text(answer), session->spec);
+        return error_set(
+            error, answer,
+            "the board refuses `bootrom` (%s): %s; start it with BOOT0 high and give --boot0",
+            mr_status_text(answer), session->spec);
     session->entered = status == MR_OK;
     return status;
 }
@@ -162,14 +180,19 @@ static enum mr_status meet_firmware(struct session *session, struct error *error
     enum mr_status status = hear_firmware(session, session->enter ? HELLO_ASKED_S : HELLO_S, error);
     if (status == MR_TIMEOUT) {
         if (session->enter)
-            return error_set(error, MR_TIMEOUT, LINK_NO_HELLO ": %s; is it running? Else start it with BOOT0 high and give --boot0",
+            return error_set(error, MR_TIMEOUT,
+                             LINK_NO_HELLO
+                             ": %s; is it running? Else start it with BOOT0 high and give --boot0",
                              session->spec);
-        cli_note(session->cli, "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
+        cli_note(session->cli,
+                 "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return MR_OK;
     }
     if (status != MR_OK)
         return status;
-    session->same = session->image.stamped && identity_runs(&session->dialogue.identity, &session->image.header, why, sizeof why);
+    session->same = session->image.stamped &&
+                    identity_runs(&session->dialogue.identity, &session->image.header, why,
+                                  sizeof why);
     if (session->same && !session->force && !session->all)
         return MR_OK;
     if (!session->same && session->image.stamped)
@@ -189,12 +212,15 @@ static enum mr_status start_and_compare(struct session *session, struct error *e
         return status;
     status = hear_firmware(session, HELLO_ASKED_S, error);
     if (status == MR_TIMEOUT)
-        return error_set(error, MR_TIMEOUT, "flashed and read back, but no board says hello: %s; take BOOT0 off and reset the board",
+        return error_set(error, MR_TIMEOUT,
+                         "flashed and read back, but no board says hello: %s; take BOOT0 off and "
+                         "reset the board",
                          session->spec);
     if (status != MR_OK || !session->image.stamped)
         return status;
     if (!identity_runs(&session->dialogue.identity, &session->image.header, why, sizeof why))
-        return error_set(error, MR_LIMIT, "the board does not run what was flashed: %s; %s", session->spec, why);
+        return error_set(error, MR_LIMIT, "the board does not run what was flashed: %s; %s",
+                         session->spec, why);
     session->runs = true;
     return MR_OK;
 }
@@ -202,10 +228,12 @@ static enum mr_status start_and_compare(struct session *session, struct error *e
 static enum mr_status program(struct session *session, struct error *error)
 {
     const struct bootrom_line line = {session, session->spec, line_send, line_receive};
-    const struct flash_options options = {session->all, session->erase_configuration, show, session};
+    const struct flash_options options = {session->all, session->erase_configuration, show,
+                                          session};
     if (session->entered) /* what it still says is not for the boot ROM's client */
         (void)poll(NULL, 0, RESTART_MS);
-    enum mr_status status = link_line(dialogue_link(&session->dialogue), (int)session->baud, true, error);
+    enum mr_status status = link_line(dialogue_link(&session->dialogue), (int)session->baud, true,
+                                      error);
     if (status == MR_OK)
         status = bootrom_begin(&session->rom, &line, error);
     if (status == MR_OK)
@@ -239,7 +267,8 @@ static void image_answer(const struct imagefile *image, struct answer *answer)
         return;
     }
     mr_image_commit_text(header->commit, header->commit_more, header->changed, commit);
-    answer_words(answer, "version", "version", "%u.%u.%u", header->major, header->minor, header->patch);
+    answer_words(answer, "version", "version", "%u.%u.%u", header->major, header->minor,
+                 header->patch);
     answer_words(answer, "commit", "commit", "%s", commit);
     answer_words(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
 }
@@ -255,7 +284,8 @@ static void erased_answer(const struct session *session, struct answer *answer)
     answer_close(answer);
     sectors_text(session->result.erased, erased, sizeof erased);
     if (!session->same || session->result.pages)
-        answer_words(answer, NULL, "erased", "sectors %s; configuration %s", erased, session->erase_configuration ? "erased" : "kept");
+        answer_words(answer, NULL, "erased", "sectors %s; configuration %s", erased,
+                     session->erase_configuration ? "erased" : "kept");
 }
 
 static void result_answer(const struct session *session, struct answer *answer)
@@ -264,21 +294,27 @@ static void result_answer(const struct session *session, struct answer *answer)
     bool already = session->same && !result->pages;
     image_answer(&session->image, answer);
     if (!already)
-        answer_words(answer, NULL, "chip", "id 0x%03x, boot ROM %u.%u", session->rom.chip, session->rom.version >> 4, session->rom.version & 15u);
+        answer_words(answer, NULL, "chip", "id 0x%03x, boot ROM %u.%u", session->rom.chip,
+                     session->rom.version >> 4, session->rom.version & 15u);
     erased_answer(session, answer);
     answer_count(answer, "pages", already ? NULL : "pages", result->pages);
-    answer_count(answer, "written", already ? NULL : "written", result->written)->end = result->resumed ? ", resumed" : NULL;
+    answer_count(answer, "written", already ? NULL : "written", result->written)->end =
+        result->resumed ? ", resumed" : NULL;
     answer_count(answer, "kept", already ? NULL : "were there", result->kept);
     answer_flag(answer, "resumed", NULL, result->resumed);
-    answer_count(answer, "verified_bytes", already ? NULL : "read back", result->verified)->end = " bytes, all as in the file";
-    answer_count(answer, "repeated", already ? NULL : "repeated", session->rom.repeated)->end = " exchanges";
-    answer_count(answer, "read_twice", already ? NULL : "read twice", result->reread)->end = " pages";
+    answer_count(answer, "verified_bytes", already ? NULL : "read back", result->verified)->end =
+        " bytes, all as in the file";
+    answer_count(answer, "repeated", already ? NULL : "repeated", session->rom.repeated)->end =
+        " exchanges";
+    answer_count(answer, "read_twice", already ? NULL : "read twice", result->reread)->end =
+        " pages";
     answer_flag(answer, "already", NULL, already);
     answer_flag(answer, "runs", NULL, session->runs || already);
-    answer_words(answer, NULL, "board", "%s", already         ? "runs it already; --force flashes it again"
-                                              : session->runs ? "runs it"
-                                              : session->stay ? "left in its boot ROM"
-                                                              : "started");
+    answer_words(answer, NULL, "board", "%s",
+                 already         ? "runs it already; --force flashes it again"
+                 : session->runs ? "runs it"
+                 : session->stay ? "left in its boot ROM"
+                                 : "started");
 }
 
 static int flash(struct session *session, struct error *error)
@@ -308,18 +344,27 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error);
     session.spec = words[0];
     if (status == MR_OK && session.enter && session.boot0)
-        status = error_set(&error, MR_USAGE, "--enter and --boot0 together: the firmware runs, or the boot ROM does; give one");
+        status = error_set(
+            &error, MR_USAGE,
+            "--enter and --boot0 together: the firmware runs, or the boot ROM does; give one");
     session.firmware_baud = TTY_BAUD_DEFAULT;
     if (status == MR_OK && strncmp(session.spec, "serial:", 7) == 0)
-        status = tty_parse(session.spec + 7, "serial:TTY[:BAUD]", path, &session.firmware_baud, &error);
+        status = tty_parse(session.spec + 7, "serial:TTY[:BAUD]", path, &session.firmware_baud,
+                           &error);
     if (status == MR_OK && session.firmware_baud == TTY_BAUD_FIND)
-        status = error_set(&error, MR_USAGE, "the rate is not looked for while a board is flashed: %s; write serial:TTY[:BAUD]", session.spec);
+        status = error_set(
+            &error, MR_USAGE,
+            "the rate is not looked for while a board is flashed: %s; write serial:TTY[:BAUD]",
+            session.spec);
     if (status == MR_OK && strncmp(session.spec, "file:", 5) == 0)
-        status = error_set(&error, MR_USAGE, "a file is no board: %s; give serial:TTY", session.spec);
+        status = error_set(&error, MR_USAGE, "a file is no board: %s; give serial:TTY",
+                           session.spec);
     if (status == MR_OK)
         status = imagefile_read(words[1], &session.image, &error);
     if (status == MR_OK && !session.image.stamped && !session.force)
-        status = error_set(&error, MR_UNKNOWN, "an image without matrig's header: %s; --force flashes it all the same", words[1]);
+        status = error_set(&error, MR_UNKNOWN,
+                           "an image without matrig's header: %s; --force flashes it all the same",
+                           words[1]);
     int exit_code = status == MR_OK ? flash(&session, &error) : cli_fail(&error);
     if (session.image.bytes)
         imagefile_free(&session.image);
@@ -328,29 +373,39 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct session
 static const struct command_part parts[] = {
-    HELP_ITEM("LINK",
-                "the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its own rate is for the firmware;\n"
-                "the boot ROM is spoken to with 8E1 at --baud. A port that does not do 2000000 baud: serial:TTY:115200,\n"
-                "with --boot0 --stay"),
+    HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its "
+                      "own rate is for the firmware;\n"
+                      "the boot ROM is spoken to with 8E1 at --baud. A port that does not do "
+                      "2000000 baud: serial:TTY:115200,\n"
+                      "with --boot0 --stay"),
     HELP_ITEM("IMAGE", ".elf, .hex or .bin of the firmware"),
-    OPTION_FLAG("--enter", enter,
-                "the firmware runs: ask it to restart into the boot ROM (refused from arm to done)"),
+    OPTION_FLAG(
+        "--enter", enter,
+        "the firmware runs: ask it to restart into the boot ROM (refused from arm to done)"),
     OPTION_FLAG("--boot0", boot0,
-                "the boot ROM runs already, started with BOOT0 high. Without either: --enter when a board says hello\n"
+                "the boot ROM runs already, started with BOOT0 high. Without either: --enter when "
+                "a board says hello\n"
                 "within 2.5 s, else --boot0"),
-    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, BOOTROM_BAUD, "{low} to {high} for the boot ROM, else {standard}"),
+    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, BOOTROM_BAUD,
+                 "{low} to {high} for the boot ROM, else {standard}"),
     OPTION_FLAG("--all", all, "erase and write also what is there already"),
     OPTION_FLAG("--force", force,
                 "flash although the board runs this image, or the image carries no header"),
     OPTION_FLAG("--stay", stay, "do not start the firmware afterwards"),
-    OPTION_FLAG("--erase-configuration", erase_configuration, "erase sectors 2 and 3 too; else they are never touched"),
-    HELP_NOTE("Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
-              "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed."),
+    OPTION_FLAG("--erase-configuration", erase_configuration,
+                "erase sectors 2 and 3 too; else they are never touched"),
+    HELP_NOTE("Only sectors that differ are erased. Every byte is read back. After a pulled cable "
+              "the same command goes on where it was;\n"
+              "until it is done the board starts into the boot ROM. Exit 1 when the board does not "
+              "run what was flashed."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };
 
 const struct command command_flash = {
-    "flash", flash_command,
+    "flash",
+    flash_command,
     "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
-    "program a board through its chip's boot ROM", COMMAND_PARTS(parts), {2, 2, "LINK IMAGE"},
+    "program a board through its chip's boot ROM",
+    COMMAND_PARTS(parts),
+    {2, 2, "LINK IMAGE"},
 };

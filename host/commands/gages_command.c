@@ -1,4 +1,5 @@
-/* matrig gages: zero and shunt calibration of a board's channels, and what a bridge should be configured as. */
+/* matrig gages: zero and shunt calibration of a board's channels, and what a bridge should be
+ * configured as. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,11 +23,14 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
         const struct mr_shunt_check *c = &talk->shunts.check[i];
         answer_open(answer, NULL, NULL);
         answer_count(answer, "gage", "gage", r->gage);
-        answer_value(answer, "span_lb", "found, lb", UNIT_NUMBER, (double)r->span_lb, 3)->digits = 7;
+        answer_value(answer, "span_lb", "found, lb", UNIT_NUMBER, (double)r->span_lb, 3)->digits =
+            7;
         answer_value(answer, "expected_lb", "of, lb", UNIT_NUMBER, (double)c->expected_lb, 2);
         answer_value(answer, "noise_lb", "noise, lb", UNIT_NUMBER, (double)r->noise_lb, 3);
-        answer_value(answer, "change_lb", "change, lb", UNIT_NUMBER, (double)c->change_lb, 3)->plus = true;
-        answer_value(answer, NULL, "at rest, lb", UNIT_NUMBER, (double)c->zero_change_lb, 3)->plus = true;
+        answer_value(answer, "change_lb", "change, lb", UNIT_NUMBER, (double)c->change_lb, 3)
+            ->plus = true;
+        answer_value(answer, NULL, "at rest, lb", UNIT_NUMBER, (double)c->zero_change_lb, 3)->plus =
+            true;
         answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
         answer_close(answer);
     }
@@ -35,7 +39,8 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
 
 static const char *zero_text(unsigned verdict)
 {
-    static const char *const text[] = {"good", "not valid", "it moves", "far from the configured zero: is its band tensioned?"};
+    static const char *const text[] = {"good", "not valid", "it moves",
+                                       "far from the configured zero: is its band tensioned?"};
     return verdict < 4 ? text[verdict] : "unknown";
 }
 
@@ -46,10 +51,13 @@ static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
         const struct mr_zero_result *z = &talk->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
         answer_open(answer, NULL, NULL);
-        answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer", tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
+        answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
+                     tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
         answer_count(answer, "channel", NULL, z->index);
-        answer_value(answer, "zero_code", "zero, codes", UNIT_NUMBER, (double)z->zero_code, 3)->digits = 7;
-        answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes, 2);
+        answer_value(answer, "zero_code", "zero, codes", UNIT_NUMBER, (double)z->zero_code, 3)
+            ->digits = 7;
+        answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes,
+                     2);
         answer_words(answer, "verdict", "verdict", "%s", zero_text(z->verdict));
         answer_close(answer);
     }
@@ -64,7 +72,10 @@ static int tell(const struct cli *cli, const struct gagetalk *talk, unsigned cod
     shunts_answer(talk, answer);
     zeros_answer(talk, answer);
     if (code != MR_COMMAND_SHUNT)
-        answer_sentence(answer, NULL, good ? "these are the zeros now, until the board is reset or configured anew" : "no zero was taken");
+        answer_sentence(answer, NULL,
+                        good
+                            ? "these are the zeros now, until the board is reset or configured anew"
+                            : "no zero was taken");
     return answer_show(cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
 }
 
@@ -101,16 +112,21 @@ static int tell_bridge(const struct cli *cli, const struct mr_bridge *bridge)
     double lb_per_code = mr_bridge_lb_per_code(bridge), shunt_lb = mr_bridge_shunt_lb(bridge);
     struct answer *answer = answer_new(cli->si);
     answer_value(answer, "lb_per_code", "gain", UNIT_NUMBER, lb_per_code, 6)->end = " lb per code";
-    answer_value(answer, NULL, "amplifier", UNIT_NUMBER, 1e3 * MR_ADC_V / MR_ADC_CODES / lb_per_code, 5)->end = " mV per lb behind it";
+    answer_value(answer, NULL, "amplifier", UNIT_NUMBER,
+                 1e3 * MR_ADC_V / MR_ADC_CODES / lb_per_code, 5)
+        ->end = " mV per lb behind it";
     if (isnan(shunt_lb))
         answer_none(answer, "shunt_lb", NULL, NULL);
     else
-        answer_value(answer, "shunt_lb", "the shunt", UNIT_NUMBER, shunt_lb, 2)->end = " lb, for which it stands";
+        answer_value(answer, "shunt_lb", "the shunt", UNIT_NUMBER, shunt_lb, 2)->end =
+            " lb, for which it stands";
     return answer_show(cli, answer, 0);
 }
 
-/* What is not given gets its standard, or is missing; of another word than bridge nothing may be given. */
-static enum mr_status check_bridge(struct mr_bridge *bridge, const char *word, bool physics, struct error *error)
+/* What is not given gets its standard, or is missing; of another word than bridge nothing may be
+ * given. */
+static enum mr_status check_bridge(struct mr_bridge *bridge, const char *word, bool physics,
+                                   struct error *error)
 {
     const struct bridge_number number[] = {
         {"--excitation", "the excitation, V", &bridge->excitation_v, (double)NAN},
@@ -124,11 +140,14 @@ static enum mr_status check_bridge(struct mr_bridge *bridge, const char *word, b
     };
     for (size_t i = 0; i < sizeof number / sizeof number[0]; i++) {
         if (!isnan(*number[i].value) && !physics)
-            return error_set(error, MR_USAGE, "%s is bridge's: matrig gages %s; see matrig gages --help", number[i].option, word);
+            return error_set(error, MR_USAGE,
+                             "%s is bridge's: matrig gages %s; see matrig gages --help",
+                             number[i].option, word);
         if (!isnan(*number[i].value))
             continue;
         if (physics && isnan(number[i].standard))
-            return error_set(error, MR_USAGE, "%s is missing: matrig gages bridge needs %s", number[i].what, number[i].option);
+            return error_set(error, MR_USAGE, "%s is missing: matrig gages bridge needs %s",
+                             number[i].what, number[i].option);
         *number[i].value = number[i].standard;
     }
     return MR_OK;
@@ -141,41 +160,56 @@ static int gages_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     double what = 0.0;
     enum mr_status status = command_parse(&command_gages, argc, argv, cli, &r, words, &error);
-    bool zero = status == MR_OK && strcmp(words[0], "zero") == 0, shunt = status == MR_OK && strcmp(words[0], "shunt") == 0;
+    bool zero = status == MR_OK && strcmp(words[0], "zero") == 0,
+         shunt = status == MR_OK && strcmp(words[0], "shunt") == 0;
     bool physics = status == MR_OK && strcmp(words[0], "bridge") == 0;
     if (status == MR_OK && !zero && !shunt && !physics)
-        status = error_set(&error, MR_USAGE, "not zero, shunt or bridge: '%s'; see matrig gages --help", words[0]);
+        status = error_set(&error, MR_USAGE,
+                           "not zero, shunt or bridge: '%s'; see matrig gages --help", words[0]);
     if (status == MR_OK && words[1] && !zero)
-        status = error_set(&error, MR_USAGE, "%s takes no number: '%s'; see matrig gages --help", words[0], words[1]);
+        status = error_set(&error, MR_USAGE, "%s takes no number: '%s'; see matrig gages --help",
+                           words[0], words[1]);
     if (status == MR_OK && words[1])
         status = cli_number(words[1], "what to zero", 0, 2, &what, &error);
     if (status == MR_OK && what != floor(what))
-        status = error_set(&error, MR_USAGE, "what to zero: '%s'; 1 transducers, 2 gages, 0 or nothing both", words[1]);
+        status = error_set(&error, MR_USAGE,
+                           "what to zero: '%s'; 1 transducers, 2 gages, 0 or nothing both",
+                           words[1]);
     if (status == MR_OK && !physics && !r.serial)
-        status = error_set(&error, MR_USAGE, "no link: matrig gages %s needs --serial LINK; see matrig gages --help", words[0]);
+        status = error_set(&error, MR_USAGE,
+                           "no link: matrig gages %s needs --serial LINK; see matrig gages --help",
+                           words[0]);
     if (status == MR_OK)
         status = check_bridge(&r.bridge, words[0], physics, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     return physics ? tell_bridge(cli, &r.bridge)
-                   : talk_to_board(cli, r.serial, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, (int32_t)what);
+                   : talk_to_board(cli, r.serial, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT,
+                                   (int32_t)what);
 }
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("zero [1|2]",
-                "mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"
-                "reset. None is taken when one moves, is not valid, or is a gage under tension: exit 1"),
-    HELP_WORD("shunt",
-                "shunt calibration of the gages, a second; exit 1 when one is not good. matrig log on the board's CAN\n"
-                "keeps it: the calibrations before and after a landing give its drift"),
+    HELP_WORD(
+        "zero [1|2]",
+        "mean of a quarter of a second is the zero of all channels, of the transducers (1) or the "
+        "gages (2), until\n"
+        "reset. None is taken when one moves, is not valid, or is a gage under tension: exit 1"),
+    HELP_WORD("shunt", "shunt calibration of the gages, a second; exit 1 when one is not good. "
+                       "matrig log on the board's CAN\n"
+                       "keeps it: the calibrations before and after a landing give its drift"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port (see matrig log --help); the board must be idle, or done with a landing"),
+                "the board's serial port (see matrig log --help); the board must be idle, or done "
+                "with a landing"),
     HELP_WORD("bridge", "what channel.unit_per_code and channel.shunt_lb should be, from"),
-    HELP_NOTE("    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
-              "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
-              "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM. In pounds, as the configuration has it, also with --si"),
-    HELP_EXAMPLE("matrig gages zero 1 --serial serial:/dev/ttyUSB0; matrig gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625"),
+    HELP_NOTE("    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of "
+              "the band)\n"
+              "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and "
+              "two across it\n"
+              "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM. In pounds, as the "
+              "configuration has it, also with --si"),
+    HELP_EXAMPLE("matrig gages zero 1 --serial serial:/dev/ttyUSB0; matrig gages bridge "
+                 "--excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625"),
     OPTION_NUMBER("--excitation", "V", bridge.excitation_v, "V", 0.01, 100.0, (double)NAN, NULL),
     OPTION_NUMBER("--gain", "G", bridge.amplifier_gain, NULL, 0.01, 1e6, (double)NAN, NULL),
     OPTION_NUMBER("--gage-factor", "F", bridge.gage_factor, NULL, 0.01, 1000.0, (double)NAN, NULL),
@@ -187,7 +221,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_gages = {
-    "gages", gages_command,
+    "gages",
+    gages_command,
     "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
-    "zero and shunt calibration; pounds per code of a bridge", COMMAND_PARTS(parts), {1, 2, "zero [1|2] | shunt | bridge"},
+    "zero and shunt calibration; pounds per code of a bridge",
+    COMMAND_PARTS(parts),
+    {1, 2, "zero [1|2] | shunt | bridge"},
 };

@@ -15,7 +15,10 @@ static void verdict_answer(const struct verdict *v, struct answer *answer)
 {
     static const char *const states[] = {"complete", "truncated", "malformed"};
     answer_open(answer, "verdict", NULL);
-    answer_words(answer, "state", NULL, "%s", states[v->status == MR_OK ? 0 : v->status == MR_TRUNCATED ? 1 : 2]);
+    answer_words(answer, "state", NULL, "%s",
+                 states[v->status == MR_OK          ? 0
+                        : v->status == MR_TRUNCATED ? 1
+                                                    : 2]);
     if (v->status != MR_OK) {
         answer_count(answer, "line", NULL, (int64_t)v->line);
         answer_count(answer, "column", NULL, (int64_t)v->column);
@@ -26,7 +29,8 @@ static void verdict_answer(const struct verdict *v, struct answer *answer)
 }
 
 /* For people: the landings that came of it. */
-static enum mr_status landings_answer(struct store *store, const struct import_result *result, struct answer *answer, struct error *error)
+static enum mr_status landings_answer(struct store *store, const struct import_result *result,
+                                      struct answer *answer, struct error *error)
 {
     for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
         struct store_landing landing;
@@ -38,30 +42,39 @@ static enum mr_status landings_answer(struct store *store, const struct import_r
         snprintf(label, sizeof label, "RUN %lld", (long long)result->run[i]);
         if (frames)
             snprintf(counted, sizeof counted, ", %lld frames", (long long)frames);
-        answer_words(answer, NULL, label, "landing %lld, %s, board %s%s", (long long)landing.board_landing,
-                     mr_landing_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown", counted);
+        answer_words(answer, NULL, label, "landing %lld, %s, board %s%s",
+                     (long long)landing.board_landing,
+                     mr_landing_state_text((unsigned)landing.state),
+                     landing.board_uid[0] ? landing.board_uid : "unknown", counted);
     }
     if (result->runs == 0)
         answer_sentence(answer, NULL, "no landing in it");
     return error->status;
 }
 
-static enum mr_status result_answer(struct store *store, const struct import_request *request, const struct store_import *row,
-                                    const struct import_result *result, struct answer *answer, struct error *error)
+static enum mr_status result_answer(struct store *store, const struct import_request *request,
+                                    const struct store_import *row,
+                                    const struct import_result *result, struct answer *answer,
+                                    struct error *error)
 {
     answer_words(answer, "file", NULL, "%s", request->path);
     answer_words(answer, NULL, "file", "%s", row->file);
     answer_words(answer, NULL, "verdict", "%s", row->verdict);
     verdict_answer(&result->verdict, answer);
-    answer_count(answer, "rows", "taken", (int64_t)result->rows)->end = strcmp(row->format, "csv") == 0 ? " rows" : " frames";
+    answer_count(answer, "rows", "taken", (int64_t)result->rows)->end =
+        strcmp(row->format, "csv") == 0 ? " rows" : " frames";
     answer_words(answer, "sha256", "sha256", "%s", row->sha256);
     answer_count(answer, "bytes", NULL, row->bytes);
     answer_words(answer, "format", NULL, "%s", row->format);
     answer_count(answer, "session", NULL, result->session);
-    answer_count(answer, "other_interfaces", result->elsewhere ? "other buses" : NULL, (int64_t)result->elsewhere)->end = " frames, left out";
-    answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL, result->counts.foreign)->end =
-        " frames that no matrig board sends, kept as they are";
-    answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end = " frames, by the board's own counts";
+    answer_count(answer, "other_interfaces", result->elsewhere ? "other buses" : NULL,
+                 (int64_t)result->elsewhere)
+        ->end = " frames, left out";
+    answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
+                 result->counts.foreign)
+        ->end = " frames that no matrig board sends, kept as they are";
+    answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
+        " frames, by the board's own counts";
     answer_list(answer, "runs", NULL);
     for (size_t i = 0; i < result->runs; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
@@ -69,19 +82,23 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     return landings_answer(store, result, answer, error);
 }
 
-static enum mr_status refuse_twice(struct store *store, const struct store_import *row, const struct import_request *request, bool again,
+static enum mr_status refuse_twice(struct store *store, const struct store_import *row,
+                                   const struct import_request *request, bool again,
                                    struct error *error)
 {
     int64_t session = 0;
     enum mr_status status = store_import_find(store, row->sha256, row->mapping, &session, error);
     if (status == MR_OK && session && !again)
-        status = error_set(error, MR_USAGE, "imported already, as session %lld of %s: %s; --again takes it a second time",
-                           (long long)session, store_path(store), request->path);
+        status =
+            error_set(error, MR_USAGE,
+                      "imported already, as session %lld of %s: %s; --again takes it a second time",
+                      (long long)session, store_path(store), request->path);
     return status;
 }
 
 /* The same landing, told by board and counter, whatever the table's bytes are. */
-static enum mr_status refuse_known(struct store *store, const struct mapping *mapping, const struct import_request *request, bool again,
+static enum mr_status refuse_known(struct store *store, const struct mapping *mapping,
+                                   const struct import_request *request, bool again,
                                    struct error *error)
 {
     int64_t run = 0;
@@ -90,35 +107,45 @@ static enum mr_status refuse_known(struct store *store, const struct mapping *ma
     const struct store_landing *l = &mapping->origin->landing;
     enum mr_status status = import_find_origin(store, mapping->origin, &run, error);
     if (status == MR_OK && run && !again)
-        status = error_set(error, MR_USAGE, "there already: landing %lld of board %s is RUN %lld of %s: %s; --like %lld puts the table beside it, "
-                           "--again takes it as another", (long long)l->board_landing, l->board_uid, (long long)run, store_path(store),
-                           request->path, (long long)run);
+        status = error_set(error, MR_USAGE,
+                           "there already: landing %lld of board %s is RUN %lld of %s: %s; --like "
+                           "%lld puts the table beside it, "
+                           "--again takes it as another",
+                           (long long)l->board_landing, l->board_uid, (long long)run,
+                           store_path(store), request->path, (long long)run);
     return status;
 }
 
-/* Another instrument's readings are read whole before a campaign is opened, let alone written; a log is looked into. */
-static enum mr_status read_readings(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
+/* Another instrument's readings are read whole before a campaign is opened, let alone written; a
+ * log is looked into. */
+static enum mr_status read_readings(const struct textfile *file,
+                                    const struct import_request *request, struct mapping *mapping,
                                     struct import_result *result, struct error *error)
 {
     char interface[IMPORT_INTERFACE];
     if (!mapping->text)
         return import_candump_check(file, request, interface, error);
     if (mapping->origin_line && !mapping->origin)
-        verdict_set(&result->verdict, MR_MALFORMED, mapping->origin_line, 1, "the landing that the table is of is not told: board and switches are lost");
+        verdict_set(&result->verdict, MR_MALFORMED, mapping->origin_line, 1,
+                    "the landing that the table is of is not told: board and switches are lost");
     return mapping->signals ? import_read_signals(file, request, mapping, result, error)
-                            : csv_read(file->text, file->length, request->path, mapping, &result->rows, &result->verdict, error);
+                            : csv_read(file->text, file->length, request->path, mapping,
+                                       &result->rows, &result->verdict, error);
 }
 
-static enum mr_status import_readings(struct store *store, const struct import_request *request, struct mapping *mapping,
-                                      struct import_result *result, struct error *error)
+static enum mr_status import_readings(struct store *store, const struct import_request *request,
+                                      struct mapping *mapping, struct import_result *result,
+                                      struct error *error)
 {
     enum mr_status status = store_begin(store, error);
     return status == MR_OK ? import_landing(store, mapping, request, result, error) : status;
 }
 
 /* All of it, with the row that says from where; of a log that breaks a rule, what came before. */
-static enum mr_status import(struct store *store, const struct textfile *file, const struct import_request *request,
-                             struct mapping *mapping, struct store_import *row, struct import_result *result, struct error *error)
+static enum mr_status import(struct store *store, const struct textfile *file,
+                             const struct import_request *request, struct mapping *mapping,
+                             struct store_import *row, struct import_result *result,
+                             struct error *error)
 {
     enum mr_status status = mapping->text ? import_readings(store, request, mapping, result, error)
                                           : import_candump(store, file, request, result, error);
@@ -136,8 +163,9 @@ static enum mr_status import(struct store *store, const struct textfile *file, c
 }
 
 /* Which kind of file, and what is to be said of it. */
-static enum mr_status describe(const struct textfile *file, const struct import_request *request, const char *map, struct mapping *mapping,
-                               struct store_import *row, struct error *error)
+static enum mr_status describe(const struct textfile *file, const struct import_request *request,
+                               const char *map, struct mapping *mapping, struct store_import *row,
+                               struct error *error)
 {
     snprintf(row->file, sizeof row->file, "%s", request->path);
     snprintf(row->sha256, sizeof row->sha256, "%s", file->sha256);
@@ -153,12 +181,19 @@ static enum mr_status describe(const struct textfile *file, const struct import_
     }
     bool csv = mapping->text && !mapping->signals;
     row->mapping = mapping->text;
-    snprintf(row->format, sizeof row->format, "%s", csv ? "csv" : mapping->text ? "signals" : "candump");
+    snprintf(row->format, sizeof row->format, "%s",
+             csv             ? "csv"
+             : mapping->text ? "signals"
+                             : "candump");
     if (request->like && !mapping->text)
-        return error_set(error, MR_USAGE, "--like is for readings of other instruments: %s is a log of a matrig board's; leave it out",
+        return error_set(error, MR_USAGE,
+                         "--like is for readings of other instruments: %s is a log of a matrig "
+                         "board's; leave it out",
                          request->path);
     if (request->interface && csv)
-        return error_set(error, MR_USAGE, "--interface is for candump logs: %s is a table; leave it out", request->path);
+        return error_set(error, MR_USAGE,
+                         "--interface is for candump logs: %s is a table; leave it out",
+                         request->path);
     return MR_OK;
 }
 
@@ -197,10 +232,12 @@ static int import_command(int argc, char **argv, const struct cli *cli)
         status = import(store, &file, request, &mapping, &row, &result, &error);
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);
-    if (told && result_answer(store, request, &row, &result, answer, &unread) != MR_OK && status == MR_OK)
+    if (told && result_answer(store, request, &row, &result, answer, &unread) != MR_OK &&
+        status == MR_OK)
         status = error_set(&error, unread.status, "%s", unread.text);
     if (status == MR_OK && result.verdict.status != MR_OK)
-        status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept", row.verdict, request->path);
+        status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept",
+                           row.verdict, request->path);
     int exit_code = told ? answer_show(cli, answer, 0) : 0;
     if (!told)
         answer_free(answer);
@@ -215,36 +252,51 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database, made when it does not exist"),
-    HELP_ITEM("FILE",
-                "a log that candump -L wrote of a matrig board: its landings are taken in as if they had been logged.\n"
-                "Or a table that matrig export --format csv wrote. With --map:"),
-    OPTION_TEXT("--map", "M.json", map,
-                "a table of another instrument (CSV), or its frames in a candump log, becomes a landing. M says what is what:\n"
-                "{\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", \"missing\": [\"---\"],\n"
-                " \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
-                " \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", \"switch\": 3},\n"
-                " \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": 2.5, \"offset\": -1, \"station_ft\": 40,\n"
-                "               \"error\": 0.05}]}\n"
-                "header_lines: how many stand above the rows, blank lines counted, comments not. column: its name, or its number\n"
-                "from 1. channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m,\n"
-                "in, mm; where it passes the switches are edges), switch1 to switch64 (with threshold and edge). value = (what stands\n"
-                "there * scale + offset) in unit; error: its standard error. Times: s, ms, us, min. Also touchdown_ft,\n"
-                "switch_error_ft, gap_s (more is missing data; else 1.5 times the usual), last_line_open (true: the last line needs\n"
-                "no newline), note. For frames, in place of column: \"signal\": \"Message.Signal\" of the file that \"dbc\" names, or\n"
-                "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
+    HELP_ITEM("FILE", "a log that candump -L wrote of a matrig board: its landings are taken in as "
+                      "if they had been logged.\n"
+                      "Or a table that matrig export --format csv wrote. With --map:"),
+    OPTION_TEXT(
+        "--map", "M.json", map,
+        "a table of another instrument (CSV), or its frames in a candump log, becomes a landing. M "
+        "says what is what:\n"
+        "{\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", "
+        "\"missing\": [\"---\"],\n"
+        " \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
+        " \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", "
+        "\"switch\": 3},\n"
+        " \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": "
+        "2.5, \"offset\": -1, \"station_ft\": 40,\n"
+        "               \"error\": 0.05}]}\n"
+        "header_lines: how many stand above the rows, blank lines counted, comments not. column: "
+        "its name, or its number\n"
+        "from 1. channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m,\n"
+        "in, mm; where it passes the switches are edges), switch1 to switch64 (with threshold and "
+        "edge). value = (what stands\n"
+        "there * scale + offset) in unit; error: its standard error. Times: s, ms, us, min. Also "
+        "touchdown_ft,\n"
+        "switch_error_ft, gap_s (more is missing data; else 1.5 times the usual), last_line_open "
+        "(true: the last line needs\n"
+        "no newline), note. For frames, in place of column: \"signal\": \"Message.Signal\" of the "
+        "file that \"dbc\" names, or\n"
+        "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
-                "it is of the same landing as RUN: gear, switches, survey and stations are RUN's, and time 0 is RUN's touchdown,\n"
-                "or the edge that align names is RUN's"),
+               "it is of the same landing as RUN: gear, switches, survey and stations are RUN's, "
+               "and time 0 is RUN's touchdown,\n"
+               "or the edge that align names is RUN's"),
     OPTION_TEXT("--interface", "NAME", readings.interface,
                 "take the frames of this bus of the log; else those of its first frame's"),
     OPTION_FLAG("--again", again, "though the same file was imported before"),
-    HELP_NOTE("A damaged file is told as complete, truncated at or malformed at (line and column), exit 4, and what is good of it is kept."),
+    HELP_NOTE("A damaged file is told as complete, truncated at or malformed at (line and column), "
+              "exit 4, and what is good of it is kept."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
                  "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5"),
 };
 
 const struct command command_import = {
-    "import", import_command,
+    "import",
+    import_command,
     "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--again]",
-    "logs, and other instruments' readings, into the campaign", COMMAND_PARTS(parts), {2, 2, "DB FILE"},
+    "logs, and other instruments' readings, into the campaign",
+    COMMAND_PARTS(parts),
+    {2, 2, "DB FILE"},
 };

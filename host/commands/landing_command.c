@@ -37,12 +37,13 @@ struct request {
 
 /* ---- adding ---- */
 
-static enum mr_status change(const struct request *r, struct store *store, const char *field, const char *value, struct error *error)
+static enum mr_status change(const struct request *r, struct store *store, const char *field,
+                             const char *value, struct error *error)
 {
     struct store_change row = {.run = r->run, .made_us = (int64_t)link_now_us()};
     if (strlen(value) >= sizeof row.value || (r->reason && strlen(r->reason) >= sizeof row.reason))
-        return error_set(error, MR_TOO_LONG, "text too long: %s of RUN %lld; %d characters at most", field, (long long)r->run,
-                         STORE_JOURNAL_TEXT - 1);
+        return error_set(error, MR_TOO_LONG, "text too long: %s of RUN %lld; %d characters at most",
+                         field, (long long)r->run, STORE_JOURNAL_TEXT - 1);
     said_fill(row.who, sizeof row.who, said_by(r->who));
     said_fill(row.field, sizeof row.field, field);
     said_fill(row.value, sizeof row.value, value);
@@ -63,10 +64,13 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
     }
     if (!field || !value[1])
         return error_set(error, MR_USAGE,
-                         "nothing to correct: '%s'; FIELD=VALUE with touchdown_ft, weight_lb, pattern, modification, runway or series",
+                         "nothing to correct: '%s'; FIELD=VALUE with touchdown_ft, weight_lb, "
+                         "pattern, modification, runway or series",
                          r->correct);
     snprintf(name, sizeof name, "%s", field->name);
-    enum mr_status status = field->number ? cli_number(value + 1, name, field->low, field->high, &number, error) : MR_OK;
+    enum mr_status status = field->number
+                              ? cli_number(value + 1, name, field->low, field->high, &number, error)
+                              : MR_OK;
     if (status == MR_OK && strcmp(name, "series") == 0) {
         struct store_series *rows;
         size_t count;
@@ -76,20 +80,28 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
             there |= strcmp(rows[i].name, value + 1) == 0;
         free(rows);
         if (status == MR_OK && !there)
-            status = error_set(error, MR_UNKNOWN, "no series '%s': %s; matrig series DB lists them", value + 1, r->words[0]);
+            status = error_set(error, MR_UNKNOWN, "no series '%s': %s; matrig series DB lists them",
+                               value + 1, r->words[0]);
     }
     return status == MR_OK ? change(r, store, name, value + 1, error) : status;
 }
 
 static enum mr_status observe(const struct request *r, struct store *store, struct error *error)
 {
-    struct store_observation row = {.run = r->run, .made_us = (int64_t)link_now_us(), .station_ft = r->station_ft, .height_in = r->height_in,
-                                    .time_s = r->at_s, .panels = r->panels ? r->panels : STORE_NONE};
+    struct store_observation row = {.run = r->run,
+                                    .made_us = (int64_t)link_now_us(),
+                                    .station_ft = r->station_ft,
+                                    .height_in = r->height_in,
+                                    .time_s = r->at_s,
+                                    .panels = r->panels ? r->panels : STORE_NONE};
     if (isnan(r->station_ft) && !r->note)
-        return error_set(error, MR_USAGE, "where was it? --observe needs --station or --note; see matrig landing --help");
+        return error_set(
+            error, MR_USAGE,
+            "where was it? --observe needs --station or --note; see matrig landing --help");
     if (r->note && strlen(r->note) >= sizeof row.note)
-        return error_set(error, MR_TOO_LONG, "text too long: the note of RUN %lld; %d characters at most", (long long)r->run,
-                         STORE_JOURNAL_TEXT - 1);
+        return error_set(error, MR_TOO_LONG,
+                         "text too long: the note of RUN %lld; %d characters at most",
+                         (long long)r->run, STORE_JOURNAL_TEXT - 1);
     said_fill(row.kind, sizeof row.kind, r->observe);
     said_fill(row.who, sizeof row.who, said_by(r->who));
     said_fill(row.side, sizeof row.side, r->side);
@@ -106,16 +118,18 @@ static enum mr_status add(const struct request *r, struct store *store, struct e
     if (status == MR_OK && (r->make_void || r->unvoid)) {
         status = store_is_void(store, r->run, &is_void, NULL, error);
         if (status == MR_OK && is_void == r->make_void)
-            status = error_set(error, MR_NOT_NOW, "RUN %lld is %s already: %s; nothing changed", (long long)r->run,
-                               is_void ? "void" : "not void", r->words[0]);
-        return status == MR_OK ? change(r, store, "void", r->make_void ? "yes" : "no", error) : status;
+            status = error_set(error, MR_NOT_NOW, "RUN %lld is %s already: %s; nothing changed",
+                               (long long)r->run, is_void ? "void" : "not void", r->words[0]);
+        return status == MR_OK ? change(r, store, "void", r->make_void ? "yes" : "no", error)
+                               : status;
     }
     if (status == MR_OK && r->correct)
         return correct(r, store, error);
     if (status == MR_OK && r->observe)
         return observe(r, store, error);
     if (status == MR_OK && r->withdraw)
-        return store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(), said_by(r->who), r->reason ? r->reason : "", error);
+        return store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(),
+                                          said_by(r->who), r->reason ? r->reason : "", error);
     return status == MR_OK ? change(r, store, "note", r->note, error) : status;
 }
 
@@ -131,7 +145,8 @@ struct journal {
     bool is_void;
 };
 
-static enum mr_status journal_get(struct store *store, int64_t run, struct journal *j, struct error *error)
+static enum mr_status journal_get(struct store *store, int64_t run, struct journal *j,
+                                  struct error *error)
 {
     memset(j, 0, sizeof *j);
     enum mr_status status = store_landing_get(store, run, &j->landing, error);
@@ -153,10 +168,12 @@ static void journal_free(struct journal *j)
 static void journal_answer(const struct journal *j, struct answer *answer)
 {
     char heading[6 * STORE_JOURNAL_TEXT];
-    snprintf(heading, sizeof heading, "RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s", (long long)j->landing.id,
-             (long long)j->landing.board_landing, mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
-             said_or_dash(j->series.name), said_or_dash(j->series.runway), said_or_dash(j->series.pattern),
-             said_or_dash(j->series.modification));
+    snprintf(heading, sizeof heading,
+             "RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s",
+             (long long)j->landing.id, (long long)j->landing.board_landing,
+             mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
+             said_or_dash(j->series.name), said_or_dash(j->series.runway),
+             said_or_dash(j->series.pattern), said_or_dash(j->series.modification));
     answer_open(answer, NULL, heading);
     answer_count(answer, "run", NULL, j->landing.id);
     answer_count(answer, "landing", NULL, j->landing.board_landing);
@@ -182,7 +199,8 @@ static void journal_answer(const struct journal *j, struct answer *answer)
     answer_close(answer);
 }
 
-static enum mr_status show(const struct request *r, struct store *store, struct answer *answer, struct error *error)
+static enum mr_status show(const struct request *r, struct store *store, struct answer *answer,
+                           struct error *error)
 {
     struct store_landing *rows = NULL;
     struct journal j;
@@ -206,19 +224,30 @@ static enum mr_status show(const struct request *r, struct store *store, struct 
 
 static enum mr_status check(struct request *r, struct error *error)
 {
-    int acts = r->make_void + r->unvoid + (r->correct != NULL) + (r->observe != NULL) + (r->withdraw != 0) + (r->note && !r->observe);
-    bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side || !isnan(r->at_s) || r->form;
+    int acts = r->make_void + r->unvoid + (r->correct != NULL) + (r->observe != NULL) +
+               (r->withdraw != 0) + (r->note && !r->observe);
+    bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
+                   !isnan(r->at_s) || r->form;
     enum mr_status status = r->words[1] ? run_parse(r->words[1], &r->run, error) : MR_OK;
     if (status == MR_OK && acts && !r->run)
-        status = error_set(error, MR_USAGE, "which landing? matrig landing DB RUN; see matrig landing --help");
+        status = error_set(error, MR_USAGE,
+                           "which landing? matrig landing DB RUN; see matrig landing --help");
     if (status == MR_OK && acts > 1)
-        status = error_set(error, MR_USAGE, "one thing at a time: --note, --correct, --observe, --withdraw, --void or --unvoid; see matrig landing --help");
-    if (status == MR_OK && (r->make_void || r->unvoid || r->correct || r->withdraw) && !(r->reason && r->reason[0]))
-        status = error_set(error, MR_USAGE, "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
+        status = error_set(error, MR_USAGE,
+                           "one thing at a time: --note, --correct, --observe, --withdraw, --void "
+                           "or --unvoid; see matrig landing --help");
+    if (status == MR_OK && (r->make_void || r->unvoid || r->correct || r->withdraw) &&
+        !(r->reason && r->reason[0]))
+        status = error_set(
+            error, MR_USAGE,
+            "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
     if (status == MR_OK && r->note && !r->note[0])
-        status = error_set(error, MR_USAGE, "an empty note: matrig landing; write what there is to say");
+        status = error_set(error, MR_USAGE,
+                           "an empty note: matrig landing; write what there is to say");
     if (status == MR_OK && details && !r->observe)
-        status = error_set(error, MR_USAGE, "--station, --panels, --height, --side, --at and --form go with --observe; see matrig landing --help");
+        status = error_set(error, MR_USAGE,
+                           "--station, --panels, --height, --side, --at and --form go with "
+                           "--observe; see matrig landing --help");
     return status;
 }
 
@@ -249,22 +278,27 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN]",
-                "campaign database, and a landing in it; without RUN all are listed. Nothing is ever taken away: who said what,\n"
-                "when, what it was before and why stays, and is shown"),
+    HELP_ITEM("DB [RUN]", "campaign database, and a landing in it; without RUN all are listed. "
+                          "Nothing is ever taken away: who said what,\n"
+                          "when, what it was before and why stays, and is shown"),
     OPTION_TEXT("--note", "T", note, "a note"),
-    OPTION_TEXT("--correct", "F=V", correct,
-                "touchdown_ft (its station, used from then on), weight_lb (of the aircraft), pattern,\n"
-                "modification, runway, series; needs --reason"),
+    OPTION_TEXT(
+        "--correct", "F=V", correct,
+        "touchdown_ft (its station, used from then on), weight_lb (of the aircraft), pattern,\n"
+        "modification, runway, series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "the landing does not count: report leaves it out and says so, compare and predict refuse it without their\n"
+                "the landing does not count: report leaves it out and says so, compare and predict "
+                "refuse it without their\n"
                 "own --void. --unvoid takes that back. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
-                "wave, break or other, with --station FT, --panels N, --height IN, --side left|right|centre|across,\n"
-                "--form T (two-panel, end connector, ...), --at S (after touchdown), --note T"),
-    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0, "observation N was a mistake; needs --reason"),
+                  "wave, break or other, with --station FT, --panels N, --height IN, --side "
+                  "left|right|centre|across,\n"
+                  "--form T (two-panel, end connector, ...), --at S (after touchdown), --note T"),
+    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
+                 "observation N was a mistake; needs --reason"),
     OPTION_TEXT("--who", "W", who, "who says so; else the user"),
-    HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel"),
+    HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
+                 "--side left --form two-panel"),
     OPTION_TEXT("--reason", "T", reason, NULL),
     OPTION_NUMBER_SI("--station", "FT", station_ft, "ft", "m", 0.0, 120.0, (double)NAN, NULL),
     OPTION_WHOLE("--panels", "N", panels, 1.0, 420.0, 0.0, NULL),
@@ -276,7 +310,11 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_landing = {
-    "landing", landing_command,
-    "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | --void | --unvoid] [--reason T] [--who W]",
-    "notes, corrections and observations of landings, with their history", COMMAND_PARTS(parts), {1, 2, "DB [RUN]"},
+    "landing",
+    landing_command,
+    "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | "
+    "--void | --unvoid] [--reason T] [--who W]",
+    "notes, corrections and observations of landings, with their history",
+    COMMAND_PARTS(parts),
+    {1, 2, "DB [RUN]"},
 };

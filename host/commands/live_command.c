@@ -17,11 +17,12 @@
 #include "host/live/terminal.h"
 #include "host/store/store_follow.h"
 
-#define LOOK_MS 25           /* between two looks into the database */
-#define FIRST_FRAMES 30000   /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
+#define LOOK_MS       25 /* between two looks into the database */
+/* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
+#define FIRST_FRAMES  30000
 #define FRAMES_A_TURN 2000
-#define DRAW_MS 200
-#define LINE_MS 1000
+#define DRAW_MS       200
+#define LINE_MS       1000
 #define SESSION_LINKS 200
 
 struct watch {
@@ -48,13 +49,16 @@ static uint64_t now_ms(void)
 static void take_frame(void *context, const struct store_frame *frame)
 {
     struct watch *watch = context;
-    bool foreign = frame->link == LINK_CAN && frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR);
+    bool foreign = frame->link == LINK_CAN &&
+                   frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR);
     struct mr_message message;
     if (frame->id > UINT16_MAX || foreign || frame->link < 0 || frame->link >= LINK_KINDS ||
         mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK)
         return;
-    live_hub_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link, .message = &message,
-                                                           .host_us = (uint64_t)frame->host_us, .board_us = frame->board_us});
+    live_hub_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link,
+                                                           .message = &message,
+                                                           .host_us = (uint64_t)frame->host_us,
+                                                           .board_us = frame->board_us});
 }
 
 static void take_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
@@ -102,8 +106,10 @@ static void draw(struct watch *watch, struct live_model *model)
     struct winsize size = {.ws_col = 80, .ws_row = 24};
     const char *no_colour = getenv("NO_COLOR");
     ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
-    const struct live_screen screen = {.columns = size.ws_col ? size.ws_col : 80, .rows = size.ws_row ? size.ws_row : 24,
-                                       .colour = !no_colour || !*no_colour, .si = watch->cli->si};
+    const struct live_screen screen = {.columns = size.ws_col ? size.ws_col : 80,
+                                       .rows = size.ws_row ? size.ws_row : 24,
+                                       .colour = !no_colour || !*no_colour,
+                                       .si = watch->cli->si};
     live_terminal_draw(stdout, model, (int64_t)link_now_us(), store_path(watch->store), &screen);
     if (model->warning.on && !watch->rang)
         putchar('\a');
@@ -138,10 +144,12 @@ static enum mr_status run(struct watch *watch, double for_s, struct error *error
     sigaddset(&set, SIGTERM);
     sigprocmask(SIG_BLOCK, &set, NULL);
     signal(SIGPIPE, SIG_IGN);
-    struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK), .events = POLLIN};
+    struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
+                             .events = POLLIN};
     struct live_model *model = malloc(sizeof *model);
     uint64_t until_ms = isinf(for_s) ? UINT64_MAX : now_ms() + (uint64_t)(1e3 * for_s);
-    enum mr_status status = model ? MR_OK : error_set(error, MR_FULL, "no memory: the live view; close other programs");
+    enum mr_status status =
+        model ? MR_OK : error_set(error, MR_FULL, "no memory: the live view; close other programs");
     while (status == MR_OK && !ferror(stdout) && now_ms() < until_ms) {
         status = look(watch, error);
         if (status == MR_OK)
@@ -156,11 +164,15 @@ static enum mr_status run(struct watch *watch, double for_s, struct error *error
     return status;
 }
 
-static enum mr_status open_watch(struct watch *watch, const char *db, const char *port, struct error *error)
+static enum mr_status open_watch(struct watch *watch, const char *db, const char *port,
+                                 struct error *error)
 {
     enum mr_status status = store_open(db, STORE_OPEN, &watch->store, error);
-    watch->source = (struct live_source){.db = db, .si = watch->cli->si,
-                                         .no_commands = "arm and disarm on the page of the matrig log that holds the links (--live)"};
+    watch->source = (struct live_source){
+        .db = db,
+        .si = watch->cli->si,
+        .no_commands =
+            "arm and disarm on the page of the matrig log that holds the links (--live)"};
     if (status == MR_OK)
         status = store_follow_from(watch->store, FIRST_FRAMES, &watch->place, error);
     if (status == MR_OK)
@@ -197,7 +209,9 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     enum mr_status status = command_parse(&command_live, argc, argv, cli, &r, &db, &error);
     if (status == MR_OK && r.port && r.terminal)
-        status = error_set(&error, MR_USAGE, "--port is the page's, --terminal has none; give one of them; see matrig live --help");
+        status = error_set(
+            &error, MR_USAGE,
+            "--port is the page's, --terminal has none; give one of them; see matrig live --help");
     struct watch watch = {.cli = cli, .terminal = r.terminal};
     if (status == MR_OK)
         status = open_watch(&watch, db, r.port ? r.port : "8473", &error);
@@ -214,21 +228,28 @@ static int live_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB",
-                "campaign database that a running matrig log writes; followed, never written"),
+    HELP_ITEM("DB", "campaign database that a running matrig log writes; followed, never written"),
     OPTION_TEXT("--port", "PORT", port,
-                "serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any port that is free"),
+                "serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any "
+                "port that is free"),
     OPTION_FLAG("--terminal", terminal,
                 "show it in this terminal; when standard output is none, a line a second"),
-    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY, "stop after S seconds; else on Ctrl-C"),
-    HELP_NOTE("With --json: the state now, as one object, and no more. The page only watches: arm and disarm on that of matrig log --live,\n"
-              "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and the address that was printed."),
-    HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
-                 "         matrig live campaign.db --terminal"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
+                  "stop after S seconds; else on Ctrl-C"),
+    HELP_NOTE("With --json: the state now, as one object, and no more. The page only watches: arm "
+              "and disarm on that of matrig log --live,\n"
+              "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and "
+              "the address that was printed."),
+    HELP_EXAMPLE(
+        "matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
+        "         matrig live campaign.db --terminal"),
 };
 
 const struct command command_live = {
-    "live", live_command,
+    "live",
+    live_command,
     "DB [--port PORT] | DB --terminal",
-    "watch a board: a page in the browser, or this terminal", COMMAND_PARTS(parts), {1, 1, "DB"},
+    "watch a board: a page in the browser, or this terminal",
+    COMMAND_PARTS(parts),
+    {1, 1, "DB"},
 };

@@ -15,14 +15,15 @@
 #include "host/log/logger.h"
 #include "host/base/output.h"
 
-#define CLOCK_JUMP_US 50000 /* within a turn; one that is slewed goes 500 ppm of it */
-#define TURN_US 250000u /* what is due is looked for at least this often */
-#define TRANSACTION_US 40000u /* the same while something waits to be committed */
-#define LOCKED_MS 20 /* between two tries to begin the session */
-#define AWAY_S 3600.0 /* a cable that is off between two landings ends no day of logging */
+#define CLOCK_JUMP_US  50000   /* within a turn; one that is slewed goes 500 ppm of it */
+#define TURN_US        250000u /* what is due is looked for at least this often */
+#define TRANSACTION_US 40000u  /* the same while something waits to be committed */
+#define LOCKED_MS      20      /* between two tries to begin the session */
+#define AWAY_S         3600.0  /* a cable that is off between two landings ends no day of logging */
 
-/* The time of day is this computer's, which somebody, or NTP, may set while it is logging. Deadlines go by the monotonic clock; what has
- * been stamped keeps its stamp, and the campaign says from when on stamps are others. */
+/* The time of day is this computer's, which somebody, or NTP, may set while it is logging.
+ * Deadlines go by the monotonic clock; what has been stamped keeps its stamp, and the campaign says
+ * from when on stamps are others. */
 static void watch_clock(struct logger *logger)
 {
     int64_t ahead_us = (int64_t)(link_now_us() - logger_now_us());
@@ -30,8 +31,10 @@ static void watch_clock(struct logger *logger)
     logger->clock_ahead_us = ahead_us;
     if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)
         return;
-    cli_note(logger->cli, "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
-             (double)jump_us / 1e6);
+    cli_note(
+        logger->cli,
+        "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
+        (double)jump_us / 1e6);
     /* Behind what was stamped before; one of the links brings the event. */
     bool told = false;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -71,8 +74,10 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     uint64_t counted;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         bool takes = logger->open[kind] && !held;
-        ready[kind] = takes && (link_queue_listen(link_reader_queue(logger->reader[kind])) || logger->more[kind]);
-        polled[kind] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[kind]) : -1, .events = POLLIN};
+        ready[kind] = takes && (link_queue_listen(link_reader_queue(logger->reader[kind])) ||
+                                logger->more[kind]);
+        polled[kind] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[kind]) : -1,
+                                       .events = POLLIN};
         if (ready[kind])
             wait_ms = 0;
     }
@@ -81,11 +86,13 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news, .events = POLLIN};
     if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
         return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
-    if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 && errno != EAGAIN)
+    if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 &&
+        errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
     for (int kind = 0; kind < LINK_KINDS; kind++)
         ready[kind] = ready[kind] || (polled[kind].fd >= 0 && polled[kind].revents) ||
-                      (logger->open[kind] && !held && link_queue_unread(link_reader_queue(logger->reader[kind])));
+                      (logger->open[kind] && !held &&
+                       link_queue_unread(link_reader_queue(logger->reader[kind])));
     *signalled = polled[SIGNALS].revents & POLLIN && logger_signalled(logger, signals);
     if (polled[TYPED].fd >= 0 && polled[TYPED].revents)
         typed_read(&logger->typed);
@@ -93,7 +100,8 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
 }
 
 /* What has come, and what is due of it: into the campaign, and to the user. */
-static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS], struct error *error)
+static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS],
+                                 struct error *error)
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
@@ -113,7 +121,8 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
     while (!logger->ended_by) {
         bool ready[LINK_KINDS] = {false, false};
         bool signalled = false;
-        enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled, error);
+        enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled,
+                                              error);
         if (status == MR_OK)
             status = logger_rescue(logger, error);
         if (status == MR_OK)
@@ -141,7 +150,8 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
 }
 
 /* The session begins, when the campaign takes it: what comes meanwhile waits. */
-static enum mr_status begin_session(struct logger *logger, int signals, const char *can, const char *serial, struct error *error)
+static enum mr_status begin_session(struct logger *logger, int signals, const char *can,
+                                    const char *serial, struct error *error)
 {
     for (;;) {
         enum mr_status status = logger_begin(logger, error);
@@ -150,7 +160,8 @@ static enum mr_status begin_session(struct logger *logger, int signals, const ch
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_take_refusal(logger->store);
-        if (refused != STORE_LOCKED) /* nothing has been logged yet: whoever started it is there and can do something */
+        /* nothing has been logged yet: whoever started it is there and can do something */
+        if (refused != STORE_LOCKED)
             return status;
         watch_refused(&logger->watch, refused, error->text);
         struct pollfd asked = {.fd = signals, .events = POLLIN};
@@ -166,13 +177,17 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
     logger->news = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     enum mr_status status = MR_OK;
     if (logger->news < 0)
-        return error_set(error, MR_IO, "no eventfd (%s): the links; check the limits of this system", strerror(errno));
+        return error_set(error, MR_IO,
+                         "no eventfd (%s): the links; check the limits of this system",
+                         strerror(errno));
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (logger->link[kind])
-            status = link_reader_open(logger->link[kind], (enum link_kind)kind, 0, logger->news, watch_blame, &logger->watch,
-                                      &logger->reader[kind], error);
+            status = link_reader_open(logger->link[kind], (enum link_kind)kind, 0, logger->news,
+                                      watch_blame, &logger->watch, &logger->reader[kind], error);
     }
-    return status == MR_OK ? watch_begin(&logger->watch, logger->reader, store_path(logger->store), error) : status;
+    return status == MR_OK
+             ? watch_begin(&logger->watch, logger->reader, store_path(logger->store), error)
+             : status;
 }
 
 static enum mr_status run(struct logger *logger, int signals, const char *can, const char *serial,
@@ -185,12 +200,13 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
         return status;
     if (logger->live.hub)
         collector_listen(logger->collector, &logger->live.listener);
-    /* The session is in the campaign before anything else: a transaction that fails later leaves it there. */
+    /* The session is in the campaign before anything else: a transaction that fails later leaves it
+     * there. */
     status = logger_commit(logger, error);
     if (status == MR_OK)
         status = collect(logger, signals, for_s, error);
-    /* Whatever went wrong, what was received stays, and the session is closed if the database still takes it.
-     */
+    /* Whatever went wrong, what was received stays, and the session is closed if the database still
+     * takes it. */
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
@@ -201,24 +217,32 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
     if (status == MR_OK && logger->taken[0])
-        status = logger->saved[0] ? error_set(error, MR_IO, "%s; all that was logged%s%s is in %s", logger->taken,
-                                              logger->lost_before[0] ? " since " : "", logger->lost_before, logger->saved)
-                                  : error_set(error, MR_IO, "%s; it could not be saved beside", logger->taken);
+        status = logger->saved[0]
+                   ? error_set(error, MR_IO, "%s; all that was logged%s%s is in %s", logger->taken,
+                               logger->lost_before[0] ? " since " : "", logger->lost_before,
+                               logger->saved)
+                   : error_set(error, MR_IO, "%s; it could not be saved beside", logger->taken);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
         status = logger_check_heard(logger, can, serial, error);
     if (status == MR_OK && logger->shown == 0)
-        cli_note(logger->cli, "no landing was armed; what came is in %s", store_path(logger->store));
+        cli_note(logger->cli, "no landing was armed; what came is in %s",
+                 store_path(logger->store));
     return status;
 }
 
-static enum mr_status open_live(struct logger *logger, const char *where, const char *can, const char *serial, const char *db,
-                                struct error *error)
+static enum mr_status open_live(struct logger *logger, const char *where, const char *can,
+                                const char *serial, const char *db, struct error *error)
 {
     bool listens = logger->mute[LINK_CAN] && logger->mute[LINK_SERIAL];
-    const struct live_source source = {.db = db, .can = can, .serial = serial, .commands = !listens, .si = logger->cli->si,
-                                       .no_commands = listens ? "matrig log was told to listen only (--listen)" : NULL};
+    const struct live_source source = {
+        .db = db,
+        .can = can,
+        .serial = serial,
+        .commands = !listens,
+        .si = logger->cli->si,
+        .no_commands = listens ? "matrig log was told to listen only (--listen)" : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
     if (status == MR_OK) { /* also with --quiet: nobody could guess it */
         fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
@@ -237,10 +261,10 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
     return status;
 }
 
-/* An existing database is checked before any link is opened; a new one is made only once the links are open.
- */
-static enum mr_status open_all(struct logger *logger, const char *can, const char *serial, const char *db, const char *live,
-                               struct error *error)
+/* An existing database is checked before any link is opened; a new one is made only once the links
+ * are open. */
+static enum mr_status open_all(struct logger *logger, const char *can, const char *serial,
+                               const char *db, const char *live, struct error *error)
 {
     const char *const spec[LINK_KINDS] = {can, serial};
     enum mr_status status = MR_OK;
@@ -272,13 +296,15 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     enum mr_status status = command_parse(&command_log, argc, argv, cli, &r, NULL, &error);
     if (status == MR_OK && !r.can && !r.serial)
-        status =
-            error_set(&error, MR_USAGE,
-                      "no link: matrig log needs --can LINK or --serial LINK or both; see matrig log --help");
+        status = error_set(
+            &error, MR_USAGE,
+            "no link: matrig log needs --can LINK or --serial LINK or both; see matrig log --help");
     if (status == MR_OK && !r.db)
-        status = error_set(&error, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
+        status = error_set(&error, MR_USAGE,
+                           "no database: matrig log needs --db DB; see matrig log --help");
     if (status == MR_OK && r.listen && r.commands)
-        status = error_set(&error, MR_USAGE, "--listen and --commands: nothing is sent, or commands are; give one");
+        status = error_set(&error, MR_USAGE,
+                           "--listen and --commands: nothing is sent, or commands are; give one");
     if (status == MR_OK)
         status = output_check(r.page, r.force, r.db, &error);
     struct mr_symbols symbols = {0};
@@ -298,7 +324,11 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {r.listen, r.listen}, .symbols = symbols, .wait_s = r.wait_s,
+    struct logger logger = {.cli = cli,
+                            .landings = json_array(),
+                            .mute = {r.listen, r.listen},
+                            .symbols = symbols,
+                            .wait_s = r.wait_s,
                             .look = {.db = r.db, .page = r.page, .force = r.force, .si = cli->si}};
     logger.hold.cause = WATCH_NONE;
     logger.news = -1;
@@ -339,34 +369,49 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port; either link may be left out"),
     OPTION_TEXT("--db", "DB", db, "campaign database, made when it does not exist"),
-    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY, "stop after S seconds; else at the end of the links, or on Ctrl-C"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
+                  "stop after S seconds; else at the end of the links, or on Ctrl-C"),
     OPTION_TEXT("--live", "PORT", live,
-                "show it in a browser of this computer as it comes, arm and disarm there; see matrig live --help"),
+                "show it in a browser of this computer as it comes, arm and disarm there; see "
+                "matrig live --help"),
     OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
     OPTION_FLAG("--commands", commands,
-                "take arm [N] and disarm, a line each, from standard input; it does without when that is a terminal.\n"
+                "take arm [N] and disarm, a line each, from standard input; it does without when "
+                "that is a terminal.\n"
                 "Before it arms it asks, and sends when the next line is yes"),
-    OPTION_TEXT("--elf", "F", elf, "the image that the board runs: names the function of a processor fault"),
+    OPTION_TEXT("--elf", "F", elf,
+                "the image that the board runs: names the function of a processor fault"),
     OPTION_TEXT("--page", "F", page,
                 "keep the report in F up to date: written beside the logging when a landing ends"),
-    OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S, "wait so long for a device that was unplugged or is down; else an hour"),
+    OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S,
+                  "wait so long for a device that was unplugged or is down; else an hour"),
     OPTION_FORCE(force),
-    HELP_NOTE("When a landing ends its summary is printed; when its links fall silent in the middle, what came until then."),
-    HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page landing.html"),
+    HELP_NOTE("When a landing ends its summary is printed; when its links fall silent in the "
+              "middle, what came until then."),
+    HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
+                 "landing.html"),
     HELP_NOTE("\n"
               "LINK is one of"),
 #define LINK_OF(name, form, text) HELP_ITEM(form, text),
 #include "host/link/kinds.def"
-    HELP_NOTE("Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus has errors alone; the message says which.\n"
+    HELP_NOTE("Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus "
+              "has errors alone; the message says which.\n"
               "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
-              "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"
-              "A campaign that another program holds, a slow and a full disk are waited for: a queue keeps 60 s of full links. What it cannot keep\n"
-              "is counted and said. One that is moved, replaced, deleted or written over is saved as DB-saved-DATE.db beside, and gone on\n"
+              "A device that goes away is waited for; what it lost is counted and said. What "
+              "serial lost of a landing is filled from CAN.\n"
+              "A campaign that another program holds, a slow and a full disk are waited for: a "
+              "queue keeps 60 s of full links. What it cannot keep\n"
+              "is counted and said. One that is moved, replaced, deleted or written over is saved "
+              "as DB-saved-DATE.db beside, and gone on\n"
               "with; exit 3."),
 };
 
 const struct command command_log = {
-    "log", log_command,
-    "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] [--page F] [--force] [--wait S]",
-    "collect landings from a board", COMMAND_PARTS(parts), {0, 0, ""},
+    "log",
+    log_command,
+    "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] "
+    "[--page F] [--force] [--wait S]",
+    "collect landings from a board",
+    COMMAND_PARTS(parts),
+    {0, 0, ""},
 };

@@ -8,9 +8,9 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 
-#define READINGS_MAX 1000
-#define IN_PER_FT 12.0
-#define RAD_PER_DEG (M_PI / 180.0)
+#define READINGS_MAX   1000
+#define IN_PER_FT      12.0
+#define RAD_PER_DEG    (M_PI / 180.0)
 #define PARAMETERS_MAX 8
 
 struct parameter {
@@ -37,7 +37,8 @@ static void add(struct reader *reader, const char *key, const char *unit, const 
 
 static bool is_reading(const json_t *value)
 {
-    const json_t *list = json_object_get(value, "readings"), *error = json_object_get(value, "error"), *entry;
+    const json_t *list = json_object_get(value, "readings"),
+                 *error = json_object_get(value, "error"), *entry;
     size_t i;
     if (json_is_number(value))
         return true;
@@ -52,8 +53,8 @@ static bool is_reading(const json_t *value)
                                      : json_is_number(json_object_get(value, "value"));
 }
 
-/* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}. Must be above
- * 0. */
+/* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}.
+ * Must be above 0. */
 static enum mr_status take(struct reader *reader, const char *group, const char *name,
                            struct estimate *estimate)
 {
@@ -63,14 +64,16 @@ static enum mr_status take(struct reader *reader, const char *group, const char 
     double readings[READINGS_MAX];
     size_t count = 1;
     if (!value)
-        return error_set(reader->error, MR_MALFORMED, "reading missing: %s: %s; give %s", reader->path, group,
-                         name);
+        return error_set(reader->error, MR_MALFORMED, "reading missing: %s: %s; give %s",
+                         reader->path, group, name);
     if (!is_reading(value))
         return error_set(reader->error, MR_MALFORMED,
-                         "no reading: %s: %s.%s; give a number, {\"value\": V, \"error\": E} or {\"readings\": [at most %d numbers]}",
+                         "no reading: %s: %s.%s; give a number, {\"value\": V, \"error\": E} or "
+                         "{\"readings\": [at most %d numbers]}",
                          reader->path, group, name, READINGS_MAX);
     if (!(each >= 0.0))
-        return error_set(reader->error, MR_MALFORMED, "reading out of range: %s: %s.%s has error %g; give 0 or more",
+        return error_set(reader->error, MR_MALFORMED,
+                         "reading out of range: %s: %s.%s has error %g; give 0 or more",
                          reader->path, group, name, each);
     if (json_is_number(value))
         readings[0] = json_number_value(value);
@@ -81,7 +84,8 @@ static enum mr_status take(struct reader *reader, const char *group, const char 
         readings[0] = json_number_value(json_object_get(value, "value"));
     for (size_t i = 0; i < count; i++) {
         if (!(readings[i] > 0.0))
-            return error_set(reader->error, MR_MALFORMED, "reading out of range: %s: %s.%s is %g; give a number above 0",
+            return error_set(reader->error, MR_MALFORMED,
+                             "reading out of range: %s: %s.%s is %g; give a number above 0",
                              reader->path, group, name, readings[i]);
     }
     *estimate = params_mean(readings, count, each);
@@ -89,18 +93,20 @@ static enum mr_status take(struct reader *reader, const char *group, const char 
 }
 
 /* A list of numbers, for a slope. */
-static enum mr_status take_list(struct reader *reader, const char *group, const char *name, double factor,
-                                double *values, size_t *count)
+static enum mr_status take_list(struct reader *reader, const char *group, const char *name,
+                                double factor, double *values, size_t *count)
 {
     const json_t *list = json_object_get(json_object_get(reader->root, group), name);
     if (!json_is_array(list) || json_array_size(list) > READINGS_MAX)
-        return error_set(reader->error, MR_MALFORMED, "list missing: %s: %s; give %s, at most %d numbers",
-                         reader->path, group, name, READINGS_MAX);
+        return error_set(reader->error, MR_MALFORMED,
+                         "list missing: %s: %s; give %s, at most %d numbers", reader->path, group,
+                         name, READINGS_MAX);
     *count = json_array_size(list);
     for (size_t i = 0; i < *count; i++) {
         if (!json_is_number(json_array_get(list, i)))
-            return error_set(reader->error, MR_MALFORMED, "not a number: %s: %s.%s[%zu]; give numbers",
-                             reader->path, group, name, i);
+            return error_set(reader->error, MR_MALFORMED,
+                             "not a number: %s: %s.%s[%zu]; give numbers", reader->path, group,
+                             name, i);
         values[i] = factor * json_number_value(json_array_get(list, i));
     }
     return MR_OK;
@@ -110,8 +116,8 @@ static enum mr_status same_length(struct reader *reader, const char *group, size
 {
     if (a != b)
         return error_set(reader->error, MR_MALFORMED,
-                         "lists of different lengths: %s: %s has %zu and %zu; give pairs", reader->path,
-                         group, a, b);
+                         "lists of different lengths: %s: %s has %zu and %zu; give pairs",
+                         reader->path, group, a, b);
     return MR_OK;
 }
 
@@ -129,48 +135,59 @@ static enum mr_status read_inertia(struct reader *reader)
         take(reader, "inertia", "period_s", &period) != MR_OK)
         return reader->error->status;
     add(reader, "W", "lb", "weighing", weight);
-    add(reader, "I", "slug ft2", "period on two cords", params_inertia(weight, spacing, cord, period));
+    add(reader, "I", "slug ft2", "period on two cords",
+        params_inertia(weight, spacing, cord, period));
     return MR_OK;
 }
 
-/* One line on why readings of a spring behind a free travel say nothing of it. x comes in units of `per_unit`. */
-static enum mr_status refuse_travel(struct reader *reader, const char *group, const struct params_travel *travel, size_t count,
+/* One line on why readings of a spring behind a free travel say nothing of it. x comes in units of
+ * `per_unit`. */
+static enum mr_status refuse_travel(struct reader *reader, const char *group,
+                                    const struct params_travel *travel, size_t count,
                                     double per_unit, const char *unit, const char *y_unit)
 {
     double in = travel->last_in / per_unit, out = travel->first_out / per_unit;
     char between[80] = "";
     switch (travel->kind) {
     case PARAMS_TRAVEL_FALLS:
-        return error_set(reader->error, MR_MALFORMED, "falls instead of rising: %s: %s; check the signs of both lists",
+        return error_set(reader->error, MR_MALFORMED,
+                         "falls instead of rising: %s: %s; check the signs of both lists",
                          reader->path, group);
     case PARAMS_TRAVEL_INSIDE:
         return error_set(reader->error, MR_TOO_FEW,
-                         "no reading beyond the free travel: %s: %s: up to %.6g %s there is nothing but scatter (%.2g %s): the "
-                         "free travel is at least %.6g %s, the stiffness cannot be told; give three or more readings beyond",
+                         "no reading beyond the free travel: %s: %s: up to %.6g %s there is "
+                         "nothing but scatter (%.2g %s): the "
+                         "free travel is at least %.6g %s, the stiffness cannot be told; give "
+                         "three or more readings beyond",
                          reader->path, group, in, unit, travel->scatter, y_unit, in, unit);
     case PARAMS_TRAVEL_FEW:
         if (isfinite(in))
-            snprintf(between, sizeof between, ": the free travel ends between %.6g and %.6g %s", in, out, unit);
+            snprintf(between, sizeof between, ": the free travel ends between %.6g and %.6g %s", in,
+                     out, unit);
         return error_set(reader->error, MR_TOO_FEW,
-                         "too few readings beyond the free travel: %s: %s: %zu of %zu%s; give three or more beyond",
+                         "too few readings beyond the free travel: %s: %s: %zu of %zu%s; give "
+                         "three or more beyond",
                          reader->path, group, travel->beyond, count, between);
     default:
         return error_set(reader->error, MR_TOO_FEW,
-                         "no spring to be told from the scatter: %s: %s: slope %.3g +- %.2g %s per %s over %zu readings; give "
+                         "no spring to be told from the scatter: %s: %s: slope %.3g +- %.2g %s per "
+                         "%s over %zu readings; give "
                          "more readings, farther beyond the free travel",
-                         reader->path, group, travel->k.value * per_unit, travel->k.error * per_unit, y_unit, unit,
-                         travel->beyond);
+                         reader->path, group, travel->k.value * per_unit,
+                         travel->k.error * per_unit, y_unit, unit, travel->beyond);
     }
 }
 
 /* "WHAT", or "WHAT, 4 of 7 readings beyond the free travel". */
-static const char *from_travel(struct reader *reader, const char *what, const struct params_travel *travel, size_t count)
+static const char *from_travel(struct reader *reader, const char *what,
+                               const struct params_travel *travel, size_t count)
 {
     char *text = reader->from[reader->count];
     if (travel->beyond == count)
         snprintf(text, sizeof reader->from[0], "%s", what);
     else
-        snprintf(text, sizeof reader->from[0], "%s, %zu of %zu readings beyond the free travel", what, travel->beyond, count);
+        snprintf(text, sizeof reader->from[0], "%s, %zu of %zu readings beyond the free travel",
+                 what, travel->beyond, count);
     return text;
 }
 
@@ -215,9 +232,10 @@ static enum mr_status read_hinge(struct reader *reader)
         return reader->error->status;
     for (size_t i = 0; i < angles; i++) {
         if (!(angle[i] >= 0.0))
-            return error_set(reader->error, MR_MALFORMED,
-                             "angle below 0: %s: hinge: %g degrees; give each way of turning on its own, from 0", reader->path,
-                             angle[i] / RAD_PER_DEG);
+            return error_set(
+                reader->error, MR_MALFORMED,
+                "angle below 0: %s: hinge: %g degrees; give each way of turning on its own, from 0",
+                reader->path, angle[i] / RAD_PER_DEG);
     }
     if (has(reader, "hinge", "strip_in")) {
         if (take(reader, "hinge", "strip_in", &strip) != MR_OK ||
@@ -232,13 +250,16 @@ static enum mr_status read_hinge(struct reader *reader)
     struct estimate tad = {travel.free.value / RAD_PER_DEG, travel.free.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         return error_set(reader->error, MR_MALFORMED,
-                         "a moment without turning: %s: hinge: the readings' line meets no moment at %.3g +- %.2g degrees; check "
+                         "a moment without turning: %s: hinge: the readings' line meets no moment "
+                         "at %.3g +- %.2g degrees; check "
                          "where angle and moment are 0",
                          reader->path, tad.value, tad.error);
     tad.value = fmax(0.0, tad.value); /* below 0 by less than its error */
-    add(reader, "KT", "ft lb/rad", from_travel(reader, "slope of moment against angle", &travel, angles),
+    add(reader, "KT", "ft lb/rad",
+        from_travel(reader, "slope of moment against angle", &travel, angles),
         params_hinge_stiffness(travel.k, wider));
-    add(reader, "TAD_deg", "deg", from_travel(reader, "angle without moment", &travel, angles), tad);
+    add(reader, "TAD_deg", "deg", from_travel(reader, "angle without moment", &travel, angles),
+        tad);
     return MR_OK;
 }
 
@@ -293,19 +314,22 @@ static enum mr_status check_names(struct reader *reader)
         if (key[0] == '_')
             continue;
         if (group && !json_is_object(value))
-            return error_set(reader->error, MR_MALFORMED, "wrong type: %s: %s; give an object with%s", reader->path, key,
+            return error_set(reader->error, MR_MALFORMED,
+                             "wrong type: %s: %s; give an object with%s", reader->path, key,
                              group->names);
         if (!group)
-            return error_set(reader->error, MR_MALFORMED,
-                             "unknown test: %s: \"%s\"; tests are inertia, tension, hinge, pull, deflection",
-                             reader->path, key);
+            return error_set(
+                reader->error, MR_MALFORMED,
+                "unknown test: %s: \"%s\"; tests are inertia, tension, hinge, pull, deflection",
+                reader->path, key);
         json_object_foreach(value, name, inner)
         {
             char padded[64];
             snprintf(padded, sizeof padded, " %s ", name);
             if (name[0] != '_' && !strstr(group->names, padded))
                 return error_set(reader->error, MR_MALFORMED,
-                                 "unknown reading: %s: %s: \"%s\"; it has%s", reader->path, key, name, group->names);
+                                 "unknown reading: %s: %s: \"%s\"; it has%s", reader->path, key,
+                                 name, group->names);
         }
     }
     return MR_OK;
@@ -322,8 +346,9 @@ static enum mr_status read_all(struct reader *reader)
     for (size_t i = 0; i < reader->count; i++) {
         const struct parameter *p = &reader->parameters[i];
         if (!isfinite(p->estimate.value) || !isfinite(p->estimate.error))
-            return error_set(reader->error, MR_NUMERICS, "beyond all numbers: %s: %s (%s); check the readings",
-                             reader->path, p->key, p->from);
+            return error_set(reader->error, MR_NUMERICS,
+                             "beyond all numbers: %s: %s (%s); check the readings", reader->path,
+                             p->key, p->from);
     }
     if (reader->count == 0)
         return error_set(reader->error, MR_MALFORMED, "no readings: %s; see matrig params --help",
@@ -340,7 +365,8 @@ static json_t *scene_of(const struct reader *reader)
         char key[24], text[200];
         snprintf(key, sizeof key, "_%s", p->key);
         if (p->estimate.error > 0.0)
-            snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from, p->estimate.error, p->unit);
+            snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from,
+                     p->estimate.error, p->unit);
         else
             snprintf(text, sizeof text, "from %s, error unknown: no reading states one", p->from);
         json_object_set_new(scene, p->key, cli_json_number(p->estimate.value, 6));
@@ -349,7 +375,8 @@ static json_t *scene_of(const struct reader *reader)
     return scene;
 }
 
-static int show(const struct reader *reader, const char *output_path, bool force, const struct cli *cli)
+static int show(const struct reader *reader, const char *output_path, bool force,
+                const struct cli *cli)
 {
     struct error error = {0};
     json_t *scene = scene_of(reader), *list = json_object();
@@ -357,9 +384,10 @@ static int show(const struct reader *reader, const char *output_path, bool force
         const struct parameter *p = &reader->parameters[i];
         bool known = p->estimate.error > 0.0; /* one that nobody stated is not 0 */
         json_object_set_new(list, p->key,
-                            json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12), "error",
-                                      known ? cli_json_number(p->estimate.error, 6) : json_null(), "unit", p->unit,
-                                      "from", p->from));
+                            json_pack("{s:o,s:o,s:s,s:s}", "value",
+                                      cli_json_number(p->estimate.value, 12), "error",
+                                      known ? cli_json_number(p->estimate.error, 6) : json_null(),
+                                      "unit", p->unit, "from", p->from));
         if (cli->json)
             continue;
         printf("%-8s %14.6g ", p->key, p->estimate.value);
@@ -407,10 +435,12 @@ static int params_command(int argc, char **argv, const struct cli *cli)
     struct reader reader = {.path = words[0], .root = root, .error = &error};
     int code;
     if (!root)
-        error_set(&error, MR_MALFORMED, "no JSON object: %s: line %d column %d: %s; see matrig params --help",
-                  words[0], where.line, where.column, where.text);
+        error_set(&error, MR_MALFORMED,
+                  "no JSON object: %s: line %d column %d: %s; see matrig params --help", words[0],
+                  where.line, where.column, where.text);
     else if (!json_is_object(root))
-        error_set(&error, MR_MALFORMED, "no JSON object: %s: it begins with [; see matrig params --help", words[0]);
+        error_set(&error, MR_MALFORMED,
+                  "no JSON object: %s: it begins with [; see matrig params --help", words[0]);
     else
         read_all(&reader);
     code = error.status != MR_OK ? cli_fail(&error) : show(&reader, r.output_path, r.force, cli);
@@ -420,15 +450,18 @@ static int params_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("READINGS",
-                "JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
-                "{\"readings\": [...], \"error\": E}, with standard errors\n"
-                "inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
-                "tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: KL\n"
-                "hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
-                "            (readings within the free travel are found and left out; three or more must lie beyond)\n"
-                "pull        pull_lb, weight_lb: f\n"
-                "deflection  load_lb, deflection_in [, mats]: KV"),
+    HELP_ITEM(
+        "READINGS",
+        "JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
+        "{\"readings\": [...], \"error\": E}, with standard errors\n"
+        "inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
+        "tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: "
+        "KL\n"
+        "hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
+        "            (readings within the free travel are found and left out; three or more must "
+        "lie beyond)\n"
+        "pull        pull_lb, weight_lb: f\n"
+        "deflection  load_lb, deflection_in [, mats]: KV"),
     OPTION_TEXT("-o", "F", output_path, "write the parameters as the beginning of a scene"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
@@ -436,7 +469,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_params = {
-    "params", params_command,
+    "params",
+    params_command,
     "READINGS [-o F] [--force]",
-    "readings of simple tests to scene parameters", COMMAND_PARTS(parts), {1, 1, "READINGS"},
+    "readings of simple tests to scene parameters",
+    COMMAND_PARTS(parts),
+    {1, 1, "READINGS"},
 };

@@ -20,7 +20,8 @@ static void tell_migration(const char *line)
     fprintf(stderr, "matrig: %s\n", line);
 }
 
-int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv, const struct cli *cli)
+int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
+                const struct cli *cli)
 {
     store_on_migration(cli->quiet ? NULL : tell_migration);
     return program_end(run(argc, argv, cli));

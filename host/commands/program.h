@@ -4,11 +4,13 @@
 
 #include "host/base/cli.h"
 
-/* What was printed must have arrived: returns exit_code, or when exit_code is 0 and standard output failed, the code of that error,
- * which is then told on standard error. */
+/* What was printed must have arrived: returns exit_code, or when exit_code is 0 and standard output
+ * failed, the code of that error, which is then told on standard error. */
 int program_end(int exit_code);
 
-/* Runs a command: argv[0] is the command's name. A campaign that is migrated on the way is told on standard error, unless --quiet. */
-int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv, const struct cli *cli);
+/* Runs a command: argv[0] is the command's name. A campaign that is migrated on the way is told on
+ * standard error, unless --quiet. */
+int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
+                const struct cli *cli);
 
 #endif

@@ -52,20 +52,24 @@ static void default_paths(struct replay *replay)
 static enum mr_status make_directory(struct replay *replay, struct error *error)
 {
     const char *base = getenv("TMPDIR");
-    snprintf(replay->directory, 200, "%s/matrig-replay.XXXXXX", base && *base && strlen(base) < 150 ? base : "/tmp");
+    snprintf(replay->directory, 200, "%s/matrig-replay.XXXXXX",
+             base && *base && strlen(base) < 150 ? base : "/tmp");
     if (mkdtemp(replay->directory))
         return MR_OK;
     char made[PATH_MAX];
     memcpy(made, replay->directory, sizeof made);
     replay->directory[0] = '\0';
-    return error_set(error, MR_IO, "cannot make a temporary directory (%s): %s; set TMPDIR to one that can be written",
-                     strerror(errno), made);
+    return error_set(
+        error, MR_IO,
+        "cannot make a temporary directory (%s): %s; set TMPDIR to one that can be written",
+        strerror(errno), made);
 }
 
 static void remove_directory(const struct replay *replay)
 {
-    static const char *const names[] = {"replay.txt", "can.log", "serial.bin", "board.txt", "flash.bin",
-                                        "firmware.elf", "campaign.db", "campaign.db-wal", "campaign.db-shm"};
+    static const char *const names[] = {"replay.txt",  "can.log",         "serial.bin",
+                                        "board.txt",   "flash.bin",       "firmware.elf",
+                                        "campaign.db", "campaign.db-wal", "campaign.db-shm"};
     char path[PATH_MAX + 20];
     if (!replay->directory[0])
         return;
@@ -76,8 +80,8 @@ static void remove_directory(const struct replay *replay)
     rmdir(replay->directory);
 }
 
-static enum mr_status find_losses(struct store *store, const struct replay *replay, struct diff_options *options,
-                                  struct error *error)
+static enum mr_status find_losses(struct store *store, const struct replay *replay,
+                                  struct diff_options *options, struct error *error)
 {
     struct store_gap *gap;
     size_t gaps;
@@ -94,25 +98,31 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
 {
     struct store *answers = NULL;
     int64_t run = 0;
-    replay->board.duration_s = (double)(replay->input.last_block - replay->input.shift_blocks) / 1e3 + 2.0;
+    replay->board.duration_s =
+        (double)(replay->input.last_block - replay->input.shift_blocks) / 1e3 + 2.0;
     cli_note(cli, "playing %.3f s to %s", replay->board.duration_s, replay->board.elf);
-    enum mr_status status = replay_board_run(&replay->board, replay->directory, &answers, &run, error);
+    enum mr_status status = replay_board_run(&replay->board, replay->directory, &answers, &run,
+                                             error);
     if (status == MR_OK)
         status = answers_load(answers, run, &replay->replayed, error);
     store_close(answers);
     return status;
 }
 
-/* The configuration that the landing was recorded under goes with it, into copy A of the board's flash. What is built in belongs to
- * the image. Where the database does not hold it, the difference shows in config_crc. */
-static enum mr_status give_configuration(struct replay *replay, struct store *store, struct error *error)
+/* The configuration that the landing was recorded under goes with it, into copy A of the board's
+ * flash. What is built in belongs to the image. Where the database does not hold it, the difference
+ * shows in config_crc. */
+static enum mr_status give_configuration(struct replay *replay, struct store *store,
+                                         struct error *error)
 {
     static struct mr_config config;
     static uint8_t flash[CONFIG_COPY_A + MR_CONFIG_IMAGE];
     char path[PATH_MAX + 20];
     char *text = NULL;
     int64_t crc = replay->recorded.landing.config_crc;
-    enum mr_status status = crc == STORE_NONE ? MR_OK : store_configuration_get(store, (uint32_t)crc, &text, error);
+    enum mr_status status = crc == STORE_NONE
+                              ? MR_OK
+                              : store_configuration_get(store, (uint32_t)crc, &text, error);
     if (status == MR_OK && text)
         status = configtext_read(text, replay->db, &config, error);
     replay->board.flash = status == MR_OK && text && config.site[0].revision > 0;
@@ -129,7 +139,8 @@ static enum mr_status give_configuration(struct replay *replay, struct store *st
     return MR_OK;
 }
 
-static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli, struct error *error)
+static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli,
+                                 struct error *error)
 {
     struct diff_options options = {0};
     char path[PATH_MAX + 20];
@@ -158,8 +169,10 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
 
 /* ---- a bundle ---- */
 
-/* What is checked is what is replayed: campaign and image are unpacked into the temporary folder, from memory. */
-static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struct store **store, struct error *error)
+/* What is checked is what is replayed: campaign and image are unpacked into the temporary folder,
+ * from memory. */
+static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struct store **store,
+                             struct error *error)
 {
     char path[PATH_MAX + 20];
     bool firmware = false;
@@ -171,7 +184,8 @@ static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struc
         status = bundle_save_campaign(bundle, path, error);
     if (status == MR_OK)
         status = store_open(path, STORE_READ, store, error);
-    snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf", replay->directory);
+    snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf",
+             replay->directory);
     if (status == MR_OK && firmware && !replay->elf_asked) {
         replay->board.elf = replay->elf_unpacked;
         status = bundle_save_file(bundle, BUNDLE_FIRMWARE, replay->elf_unpacked, error);
@@ -180,19 +194,23 @@ static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struc
 }
 
 /* One that is damaged is refused, after what is whole in it was saved. */
-static enum mr_status open_bundle(struct replay *replay, struct store **store, const struct cli *cli, struct error *error)
+static enum mr_status open_bundle(struct replay *replay, struct store **store,
+                                  const struct cli *cli, struct error *error)
 {
     struct bundle *bundle = NULL;
     char verdict[450];
     enum mr_status status = bundle_open(replay->db, &bundle, &replay->check, error);
     if (status == MR_OK && replay->save)
-        status = bundle_save(bundle, &replay->check, replay->save, replay->force, replay->saved, error);
+        status = bundle_save(bundle, &replay->check, replay->save, replay->force, replay->saved,
+                             error);
     if (status == MR_OK) {
         bundle_verdict(&replay->check, verdict, sizeof verdict);
         bool sound = bundle_sound(&replay->check);
-        replay->bundle_told = cli->json ? replay->verify_only && replay->check.parts > 0 : replay->verify_only || !sound;
+        replay->bundle_told = cli->json ? replay->verify_only && replay->check.parts > 0
+                                        : replay->verify_only || !sound;
         if (!sound || (replay->verify_only && (!replay->check.sealed || replay->check.aside)))
-            status = error_set(error, replay->check.truncated ? MR_TRUNCATED : MR_MALFORMED, "%s: %s; get it once more%s", verdict, replay->db,
+            status = error_set(error, replay->check.truncated ? MR_TRUNCATED : MR_MALFORMED,
+                               "%s: %s; get it once more%s", verdict, replay->db,
                                replay->save ? "" : ", or save what is whole with --save DIR");
         else if (!replay->verify_only)
             cli_note(cli, "%s: %s", replay->db, verdict);
@@ -206,7 +224,8 @@ static enum mr_status open_bundle(struct replay *replay, struct store **store, c
 static void replay_answer(const struct replay *replay, struct answer *answer)
 {
     const struct replay_input *input = &replay->input;
-    unsigned recorded = (unsigned)replay->recorded.landing.image_crc, replayed = (unsigned)replay->replayed.landing.image_crc;
+    unsigned recorded = (unsigned)replay->recorded.landing.image_crc,
+             replayed = (unsigned)replay->replayed.landing.image_crc;
     answer_words(answer, "db", NULL, "%s", replay->db);
     answer_count(answer, "run", "RUN", replay->run);
     answer_count(answer, NULL, "landing", replay->recorded.landing.board_landing);
@@ -214,25 +233,33 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     answer_count(answer, "last_block", "last block", input->last_block);
     answer_count(answer, "edges", "edges", (int64_t)input->edges);
     answer_count(answer, "commands", "commands", (int64_t)input->commands);
-    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->surveyed)->end = " segments";
+    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->surveyed)->end =
+        " segments";
     answer_words(answer, "image", NULL, "%08x", replayed);
     answer_words(answer, "recorded_image", NULL, "%08x", recorded);
     if (replay->same_image)
         answer_words(answer, NULL, "image", "%08x, the one that recorded it", replayed);
     else
-        answer_words(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)", replayed, replay->replayed.landing.firmware,
-                     recorded, replay->recorded.landing.firmware);
+        answer_words(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)",
+                     replayed, replay->replayed.landing.firmware, recorded,
+                     replay->recorded.landing.firmware);
     if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
-        answer_words(answer, NULL, "configuration", "%08x recorded, %08x replayed: the database does not hold it",
-                     (unsigned)replay->recorded.landing.config_crc, (unsigned)replay->replayed.landing.config_crc);
-    answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end = " measured before the landing, given again";
+        answer_words(answer, NULL, "configuration",
+                     "%08x recorded, %08x replayed: the database does not hold it",
+                     (unsigned)replay->recorded.landing.config_crc,
+                     (unsigned)replay->replayed.landing.config_crc);
+    answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end =
+        " measured before the landing, given again";
     answer_flag(answer, "runway", NULL, input->runway);
     if (input->runway)
-        answer_words(answer, NULL, "runway", "the one that the landing was armed with, given again");
+        answer_words(answer, NULL, "runway",
+                     "the one that the landing was armed with, given again");
     answer_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
-        answer_words(answer, NULL, "moved", "by %lld s: block %lld of the record is block %lld of the replay", (long long)(-input->shift_blocks / 1000),
-                     (long long)input->armed_block, (long long)(input->armed_block - input->shift_blocks));
+        answer_words(answer, NULL, "moved",
+                     "by %lld s: block %lld of the record is block %lld of the replay",
+                     (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
+                     (long long)(input->armed_block - input->shift_blocks));
     if (replay->bundled) {
         answer_open(answer, "bundle", NULL);
         bundle_answer(&replay->check, replay->save ? replay->saved : NULL, answer);
@@ -241,14 +268,17 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     diff_answer(&replay->diff, answer);
 }
 
-static enum mr_status parse(struct replay *replay, int argc, char **argv, const struct cli *cli, struct error *error)
+static enum mr_status parse(struct replay *replay, int argc, char **argv, const struct cli *cli,
+                            struct error *error)
 {
     const char *words[2];
     enum mr_status status = command_parse(&command_replay, argc, argv, cli, replay, words, error);
     replay->bundled = status == MR_OK && !words[1];
     replay->run = 1;
     if (status == MR_OK && !replay->bundled && (replay->verify_only || replay->save))
-        status = error_set(error, MR_USAGE, "%s is for a bundle, which has no RUN: '%s'; leave the RUN away", replay->save ? "--save" : "--verify", words[1]);
+        status = error_set(error, MR_USAGE,
+                           "%s is for a bundle, which has no RUN: '%s'; leave the RUN away",
+                           replay->save ? "--save" : "--verify", words[1]);
     if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
     replay->elf_asked = replay->board.elf != NULL;
@@ -263,11 +293,13 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct store *store = NULL;
     if (!replay)
-        return error_set(&error, MR_FULL, "no memory: replay; close other programs"), cli_fail(&error);
+        return error_set(&error, MR_FULL, "no memory: replay; close other programs"),
+               cli_fail(&error);
     enum mr_status status = parse(replay, argc, argv, cli, &error);
     default_paths(replay);
     if (status == MR_OK)
-        status = replay->bundled ? open_bundle(replay, &store, cli, &error) : store_open(replay->db, STORE_READ, &store, &error);
+        status = replay->bundled ? open_bundle(replay, &store, cli, &error)
+                                 : store_open(replay->db, STORE_READ, &store, &error);
     if (status == MR_OK && !replay->verify_only)
         status = replay_run(replay, store, cli, &error);
     store_close(store);
@@ -293,16 +325,23 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct replay
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    HELP_ITEM("BUNDLE",
-                "a file of matrig bundle: every part is checked, then it is replayed with the image in it"),
-    OPTION_FLAG("--verify", verify_only, "check the bundle alone; exit 4 when anything is not as it was made"),
-    OPTION_TEXT("--save", "DIR", save,
-                "write those files in the bundle that are whole into this folder, also of a damaged one"),
-    OPTION_CHOICE("--speed", "S", speed, "speed", "max|real", "max (the default), or real: by the wall clock"),
-    OPTION_TEXT("--elf", "F", board.elf, "firmware image; else the bundle's, or the one that came with matrig"),
-    OPTION_TEXT("--board", "F", board.program, "the emulated board; else matrig-board beside matrig"),
+    HELP_ITEM(
+        "BUNDLE",
+        "a file of matrig bundle: every part is checked, then it is replayed with the image in it"),
+    OPTION_FLAG("--verify", verify_only,
+                "check the bundle alone; exit 4 when anything is not as it was made"),
+    OPTION_TEXT(
+        "--save", "DIR", save,
+        "write those files in the bundle that are whole into this folder, also of a damaged one"),
+    OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
+                  "max (the default), or real: by the wall clock"),
+    OPTION_TEXT("--elf", "F", board.elf,
+                "firmware image; else the bundle's, or the one that came with matrig"),
+    OPTION_TEXT("--board", "F", board.program,
+                "the emulated board; else matrig-board beside matrig"),
     OPTION_FLAG("--exact", exact_asked,
-                "every field must be equal, also when another image recorded the landing; else such a landing\n"
+                "every field must be equal, also when another image recorded the landing; else "
+                "such a landing\n"
                 "is compared within tolerances, which the output states"),
     OPTION_FORCE(force),
     HELP_NOTE("Exit 1 when anything differs."),
@@ -310,7 +349,11 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_replay = {
-    "replay", replay_command,
-    "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR [--force]]",
-    "a recorded landing through the firmware again, and whether it says the same", COMMAND_PARTS(parts), {1, 2, "DB RUN, or BUNDLE"},
+    "replay",
+    replay_command,
+    "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR "
+    "[--force]]",
+    "a recorded landing through the firmware again, and whether it says the same",
+    COMMAND_PARTS(parts),
+    {1, 2, "DB RUN, or BUNDLE"},
 };

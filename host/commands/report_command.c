@@ -50,8 +50,10 @@ static int report_sweep(const char *results, const char *path, bool force, const
         path = made_path;
     }
     struct output output;
-    if (output_not_input(path, results, &error) == MR_OK && output_begin(&output, path, force, &error) == MR_OK) {
-        sweep_page_write(output.file, strrchr(results, '/') ? strrchr(results, '/') + 1 : results, &table);
+    if (output_not_input(path, results, &error) == MR_OK &&
+        output_begin(&output, path, force, &error) == MR_OK) {
+        sweep_page_write(output.file, strrchr(results, '/') ? strrchr(results, '/') + 1 : results,
+                         &table);
         output_end(&output, &error);
     }
     if (error.status == MR_OK && cli->json)
@@ -63,7 +65,8 @@ static int report_sweep(const char *results, const char *path, bool force, const
 }
 
 /* Nothing is written unless all of it could be made. */
-static enum mr_status write_page(const struct report *report, const char *path, bool force, struct error *error)
+static enum mr_status write_page(const struct report *report, const char *path, bool force,
+                                 struct error *error)
 {
     char *text = NULL;
     size_t length = 0;
@@ -93,7 +96,10 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && is_sweep(words[0]))
         return report_sweep(words[0], r.path, r.force, cli);
     if (status == MR_OK && r.film && (stat(r.film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
-        status = error_set(&error, MR_IO, "cannot read the film's folder: %s; --film names a folder with a folder of pictures for each RUN", r.film);
+        status = error_set(&error, MR_IO,
+                           "cannot read the film's folder: %s; --film names a folder with a folder "
+                           "of pictures for each RUN",
+                           r.film);
     report.path = words[0];
     report.film = r.film;
     report.run = r.run;
@@ -114,7 +120,8 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && cli->json)
         exit_code = cli_print_json(report_json(r.path, &report), 0);
     else if (status == MR_OK)
-        cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s", r.path);
+        cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s",
+                 r.path);
     report_free(&report);
     store_close(report.store);
     return status != MR_OK ? cli_fail(&error) : exit_code;
@@ -124,10 +131,12 @@ static int report_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     HELP_ITEM("SWEEP.jsonl", "results of matrig sweep"),
-    OPTION_TEXT("-o", "F", path, "where to write the page; else the name of what it shows with .html"),
+    OPTION_TEXT("-o", "F", path,
+                "where to write the page; else the name of what it shows with .html"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
     OPTION_TEXT("--film", "FOLDER", film,
-                "pictures of the film (JPEG, PNG; the last number in a name is the frame's), a folder RUN for each landing"),
+                "pictures of the film (JPEG, PNG; the last number in a name is the frame's), a "
+                "folder RUN for each landing"),
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
     OPTION_FORCE(force),
     HELP_NOTE("A PDF of it is printed by the browser. "),
@@ -135,7 +144,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_report = {
-    "report", report_command,
+    "report",
+    report_command,
     "DB [-o F.html] [--force] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]",
-    "the campaign, or a sweep, as one page, with plots", COMMAND_PARTS(parts), {1, 1, "DB"},
+    "the campaign, or a sweep, as one page, with plots",
+    COMMAND_PARTS(parts),
+    {1, 1, "DB"},
 };

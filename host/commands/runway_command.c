@@ -1,4 +1,5 @@
-/* matrig board runway: what a board's predictor knows of the runway: show it, give it one from a file, make it forget. */
+/* matrig board runway: what a board's predictor knows of the runway: show it, give it one from a
+ * file, make it forget. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -12,7 +13,7 @@
 #include "host/base/units.h"
 
 #define HMIL_PER_IN 100000.0
-#define ACROSS 7u         /* slacks in a row of the table */
+#define ACROSS      7u   /* slacks in a row of the table */
 #define CLOSED_HMIL 200u /* 0.002 in, as the predictor has it */
 
 /* --- what is printed --- */
@@ -27,7 +28,7 @@ static const char *copy_text(unsigned copy, char out[40])
         return "not read yet";
     if (copy == 0)
         return "whole";
-    snprintf(out, 40, "damaged (%s)", mr_status_text((enum mr_status)-(int)copy));
+    snprintf(out, 40, "damaged (%s)", mr_status_text((enum mr_status) - (int)copy));
     return out;
 }
 
@@ -56,13 +57,15 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
     answer_words(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
     answer_count(answer, "mats", "mats", state->mats);
     answer_count(answer, "landings", "landings", state->landings);
-    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->end = " of the closing resistance configured";
+    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->end =
+        " of the closing resistance configured";
     answer_count(answer, "crc", NULL, (int64_t)stored->crc);
     answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
     answer_words(answer, "copy_a", "copy A", "%s", copy_text(stored->copy_a, a));
     answer_words(answer, "copy_b", "copy B", "%s", copy_text(stored->copy_b, b));
     answer_count(answer, "closed_joints", NULL, closed_of(state));
-    answer_words(answer, NULL, "joints", "%u of %u closed to 0.002 in", closed_of(state), state->mats + 1u);
+    answer_words(answer, NULL, "joints", "%u of %u closed to 0.002 in", closed_of(state),
+                 state->mats + 1u);
     answer_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
         answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
@@ -82,14 +85,18 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-static enum mr_status write_file(const char *path, bool force, const struct mr_predictor_state *state, struct error *error)
+static enum mr_status write_file(const char *path, bool force,
+                                 const struct mr_predictor_state *state, struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, force, error) != MR_OK)
         return error->status;
     FILE *file = output.file;
-    fprintf(file, "# A board's runway: openings of its joints in inches, upfield first. matrig board runway load gives it to a board.\n"
-                  "mats %u\nlandings %u\nresistance %.9g\n", state->mats, state->landings, (double)state->scale);
+    fprintf(file,
+            "# A board's runway: openings of its joints in inches, upfield first. matrig board "
+            "runway load gives it to a board.\n"
+            "mats %u\nlandings %u\nresistance %.9g\n",
+            state->mats, state->landings, (double)state->scale);
     for (unsigned j = 0; j <= state->mats; j++)
         fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_hmil[j] / HMIL_PER_IN);
     return output_end(&output, error);
@@ -109,42 +116,50 @@ static bool take_line(const char *line, struct mr_predictor_state *state, bool *
         return state->landings = (uint16_t)number, true;
     if (sscanf(line, "resistance %lf %c", &value, &rest) == 1 && isfinite(value))
         return state->scale = (float)value, true;
-    if (sscanf(line, "joint %u %lf %c", &number, &value, &rest) != 2 || number < 1 || number > MR_RUNWAY_JOINTS ||
-        !(value >= 0.0 && value * HMIL_PER_IN <= UINT16_MAX) || given[number - 1u])
+    if (sscanf(line, "joint %u %lf %c", &number, &value, &rest) != 2 || number < 1 ||
+        number > MR_RUNWAY_JOINTS || !(value >= 0.0 && value * HMIL_PER_IN <= UINT16_MAX) ||
+        given[number - 1u])
         return false;
     given[number - 1u] = true;
     state->gap_hmil[number - 1u] = (uint16_t)lround(value * HMIL_PER_IN);
     return true;
 }
 
-static enum mr_status read_file(const char *path, struct mr_predictor_state *state, struct error *error)
+static enum mr_status read_file(const char *path, struct mr_predictor_state *state,
+                                struct error *error)
 {
     bool given[MR_RUNWAY_JOINTS] = {false};
     char line[200];
     unsigned number = 0, joints = 0;
     FILE *file = fopen(path, "r");
     if (!file)
-        return error_set(error, MR_IO, "cannot be read (%s): %s; matrig board runway -o FILE makes one", strerror(errno), path);
+        return error_set(error, MR_IO,
+                         "cannot be read (%s): %s; matrig board runway -o FILE makes one",
+                         strerror(errno), path);
     *state = (struct mr_predictor_state){.scale = 1.0f};
     enum mr_status status = MR_OK;
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         number++;
         if (!take_line(line, state, given))
-            status = error_set(error, MR_MALFORMED, "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES, each once",
+            status = error_set(error, MR_MALFORMED,
+                               "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES, each once",
                                (int)strcspn(line, "\r\n"), line, path, number);
     }
     fclose(file);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
         joints += given[j];
     if (status == MR_OK && (state->mats == 0 || joints != state->mats + 1u))
-        status = error_set(error, MR_MALFORMED, "%u joints of %u mats: %s; it must say its mats, and each joint from 1 to mats + 1", joints,
-                           state->mats, path);
+        status = error_set(
+            error, MR_MALFORMED,
+            "%u joints of %u mats: %s; it must say its mats, and each joint from 1 to mats + 1",
+            joints, state->mats, path);
     return status;
 }
 
 /* `state`: to be given. */
-static enum mr_status do_verb(struct runwaytalk *talk, struct dialogue *dialogue, const char *verb, const struct mr_predictor_state *state,
-                              const char *out, bool force, struct error *error)
+static enum mr_status do_verb(struct runwaytalk *talk, struct dialogue *dialogue, const char *verb,
+                              const struct mr_predictor_state *state, const char *out, bool force,
+                              struct error *error)
 {
     enum mr_status status = runwaytalk_begin(talk, dialogue, error);
     if (status == MR_OK && strcmp(verb, "load") == 0)
@@ -167,17 +182,26 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     struct mr_predictor_state state;
     struct error error = {0};
-    enum mr_status status = command_parse(&command_board_runway, argc, argv, cli, &r, words, &error);
+    enum mr_status status = command_parse(&command_board_runway, argc, argv, cli, &r, words,
+                                          &error);
     const char *verb = status == MR_OK && words[1] ? words[1] : "show";
     bool load = strcmp(verb, "load") == 0;
     if (status == MR_OK && strcmp(words[0], "runway") != 0)
-        status = error_set(&error, MR_USAGE, "one thing at a time: '%s' and runway; see matrig board --help", words[0]);
+        status = error_set(&error, MR_USAGE,
+                           "one thing at a time: '%s' and runway; see matrig board --help",
+                           words[0]);
     if (status == MR_OK && !load && strcmp(verb, "show") != 0 && strcmp(verb, "forget") != 0)
-        status = error_set(&error, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help", verb);
+        status = error_set(&error, MR_USAGE,
+                           "not show, load or forget: '%s'; see matrig board --help", verb);
     if (status == MR_OK && load != (words[2] != NULL))
-        status = error_set(&error, MR_USAGE, load ? "which runway? matrig board runway load needs a FILE" : "a FILE is load's: '%s'", words[2]);
+        status = error_set(&error, MR_USAGE,
+                           load ? "which runway? matrig board runway load needs a FILE"
+                                : "a FILE is load's: '%s'",
+                           words[2]);
     if (status == MR_OK && !r.serial)
-        status = error_set(&error, MR_USAGE, "no link: matrig board runway needs --serial LINK; see matrig board --help");
+        status =
+            error_set(&error, MR_USAGE,
+                      "no link: matrig board runway needs --serial LINK; see matrig board --help");
     if (status == MR_OK && load)
         status = read_file(words[2], &state, &error);
     if (status == MR_OK)
@@ -199,10 +223,11 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("runway",
-                "what the board's predictor knows of the runway: landings, joints, where it comes from; -o writes it to a file.\n"
-                "load F gives the board that of a file, forget: nobody has measured it. Not from arm to done.\n"
-                "matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+    HELP_WORD("runway", "what the board's predictor knows of the runway: landings, joints, where "
+                        "it comes from; -o writes it to a file.\n"
+                        "load F gives the board that of a file, forget: nobody has measured it. "
+                        "Not from arm to done.\n"
+                        "matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
     OPTION_TEXT("-o", "FILE", out, NULL),
     OPTION_FLAG("--force", force, NULL),
@@ -210,5 +235,10 @@ static const struct command_part parts[] = {
 
 /* Of matrig board. */
 const struct command command_board_runway = {
-    "board", runway_command, "runway [show|load FILE|forget]", "what the predictor knows of the runway", COMMAND_PARTS(parts), {1, 3, "runway [show|load FILE|forget]"},
+    "board",
+    runway_command,
+    "runway [show|load FILE|forget]",
+    "what the predictor knows of the runway",
+    COMMAND_PARTS(parts),
+    {1, 3, "runway [show|load FILE|forget]"},
 };

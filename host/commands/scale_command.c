@@ -11,16 +11,19 @@
 
 #define GRAVITY_FT_S2 32.174
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct scale_request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct scale_request *request, struct error *error)
 {
     if (command_parse(&command_scale, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
     while (request->count < SCALE_WORDS_MAX && request->words[request->count])
         request->count++;
     if (isnan(request->n))
-        request->n = request->lay_deg > 0.0 && !request->to ? 1.0 : 7.0; /* to lay joints anew does not scale */
+        /* to lay joints anew does not scale */
+        request->n = request->lay_deg > 0.0 && !request->to ? 1.0 : 7.0;
     request->to_model = request->to && strcmp(request->to, "model") == 0;
-    request->rule = request->keep && strcmp(request->keep, "modulus") == 0 ? MR_KEEP_MODULUS : MR_KEEP_DENSITY;
+    request->rule = request->keep && strcmp(request->keep, "modulus") == 0 ? MR_KEEP_MODULUS
+                                                                           : MR_KEEP_DENSITY;
     return MR_OK;
 }
 
@@ -41,7 +44,8 @@ static void power_text(int half_powers, char text[16])
 static int show_ratios(const struct scale_request *request, const struct cli *cli)
 {
     struct answer *answer = scale_answer(request);
-    answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->n, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->n,
+                    request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
     answer_table(answer, "ratios", "");
     for (size_t i = 0; i < mr_quantity_count; i++) {
         const struct mr_quantity *quantity = &mr_quantities[i];
@@ -51,7 +55,9 @@ static int show_ratios(const struct scale_request *request, const struct cli *cl
         answer_words(answer, "name", "quantity", "%s", quantity->name);
         answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
         answer_words(answer, "power", "power", "%s", power);
-        answer_value(answer, "ratio", "ratio", UNIT_NUMBER, mr_similitude_ratio(request->rule, request->n, quantity->dimension), -6)->digits = 12;
+        answer_value(answer, "ratio", "ratio", UNIT_NUMBER,
+                     mr_similitude_ratio(request->rule, request->n, quantity->dimension), -6)
+            ->digits = 12;
         answer_close(answer);
     }
     answer_close(answer);
@@ -69,22 +75,27 @@ static enum mr_status read_value(const char *word, struct value *value, struct e
     char name[40];
     if (!equals || equals == word || (size_t)(equals - word) >= sizeof name)
         return error_set(error, MR_USAGE,
-                         "not a quantity: '%s'; give NAME=VALUE (matrig scale lists the names)", word);
+                         "not a quantity: '%s'; give NAME=VALUE (matrig scale lists the names)",
+                         word);
     memcpy(name, word, (size_t)(equals - word));
     name[equals - word] = '\0';
     value->quantity = mr_quantity_find(name);
     for (size_t i = 0; !value->quantity && i < mr_quantity_count; i++) {
-        if (strcasecmp(name, mr_quantities[i].symbol) == 0 || strcasecmp(name, mr_quantities[i].name) == 0)
-            return error_set(error, MR_USAGE, "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names", name,
-                             mr_quantities[i].symbol, mr_quantities[i].name);
+        if (strcasecmp(name, mr_quantities[i].symbol) == 0 ||
+            strcasecmp(name, mr_quantities[i].name) == 0)
+            return error_set(error, MR_USAGE,
+                             "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names",
+                             name, mr_quantities[i].symbol, mr_quantities[i].name);
     }
     if (!value->quantity)
-        return error_set(error, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
+        return error_set(error, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names",
+                         name);
     return cli_number(equals + 1, name, -1e30, 1e30, &value->from, error);
 }
 
 /* The ten inputs of the pi terms, of either side; NaN where nothing was given. */
-static void pi_inputs(const struct value *values, size_t count, bool scaled, double inputs[MR_PI_INPUTS])
+static void pi_inputs(const struct value *values, size_t count, bool scaled,
+                      double inputs[MR_PI_INPUTS])
 {
     for (int i = 0; i < MR_PI_INPUTS; i++) {
         inputs[i] = strcmp(mr_pi_inputs[i], "gravity") == 0 ? GRAVITY_FT_S2 : (double)NAN;
@@ -111,7 +122,8 @@ static int scale_values(const struct scale_request *request, const struct cli *c
             return cli_fail(&error);
         for (size_t k = 0; k < i; k++) {
             if (values[k].quantity == values[i].quantity)
-                error_set(&error, MR_USAGE, "given twice: %s; leave one out", values[i].quantity->name);
+                error_set(&error, MR_USAGE, "given twice: %s; leave one out",
+                          values[i].quantity->name);
         }
         if (error.status != MR_OK)
             return cli_fail(&error);
@@ -123,7 +135,8 @@ static int scale_values(const struct scale_request *request, const struct cli *c
     answer_open(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
         const struct mr_quantity *quantity = values[i].quantity;
-        answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from, values[i].to, quantity->unit);
+        answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from,
+                     values[i].to, quantity->unit);
         answer_open(answer, quantity->name, NULL);
         answer_both(answer, values[i].from, values[i].to);
         answer_words(answer, "unit", NULL, "%s", quantity->unit);
@@ -132,7 +145,8 @@ static int scale_values(const struct scale_request *request, const struct cli *c
     answer_close(answer);
     answer_open(answer, "pi", "");
     for (size_t i = 0; i < mr_pi_term_count; i++) {
-        double before = mr_pi_value(&mr_pi_terms[i], from), after = mr_pi_value(&mr_pi_terms[i], to);
+        double before = mr_pi_value(&mr_pi_terms[i], from),
+               after = mr_pi_value(&mr_pi_terms[i], to);
         char label[40];
         if (!isfinite(before) || !isfinite(after))
             continue;
@@ -154,9 +168,11 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     bool file = request.count == 1 && !strchr(request.words[0], '=');
     if (request.lay_deg > 0.0 && !file)
-        error_set(&error, MR_USAGE, "nothing to lay: --lay is for a scene or a campaign; give its file");
+        error_set(&error, MR_USAGE,
+                  "nothing to lay: --lay is for a scene or a campaign; give its file");
     else if (request.output_path && request.count > 0 && !file)
-        error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out", request.output_path);
+        error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
+                  request.output_path);
     else
         output_check(request.output_path, request.force, file ? request.words[0] : NULL, &error);
     if (error.status != MR_OK)
@@ -168,30 +184,39 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct scale_request
 static const struct command_part parts[] = {
-    HELP_ITEM("NAME=VALUE",
-                "a quantity, by name or symbol; without any, all ratios are listed. Dimensionless terms that the\n"
-                "given quantities make up are shown for both sides"),
+    HELP_ITEM("NAME=VALUE", "a quantity, by name or symbol; without any, all ratios are listed. "
+                            "Dimensionless terms that the\n"
+                            "given quantities make up are shown for both sides"),
     HELP_ITEM("SCENE",
-                "scene file, JSON: every key is scaled, defaults that scale are written out"),
-    HELP_ITEM("CAMPAIGN",
-                "study file (it has landings): runway, aircraft, landings and what they apply, its scene inside"),
-    OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype", "prototype (the default: what is given is the model's) or model"),
-    OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, (double)NAN, "prototype length / model length; else 7"),
+              "scene file, JSON: every key is scaled, defaults that scale are written out"),
+    HELP_ITEM("CAMPAIGN", "study file (it has landings): runway, aircraft, landings and what they "
+                          "apply, its scene inside"),
+    OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
+                  "prototype (the default: what is given is the model's) or model"),
+    OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, (double)NAN,
+                  "prototype length / model length; else 7"),
     HELP_ITEM("--keep density", "the 1/7 model's rule: forces by n^3 (the default)"),
     HELP_ITEM("--keep modulus", "the pilot model's rule: forces by n^2"),
     OPTION_NUMBER("--lay", "DEG", lay_deg, "deg", 1.0, 80.0, 0.0,
-                "turn the joints of a standard pattern so far from straight across: the keys of a strip along the runway,\n"
-                "N so that it stays as long; scales only with --to or --n. Sliding (lay_slide, lay_mu) is yours to add"),
+                  "turn the joints of a standard pattern so far from straight across: the keys of "
+                  "a strip along the runway,\n"
+                  "N so that it stays as long; scales only with --to or --n. Sliding (lay_slide, "
+                  "lay_mu) is yours to add"),
     OPTION_TEXT("-o", "F", output_path, "where to write the scene; else standard output"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
-    HELP_EXAMPLE("matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
-                 "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json"),
+    HELP_EXAMPLE(
+        "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
+        "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json"),
     OPTION_CHOICE("--keep", "RULE", keep, "rule", "density|modulus", NULL),
 };
 
 const struct command command_scale = {
-    "scale", scale_command,
-    "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] [--lay DEG] [-o F] [--force]",
-    "quantities, scenes and study files between model and prototype", COMMAND_PARTS(parts), {0, SCALE_WORDS_MAX, "NAME=VALUE... or SCENE"},
+    "scale",
+    scale_command,
+    "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] "
+    "[--lay DEG] [-o F] [--force]",
+    "quantities, scenes and study files between model and prototype",
+    COMMAND_PARTS(parts),
+    {0, SCALE_WORDS_MAX, "NAME=VALUE... or SCENE"},
 };

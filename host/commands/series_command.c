@@ -45,14 +45,17 @@ static enum mr_status list_series(struct store *store, struct answer *answer, st
     return status;
 }
 
-static enum mr_status begin_series(const char *db, struct store *store, const struct store_series *series, struct error *error)
+static enum mr_status begin_series(const char *db, struct store *store,
+                                   const struct store_series *series, struct error *error)
 {
     struct store_series *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_series_all(store, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (strcmp(rows[i].name, series->name) == 0)
-            status = error_set(error, MR_USAGE, "there is a series '%s' already: %s; give another name", series->name, db);
+            status = error_set(error, MR_USAGE,
+                               "there is a series '%s' already: %s; give another name",
+                               series->name, db);
     }
     free(rows);
     return status == MR_OK ? store_series_add(store, series, error) : status;
@@ -72,9 +75,11 @@ static int series_command(int argc, char **argv, const struct cli *cli)
     struct answer *answer = answer_new(cli->si);
     enum mr_status status = command_parse(&command_series, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && !words[1] && (r.runway || r.pattern || r.modification || r.notes))
-        status = error_set(&error, MR_USAGE, "which series? matrig series DB NAME; see matrig series --help");
+        status = error_set(&error, MR_USAGE,
+                           "which series? matrig series DB NAME; see matrig series --help");
     if (status == MR_OK && words[1] && (!words[1][0] || strlen(words[1]) >= sizeof series.name))
-        status = error_set(&error, MR_USAGE, "not a name: '%s'; 1 to %zu characters", words[1], sizeof series.name - 1);
+        status = error_set(&error, MR_USAGE, "not a name: '%s'; 1 to %zu characters", words[1],
+                           sizeof series.name - 1);
     if (status == MR_OK)
         status = store_open(words[0], words[1] ? STORE_CREATE : STORE_READ, &store, &error);
     said_fill(series.name, sizeof series.name, words[1]);
@@ -98,8 +103,9 @@ static int series_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     HELP_ITEM("NAME",
-                "begin a series of this name: landings that are armed from now on belong to it"),
-    HELP_EXAMPLE("matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'"),
+              "begin a series of this name: landings that are armed from now on belong to it"),
+    HELP_EXAMPLE("matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands "
+                 "tensioned'"),
     OPTION_TEXT("--runway", "T", runway, NULL),
     OPTION_TEXT("--pattern", "T", pattern, NULL),
     OPTION_TEXT("--modification", "T", modification, NULL),
@@ -108,7 +114,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_series = {
-    "series", series_command,
+    "series",
+    series_command,
     "DB [NAME [--runway T] [--pattern T] [--modification T] [--notes T] [--who W]]",
-    "series of landings: begin one, or list them", COMMAND_PARTS(parts), {1, 2, "DB [NAME]"},
+    "series of landings: begin one, or list them",
+    COMMAND_PARTS(parts),
+    {1, 2, "DB [NAME]"},
 };

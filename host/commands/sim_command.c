@@ -14,7 +14,7 @@
 #include "host/sim/sim_answer.h"
 #include "host/commands/study_start.h"
 
-#define M_PER_FT 0.3048
+#define M_PER_FT  0.3048
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
 
 #define PROGRESS_S 0.5 /* between two lines of --progress */
@@ -26,14 +26,18 @@ struct request {
     struct sim_options options;
 };
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct request *request, struct error *error)
 {
     if (command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, error) != MR_OK)
         return error->status;
     if (request->keys && argc > 2)
-        return error_set(error, MR_USAGE, "nothing goes with --keys: the keys are those of any scene; give --keys alone");
+        return error_set(
+            error, MR_USAGE,
+            "nothing goes with --keys: the keys are those of any scene; give --keys alone");
     if (!request->keys && !request->scene_path)
-        return error_set(error, MR_USAGE, "something is missing: matrig sim needs SCENE; see matrig sim --help");
+        return error_set(error, MR_USAGE,
+                         "something is missing: matrig sim needs SCENE; see matrig sim --help");
     return output_check(request->csv_path, request->force, request->scene_path, error);
 }
 
@@ -55,8 +59,10 @@ static bool go_on(void *ctx, int pass, double part)
 {
     struct progress *progress = ctx;
     if (progress->shown && steady_s() >= progress->next_s) {
-        fprintf(stderr, cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%" : "matrig: sim: pass %d: %.0f %%\n", pass,
-                100.0 * part);
+        fprintf(stderr,
+                cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%"
+                               : "matrig: sim: pass %d: %.0f %%\n",
+                pass, 100.0 * part);
         progress->drawn = cli_terminal();
         progress->next_s = steady_s() + PROGRESS_S;
     }
@@ -64,10 +70,12 @@ static bool go_on(void *ctx, int pass, double part)
 }
 
 /* Ctrl-C ends the run and leaves what was computed; a second one ends the program. */
-static enum mr_status run_scene(struct request *request, const struct sim_scene *scene, const struct cli *cli,
-                                struct sim_result *result, struct error *error)
+static enum mr_status run_scene(struct request *request, const struct sim_scene *scene,
+                                const struct cli *cli, struct sim_result *result,
+                                struct error *error)
 {
-    struct progress progress = {.shown = request->progress && !cli->quiet, .next_s = steady_s() + PROGRESS_S};
+    struct progress progress = {.shown = request->progress && !cli->quiet,
+                                .next_s = steady_s() + PROGRESS_S};
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.go_on = go_on;
     request->options.go_on_ctx = &progress;
@@ -80,9 +88,11 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
     return error->status;
 }
 
-/* History of the mats asked for, one row per sample: displacements, and in the planar models heights of left ends. */
+/* History of the mats asked for, one row per sample: displacements, and in the planar models
+ * heights of left ends. */
 static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
-                                const struct sim_result *result, const struct cli *cli, struct error *error)
+                                const struct sim_result *result, const struct cli *cli,
+                                struct error *error)
 {
     double unit = cli->si ? M_PER_FT : 1.0;
     struct output output;
@@ -107,13 +117,14 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
 }
 
 /* With --csv the mats asked for are sampled at their middles. */
-static enum mr_status ask_history(struct request *request, const struct sim_scene *scene, double **stations,
-                                  struct error *error)
+static enum mr_status ask_history(struct request *request, const struct sim_scene *scene,
+                                  double **stations, struct error *error)
 {
     size_t count = sim_shown_count(scene);
     *stations = calloc(count, sizeof **stations);
     if (!*stations)
-        return error_set(error, MR_FULL, "out of memory: a history of %zu mats; give fewer u_mats", count);
+        return error_set(error, MR_FULL, "out of memory: a history of %zu mats; give fewer u_mats",
+                         count);
     for (size_t i = 0; i < count; i++)
         (*stations)[i] = (sim_shown_mat(scene, i) - 0.5) * scene->length_ft;
     request->options.station_ft = *stations;
@@ -171,18 +182,25 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("SCENE", "scene file, JSON; a number may be text with its unit: \"ground_damping\": \"175 N s/m\""),
+    HELP_ITEM(
+        "SCENE",
+        "scene file, JSON; a number may be text with its unit: \"ground_damping\": \"175 N s/m\""),
     OPTION_FLAG("--keys", keys,
-                "list the keys of scenes with default, unit and meaning; with --json the JSON Schema of a scene"),
+                "list the keys of scenes with default, unit and meaning; with --json the JSON "
+                "Schema of a scene"),
     OPTION_TEXT("--solver", "S", options.solver,
-                "auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
+                "auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, "
+                "hamming for the\n"
                 "planar models, fixed for the chain. Each answer is checked by a second run"),
-    OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
-                "tolerance of the solver; fixed: the error estimate allowed, of the largest movement"),
+    OPTION_NUMBER(
+        "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
+        "tolerance of the solver; fixed: the error estimate allowed, of the largest movement"),
     OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and fixed"),
-    OPTION_FLAG("--no-prune", options.no_prune, "integrate every mat all the time, also those at rest"),
+    OPTION_FLAG("--no-prune", options.no_prune,
+                "integrate every mat all the time, also those at rest"),
     OPTION_TEXT("--csv", "F", csv_path,
-                "write the history of the mats in u_mats (or all): displacements, heights of their left ends"),
+                "write the history of the mats in u_mats (or all): displacements, heights of their "
+                "left ends"),
     OPTION_FLAG("--progress", progress, "say how far the run is"),
     OPTION_FORCE(force),
     HELP_NOTE("Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5)."),
@@ -190,7 +208,10 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_sim = {
-    "sim", sim_command,
+    "sim",
+    sim_command,
     "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress] | --keys",
-    "run a mat scene", COMMAND_PARTS(parts), {0, 1, "SCENE"},
+    "run a mat scene",
+    COMMAND_PARTS(parts),
+    {0, 1, "SCENE"},
 };

@@ -18,14 +18,16 @@ static bool try(char *path, size_t size, const char *folder, size_t length, cons
 {
     struct stat file;
     int need = snprintf(path, size, "%.*s%s" NAME, (int)length, folder, below);
-    return need > 0 && (size_t)need < size && stat(path, &file) == 0 && S_ISREG(file.st_mode) && access(path, X_OK) == 0;
+    return need > 0 && (size_t)need < size && stat(path, &file) == 0 && S_ISREG(file.st_mode) &&
+           access(path, X_OK) == 0;
 }
 
 bool study_find(const char *matrig, const char *search, char *path, size_t size)
 {
     const char *slash = strrchr(matrig, '/');
     size_t length = slash ? (size_t)(slash - matrig) : 0;
-    if (slash && (try(path, size, matrig, length, "/") || try(path, size, matrig, length, "/../libexec/matrig/")))
+    if (slash && (try(path, size, matrig, length, "/") ||
+                  try(path, size, matrig, length, "/../libexec/matrig/")))
         return true;
     while (search && *search) {
         length = strcspn(search, ":");
@@ -39,7 +41,11 @@ bool study_find(const char *matrig, const char *search, char *path, size_t size)
 static int fail(const char *command, const char *why)
 {
     struct error error = {0};
-    error_set(&error, MR_IO, "cannot start " NAME ", which runs matrig %s: %s; make all builds it, make install puts it where matrig looks", command, why);
+    error_set(
+        &error, MR_IO,
+        "cannot start " NAME
+        ", which runs matrig %s: %s; make all builds it, make install puts it where matrig looks",
+        command, why);
     return cli_fail(&error);
 }
 
@@ -51,7 +57,8 @@ static int put_options(char **words, const struct cli *cli)
     for (size_t i = 0; i < command_matrig.count; i++) {
         const struct command_option *option = &command_matrig.parts[i].option;
         if (option->name && *(const bool *)((const char *)&before + option->at))
-            words[count++] = (char *)option->name; /* execv changes no word, it only does not say so */
+            /* execv changes no word, it only does not say so */
+            words[count++] = (char *)option->name;
     }
     return count;
 }
@@ -66,7 +73,8 @@ int study_start(int argc, char **argv, const struct cli *cli)
     place_program(matrig, sizeof matrig);
     if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);
-        snprintf(why, sizeof why, "not beside %s, not in ../libexec/matrig from there, not on PATH", matrig);
+        snprintf(why, sizeof why, "not beside %s, not in ../libexec/matrig from there, not on PATH",
+                 matrig);
         return fail(argv[0], why);
     }
     snprintf(version, sizeof version, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);

@@ -1,4 +1,5 @@
-/* matrig survey: gage points read with a caliper, what they say, and the slack they give a board. */
+/* matrig survey: gage points read with a caliper, what they say, and the slack they give a
+ * board. */
 #include <errno.h>
 #include <math.h>
 #include <poll.h>
@@ -52,18 +53,24 @@ static void prompt(const struct typist *typist)
     survey_item_text(&desk->plan.item[desk->at], si, text, sizeof text);
     fprintf(stderr, "%zu/%zu  %s", survey_desk_read(desk), desk->plan.count, text);
     if (!isnan(desk->value_in[desk->at]))
-        fprintf(stderr, ", read: %.*f", si ? 2 : 3, shown(typist->request, desk->value_in[desk->at]));
+        fprintf(stderr, ", read: %.*f", si ? 2 : 3,
+                shown(typist->request, desk->value_in[desk->at]));
     if (!isnan(desk->previous_in[desk->at]))
-        fprintf(stderr, ", last %.*f", si ? 2 : 3, shown(typist->request, desk->previous_in[desk->at]));
+        fprintf(stderr, ", last %.*f", si ? 2 : 3,
+                shown(typist->request, desk->previous_in[desk->at]));
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
-static enum mr_status keep(struct typist *typist, size_t item, enum survey_outcome outcome, const char *note, struct error *error)
+static enum mr_status keep(struct typist *typist, size_t item, enum survey_outcome outcome,
+                           const char *note, struct error *error)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     const struct survey_item *place = &desk->plan.item[item];
-    struct store_gage_reading reading = {.line = place->line, .place = place->place, .value_in = desk->value_in[item],
-                                         .skipped = desk->skipped[item], .confirmed = outcome == SURVEY_CONFIRMED,
+    struct store_gage_reading reading = {.line = place->line,
+                                         .place = place->place,
+                                         .value_in = desk->value_in[item],
+                                         .skipped = desk->skipped[item],
+                                         .confirmed = outcome == SURVEY_CONFIRMED,
                                          .taken_us = (int64_t)link_now_us()};
     snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text(place->kind));
     snprintf(reading.source, sizeof reading.source, "%s", typist->source);
@@ -71,7 +78,8 @@ static enum mr_status keep(struct typist *typist, size_t item, enum survey_outco
     return store_gage_reading_add(typist->store, typist->survey->row.id, &reading, error);
 }
 
-static void tell(const struct typist *typist, enum survey_outcome outcome, size_t item, const struct survey_entry *entry)
+static void tell(const struct typist *typist, enum survey_outcome outcome, size_t item,
+                 const struct survey_entry *entry)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     const struct request *r = typist->request;
@@ -80,17 +88,26 @@ static void tell(const struct typist *typist, enum survey_outcome outcome, size_
         return;
     if (outcome == SURVEY_DOUBTED) {
         double away_in = entry->value_in - survey_desk_expected_in(desk, item);
-        fprintf(stderr, "%s  %.3f %s? That is %+.3f from %s, and %.3f is the most to be expected. The same again keeps it; or read anew.\n",
-                cli_terminal() ? "\a" : "", shown(r, entry->value_in), unit->text, shown(r, away_in),
+        fprintf(stderr,
+                "%s  %.3f %s? That is %+.3f from %s, and %.3f is the most to be expected. The same "
+                "again keeps it; or read anew.\n",
+                cli_terminal() ? "\a" : "", shown(r, entry->value_in), unit->text,
+                shown(r, away_in),
                 isnan(desk->previous_in[item]) ? "the designed distance" : "the last reading",
                 shown(r, survey_item_limit_in(&desk->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
         fprintf(stderr, "%s  %s\n", cli_terminal() ? "\a" : "",
-                entry->word == SURVEY_NONSENSE ? "not a reading; a number and Enter, or ? for the words" : "not here");
+                entry->word == SURVEY_NONSENSE
+                    ? "not a reading; a number and Enter, or ? for the words"
+                    : "not here");
     } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
         char text[120];
         survey_item_text(&desk->plan.item[item], r->cli->si, text, sizeof text);
-        fprintf(stderr, "  %s: %s\n", outcome == SURVEY_UNDONE ? "undone" : outcome == SURVEY_SKIPPED ? "skipped" : "noted", text);
+        fprintf(stderr, "  %s: %s\n",
+                outcome == SURVEY_UNDONE    ? "undone"
+                : outcome == SURVEY_SKIPPED ? "skipped"
+                                            : "noted",
+                text);
     }
 }
 
@@ -107,14 +124,16 @@ static enum mr_status take_line(struct typist *typist, const char *line, struct 
         return MR_OK;
     }
     if (entry.word == SURVEY_HELP) {
-        fputs("  a number  the reading (mm or in may follow it)   s  skip   u  undo the last   b, f  back, forward\n"
-              "  n TEXT    note on the last reading               q  quit, to go on another time\n", stderr);
+        fputs("  a number  the reading (mm or in may follow it)   s  skip   u  undo the last   b, "
+              "f  back, forward\n"
+              "  n TEXT    note on the last reading               q  quit, to go on another time\n",
+              stderr);
         return MR_OK;
     }
     enum survey_outcome outcome = survey_desk_take(&typist->survey->desk, &entry, &item);
     enum mr_status status = MR_OK;
-    if (outcome == SURVEY_KEPT || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED ||
-        outcome == SURVEY_NOTED)
+    if (outcome == SURVEY_KEPT || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
+        outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
         status = keep(typist, item, outcome, entry.note, error);
     if (status == MR_OK)
         tell(typist, outcome, item, &entry);
@@ -128,7 +147,8 @@ struct line {
     bool too_long;
 };
 
-static enum mr_status take_bytes(struct typist *typist, struct line *line, const char *bytes, size_t count, struct error *error)
+static enum mr_status take_bytes(struct typist *typist, struct line *line, const char *bytes,
+                                 size_t count, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < count && status == MR_OK && !typist->quit; i++) {
@@ -153,25 +173,30 @@ static enum mr_status take_bytes(struct typist *typist, struct line *line, const
     return status;
 }
 
-static enum mr_status from_caliper(struct typist *typist, struct link *caliper, struct line *line, bool *open, struct error *error)
+static enum mr_status from_caliper(struct typist *typist, struct link *caliper, struct line *line,
+                                   bool *open, struct error *error)
 {
     uint8_t bytes[512];
     size_t count;
     uint64_t host_us;
     struct error away = {0};
-    enum mr_status status = link_receive_bytes(caliper, bytes, sizeof bytes, &count, &host_us, error);
+    enum mr_status status = link_receive_bytes(caliper, bytes, sizeof bytes, &count, &host_us,
+                                               error);
     if (status == MR_OK)
         return take_bytes(typist, line, (const char *)bytes, count, error);
     if (status == MR_CLOSED)
         *open = false;
     if (status == MR_CLOSED || status == MR_TOO_FEW) {
-        status = link_service(caliper, &away); /* a caliper that went to sleep or was unplugged is waited for */
-        return status == MR_OK || status == MR_TOO_FEW ? MR_OK : error_set(error, status, "%s", away.text);
+        /* a caliper that went to sleep or was unplugged is waited for */
+        status = link_service(caliper, &away);
+        return status == MR_OK || status == MR_TOO_FEW ? MR_OK
+                                                       : error_set(error, status, "%s", away.text);
     }
     return status;
 }
 
-/* Readings from the keyboard and from a caliper on a serial line, until all are there, q, or the end of both. */
+/* Readings from the keyboard and from a caliper on a serial line, until all are there, q, or the
+ * end of both. */
 static enum mr_status type_in(struct typist *typist, struct link *caliper, struct error *error)
 {
     struct line keys = {.length = 0}, typed = {.length = 0};
@@ -185,12 +210,14 @@ static enum mr_status type_in(struct typist *typist, struct link *caliper, struc
         struct pollfd ready[2] = {{.fd = keyboard ? STDIN_FILENO : -1, .events = POLLIN},
                                   {.fd = calipers ? link_fd(caliper) : -1, .events = POLLIN}};
         if (poll(ready, 2, 250) < 0 && errno != EINTR)
-            return error_set(error, MR_IO, "cannot wait (%s): the keyboard; try again", strerror(errno));
+            return error_set(error, MR_IO, "cannot wait (%s): the keyboard; try again",
+                             strerror(errno));
         if (keyboard && ready[0].revents) {
             ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
             keyboard = count > 0 || (count < 0 && (errno == EAGAIN || errno == EINTR));
             typist->source = "keyboard";
-            status = take_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : !keyboard, error);
+            status = take_bytes(typist, &keys, count > 0 ? bytes : "\n",
+                                count > 0 ? (size_t)count : !keyboard, error);
         }
         if (status == MR_OK && calipers && !typist->quit) {
             typist->source = link_spec(caliper);
@@ -226,9 +253,11 @@ static enum mr_status take_sheet(struct typist *typist, struct error *error)
         } else if (outcome == SURVEY_DOUBTED) {
             char text[120];
             survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
-            cli_note(request->cli, "not taken, %+.3f %s away from %s: %s", shown(request, entry.value_in - survey_desk_expected_in(desk, i)),
+            cli_note(request->cli, "not taken, %+.3f %s away from %s: %s",
+                     shown(request, entry.value_in - survey_desk_expected_in(desk, i)),
                      unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
-                     isnan(desk->previous_in[i]) ? "the designed distance" : "the last reading", text);
+                     isnan(desk->previous_in[i]) ? "the designed distance" : "the last reading",
+                     text);
             doubted++;
             continue;
         }
@@ -238,22 +267,26 @@ static enum mr_status take_sheet(struct typist *typist, struct error *error)
         status = store_commit(typist->store, error);
     survey_desk_next(desk, 0);
     if (status == MR_OK && doubted)
-        status = error_set(error, MR_LIMIT, "%zu reading%s not taken: %s; read again, or take them as they are with --doubtful", doubted,
-                           doubted == 1 ? "" : "s", request->from);
+        status = error_set(
+            error, MR_LIMIT,
+            "%zu reading%s not taken: %s; read again, or take them as they are with --doubtful",
+            doubted, doubted == 1 ? "" : "s", request->from);
     return status;
 }
 
 /* ---- one run of the command ---- */
 
-static enum mr_status begin(const struct request *request, struct store *store, struct survey *survey, struct error *error)
+static enum mr_status begin(const struct request *request, struct store *store,
+                            struct survey *survey, struct error *error)
 {
     bool found = false;
     enum mr_status status = MR_OK;
     if (!request->begin_new)
         status = survey_get_open(store, request->pattern, survey, &found, error);
     if (status == MR_OK && found)
-        cli_note(request->cli, "survey %lld goes on, %zu of %zu read (--new begins another)", (long long)survey->row.id,
-                 survey_desk_read(&survey->desk), survey->desk.plan.count);
+        cli_note(request->cli, "survey %lld goes on, %zu of %zu read (--new begins another)",
+                 (long long)survey->row.id, survey_desk_read(&survey->desk),
+                 survey->desk.plan.count);
     if (status != MR_OK || found)
         return status;
     if (request->from) { /* a sheet that cannot be read begins no survey */
@@ -262,20 +295,31 @@ static enum mr_status begin(const struct request *request, struct store *store, 
         if (survey_sheet_read(request->from, &survey->desk.plan, &sheet, error) != MR_OK)
             return error->status;
     }
-    struct store_gage_survey row = {.made_us = (int64_t)link_now_us(), .error_in = request->error_in, .closed_in = request->closed_in};
+    struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
+                                    .error_in = request->error_in,
+                                    .closed_in = request->closed_in};
     snprintf(row.pattern, sizeof row.pattern, "%s", survey_pattern_text(request->pattern));
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text(request->edges));
-    snprintf(row.who, sizeof row.who, "%s", request->who ? request->who : getenv("USER") ? getenv("USER") : "");
+    snprintf(row.who, sizeof row.who, "%s",
+             request->who     ? request->who
+             : getenv("USER") ? getenv("USER")
+                              : "");
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
     status = store_gage_survey_add(store, &row, error);
     return status == MR_OK ? survey_get(store, row.id, survey, error) : status;
 }
 
-static enum mr_status take(const struct request *request, struct store *store, struct survey *survey, struct error *error)
+static enum mr_status take(const struct request *request, struct store *store,
+                           struct survey *survey, struct error *error)
 {
     struct link *caliper = NULL;
-    struct typist typist = {.request = request, .store = store, .survey = survey, .source = request->from ? request->from : "keyboard"};
-    enum mr_status status = request->caliper ? link_open(request->caliper, LINK_SERIAL, &caliper, error) : MR_OK;
+    struct typist typist = {.request = request,
+                            .store = store,
+                            .survey = survey,
+                            .source = request->from ? request->from : "keyboard"};
+    enum mr_status status = request->caliper
+                              ? link_open(request->caliper, LINK_SERIAL, &caliper, error)
+                              : MR_OK;
     if (status == MR_OK)
         status = store_durable(store, error);
     if (status == MR_OK)
@@ -291,26 +335,34 @@ static enum mr_status take(const struct request *request, struct store *store, s
     return status == MR_OK ? survey_get(store, id, survey, error) : status;
 }
 
-static enum mr_status load(const struct request *request, struct store *store, const struct survey *survey, const struct survey_found *found,
+static enum mr_status load(const struct request *request, struct store *store,
+                           const struct survey *survey, const struct survey_found *found,
                            struct survey_loaded *loaded, struct error *error)
 {
-    bool can = request->can || strncmp(request->load, "can:", 4) == 0 || strncmp(request->load, "slcan:", 6) == 0;
+    bool can = request->can || strncmp(request->load, "can:", 4) == 0 ||
+               strncmp(request->load, "slcan:", 6) == 0;
     if (found->slack.surveyed == 0)
-        return error_set(error, MR_TOO_FEW, "no gage line was read: survey %lld of %s; take it first", (long long)survey->row.id, request->db);
-    enum mr_status status = survey_load(can ? request->load : NULL, can ? NULL : request->load, &found->slack, loaded, error);
+        return error_set(error, MR_TOO_FEW,
+                         "no gage line was read: survey %lld of %s; take it first",
+                         (long long)survey->row.id, request->db);
+    enum mr_status status = survey_load(can ? request->load : NULL, can ? NULL : request->load,
+                                        &found->slack, loaded, error);
     if (status == MR_OK)
-        status = store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load, loaded->sent, error);
+        status = store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,
+                                     loaded->sent, error);
     return status;
 }
 
-static int tell_load(const struct request *request, const struct survey *survey, const struct survey_loaded *loaded)
+static int tell_load(const struct request *request, const struct survey *survey,
+                     const struct survey_loaded *loaded)
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
     answer_count(answer, "sent", "loaded", loaded->sent)->end = " segments";
     answer_count(answer, "read_back", "read back", SURVEY_SPANS)->end = " segments";
     answer_count(answer, "different", "different", loaded->different);
-    answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in it" : NULL, loaded->older)->end = " segments, which keep what the board was given before";
+    answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in it" : NULL, loaded->older)
+        ->end = " segments, which keep what the board was given before";
     if (!loaded->older && loaded->sent < SURVEY_SPANS)
         answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent);
     return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
@@ -337,7 +389,11 @@ static int list(const struct request *request, struct store *store)
         answer_count(answer, "read", "read", (int64_t)survey_desk_read(&survey.desk));
         answer_count(answer, "of", "of", (int64_t)survey.desk.plan.count);
         answer_flag(answer, "ended", NULL, ended);
-        answer_words(answer, NULL, "note", "%s%s", ended ? "" : rows[i].note[0] ? "goes on; " : "goes on", rows[i].note);
+        answer_words(answer, NULL, "note", "%s%s",
+                     ended             ? ""
+                     : rows[i].note[0] ? "goes on; "
+                                       : "goes on",
+                     rows[i].note);
         answer_close(answer);
     }
     answer_close(answer);
@@ -348,25 +404,33 @@ static int list(const struct request *request, struct store *store)
     return cli_fail(&error);
 }
 
-static enum mr_status write_sheet(const struct request *request, struct store *store, struct survey *survey, size_t *places, struct error *error)
+static enum mr_status write_sheet(const struct request *request, struct store *store,
+                                  struct survey *survey, size_t *places, struct error *error)
 {
     bool found = false;
-    enum mr_status status = request->number ? survey_get(store, request->number, survey, error)
-                                            : survey_get_open(store, request->pattern, survey, &found, error);
-    if (status == MR_OK && !request->number && !found) { /* an empty one, beside the last readings */
+    enum mr_status status = request->number
+                              ? survey_get(store, request->number, survey, error)
+                              : survey_get_open(store, request->pattern, survey, &found, error);
+    if (status == MR_OK && !request->number && !found) {
+        /* an empty one, beside the last readings */
         static struct survey newest;
         struct error none = {0};
         survey_desk_init(&survey->desk, request->pattern, request->edges);
-        if (survey_get(store, 0, &newest, &none) == MR_OK && newest.desk.plan.pattern == request->pattern) {
+        if (survey_get(store, 0, &newest, &none) == MR_OK &&
+            newest.desk.plan.pattern == request->pattern) {
             for (size_t i = 0; i < newest.desk.plan.count; i++) {
                 int at = survey_plan_find(&survey->desk.plan, &newest.desk.plan.item[i]);
                 if (at >= 0)
-                    survey->desk.previous_in[at] = isnan(newest.desk.value_in[i]) ? newest.desk.previous_in[i] : newest.desk.value_in[i];
+                    survey->desk.previous_in[at] = isnan(newest.desk.value_in[i])
+                                                     ? newest.desk.previous_in[i]
+                                                     : newest.desk.value_in[i];
             }
         }
     }
     struct output output;
-    if (status != MR_OK || output_begin(&output, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, request->force, error) != MR_OK)
+    if (status != MR_OK ||
+        output_begin(&output, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet,
+                     request->force, error) != MR_OK)
         return error->status;
     survey_sheet_write(output.file, &survey->desk, request->cli->si);
     *places = survey->desk.plan.count;
@@ -380,11 +444,16 @@ static int run(const struct request *request)
     struct survey_loaded loaded;
     struct store *store = NULL;
     struct error error = {0};
-    bool fresh = request->sheet && access(request->db, F_OK) != 0; /* the first survey may begin with its sheet */
+    /* the first survey may begin with its sheet */
+    bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->list || request->sheet);
     int exit_code = 0;
     size_t places = 0;
-    enum mr_status status = store_open(request->db, reading ? STORE_READ : request->load ? STORE_OPEN : STORE_CREATE, &store, &error);
+    enum mr_status status = store_open(request->db,
+                                       reading         ? STORE_READ
+                                       : request->load ? STORE_OPEN
+                                                       : STORE_CREATE,
+                                       &store, &error);
     if (status == MR_OK && request->list)
         exit_code = list(request, store);
     else if (status == MR_OK && request->sheet)
@@ -402,7 +471,8 @@ static int run(const struct request *request)
     if (status != MR_OK)
         return cli_fail(&error);
     if (request->sheet && request->cli->json)
-        return cli_print_json(json_pack("{sssI}", "file", request->sheet, "places", (json_int_t)places), 0);
+        return cli_print_json(
+            json_pack("{sssI}", "file", request->sheet, "places", (json_int_t)places), 0);
     if (!results)
         return exit_code;
     if (request->load)
@@ -420,16 +490,25 @@ static enum mr_status check(struct request *r, struct error *error)
     if (r->edges_text)
         (void)survey_edges_parse(r->edges_text, &r->edges);
     if (status == MR_OK && r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
-        status = error_set(error, MR_USAGE, "nowhere to write: matrig --json survey --sheet needs a file; standard output is the JSON's");
-    int modes = r->show + r->list + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end + (r->caliper != NULL);
+        status = error_set(error, MR_USAGE,
+                           "nowhere to write: matrig --json survey --sheet needs a file; standard "
+                           "output is the JSON's");
+    int modes = r->show + r->list + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) +
+                r->end + (r->caliper != NULL);
     if (status == MR_OK && modes > 1)
-        status = error_set(error, MR_USAGE, "more than one of --show, --list, --sheet, --load, --from, --caliper, --end: matrig survey; one at a time");
+        status = error_set(error, MR_USAGE,
+                           "more than one of --show, --list, --sheet, --load, --from, --caliper, "
+                           "--end: matrig survey; one at a time");
     if (status == MR_OK && r->number && !r->show && !r->load && !r->sheet)
-        status = error_set(error, MR_USAGE, "--survey goes with --show, --sheet or --load: matrig survey; see matrig survey --help");
+        status = error_set(error, MR_USAGE,
+                           "--survey goes with --show, --sheet or --load: matrig survey; see "
+                           "matrig survey --help");
     if (status == MR_OK && r->doubtful && !r->from)
-        status = error_set(error, MR_USAGE, "--doubtful goes with --from: matrig survey; see matrig survey --help");
+        status = error_set(error, MR_USAGE,
+                           "--doubtful goes with --from: matrig survey; see matrig survey --help");
     if (status == MR_OK && r->can && !r->load)
-        status = error_set(error, MR_USAGE, "--can goes with --load: matrig survey; see matrig survey --help");
+        status = error_set(error, MR_USAGE,
+                           "--can goes with --load: matrig survey; see matrig survey --help");
     return status;
 }
 
@@ -445,36 +524,48 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB",
-                "campaign database, made when it does not exist. A survey that was not finished goes on"),
-    HELP_ITEM("(nothing else)",
-                "readings from the keyboard, or a caliper that types like one: a number and Enter. Each is on disk before\n"
-                "the next is asked for. Words: s skip, u undo, b back, f forward, n TEXT note, q quit, ? help"),
+    HELP_ITEM(
+        "DB",
+        "campaign database, made when it does not exist. A survey that was not finished goes on"),
+    HELP_ITEM("(nothing else)", "readings from the keyboard, or a caliper that types like one: a "
+                                "number and Enter. Each is on disk before\n"
+                                "the next is asked for. Words: s skip, u undo, b back, f forward, "
+                                "n TEXT note, q quit, ? help"),
     OPTION_CHOICE("--pattern", "P", pattern_text, "pattern", "standard|diagonal",
-                "standard: four lines of gage points and the stations of the left edge (181 readings). diagonal: stations\n"
-                "along and across at all four lines, and seven 45 degree lines as well"),
+                  "standard: four lines of gage points and the stations of the left edge (181 "
+                  "readings). diagonal: stations\n"
+                  "along and across at all four lines, and seven 45 degree lines as well"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none",
-                "standard pattern: stations of the left edge (the default), of both, or of none"),
+                  "standard pattern: stations of the left edge (the default), of both, or of none"),
     OPTION_FLAG("--new", begin_new, "begin another survey, though one is not finished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 20.0, 40.0, SURVEY_SPACING_IN,
-                "distance of gage points with all ten joints closed; else {standard}: what is beyond it is the opening of the joints"),
-    OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN, "standard error of a reading; else {standard}"),
-    OPTION_TEXT("--caliper", "LINK", caliper, "a caliper on a serial line beside the keyboard: serial:TTY:BAUD"),
+                     "distance of gage points with all ten joints closed; else {standard}: what is "
+                     "beyond it is the opening of the joints"),
+    OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
+                     "standard error of a reading; else {standard}"),
+    OPTION_TEXT("--caliper", "LINK", caliper,
+                "a caliper on a serial line beside the keyboard: serial:TTY:BAUD"),
     OPTION_TEXT("--from", "CSV", from,
-                "readings of a sheet. What a person would be asked about is taken with --doubtful only; exit 1 without"),
-    OPTION_TEXT("--sheet", "F", sheet,
-                "write the sheet: all places in walking order, and the last readings (-: standard output)"),
+                "readings of a sheet. What a person would be asked about is taken with --doubtful "
+                "only; exit 1 without"),
+    OPTION_TEXT(
+        "--sheet", "F", sheet,
+        "write the sheet: all places in walking order, and the last readings (-: standard output)"),
     OPTION_FLAG("--end", end, "end a partial survey as it is"),
     OPTION_FLAG("--show", show,
-                "what survey N (else the newest) says: opening and closing per ten mats, movement, in-plane bow"),
+                "what survey N (else the newest) says: opening and closing per ten mats, movement, "
+                "in-plane bow"),
     OPTION_FLAG("--list", list, "all surveys"),
     OPTION_TEXT("--load", "LINK", load,
-                "give the board the openings and read them back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
+                "give the board the openings and read them back; serial, or CAN when it is can:, "
+                "slcan: or with --can. Exit 1\n"
                 "when the board holds something else then"),
     OPTION_FORCE(force),
-    HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
+    HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; "
+              "a station: 1 in) is asked for again.\n"
               "With --si all lengths are millimetres. "),
-    HELP_EXAMPLE("matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
+    HELP_EXAMPLE(
+        "matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--who", "W", who, NULL),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
@@ -483,8 +574,14 @@ static const struct command_part parts[] = {
 };
 
 const struct command command_survey = {
-    "survey", survey_command,
-    "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
-    "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F [--force] | --show | --list | --load LINK [--can]] [--survey N]",
-    "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the board", COMMAND_PARTS(parts), {1, 1, "DB"},
+    "survey",
+    survey_command,
+    "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] "
+    "[--who W] [--note T]\n"
+    "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F "
+    "[--force] | --show | --list | --load LINK [--can]] [--survey N]",
+    "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the "
+    "board",
+    COMMAND_PARTS(parts),
+    {1, 1, "DB"},
 };

@@ -1,4 +1,5 @@
-/* What matrig sweep is asked for, as its rows (host/commands/sweep_command.c) put it there; host/study/sweep_run.c does it. */
+/* What matrig sweep is asked for, as its rows (host/commands/sweep_command.c) put it there;
+ * host/study/sweep_run.c does it. */
 #ifndef MATRIG_HOST_SWEEP_COMMAND_H
 #define MATRIG_HOST_SWEEP_COMMAND_H
 
@@ -16,7 +17,7 @@ struct sweep_request {
     char results[SWEEP_PATH_MAX];
     struct sweep_shard shard;
     int64_t jobs, shards; /* while the command line is read 0: not given */
-    double timeout_s; /* 0: the study's */
+    double timeout_s;     /* 0: the study's */
     bool list, gather, retry, slurm, parallel, no_wait, force;
 };
 

@@ -20,10 +20,15 @@ static double en_of(const struct compare_channel *c, enum compare_value value)
     return value == COMPARE_PEAK ? c->peak_en : value == COMPARE_END ? c->end_en : c->arrival_en;
 }
 
-static void take(struct compare_agreement *a, const struct compare_channel *c, enum compare_value value)
+static void take(struct compare_agreement *a, const struct compare_channel *c,
+                 enum compare_value value)
 {
-    const struct signal_moment *measured = value == COMPARE_PEAK ? &c->f.peak_measured : value == COMPARE_END ? &c->end_measured : &c->f.arrival_measured;
-    const struct signal_moment *simulated = value == COMPARE_PEAK ? &c->f.peak_simulated : value == COMPARE_END ? &c->end_simulated : &c->f.arrival_simulated;
+    const struct signal_moment *measured = value == COMPARE_PEAK ? &c->f.peak_measured
+                                         : value == COMPARE_END  ? &c->end_measured
+                                                                 : &c->f.arrival_measured;
+    const struct signal_moment *simulated = value == COMPARE_PEAK ? &c->f.peak_simulated
+                                          : value == COMPARE_END  ? &c->end_simulated
+                                                                  : &c->f.arrival_simulated;
     bool time = value == COMPARE_ARRIVAL;
     a->channel = c;
     a->value = value;
@@ -40,7 +45,10 @@ static void take(struct compare_agreement *a, const struct compare_channel *c, e
 
 void compare_agreement(const struct compare_figures *figures, struct compare_agreement *agreement)
 {
-    *agreement = (struct compare_agreement){.run = figures->run, .against = figures->against[0] ? figures->against : "the simulation", .en = (double)NAN};
+    *agreement = (struct compare_agreement){.run = figures->run,
+                                            .against = figures->against[0] ? figures->against
+                                                                           : "the simulation",
+                                            .en = (double)NAN};
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
         agreement->left_out += !c->compared;
@@ -96,7 +104,8 @@ static void add_side(struct text *text, const struct compare_agreement *a, bool 
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     bool time = a->value == COMPARE_ARRIVAL;
-    double factor = time ? 1.0 : length->factor, t_s = measured ? a->measured_t_s : a->simulated_t_s;
+    double factor = time ? 1.0 : length->factor,
+           t_s = measured ? a->measured_t_s : a->simulated_t_s;
     int digits = time || !si ? 4 : 2;
     add(text, "%.*f +- %.*f %s", digits, (measured ? a->measured : a->simulated) * factor, digits,
         (measured ? a->measured_error : a->simulated_error) * factor, time ? "s" : length->text);
@@ -107,7 +116,8 @@ static void add_side(struct text *text, const struct compare_agreement *a, bool 
 static void add_place(struct text *text, const struct compare_agreement *a, bool si)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
-    add(text, "transducer %" PRId64 ", %.1f %s", a->channel->number, a->channel->station_ft * station->factor, station->text);
+    add(text, "transducer %" PRId64 ", %.1f %s", a->channel->number,
+        a->channel->station_ft * station->factor, station->text);
 }
 
 static void add_difference(struct text *text, const struct compare_agreement *a, bool si)
@@ -116,19 +126,24 @@ static void add_difference(struct text *text, const struct compare_agreement *a,
     bool time = a->value == COMPARE_ARRIVAL;
     double factor = time ? 1.0 : length->factor;
     int digits = time || !si ? 4 : 2;
-    add(text, "RUN %" PRId64 " as measured differs from %s, most in the %s at ", a->run, a->against, compare_value_text(a->value));
+    add(text, "RUN %" PRId64 " as measured differs from %s, most in the %s at ", a->run, a->against,
+        compare_value_text(a->value));
     add_place(text, a, si);
     add(text, ": the simulated%s is ", a->value == COMPARE_END ? ", at rest," : "");
     add_side(text, a, false, si);
-    add(text, "%s, %.*f %s %s than the measured, ", time ? " after touchdown" : "", digits, fabs(a->difference) * factor, time ? "s" : length->text,
-        time ? (a->difference < 0.0 ? "later" : "earlier") : a->difference < 0.0 ? "more" : "less");
+    add(text, "%s, %.*f %s %s than the measured, ", time ? " after touchdown" : "", digits,
+        fabs(a->difference) * factor, time ? "s" : length->text,
+        time                  ? (a->difference < 0.0 ? "later" : "earlier")
+        : a->difference < 0.0 ? "more"
+                              : "less");
     add_side(text, a, true, si);
     add(text, "; ");
     add_en(text, a->en);
     if (a->error > 0.0)
-        add(text, ", the difference over twice their common error of %.*f %s", digits, a->error * factor, time ? "s" : length->text);
-    add(text, "; %zu of %zu values differ by more than twice their errors, %.1f would by chance", a->differ, a->judged,
-        BEYOND_TWO * (double)a->judged);
+        add(text, ", the difference over twice their common error of %.*f %s", digits,
+            a->error * factor, time ? "s" : length->text);
+    add(text, "; %zu of %zu values differ by more than twice their errors, %.1f would by chance",
+        a->differ, a->judged, BEYOND_TWO * (double)a->judged);
 }
 
 void compare_sentence(const struct compare_agreement *a, bool si, char out[COMPARE_SENTENCE])
@@ -136,11 +151,17 @@ void compare_sentence(const struct compare_agreement *a, bool si, char out[COMPA
     struct text text = {out, 0};
     out[0] = '\0';
     if (!a->channel) {
-        add(&text, "whether RUN %" PRId64 " agrees with %s is not known: there is no peak, end or arrival with its error", a->run, a->against);
+        add(&text,
+            "whether RUN %" PRId64
+            " agrees with %s is not known: there is no peak, end or arrival with its error",
+            a->run, a->against);
     } else if (a->differ) {
         add_difference(&text, a, si);
     } else {
-        add(&text, "RUN %" PRId64 " as measured agrees with %s: all %zu peaks, ends and arrivals within twice their errors, the largest ", a->run, a->against, a->judged);
+        add(&text,
+            "RUN %" PRId64 " as measured agrees with %s: all %zu peaks, ends and arrivals within "
+            "twice their errors, the largest ",
+            a->run, a->against, a->judged);
         add_en(&text, a->en);
         add(&text, " (%s, ", compare_value_text(a->value));
         add_place(&text, a, si);
@@ -149,7 +170,8 @@ void compare_sentence(const struct compare_agreement *a, bool si, char out[COMPA
     add_rest(&text, a);
 }
 
-void compare_sentence_of(const struct compare_figures *const *figures, size_t count, bool si, char out[COMPARE_SENTENCE])
+void compare_sentence_of(const struct compare_figures *const *figures, size_t count, bool si,
+                         char out[COMPARE_SENTENCE])
 {
     char worst_text[COMPARE_SENTENCE];
     struct compare_agreement worst = {.against = "the simulation", .en = (double)NAN};

@@ -1,7 +1,8 @@
-/* Whether measured and simulated agree, in a sentence: which value differs most, by how much, where, and what errors say so.
+/* Whether measured and simulated agree, in a sentence: which value differs most, by how much,
+ * where, and what errors say so.
  *
- * Values are the peak, the end and the arrival of each transducer that was compared. Two agree while En, their difference over twice
- * their common standard error (signal.h), is at most 1. */
+ * Values are the peak, the end and the arrival of each transducer that was compared. Two agree
+ * while En, their difference over twice their common standard error (signal.h), is at most 1. */
 #ifndef MATRIG_HOST_COMPARE_AGREE_H
 #define MATRIG_HOST_COMPARE_AGREE_H
 
@@ -17,7 +18,8 @@ struct compare_agreement {
     size_t judged, differ; /* values whose En is known; of them beyond 1 */
     size_t unknown;        /* of channels that were compared */
     size_t left_out;       /* fitted channels that were not compared */
-    /* The value with the largest En; channel NULL: none is known. Inches, for COMPARE_ARRIVAL seconds. */
+    /* The value with the largest En; channel NULL: none is known. Inches, for COMPARE_ARRIVAL
+     * seconds. */
     const struct compare_channel *channel; /* of the figures */
     enum compare_value value;
     double measured, measured_error, simulated, simulated_error;
@@ -32,8 +34,10 @@ void compare_agreement(const struct compare_figures *figures, struct compare_agr
 /* "peak", "end", "arrival". Static storage. */
 const char *compare_value_text(enum compare_value value);
 /* One sentence, without an end of line. */
-void compare_sentence(const struct compare_agreement *agreement, bool si, char out[COMPARE_SENTENCE]);
+void compare_sentence(const struct compare_agreement *agreement, bool si,
+                      char out[COMPARE_SENTENCE]);
 /* Of several: how many differ, and the sentence of the one that does so most. */
-void compare_sentence_of(const struct compare_figures *const *figures, size_t count, bool si, char out[COMPARE_SENTENCE]);
+void compare_sentence_of(const struct compare_figures *const *figures, size_t count, bool si,
+                         char out[COMPARE_SENTENCE]);
 
 #endif

@@ -7,7 +7,8 @@
 
 #include "common/channels.h"
 
-/* Movement, or spread, of a row at a time; linear between samples, at rest after the last one, NaN before the first. */
+/* Movement, or spread, of a row at a time; linear between samples, at rest after the last one, NaN
+ * before the first. */
 static double at(const struct store_simulation *row, const float *values, double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;
@@ -24,20 +25,23 @@ static bool make_room(struct compare_curves *s, size_t n)
     s->storage = malloc(7 * n * sizeof *s->storage + 1);
     if (!s->storage)
         return false;
-    double **arrays[] = {&s->t_s, &s->measured_in, &s->measured_error_in, &s->simulated_in, &s->simulated_error_in, &s->time_error_s,
+    double **arrays[] = {&s->t_s,          &s->measured_in,        &s->measured_error_in,
+                         &s->simulated_in, &s->simulated_error_in, &s->time_error_s,
                          &s->alignment_in};
     for (size_t i = 0; i < 7; i++)
         *arrays[i] = s->storage + i * n;
     return true;
 }
 
-enum mr_status compare_curves(const struct measured *measured, const struct compare_clock *clock, const struct measured_channel *channel,
-                              const struct store_simulation *row, double solver_error_in, struct compare_curves *s,
-                              struct error *error)
+enum mr_status compare_curves(const struct measured *measured, const struct compare_clock *clock,
+                              const struct measured_channel *channel,
+                              const struct store_simulation *row, double solver_error_in,
+                              struct compare_curves *s, struct error *error)
 {
     double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
     if (!make_room(s, measured->samples))
-        return error_set(error, MR_FULL, "no memory: series of transducer %u; close other programs", channel->config.number);
+        return error_set(error, MR_FULL, "no memory: series of transducer %u; close other programs",
+                         channel->config.number);
     for (size_t i = 0; i < measured->samples; i++) {
         double t_s = measured_time_s(measured, i);
         s->t_s[i] = t_s;
@@ -46,8 +50,10 @@ enum mr_status compare_curves(const struct measured *measured, const struct comp
         s->simulated_in[i] = outside ? (double)NAN : at(row, row->series_in, t_s);
         s->time_error_s[i] = compare_time_error(clock, t_s);
         double before_in = at(row, row->series_in, fmax(t_s - s->time_error_s[i], row->t0_s));
-        s->alignment_in[i] = 0.5 * fabs(at(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
-        s->measured_error_in[i] = hypot(measured_error(measured, channel, s->measured_in[i], 1.0), s->alignment_in[i]);
+        s->alignment_in[i] = 0.5 *
+                             fabs(at(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
+        s->measured_error_in[i] = hypot(measured_error(measured, channel, s->measured_in[i], 1.0),
+                                        s->alignment_in[i]);
         double spread_in = at(row, row->spread_in, t_s);
         s->simulated_error_in[i] = hypot(solver_error_in, isnan(spread_in) ? 0.0 : spread_in);
     }
@@ -55,8 +61,8 @@ enum mr_status compare_curves(const struct measured *measured, const struct comp
 }
 
 /* Over the last 0.2 s that both have. */
-static void find_end(const struct measured *measured, const struct measured_channel *channel, const struct compare_curves *s,
-                     struct compare_channel *out)
+static void find_end(const struct measured *measured, const struct measured_channel *channel,
+                     const struct compare_curves *s, struct compare_channel *out)
 {
     double sum_m = 0.0, sum_s = 0.0, alignment = 0.0, simulated_error = 0.0;
     size_t count = 0;
@@ -74,11 +80,12 @@ static void find_end(const struct measured *measured, const struct measured_chan
     out->end_measured.error = hypot(measured_error(measured, channel, sum_m / n, n), alignment / n);
     out->end_simulated.value = sum_s / n;
     out->end_simulated.error = simulated_error / n;
-    out->end_en = signal_en(out->end_measured.value, out->end_measured.error, out->end_simulated.value, out->end_simulated.error);
+    out->end_en = signal_en(out->end_measured.value, out->end_measured.error,
+                            out->end_simulated.value, out->end_simulated.error);
 }
 
-static void find_figures(const struct measured *measured, const struct measured_channel *channel, const struct compare_curves *s,
-                         struct compare_channel *out)
+static void find_figures(const struct measured *measured, const struct measured_channel *channel,
+                         const struct compare_curves *s, struct compare_channel *out)
 {
     const struct signal signal = {
         .count = measured->samples,
@@ -98,7 +105,8 @@ static void find_figures(const struct measured *measured, const struct measured_
     f->peak_measured.error = channel->error;
     find_end(measured, channel, s, out);
     out->bias_en = signal_en(f->bias, f->bias_error, 0.0, 0.0);
-    out->peak_en = signal_en(f->peak_measured.value, f->peak_measured.error, f->peak_simulated.value, f->peak_simulated.error);
+    out->peak_en = signal_en(f->peak_measured.value, f->peak_measured.error,
+                             f->peak_simulated.value, f->peak_simulated.error);
     const struct signal_moment *m = &f->arrival_measured, *a = &f->arrival_simulated;
     out->arrival_en = signal_en(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
     out->ahead_measured_ft = out->station_ft - measured_station_ft(measured, m->t_s);
@@ -107,22 +115,27 @@ static void find_figures(const struct measured *measured, const struct measured_
         out->alignment_in = fmax(out->alignment_in, s->alignment_in[i]);
     if (f->flat_measured || f->flat_simulated)
         snprintf(out->why, sizeof out->why, "%s: no correlation",
-                 !f->flat_simulated ? "the measured is flat" : !f->flat_measured ? "the simulated is flat" : "both are flat");
+                 !f->flat_simulated  ? "the measured is flat"
+                 : !f->flat_measured ? "the simulated is flat"
+                                     : "both are flat");
 }
 
 /* What most of its readings are that are not valid. */
-static const char *most_often(const struct measured *measured, const struct measured_channel *channel)
+static const char *most_often(const struct measured *measured,
+                              const struct measured_channel *channel)
 {
     size_t counts[256] = {0}, most = 0;
     for (size_t i = 0; i < measured->samples; i++)
         counts[channel->validity[i]]++;
     for (size_t v = 1; v < 256; v++)
         most = counts[v] > counts[most ? most : 1] || !most ? v : most;
-    return most == MEASURED_LOST ? "it did not come" : most == MEASURED_NOT_VALID ? "not valid" : mr_validity_text((unsigned)most);
+    return most == MEASURED_LOST      ? "it did not come"
+         : most == MEASURED_NOT_VALID ? "not valid"
+                                      : mr_validity_text((unsigned)most);
 }
 
-static bool usable(const struct measured *measured, const struct measured_channel *channel, const struct store_simulation *row,
-                   struct compare_channel *out)
+static bool usable(const struct measured *measured, const struct measured_channel *channel,
+                   const struct store_simulation *row, struct compare_channel *out)
 {
     size_t of = 0, valid = 0;
     double end_s = row ? row->t0_s + (double)row->length * row->dt_s : 0.0;
@@ -137,25 +150,35 @@ static bool usable(const struct measured *measured, const struct measured_channe
     else if (!channel->raw || of == 0)
         snprintf(out->why, sizeof out->why, "no readings came");
     else if (isnan(channel->baseline))
-        snprintf(out->why, sizeof out->why, "no reading at rest before the landing: %s", most_often(measured, channel));
+        snprintf(out->why, sizeof out->why, "no reading at rest before the landing: %s",
+                 most_often(measured, channel));
     else if (out->valid < COMPARE_LEAST_VALID)
-        snprintf(out->why, sizeof out->why, "%.0f %% of its readings are valid, half are needed: %s", 100.0 * out->valid,
+        snprintf(out->why, sizeof out->why,
+                 "%.0f %% of its readings are valid, half are needed: %s", 100.0 * out->valid,
                  most_often(measured, channel));
     else
         return true;
     return false;
 }
 
-static enum mr_status add_channel(const struct measured *measured, const struct compare_clock *clock,
-                                  const struct measured_channel *channel, const struct store_simulation *row, double solver_error_in,
+static enum mr_status add_channel(const struct measured *measured,
+                                  const struct compare_clock *clock,
+                                  const struct measured_channel *channel,
+                                  const struct store_simulation *row, double solver_error_in,
                                   struct compare_channel *out, struct error *error)
 {
     const double nan = (double)NAN;
     struct compare_curves series;
-    *out = (struct compare_channel){
-        .number = channel->config.number, .station_ft = (double)channel->config.station_ft, .bias_en = nan, .peak_en = nan, .end_en = nan,
-        .arrival_en = nan, .ahead_measured_ft = nan, .ahead_simulated_ft = nan,
-        .end_measured = {nan, nan, nan, nan, nan}, .end_simulated = {nan, nan, nan, nan, nan}};
+    *out = (struct compare_channel){.number = channel->config.number,
+                                    .station_ft = (double)channel->config.station_ft,
+                                    .bias_en = nan,
+                                    .peak_en = nan,
+                                    .end_en = nan,
+                                    .arrival_en = nan,
+                                    .ahead_measured_ft = nan,
+                                    .ahead_simulated_ft = nan,
+                                    .end_measured = {nan, nan, nan, nan, nan},
+                                    .end_simulated = {nan, nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compare(&empty, &out->f); /* everything not known */
     out->compared = usable(measured, channel, row, out);
@@ -168,8 +191,10 @@ static enum mr_status add_channel(const struct measured *measured, const struct 
     return MR_OK;
 }
 
-enum mr_status compare_figures(const struct measured *measured, const struct zones_closure *survey, const struct compare_said *said,
-                               const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
+enum mr_status compare_figures(const struct measured *measured, const struct zones_closure *survey,
+                               const struct compare_said *said,
+                               const struct store_simulation_head *head,
+                               const struct store_simulation *rows, size_t count,
                                struct compare_figures *figures, struct error *error)
 {
     struct compare_clock clock;
@@ -192,10 +217,14 @@ enum mr_status compare_figures(const struct measured *measured, const struct zon
             row = rows[i].number == (int64_t)number ? &rows[i] : row;
         if (c < 0)
             continue;
-        double solver_error_in = !isnan(head->error_in) ? head->error_in : row ? row->peak_simulated_error_in : 0.0;
-        add_channel(measured, &clock, &measured->channel[c], row, solver_error_in, &figures->channel[figures->channels++], error);
+        double solver_error_in = !isnan(head->error_in) ? head->error_in
+                               : row                    ? row->peak_simulated_error_in
+                                                        : 0.0;
+        add_channel(measured, &clock, &measured->channel[c], row, solver_error_in,
+                    &figures->channel[figures->channels++], error);
     }
-    const struct compare_segments segments = {head->segments_in, head->segment_rows, head->segments_dt_s};
+    const struct compare_segments segments = {head->segments_in, head->segment_rows,
+                                              head->segments_dt_s};
     if (error->status == MR_OK)
         compare_zones(measured, survey, said, &segments, &figures->zones);
     return error->status;

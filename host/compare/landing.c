@@ -6,7 +6,8 @@
 
 #include "host/link/link.h"
 
-static size_t stations(const struct measured *measured, const struct measured_channel **channels, double *station_ft)
+static size_t stations(const struct measured *measured, const struct measured_channel **channels,
+                       double *station_ft)
 {
     size_t count = 0;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
@@ -20,7 +21,8 @@ static size_t stations(const struct measured *measured, const struct measured_ch
 }
 
 /* A simulated series at a simulated time; at rest outside it. */
-static double value_at(const struct compare_simulated *s, const double *values, size_t column, double t_s)
+static double value_at(const struct compare_simulated *s, const double *values, size_t column,
+                       double t_s)
 {
     double k = fmin(fmax(t_s / s->dt_s, 0.0), (double)(s->rows - 1));
     size_t i = (size_t)k;
@@ -31,15 +33,20 @@ static double value_at(const struct compare_simulated *s, const double *values, 
 }
 
 /* The simulation on the measured time, sample by sample. */
-static enum mr_status take_row(const struct compare_simulated *s, const struct compare_alignment *alignment, size_t column,
-                               const struct measured_channel *channel, size_t length, struct store_simulation *row, struct error *error)
+static enum mr_status take_row(const struct compare_simulated *s,
+                               const struct compare_alignment *alignment, size_t column,
+                               const struct measured_channel *channel, size_t length,
+                               struct store_simulation *row, struct error *error)
 {
-    *row = (struct store_simulation){
-        .number = channel->config.number, .station_ft = (double)channel->config.station_ft, .rms_in = (double)NAN, .dt_s = s->dt_s};
+    *row = (struct store_simulation){.number = channel->config.number,
+                                     .station_ft = (double)channel->config.station_ft,
+                                     .rms_in = (double)NAN,
+                                     .dt_s = s->dt_s};
     row->series_in = malloc(length * sizeof *row->series_in);
     row->spread_in = s->seeds > 1 ? malloc(length * sizeof *row->spread_in) : NULL;
     if (!row->series_in || (s->seeds > 1 && !row->spread_in))
-        return error_set(error, MR_FULL, "no memory: series of transducer %u; close other programs", channel->config.number);
+        return error_set(error, MR_FULL, "no memory: series of transducer %u; close other programs",
+                         channel->config.number);
     row->length = length;
     for (size_t k = 0; k < length; k++) {
         double t_s = compare_simulated_time(alignment, (double)k * s->dt_s);
@@ -50,9 +57,10 @@ static enum mr_status take_row(const struct compare_simulated *s, const struct c
     return MR_OK;
 }
 
-static enum mr_status take_head(const struct compare_model *model, const struct compare_simulated *s,
-                                const struct compare_alignment *alignment, double end_s, struct store_simulation_head *head,
-                                struct error *error)
+static enum mr_status take_head(const struct compare_model *model,
+                                const struct compare_simulated *s,
+                                const struct compare_alignment *alignment, double end_s,
+                                struct store_simulation_head *head, struct error *error)
 {
     *head = (struct store_simulation_head){
         .run_ms = s->run_ms,
@@ -68,17 +76,22 @@ static enum mr_status take_head(const struct compare_model *model, const struct 
     const size_t row_bytes = MR_SEGMENTS * sizeof *head->segments_in;
     head->segments_in = malloc(head->segment_rows * row_bytes);
     if (!head->segments_in)
-        return error_set(error, MR_FULL, "no memory: %zu rows of segments; close other programs", head->segment_rows);
+        return error_set(error, MR_FULL, "no memory: %zu rows of segments; close other programs",
+                         head->segment_rows);
     for (size_t i = 0; i < head->segment_rows; i++) {
-        double k = compare_simulated_time(alignment, (double)i * COMPARE_SEGMENTS_S) / COMPARE_SEGMENTS_S + 0.5;
+        double k = compare_simulated_time(alignment, (double)i * COMPARE_SEGMENTS_S) /
+                       COMPARE_SEGMENTS_S +
+                   0.5;
         size_t from = (size_t)fmin(fmax(k, 0.0), (double)(s->segment_rows - 1));
-        memcpy(head->segments_in + i * MR_SEGMENTS, s->remaining_in + from * MR_SEGMENTS, row_bytes);
+        memcpy(head->segments_in + i * MR_SEGMENTS, s->remaining_in + from * MR_SEGMENTS,
+               row_bytes);
     }
     return MR_OK;
 }
 
-static enum mr_status simulate(struct compare_model *model, size_t index, const struct zones_closure *survey,
-                               struct compare_landing *landing, char **scene_json, struct error *error)
+static enum mr_status simulate(struct compare_model *model, size_t index,
+                               const struct zones_closure *survey, struct compare_landing *landing,
+                               char **scene_json, struct error *error)
 {
     const struct measured *measured = &landing->measured;
     const struct measured_channel *channels[MR_TRANSDUCERS];
@@ -87,27 +100,34 @@ static enum mr_status simulate(struct compare_model *model, size_t index, const 
     struct compare_alignment alignment;
     size_t count = stations(measured, channels, station_ft);
     if (count == 0)
-        return error_set(error, MR_TOO_FEW, "no displacements: RUN %lld; nothing to compare with", (long long)measured->landing.id);
+        return error_set(error, MR_TOO_FEW, "no displacements: RUN %lld; nothing to compare with",
+                         (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
     if (error->status == MR_OK)
         compare_align(measured, &simulated.scene, &alignment, error);
     /* As far as both go. */
     double end_s = measured_time_s(measured, measured->samples - 1);
     if (error->status == MR_OK)
-        end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s - alignment.simulated_s[alignment.edges - 1] +
+        end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s -
+                                alignment.simulated_s[alignment.edges - 1] +
                                 alignment.measured_s[alignment.edges - 1]);
     if (error->status == MR_OK && !(end_s > 0.0))
-        error_set(error, MR_TOO_FEW, "nothing to compare: RUN %lld and the simulation have no time in common",
+        error_set(error, MR_TOO_FEW,
+                  "nothing to compare: RUN %lld and the simulation have no time in common",
                   (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
-        take_row(&simulated, &alignment, k, channels[k], length, &landing->row[landing->rows++], error);
-    if (error->status == MR_OK && take_head(model, &simulated, &alignment, end_s, &landing->head, error) == MR_OK) {
+        take_row(&simulated, &alignment, k, channels[k], length, &landing->row[landing->rows++],
+                 error);
+    if (error->status == MR_OK &&
+        take_head(model, &simulated, &alignment, end_s, &landing->head, error) == MR_OK) {
         memcpy(landing->moved_in, simulated.moved_in, sizeof landing->moved_in);
-        memcpy(landing->moved_spread_in, simulated.moved_spread_in, sizeof landing->moved_spread_in);
+        memcpy(landing->moved_spread_in, simulated.moved_spread_in,
+               sizeof landing->moved_spread_in);
         *scene_json = compare_describe(model, &simulated);
         if (!*scene_json)
-            error_set(error, MR_FULL, "no memory: scene of RUN %lld; close other programs", (long long)measured->landing.id);
+            error_set(error, MR_FULL, "no memory: scene of RUN %lld; close other programs",
+                      (long long)measured->landing.id);
     }
     compare_simulated_free(&simulated);
     return error->status;
@@ -133,8 +153,8 @@ static void fill_rows(struct compare_landing *landing)
     }
 }
 
-static enum mr_status find_figures(struct store *store, struct compare_landing *landing, const struct zones_closure *survey,
-                                   struct error *error)
+static enum mr_status find_figures(struct store *store, struct compare_landing *landing,
+                                   const struct zones_closure *survey, struct error *error)
 {
     struct store_zone *zones = NULL;
     struct store_prediction *predictions = NULL;
@@ -144,30 +164,35 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
         store_predictions(store, run, &predictions, &said.predictions, error) == MR_OK) {
         said.zone = zones;
         said.prediction = predictions;
-        compare_figures(&landing->measured, survey, &said, &landing->head, landing->row, landing->rows, &landing->figures, error);
+        compare_figures(&landing->measured, survey, &said, &landing->head, landing->row,
+                        landing->rows, &landing->figures, error);
     }
     free(zones);
     free(predictions);
     return error->status;
 }
 
-static enum mr_status keep(struct store *store, const struct compare_landing *landing, const char *scene_json, struct error *error)
+static enum mr_status keep(struct store *store, const struct compare_landing *landing,
+                           const char *scene_json, struct error *error)
 {
     enum mr_status status = store_begin(store, error);
     if (status == MR_OK)
-        status = store_simulation_put(store, landing->measured.landing.id, scene_json, (int64_t)link_now_us(), &landing->head, landing->row,
+        status = store_simulation_put(store, landing->measured.landing.id, scene_json,
+                                      (int64_t)link_now_us(), &landing->head, landing->row,
                                       landing->rows, error);
     return status == MR_OK ? store_commit(store, error) : status;
 }
 
-enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model, size_t index,
-                               struct compare_landing *landing, struct error *error)
+enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model,
+                               size_t index, struct compare_landing *landing, struct error *error)
 {
     struct zones_closure survey;
     char *scene_json = NULL;
     memset(landing, 0, sizeof *landing);
-    if (measured_load(store, run, &landing->measured, error) == MR_OK && zones_load_survey(store, run, &survey, error) == MR_OK &&
-        simulate(model, index, &survey, landing, &scene_json, error) == MR_OK && find_figures(store, landing, &survey, error) == MR_OK) {
+    if (measured_load(store, run, &landing->measured, error) == MR_OK &&
+        zones_load_survey(store, run, &survey, error) == MR_OK &&
+        simulate(model, index, &survey, landing, &scene_json, error) == MR_OK &&
+        find_figures(store, landing, &survey, error) == MR_OK) {
         fill_rows(landing);
         keep(store, landing, scene_json, error);
     }

@@ -9,9 +9,10 @@
 #include "host/campaign/draw.h"
 
 #define IN_PER_FT 12.0
-#define POINTS (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
+#define POINTS    (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
 
-/* A campaign has landings. MR_OK also where it is no JSON: the scene's reader says what is wrong with it. */
+/* A campaign has landings. MR_OK also where it is no JSON: the scene's reader says what is wrong
+ * with it. */
 static bool is_campaign(const char *path)
 {
     json_error_t ignored;
@@ -21,7 +22,8 @@ static bool is_campaign(const char *path)
     return landings;
 }
 
-enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds, struct error *error)
+enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds,
+                                  struct error *error)
 {
     const char *slash = strrchr(path, '/');
     memset(model, 0, sizeof *model);
@@ -37,7 +39,9 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
         model->seeds = seeds ? seeds : model->campaign.seeds;
         scene = &model->campaign.landings[0].scene;
     } else if (seeds > 1) {
-        return error_set(error, MR_USAGE, "no ensemble: %s is a scene, one runway; give a study file for --seeds", path);
+        return error_set(error, MR_USAGE,
+                         "no ensemble: %s is a scene, one runway; give a study file for --seeds",
+                         path);
     } else if (sim_scene_load(&model->scene, path, error) != MR_OK) {
         return error->status;
     }
@@ -58,28 +62,35 @@ void compare_model_free(struct compare_model *model)
     *model = (struct compare_model){.ensemble = false};
 }
 
-/* Openings and resistances as the runways were laid: the same draws as the campaign's (host/campaign/play.c). */
+/* Openings and resistances as the runways were laid: the same draws as the campaign's
+ * (host/campaign/play.c). */
 static enum mr_status lay(struct compare_model *model, struct error *error)
 {
     size_t all = model->seeds * model->joints;
     model->gap_ft = calloc(2 * all, sizeof *model->gap_ft);
     if (!model->gap_ft)
-        return error_set(error, MR_FULL, "no memory: %zu runways; give fewer --seeds", model->seeds);
+        return error_set(error, MR_FULL, "no memory: %zu runways; give fewer --seeds",
+                         model->seeds);
     model->closing_lb = model->gap_ft + all;
     for (size_t seed = 0; seed < model->seeds; seed++) {
         const struct campaign *c = &model->campaign;
-        double *gap_ft = model->gap_ft + seed * model->joints, *closing_lb = model->closing_lb + seed * model->joints;
-        struct draw gaps = draw_from(c->first_seed + seed, DRAW_GAPS), closing = draw_from(c->first_seed + seed, DRAW_CLOSING);
+        double *gap_ft = model->gap_ft + seed * model->joints,
+               *closing_lb = model->closing_lb + seed * model->joints;
+        struct draw gaps = draw_from(c->first_seed + seed, DRAW_GAPS),
+                    closing = draw_from(c->first_seed + seed, DRAW_CLOSING);
         for (size_t j = 0; j < model->joints; j++) {
-            gap_ft[j] = model->ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT, c->landings[0].scene.slack_ft)
+            gap_ft[j] = model->ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT,
+                                               c->landings[0].scene.slack_ft)
                                         : sim_scene_joint(&model->scene.gap0_ft, (int)j + 1);
-            closing_lb[j] = model->ensemble ? draw_between(&closing, c->closing_lb) : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
+            closing_lb[j] = model->ensemble ? draw_between(&closing, c->closing_lb)
+                                            : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
         }
     }
     return MR_OK;
 }
 
-/* Brings openings to a sum, as far as it goes: less by scaling them, more by scaling what is left to the most that a joint can be open. */
+/* Brings openings to a sum, as far as it goes: less by scaling them, more by scaling what is left
+ * to the most that a joint can be open. */
 static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft)
 {
     double now_ft = 0.0, room_ft = 0.0;
@@ -97,7 +108,8 @@ static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft
 static bool surveyed_anew(const struct compare_model *model, const struct zones_closure *survey)
 {
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        if (!isnan(survey->slack_in[s]) && !(fabsf(survey->slack_in[s] - model->survey_in[s]) < 1e-6f))
+        if (!isnan(survey->slack_in[s]) &&
+            !(fabsf(survey->slack_in[s] - model->survey_in[s]) < 1e-6f))
             return true;
     }
     return false;
@@ -114,7 +126,8 @@ static void take_survey(struct compare_model *model, const struct zones_closure 
             if (isnan(sum_ft))
                 continue;
             if (model->ensemble)
-                scale_to(gap_ft, MR_MATS_PER_SEGMENT, sum_ft, model->campaign.landings[0].scene.slack_ft);
+                scale_to(gap_ft, MR_MATS_PER_SEGMENT, sum_ft,
+                         model->campaign.landings[0].scene.slack_ft);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT && !model->ensemble; j++)
                 gap_ft[j] = sum_ft / MR_MATS_PER_SEGMENT;
         }
@@ -122,9 +135,11 @@ static void take_survey(struct compare_model *model, const struct zones_closure 
     memcpy(model->survey_in, survey->slack_in, sizeof model->survey_in);
 }
 
-/* Everything of the landing that all seeds have in common. The scene owns its path, gaps and resistances. */
-static enum mr_status make_scene(const struct compare_model *model, size_t index, const struct measured *measured,
-                                 struct sim_scene *scene, struct error *error)
+/* Everything of the landing that all seeds have in common. The scene owns its path, gaps and
+ * resistances. */
+static enum mr_status make_scene(const struct compare_model *model, size_t index,
+                                 const struct measured *measured, struct sim_scene *scene,
+                                 struct error *error)
 {
     const struct campaign *c = &model->campaign;
     struct zones_closure none;
@@ -132,7 +147,9 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
         none.slack_in[s] = MR_NAN;
     none.surveyed = 0;
     if (model->ensemble && index >= c->landing_count)
-        return error_set(error, MR_USAGE, "no such landing: %s has %zu, this is the %zu. of the series; add it there, or name the series",
+        return error_set(error, MR_USAGE,
+                         "no such landing: %s has %zu, this is the %zu. of the series; add it "
+                         "there, or name the series",
                          model->name, c->landing_count, index + 1);
     *scene = model->ensemble ? c->landings[index].scene : model->scene;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
@@ -142,7 +159,9 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     scene->path_count = 0;
     if (model->as_is)
         return path ? sim_scene_set_path(scene, path, rows, error)
-                    : error_set(error, MR_USAGE, "no motion: %s has no path; give it one, or leave --as-is out", model->name);
+                    : error_set(error, MR_USAGE,
+                                "no motion: %s has no path; give it one, or leave --as-is out",
+                                model->name);
     if (model->ensemble)
         scene->model = SIM_CHAIN;
     enum mr_status status = compare_scene(measured, &none, scene, error);
@@ -152,7 +171,8 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     return status;
 }
 
-static enum mr_status make_room(struct compare_simulated *s, const struct sim_result *result, struct error *error)
+static enum mr_status make_room(struct compare_simulated *s, const struct sim_result *result,
+                                struct error *error)
 {
     if (s->mean_in)
         return MR_OK;
@@ -162,7 +182,9 @@ static enum mr_status make_room(struct compare_simulated *s, const struct sim_re
     s->mean_in = calloc(2 * s->rows * s->stations, sizeof *s->mean_in);
     s->remaining_in = calloc(s->segment_rows * MR_SEGMENTS, sizeof *s->remaining_in);
     if (!s->mean_in || !s->remaining_in)
-        return error_set(error, MR_FULL, "no memory: %zu samples at %zu stations; close other programs", s->rows, s->stations);
+        return error_set(error, MR_FULL,
+                         "no memory: %zu samples at %zu stations; close other programs", s->rows,
+                         s->stations);
     s->spread_in = s->mean_in + s->rows * s->stations;
     return MR_OK;
 }
@@ -178,10 +200,12 @@ static void accumulate(double *mean, double *squares, double value, size_t count
 /* Gage point p (1..42) is on mat 10 p, whose column follows the stations'. */
 static double point_in(const struct sim_result *result, size_t row, size_t stations, size_t p)
 {
-    return p == 0 ? 0.0 : IN_PER_FT * result->sample_u_ft[row * result->station_count + stations + p - 1];
+    return p == 0 ? 0.0
+                  : IN_PER_FT * result->sample_u_ft[row * result->station_count + stations + p - 1];
 }
 
-static void add_seed(struct compare_simulated *s, const struct sim_result *result, const double *gap_ft, size_t count)
+static void add_seed(struct compare_simulated *s, const struct sim_result *result,
+                     const double *gap_ft, size_t count)
 {
     size_t rows = s->rows < result->sample_count ? s->rows : result->sample_count;
     for (size_t row = 0; row < rows; row++) {
@@ -192,7 +216,8 @@ static void add_seed(struct compare_simulated *s, const struct sim_result *resul
     for (size_t i = 0; i < s->segment_rows; i++) {
         size_t row = (size_t)lround((double)i * COMPARE_SEGMENTS_S / s->dt_s);
         for (size_t segment = 0; segment < MR_SEGMENTS && row < rows; segment++) {
-            double left_in = point_in(result, row, s->stations, segment + 1) - point_in(result, row, s->stations, segment);
+            double left_in = point_in(result, row, s->stations, segment + 1) -
+                             point_in(result, row, s->stations, segment);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
                 left_in += IN_PER_FT * gap_ft[segment * MR_MATS_PER_SEGMENT + j];
             float *mean = &s->remaining_in[i * MR_SEGMENTS + segment];
@@ -200,7 +225,8 @@ static void add_seed(struct compare_simulated *s, const struct sim_result *resul
         }
     }
     for (size_t p = 0; p < SURVEY_POINTS; p++)
-        accumulate(&s->moved_in[p], &s->moved_spread_in[p], point_in(result, rows - 1, s->stations, p), count);
+        accumulate(&s->moved_in[p], &s->moved_spread_in[p],
+                   point_in(result, rows - 1, s->stations, p), count);
 }
 
 /* From sums of squared deviations to standard deviations. */
@@ -210,17 +236,22 @@ static void finish_spread(double *squares, size_t count, size_t seeds)
         squares[i] = seeds > 1 ? sqrt(squares[i] / (double)(seeds - 1)) : 0.0;
 }
 
-static enum mr_status play_seed(struct compare_model *model, size_t seed, const double *station_ft, size_t columns,
-                                struct compare_simulated *s, struct error *error)
+static enum mr_status play_seed(struct compare_model *model, size_t seed, const double *station_ft,
+                                size_t columns, struct compare_simulated *s, struct error *error)
 {
     double *gap_ft = model->gap_ft + seed * model->joints;
-    /* The first one is checked by a second pass, which gives the error; the spread of the others is far larger than theirs. */
-    struct sim_options options = {
-        .sample_dt_s = COMPARE_SAMPLE_S, .station_ft = station_ft, .station_count = columns, .single = seed > 0};
+    /* The first one is checked by a second pass, which gives the error; the spread of the others is
+     * far larger than theirs. */
+    struct sim_options options = {.sample_dt_s = COMPARE_SAMPLE_S,
+                                  .station_ft = station_ft,
+                                  .station_count = columns,
+                                  .single = seed > 0};
     struct sim_result result = {0};
     sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints, error);
-    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints, error);
-    if (error->status == MR_OK && sim_run(&s->scene, &options, &result, error) == MR_OK && make_room(s, &result, error) == MR_OK) {
+    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints,
+                       error);
+    if (error->status == MR_OK && sim_run(&s->scene, &options, &result, error) == MR_OK &&
+        make_room(s, &result, error) == MR_OK) {
         if (seed == 0) {
             s->solver = result.solver;
             s->solver_dt_s = result.dt_s;
@@ -230,19 +261,22 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
         s->seeds = seed + 1;
         add_seed(s, &result, gap_ft, seed + 1);
         for (size_t j = 0; j < model->joints; j++)
-            gap_ft[j] += (j + 1 < model->joints ? result.u_ft[j + 1] : 0.0) - (j > 0 ? result.u_ft[j] : 0.0);
+            gap_ft[j] += (j + 1 < model->joints ? result.u_ft[j + 1] : 0.0) -
+                         (j > 0 ? result.u_ft[j] : 0.0);
     }
     sim_result_free(&result);
     return error->status;
 }
 
-enum mr_status compare_simulate(struct compare_model *model, size_t index, const struct measured *measured,
-                                const struct zones_closure *survey, const double *station_ft, size_t stations,
+enum mr_status compare_simulate(struct compare_model *model, size_t index,
+                                const struct measured *measured, const struct zones_closure *survey,
+                                const double *station_ft, size_t stations,
                                 struct compare_simulated *s, struct error *error)
 {
     memset(s, 0, sizeof *s);
     s->stations = stations;
-    if (make_scene(model, index, measured, &s->scene, error) != MR_OK || (!model->gap_ft && lay(model, error) != MR_OK))
+    if (make_scene(model, index, measured, &s->scene, error) != MR_OK ||
+        (!model->gap_ft && lay(model, error) != MR_OK))
         return error->status;
     if (!model->as_is)
         take_survey(model, survey);
@@ -277,12 +311,15 @@ char *compare_describe(const struct compare_model *model, const struct compare_s
     const struct sim_scene *scene = &s->scene;
     json_t *path = json_array(), *gaps = json_array();
     for (size_t i = 0; i < scene->path_count; i++)
-        json_array_append_new(path, json_pack("[fff]", scene->path[i].t_s, scene->path[i].x_ft, scene->path[i].force_lb));
+        json_array_append_new(path, json_pack("[fff]", scene->path[i].t_s, scene->path[i].x_ft,
+                                              scene->path[i].force_lb));
     for (size_t i = 0; i < scene->gap0_ft.count; i++)
         json_array_append_new(gaps, json_real(scene->gap0_ft.values[i]));
-    json_t *root = json_pack("{sssssIsisfsfsfsfsfsfsososssfsf}", "file", model->name, "model", sim_model_name(scene->model), "seeds",
-                             (json_int_t)s->seeds, "N", scene->mats, "L", scene->length_ft, "W", scene->weight_lb, "KL", scene->kl_lb_ft,
-                             "CL", scene->cl_lb_s_ft, "f", scene->friction, "slack", scene->slack_ft, "path", path, "gap0", gaps, "solver",
+    json_t *root = json_pack("{sssssIsisfsfsfsfsfsfsososssfsf}", "file", model->name, "model",
+                             sim_model_name(scene->model), "seeds", (json_int_t)s->seeds, "N",
+                             scene->mats, "L", scene->length_ft, "W", scene->weight_lb, "KL",
+                             scene->kl_lb_ft, "CL", scene->cl_lb_s_ft, "f", scene->friction,
+                             "slack", scene->slack_ft, "path", path, "gap0", gaps, "solver",
                              s->solver, "dt_s", s->solver_dt_s, "t_dwell", scene->t_dwell_s);
     char *text = root ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(root);

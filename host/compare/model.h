@@ -1,10 +1,13 @@
-/* What a landing is compared with: a scene, or the ensemble of runways of a campaign, played through the measured motions.
+/* What a landing is compared with: a scene, or the ensemble of runways of a campaign, played
+ * through the measured motions.
  *
- * A runway of an ensemble has the openings and closing resistances that `matrig study` draws from its seed. A survey scales the
- * openings of each surveyed segment to its sum (none beyond the slack, whatever the survey says); in a scene each joint gets its
- * share. From one landing of a series to the next the openings stay as the simulation left them, unless there is a new survey.
- * What modifications (bands, cleats) remember is not carried: each landing begins with them as the file has them. The chain is computed,
- * never waves. Units as named; stations from the runway's upfield edge. */
+ * A runway of an ensemble has the openings and closing resistances that `matrig study` draws from
+ * its seed. A survey scales the openings of each surveyed segment to its sum (none beyond the
+ * slack, whatever the survey says); in a scene each joint gets its share. From one landing of a
+ * series to the next the openings stay as the simulation left them, unless there is a new survey.
+ * What modifications (bands, cleats) remember is not carried: each landing begins with them as the
+ * file has them. The chain is computed, never waves. Units as named; stations from the runway's
+ * upfield edge. */
 #ifndef MATRIG_HOST_COMPARE_MODEL_H
 #define MATRIG_HOST_COMPARE_MODEL_H
 
@@ -13,7 +16,7 @@
 #include "host/sim/sim.h"
 #include "host/survey/plan.h"
 
-#define COMPARE_SAMPLE_S 0.002
+#define COMPARE_SAMPLE_S   0.002
 #define COMPARE_SEGMENTS_S 0.02
 
 struct compare_model {
@@ -24,12 +27,15 @@ struct compare_model {
     struct campaign campaign;
     size_t seeds;
     size_t joints;
-    double *gap_ft, *closing_lb; /* per seed and joint: as the runway is now; NULL before the first landing */
+    /* per seed and joint: as the runway is now; NULL before the first landing */
+    double *gap_ft, *closing_lb;
     float survey_in[MR_SEGMENTS]; /* that of the landing before */
 };
 
-/* `seeds` 0: as many as the campaign has. MR_USAGE: of another scale; else as sim_scene_load and campaign_load. */
-enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds, struct error *error);
+/* `seeds` 0: as many as the campaign has. MR_USAGE: of another scale; else as sim_scene_load and
+ * campaign_load. */
+enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds,
+                                  struct error *error);
 void compare_model_free(struct compare_model *model);
 
 /* A landing as simulated, all seeds together. */
@@ -37,22 +43,31 @@ struct compare_simulated {
     struct sim_scene scene; /* of the last seed: path and end are those of all */
     size_t stations, rows;
     double dt_s;
-    double *mean_in, *spread_in; /* rows x stations; spread: standard deviation over the seeds, 0 of one */
+    /* rows x stations; spread: standard deviation over the seeds, 0 of one */
+    double *mean_in, *spread_in;
     size_t segment_rows;
-    float *remaining_in; /* what is left of each segment's openings every COMPARE_SEGMENTS_S, mean over the seeds: rows x MR_SEGMENTS */
-    double moved_in[SURVEY_POINTS], moved_spread_in[SURVEY_POINTS]; /* of the gage points, by the end */
+    /* what is left of each segment's openings every COMPARE_SEGMENTS_S, mean over the seeds: rows x
+     * MR_SEGMENTS */
+    float *remaining_in;
+    /* of the gage points, by the end */
+    double moved_in[SURVEY_POINTS], moved_spread_in[SURVEY_POINTS];
     const char *solver;
     double solver_dt_s, run_ms; /* all seeds */
-    double error_in;            /* the solver's own estimate, of the first seed: largest of all mats and times */
+    /* the solver's own estimate, of the first seed: largest of all mats and times */
+    double error_in;
     size_t seeds;
 };
 
-/* Landing `index` (from 0) of the model's series. The model keeps what became of its runways. The caller frees, also after an error. */
-enum mr_status compare_simulate(struct compare_model *model, size_t index, const struct measured *measured,
-                                const struct zones_closure *survey, const double *station_ft, size_t stations,
+/* Landing `index` (from 0) of the model's series. The model keeps what became of its runways. The
+ * caller frees, also after an error. */
+enum mr_status compare_simulate(struct compare_model *model, size_t index,
+                                const struct measured *measured, const struct zones_closure *survey,
+                                const double *station_ft, size_t stations,
                                 struct compare_simulated *simulated, struct error *error);
 void compare_simulated_free(struct compare_simulated *simulated);
-/* What was simulated, so that it can be checked later: parameters that matter, path and gaps as used. The caller frees; NULL: no memory. */
-char *compare_describe(const struct compare_model *model, const struct compare_simulated *simulated);
+/* What was simulated, so that it can be checked later: parameters that matter, path and gaps as
+ * used. The caller frees; NULL: no memory. */
+char *compare_describe(const struct compare_model *model,
+                       const struct compare_simulated *simulated);
 
 #endif

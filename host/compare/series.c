@@ -15,7 +15,8 @@ struct moves {
 };
 
 /* The runs of the series; the caller frees. */
-static enum mr_status select_runs(struct store *store, const char *name, int64_t **runs, size_t *count, struct error *error)
+static enum mr_status select_runs(struct store *store, const char *name, int64_t **runs,
+                                  size_t *count, struct error *error)
 {
     struct store_landing *rows = NULL;
     size_t all = 0;
@@ -36,10 +37,13 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     }
     free(rows);
     if (error->status == MR_OK && *count == 0 && name)
-        error_set(error, MR_UNKNOWN, "no landings in series '%s': %s; leave --series out for all, or matrig series %s NAME begins one", name,
-                  store_path(store), store_path(store));
+        error_set(error, MR_UNKNOWN,
+                  "no landings in series '%s': %s; leave --series out for all, or matrig series %s "
+                  "NAME begins one",
+                  name, store_path(store), store_path(store));
     else if (error->status == MR_OK && *count == 0)
-        error_set(error, MR_TOO_FEW, "no landings to compare: %s; log one first", store_path(store));
+        error_set(error, MR_TOO_FEW, "no landings to compare: %s; log one first",
+                  store_path(store));
     return error->status;
 }
 
@@ -101,9 +105,10 @@ static void take_measured(const struct survey_change *change, struct compare_mov
     }
 }
 
-/* `all`: landings of the campaign between the surveys, void ones and those of other series too: each has moved the mat. */
-static void take_simulated(const struct compare_series *set, const struct moves *moves, int64_t after, int64_t until, size_t all,
-                           struct compare_moved *moved)
+/* `all`: landings of the campaign between the surveys, void ones and those of other series too:
+ * each has moved the mat. */
+static void take_simulated(const struct compare_series *set, const struct moves *moves,
+                           int64_t after, int64_t until, size_t all, struct compare_moved *moved)
 {
     moved->simulated = true;
     for (size_t i = 0; i < set->count; i++) {
@@ -134,7 +139,8 @@ static void take_simulated(const struct compare_series *set, const struct moves 
     moved->chi = moved->points ? sqrt(chi / n) : (double)NAN;
 }
 
-static size_t landings_between(const struct store_landing *rows, size_t count, int64_t after, int64_t until)
+static size_t landings_between(const struct store_landing *rows, size_t count, int64_t after,
+                               int64_t until)
 {
     size_t found = 0;
     for (size_t i = 0; i < count; i++)
@@ -142,7 +148,8 @@ static size_t landings_between(const struct store_landing *rows, size_t count, i
     return found;
 }
 
-static enum mr_status compare_surveys(struct store *store, const struct moves *moves, struct compare_series *set, struct error *error)
+static enum mr_status compare_surveys(struct store *store, const struct moves *moves,
+                                      struct compare_series *set, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = NULL;
@@ -150,7 +157,8 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
     struct store_landing *landings = NULL;
     size_t count = 0, points = 0, landing_count = 0;
     double squares = 0.0;
-    if (store_gage_surveys(store, &rows, &count, error) != MR_OK || store_landings(store, &landings, &landing_count, error) != MR_OK) {
+    if (store_gage_surveys(store, &rows, &count, error) != MR_OK ||
+        store_landings(store, &landings, &landing_count, error) != MR_OK) {
         free(rows);
         return error->status;
     }
@@ -159,7 +167,8 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
     if (!set->moved || !survey)
         error_set(error, MR_FULL, "no memory: %zu surveys; close other programs", count);
     for (size_t i = 1; i < count && error->status == MR_OK; i++) {
-        if (survey_get(store, rows[i].id, survey, error) != MR_OK || survey_find(store, survey, &found, error) != MR_OK)
+        if (survey_get(store, rows[i].id, survey, error) != MR_OK ||
+            survey_find(store, survey, &found, error) != MR_OK)
             break;
         size_t before = i;
         while (before > 0 && rows[before - 1].id != found.previous)
@@ -171,8 +180,10 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
         moved->from_survey = previous->id;
         moved->to_survey = rows[i].id;
         take_measured(&found.since_previous, moved);
-        int64_t after = previous->after_run == STORE_NONE ? 0 : previous->after_run, until = rows[i].after_run;
-        take_simulated(set, moves, after, until, landings_between(landings, landing_count, after, until), moved);
+        int64_t after = previous->after_run == STORE_NONE ? 0 : previous->after_run,
+                until = rows[i].after_run;
+        take_simulated(set, moves, after, until,
+                       landings_between(landings, landing_count, after, until), moved);
         if (moved->landings == 0) /* none of this series between them */
             memset(moved, 0, sizeof *moved);
         else
@@ -191,8 +202,10 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
 
 /* ---- the series ---- */
 
-static enum mr_status run_landing(struct store *store, struct compare_model *model, const struct compare_limits *limits, bool si,
-                                  struct compare_series *set, size_t index, struct moves *moves, struct error *error)
+static enum mr_status run_landing(struct store *store, struct compare_model *model,
+                                  const struct compare_limits *limits, bool si,
+                                  struct compare_series *set, size_t index, struct moves *moves,
+                                  struct error *error)
 {
     struct compare_landing landing;
     struct compare_series_landing *out = &set->landing[index];
@@ -221,9 +234,11 @@ static void judge(struct compare_series *set, const struct compare_limits *limit
 {
     for (size_t i = 0; i < set->count; i++) {
         struct compare_verdict *one = &set->landing[i].verdict;
-        if (!set->landing[i].compared && compare_limits_any(limits)) { /* nobody knows whether it is within them */
+        if (!set->landing[i].compared && compare_limits_any(limits)) {
+            /* nobody knows whether it is within them */
             *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
-            snprintf(one->text, sizeof one->text, "RUN %lld not compared: %.200s", (long long)set->landing[i].run, set->landing[i].why);
+            snprintf(one->text, sizeof one->text, "RUN %lld not compared: %.200s",
+                     (long long)set->landing[i].run, set->landing[i].why);
         }
         set->verdict.checked += one->checked;
         if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
@@ -235,9 +250,10 @@ static void judge(struct compare_series *set, const struct compare_limits *limit
     compare_limits_check_series(limits, &set->pooled, si, &set->verdict);
 }
 
-enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,
-                               struct error *error)
+enum mr_status compare_series_run(struct store *store, const char *name,
+                                  struct compare_model *model, const struct compare_limits *limits,
+                                  bool si, void (*progress)(void *ctx, size_t done, size_t of),
+                                  void *ctx, struct compare_series *set, struct error *error)
 {
     int64_t *runs = NULL;
     struct moves *moves = NULL;
@@ -257,7 +273,8 @@ enum mr_status compare_series_run(struct store *store, const char *name, struct 
             progress(ctx, i + 1, set->count);
     }
     if (error->status == MR_OK && set->compared == 0)
-        error_set(error, MR_TOO_FEW, "no landing could be compared: %s: %s", store_path(store), set->landing[0].why);
+        error_set(error, MR_TOO_FEW, "no landing could be compared: %s: %s", store_path(store),
+                  set->landing[0].why);
     if (error->status == MR_OK) {
         finish(set);
         if (compare_surveys(store, moves, set, error) == MR_OK)
@@ -277,7 +294,8 @@ void compare_series_free(struct compare_series *set)
 
 void compare_series_sentence(const struct compare_series *set, bool si, char out[COMPARE_SENTENCE])
 {
-    const struct compare_figures **figures = calloc(set->count + 1, sizeof(const struct compare_figures *));
+    const struct compare_figures **figures = calloc(set->count + 1,
+                                                    sizeof(const struct compare_figures *));
     size_t count = 0;
     for (size_t i = 0; i < set->count && figures; i++) {
         if (set->landing[i].compared)

@@ -1,4 +1,5 @@
-/* A series of landings compared with one model, in order: each landing, all together, and what surveys between them say. */
+/* A series of landings compared with one model, in order: each landing, all together, and what
+ * surveys between them say. */
 #ifndef MATRIG_HOST_COMPARE_SERIES_H
 #define MATRIG_HOST_COMPARE_SERIES_H
 
@@ -21,7 +22,7 @@ struct compare_moved {
     size_t landings, points;
     struct {
         double measured_in, error_in, simulated_in, spread_in; /* NaN: not read */
-    } point[SURVEY_POINTS]; /* every ten mats */
+    } point[SURVEY_POINTS];                                    /* every ten mats */
     double bias_in, rms_in, chi; /* over the points; chi: in standard errors */
 };
 
@@ -34,7 +35,8 @@ struct compare_series {
         double station_ft;
         size_t landings;
         double samples, bias_in, rms_in;
-    } channel[MR_TRANSDUCERS]; /* by number, pooled over the landings by samples; landings 0: none */
+    } channel
+        [MR_TRANSDUCERS]; /* by number, pooled over the landings by samples; landings 0: none */
     struct compare_pooled pooled;
     double run_ms, error_in; /* all simulations; the largest of their estimates */
     struct compare_moved *moved;
@@ -42,12 +44,15 @@ struct compare_series {
     struct compare_verdict verdict; /* landings and series */
 };
 
-/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that cannot be compared is there with its reason
- * (no motion, nothing to align, a simulation that fails), and what it did to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be; MR_UNKNOWN: no such
- * series. `progress` may be NULL. The caller frees, also after an error. */
-enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,
-                               struct error *error);
+/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that
+ * cannot be compared is there with its reason (no motion, nothing to align, a simulation that
+ * fails), and what it did to the runway is unknown to those after it until the next survey.
+ * MR_TOO_FEW: none could be; MR_UNKNOWN: no such series. `progress` may be NULL. The caller frees,
+ * also after an error. */
+enum mr_status compare_series_run(struct store *store, const char *name,
+                                  struct compare_model *model, const struct compare_limits *limits,
+                                  bool si, void (*progress)(void *ctx, size_t done, size_t of),
+                                  void *ctx, struct compare_series *set, struct error *error);
 /* One sentence on whether they agree (host/compare/agree.h). */
 void compare_series_sentence(const struct compare_series *set, bool si, char out[COMPARE_SENTENCE]);
 void compare_series_free(struct compare_series *set);

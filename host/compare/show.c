@@ -13,16 +13,18 @@ static void ratio(struct answer *answer, const char *name, const char *label, do
     answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
 }
 
-static void moment(struct answer *answer, const char *name, const char *label, const struct signal_moment *moment)
+static void moment(struct answer *answer, const char *name, const char *label,
+                   const struct signal_moment *moment)
 {
     answer_estimate(answer, name, label, UNIT_DISPLACEMENT, moment->value, moment->error, 4);
 }
 
 static void peak_time(struct answer *answer, bool is_measured, const struct signal_moment *peak)
 {
-    answer_value(answer, is_measured ? "peak_measured_at" : "peak_simulated_at", is_measured ? "peak at|measured" : "peak at|simulated",
-                 UNIT_TIME, peak->t_s, 3);
-    answer_value(answer, is_measured ? "peak_measured_lasts" : "peak_simulated_lasts", NULL, UNIT_TIME, peak->lasts_s, 3);
+    answer_value(answer, is_measured ? "peak_measured_at" : "peak_simulated_at",
+                 is_measured ? "peak at|measured" : "peak at|simulated", UNIT_TIME, peak->t_s, 3);
+    answer_value(answer, is_measured ? "peak_measured_lasts" : "peak_simulated_lasts", NULL,
+                 UNIT_TIME, peak->lasts_s, 3);
 }
 
 static void channel_answer(const struct compare_channel *c, struct answer *answer)
@@ -36,7 +38,8 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
     if (c->why[0])
         answer_words(answer, "why", NULL, "%s", c->why);
     if (c->compared) {
-        answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias, f->bias_error, 4);
+        answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias,
+                        f->bias_error, 4);
         answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
         ratio(answer, "chi", "chi", f->chi);
         ratio(answer, "bias_en", NULL, c->bias_en);
@@ -48,23 +51,30 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
         peak_time(answer, false, &f->peak_simulated);
         moment(answer, "end_measured", "end|measured", &c->end_measured);
         moment(answer, "end_simulated", "end|simulated", &c->end_simulated);
-        answer_value(answer, "end_difference", NULL, UNIT_DISPLACEMENT, c->end_measured.value - c->end_simulated.value, 4);
+        answer_value(answer, "end_difference", NULL, UNIT_DISPLACEMENT,
+                     c->end_measured.value - c->end_simulated.value, 4);
         ratio(answer, "end_en", "end|En", c->end_en);
-        answer_estimate(answer, "arrival_measured", "arrival|measured", UNIT_TIME, f->arrival_measured.t_s, f->arrival_measured.t_error_s, 4);
-        answer_estimate(answer, "arrival_simulated", "arrival|simulated", UNIT_TIME, f->arrival_simulated.t_s, f->arrival_simulated.t_error_s,
-                        4);
+        answer_estimate(answer, "arrival_measured", "arrival|measured", UNIT_TIME,
+                        f->arrival_measured.t_s, f->arrival_measured.t_error_s, 4);
+        answer_estimate(answer, "arrival_simulated", "arrival|simulated", UNIT_TIME,
+                        f->arrival_simulated.t_s, f->arrival_simulated.t_error_s, 4);
         ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
-        answer_value(answer, "ahead_measured", "wheel ahead|measured", UNIT_STATION, c->ahead_measured_ft, 1);
-        answer_value(answer, "ahead_simulated", "wheel ahead|simulated", UNIT_STATION, c->ahead_simulated_ft, 1);
+        answer_value(answer, "ahead_measured", "wheel ahead|measured", UNIT_STATION,
+                     c->ahead_measured_ft, 1);
+        answer_value(answer, "ahead_simulated", "wheel ahead|simulated", UNIT_STATION,
+                     c->ahead_simulated_ft, 1);
         answer_value(answer, "correlation", "correlation|at lag 0", UNIT_NUMBER, f->correlation, 4);
         answer_value(answer, "lag", "best lag", UNIT_TIME, f->lag_s, 4);
-        answer_value(answer, "lag_correlation", "correlation|there", UNIT_NUMBER, f->lag_correlation, 4);
-        answer_value(answer, "alignment", "alignment's|part", UNIT_DISPLACEMENT, c->alignment_in, 4);
+        answer_value(answer, "lag_correlation", "correlation|there", UNIT_NUMBER,
+                     f->lag_correlation, 4);
+        answer_value(answer, "alignment", "alignment's|part", UNIT_DISPLACEMENT, c->alignment_in,
+                     4);
     }
     answer_close(answer);
 }
 
-/* An error is that of the readings that there are: it does not know of a peak that fell between them. */
+/* An error is that of the readings that there are: it does not know of a peak that fell between
+ * them. */
 static void lost_answer(const struct compare_figures *figures, struct answer *answer)
 {
     const struct compare_channel *least = NULL;
@@ -75,7 +85,8 @@ static void lost_answer(const struct compare_figures *figures, struct answer *an
     }
     if (least)
         answer_sentence(answer, NULL,
-                        "Readings were lost, of transducer %lld %.1f %%: a peak, an arrival or an end that fell among them is not seen, and no error "
+                        "Readings were lost, of transducer %lld %.1f %%: a peak, an arrival or an "
+                        "end that fell among them is not seen, and no error "
                         "here knows of it.",
                         (long long)least->number, 100.0 * (1.0 - least->valid));
 }
@@ -85,7 +96,8 @@ void compare_channels_answer(const struct compare_figures *figures, struct answe
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
         if (c->why[0])
-            answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number, c->compared ? "" : "not compared: ", c->why);
+            answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
+                            c->compared ? "" : "not compared: ", c->why);
     }
     lost_answer(figures, answer);
     answer_table(answer, "channels", "");
@@ -93,10 +105,14 @@ void compare_channels_answer(const struct compare_figures *figures, struct answe
         channel_answer(&figures->channel[i], answer);
     answer_close(answer);
     answer_sentence(answer, NULL,
-                    "Differences are measured less simulated. An error is one standard error: noise, calibration and edge timing; the solver's "
-                    "estimate and the spread over the runways. chi: rms of the difference in standard errors. En: the difference in two of them; up "
-                    "to 1 both agree. Arrival: at %.0f %% of the peak. Wheel ahead: of the transducer, at arrival. Best lag: positive when the measured "
-                    "is later. Alignment's part: of the error of the measured, at most. Zones: mats that both have, of those that either has.",
+                    "Differences are measured less simulated. An error is one standard error: "
+                    "noise, calibration and edge timing; the solver's "
+                    "estimate and the spread over the runways. chi: rms of the difference in "
+                    "standard errors. En: the difference in two of them; up "
+                    "to 1 both agree. Arrival: at %.0f %% of the peak. Wheel ahead: of the "
+                    "transducer, at arrival. Best lag: positive when the measured "
+                    "is later. Alignment's part: of the error of the measured, at most. Zones: "
+                    "mats that both have, of those that either has.",
                     100.0 * SIGNAL_ARRIVAL);
 }
 
@@ -109,12 +125,15 @@ static void zone_answer(const char *name, const struct compare_zone *zone, struc
     }
     answer_open(answer, name, NULL);
     answer_value(answer, "mats", "mats", UNIT_NUMBER, zone->mats, 0);
-    answer_estimate(answer, "start", "from", UNIT_STATION, any ? zone->start_ft : (double)NAN, any ? zone->start_error_ft : (double)NAN, 1);
-    answer_estimate(answer, "end", "to", UNIT_STATION, any ? zone->end_ft : (double)NAN, any ? zone->end_error_ft : (double)NAN, 1);
+    answer_estimate(answer, "start", "from", UNIT_STATION, any ? zone->start_ft : (double)NAN,
+                    any ? zone->start_error_ft : (double)NAN, 1);
+    answer_estimate(answer, "end", "to", UNIT_STATION, any ? zone->end_ft : (double)NAN,
+                    any ? zone->end_error_ft : (double)NAN, 1);
     answer_close(answer);
 }
 
-static void overlap_answer(const char *name, const struct compare_overlap *overlap, struct answer *answer)
+static void overlap_answer(const char *name, const struct compare_overlap *overlap,
+                           struct answer *answer)
 {
     if (!overlap->known) {
         answer_none(answer, name, NULL, NULL);
@@ -124,14 +143,20 @@ static void overlap_answer(const char *name, const struct compare_overlap *overl
     answer_value(answer, "common_mats", "mats|in common", UNIT_NUMBER, overlap->common_mats, 0);
     answer_value(answer, "all_mats", "of all", UNIT_NUMBER, overlap->all_mats, 0);
     answer_value(answer, "share", NULL, UNIT_NUMBER, overlap->share, 3);
-    answer_value(answer, "start_difference", "measured starts|further by", UNIT_STATION, overlap->start_ft, 1)->plus = true;
-    answer_value(answer, "end_difference", "measured ends|further by", UNIT_STATION, overlap->end_ft, 1)->plus = true;
+    answer_value(answer, "start_difference", "measured starts|further by", UNIT_STATION,
+                 overlap->start_ft, 1)
+        ->plus = true;
+    answer_value(answer, "end_difference", "measured ends|further by", UNIT_STATION,
+                 overlap->end_ft, 1)
+        ->plus = true;
     answer_close(answer);
 }
 
 void compare_zones_answer(const struct compare_zones *zones, struct answer *answer)
 {
-    static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured", [COMPARE_BOARD] = "board", [COMPARE_SIMULATED] = "simulated"};
+    static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured",
+                                                       [COMPARE_BOARD] = "board",
+                                                       [COMPARE_SIMULATED] = "simulated"};
     answer_list(answer, "zones", "");
     for (size_t i = 0; i < zones->count; i++) {
         const struct compare_zone_moment *m = &zones->moment[i];
@@ -212,7 +237,8 @@ static void verdict_answer(const struct compare_verdict *verdict, struct answer 
     answer_close(answer);
 }
 
-void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict, struct answer *answer)
+void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
+                    struct answer *answer)
 {
     answer_count(answer, "run", "RUN", figures->run);
     if (figures->doubt[0])
@@ -221,10 +247,13 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
         answer_none(answer, "doubtful", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->against);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
-    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, figures->error_in, 4)->end = ", as its solver estimates";
+    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, figures->error_in, 4)->end =
+        ", as its solver estimates";
     answer_count(answer, "seeds", NULL, figures->seeds);
     if (figures->seeds > 1)
-        answer_words(answer, NULL, "runways", "%lld: their mean, with their spread as part of its error", (long long)figures->seeds);
+        answer_words(answer, NULL, "runways",
+                     "%lld: their mean, with their spread as part of its error",
+                     (long long)figures->seeds);
     answer_count(answer, "edges", NULL, figures->edges);
     answer_words(answer, NULL, "aligned on", "%lld switch edges", (long long)figures->edges);
     answer_value(answer, "offset", "simulated later by", UNIT_TIME, figures->offset_s, 4);
@@ -239,7 +268,9 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
 
 /* ---- a series ---- */
 
-static void overlap_words(struct answer *answer, const char *label, const struct compare_zone_moment *moment, const struct compare_overlap *overlap)
+static void overlap_words(struct answer *answer, const char *label,
+                          const struct compare_zone_moment *moment,
+                          const struct compare_overlap *overlap)
 {
     bool any = moment && overlap->known && overlap->all_mats > 0.0;
     if (any)
@@ -252,7 +283,8 @@ static void overlap_words(struct answer *answer, const char *label, const struct
 static void landing_row(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_figures *figures = &landing->figures;
-    const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false), *rest = compare_moment_of(&figures->zones, true);
+    const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false),
+                                     *rest = compare_moment_of(&figures->zones, true);
     const struct compare_mean mean = compare_mean_of(figures);
     answer_open(answer, NULL, NULL);
     answer_count(answer, NULL, "RUN", landing->run);
@@ -267,7 +299,10 @@ static void landing_row(const struct compare_series_landing *landing, struct ans
         overlap_words(answer, "zone|at rest", rest, rest ? &rest->simulated : NULL);
         answer_value(answer, NULL, "error", UNIT_DISPLACEMENT, figures->error_in, 4);
         answer_value(answer, NULL, "ms", UNIT_NUMBER, figures->run_ms, 0);
-        answer_words(answer, NULL, "limits", "%s", landing->verdict.checked == 0 ? "-" : landing->verdict.failed ? "FAIL" : "pass");
+        answer_words(answer, NULL, "limits", "%s",
+                     landing->verdict.checked == 0 ? "-"
+                     : landing->verdict.failed     ? "FAIL"
+                                                   : "pass");
     }
     answer_close(answer);
 }
@@ -289,7 +324,8 @@ static void landings_answer(const struct compare_series *set, struct answer *ans
     answer_close(answer);
     for (size_t i = 0; i < set->count; i++) {
         if (!set->landing[i].compared)
-            answer_sentence(answer, NULL, "RUN %lld not compared: %s", (long long)set->landing[i].run, set->landing[i].why);
+            answer_sentence(answer, NULL, "RUN %lld not compared: %s",
+                            (long long)set->landing[i].run, set->landing[i].why);
     }
     answer_table(answer, NULL, "landings: the difference, and of zones the mats in common and all");
     for (size_t i = 0; i < set->count; i++)
@@ -332,10 +368,14 @@ static void moved_answer(const struct compare_moved *moved, struct answer *answe
     for (size_t p = 0; p < SURVEY_POINTS && moved->simulated; p++) {
         answer_open(answer, NULL, NULL);
         answer_value(answer, "station", "at", UNIT_STATION, (double)p * SURVEY_SPAN_FT, 1);
-        answer_estimate(answer, "measured", "measured", UNIT_DISPLACEMENT, moved->point[p].measured_in, moved->point[p].error_in, 4);
-        answer_value(answer, "simulated", "simulated", UNIT_DISPLACEMENT, moved->point[p].simulated_in, 4);
-        answer_value(answer, "simulated_spread", "its spread", UNIT_DISPLACEMENT, moved->point[p].spread_in, 4);
-        answer_value(answer, NULL, "difference", UNIT_DISPLACEMENT, moved->point[p].measured_in - moved->point[p].simulated_in, 4);
+        answer_estimate(answer, "measured", "measured", UNIT_DISPLACEMENT,
+                        moved->point[p].measured_in, moved->point[p].error_in, 4);
+        answer_value(answer, "simulated", "simulated", UNIT_DISPLACEMENT,
+                     moved->point[p].simulated_in, 4);
+        answer_value(answer, "simulated_spread", "its spread", UNIT_DISPLACEMENT,
+                     moved->point[p].spread_in, 4);
+        answer_value(answer, NULL, "difference", UNIT_DISPLACEMENT,
+                     moved->point[p].measured_in - moved->point[p].simulated_in, 4);
         answer_close(answer);
     }
     answer_close(answer);
@@ -351,7 +391,8 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     answer_count(answer, NULL, "landings", (int64_t)set->count);
     answer_count(answer, "compared", "compared", (int64_t)set->compared);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
-    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, set->error_in, 4)->end = " at most, as its solver estimates";
+    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, set->error_in, 4)->end =
+        " at most, as its solver estimates";
     landings_answer(set, answer);
     channels_answer(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
@@ -363,7 +404,8 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     answer_sentence(answer, "agreement", "%s", sentence);
     if (set->verdict.checked > 0) {
         answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within, 2);
-        answer_words(answer, NULL, "within limits", "%.0f %% of the landings", 100.0 * set->pooled.within);
+        answer_words(answer, NULL, "within limits", "%.0f %% of the landings",
+                     100.0 * set->pooled.within);
     }
     verdict_answer(&set->verdict, answer);
 }

@@ -2,11 +2,12 @@
 
 #include <math.h>
 
-#define FAR_FROM_NOISE 5.0 /* standard deviations: none of some thousand samples is so far off by chance */
-#define COARSE 10      /* lags between those tried first */
-#define THIN 5         /* and of the samples every fifth then */
-#define ROUNDING 1e-9
-#define LEAST_SHARE 0.5 /* of the samples that overlap at a lag */
+/* standard deviations: none of some thousand samples is so far off by chance */
+#define FAR_FROM_NOISE 5.0
+#define COARSE         10 /* lags between those tried first */
+#define THIN           5  /* and of the samples every fifth then */
+#define ROUNDING       1e-9
+#define LEAST_SHARE    0.5 /* of the samples that overlap at a lag */
 
 double signal_en(double measured, double measured_error, double simulated, double simulated_error)
 {
@@ -23,7 +24,8 @@ static bool both(const struct signal *s, size_t i)
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
 
-/* Noise averages out over the samples; what else a sample's error has is taken as common to all of them. */
+/* Noise averages out over the samples; what else a sample's error has is taken as common to all of
+ * them. */
 static void find_differences(const struct signal *s, struct signal_figures *f)
 {
     double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
@@ -31,7 +33,8 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
     for (size_t i = 0; i < s->count; i++) {
         if (!both(s, i))
             continue;
-        double d = s->measured[i] - s->simulated[i], u = hypot(s->measured_error[i], s->simulated_error[i]);
+        double d = s->measured[i] - s->simulated[i],
+               u = hypot(s->measured_error[i], s->simulated_error[i]);
         sum += d;
         squares += d * d;
         if (d != 0.0)
@@ -50,10 +53,12 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
     f->inside = (double)inside / n;
 }
 
-/* Mean over SIGNAL_WINDOW samples around i of those that both have, so that both are smoothed alike; NaN: none. */
+/* Mean over SIGNAL_WINDOW samples around i of those that both have, so that both are smoothed
+ * alike; NaN: none. */
 static double smooth(const struct signal *s, const double *values, size_t i)
 {
-    size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0, to = i + half < s->count ? i + half : s->count - 1;
+    size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
+           to = i + half < s->count ? i + half : s->count - 1;
     double sum = 0.0;
     size_t count = 0;
     for (size_t k = from; k <= to; k++) {
@@ -71,7 +76,8 @@ static double time_of(const struct signal *s, double i)
 }
 
 /* Of one side. `noise`: of the mean over the window. */
-static struct signal_moment find_peak(const struct signal *s, const double *values, const double *errors, double noise)
+static struct signal_moment find_peak(const struct signal *s, const double *values,
+                                      const double *errors, double noise)
 {
     struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN, (double)NAN};
     size_t at = 0, first = 0, last = 0;
@@ -96,10 +102,12 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     return peak;
 }
 
-static struct signal_moment find_arrival(const struct signal *s, const double *values, const double *errors, double noise, double peak,
+static struct signal_moment find_arrival(const struct signal *s, const double *values,
+                                         const double *errors, double noise, double peak,
                                          bool measured)
 {
-    struct signal_moment arrival = {SIGNAL_ARRIVAL * peak, (double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    struct signal_moment arrival = {SIGNAL_ARRIVAL * peak, (double)NAN, (double)NAN, (double)NAN,
+                                    (double)NAN};
     double threshold = fabs(arrival.value), before = (double)NAN;
     if (!(threshold > FAR_FROM_NOISE * noise) || threshold == 0.0)
         return arrival;
@@ -113,14 +121,17 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
         }
         if (isnan(before)) /* it was there from the beginning */
             return arrival;
-        size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0, to = i + half < s->count ? i + half : s->count - 1;
-        double slope = fabs(smooth(s, values, to) - smooth(s, values, from)) / ((double)(to - from) * s->dt_s);
+        size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
+               to = i + half < s->count ? i + half : s->count - 1;
+        double slope = fabs(smooth(s, values, to) - smooth(s, values, from)) /
+                       ((double)(to - from) * s->dt_s);
         double u = errors[i];
         if (measured) /* of it the noise is that of a mean */
             u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
         arrival.t_s = time_of(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
-        arrival.t_error_s = sqrt(u * u / (slope * slope) + (measured ? s->time_error_s[i] * s->time_error_s[i] : 0.0) +
+        arrival.t_error_s = sqrt(u * u / (slope * slope) +
+                                 (measured ? s->time_error_s[i] * s->time_error_s[i] : 0.0) +
                                  s->dt_s * s->dt_s / 12.0);
         return arrival;
     }
@@ -196,9 +207,11 @@ static void find_correlation(const struct signal *s, struct signal_figures *f)
     f->correlation = correlate(s, 0, 1);
     long most = lround(SIGNAL_LAG_S / s->dt_s);
     long near = best_lag(s, -most, most, COARSE, THIN);
-    long from = near - COARSE < -most ? -most : near - COARSE, to = near + COARSE > most ? most : near + COARSE;
+    long from = near - COARSE < -most ? -most : near - COARSE,
+         to = near + COARSE > most ? most : near + COARSE;
     long lag = best_lag(s, from, to, 1, 1);
-    double left = correlate(s, lag - 1, 1), at = correlate(s, lag, 1), right = correlate(s, lag + 1, 1);
+    double left = correlate(s, lag - 1, 1), at = correlate(s, lag, 1),
+           right = correlate(s, lag + 1, 1);
     double bend = left - 2.0 * at + right;
     if (lag <= -most || lag >= most || isnan(bend))
         return;
@@ -208,11 +221,21 @@ static void find_correlation(const struct signal *s, struct signal_figures *f)
 
 void signal_compare(const struct signal *s, struct signal_figures *f)
 {
-    const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN,
+                                          (double)NAN};
     *f = (struct signal_figures){
-        .bias = (double)NAN, .bias_error = (double)NAN, .rms = (double)NAN, .chi = (double)NAN, .inside = (double)NAN,
-        .peak_measured = unknown, .peak_simulated = unknown, .arrival_measured = unknown, .arrival_simulated = unknown,
-        .correlation = (double)NAN, .lag_s = (double)NAN, .lag_correlation = (double)NAN,
+        .bias = (double)NAN,
+        .bias_error = (double)NAN,
+        .rms = (double)NAN,
+        .chi = (double)NAN,
+        .inside = (double)NAN,
+        .peak_measured = unknown,
+        .peak_simulated = unknown,
+        .arrival_measured = unknown,
+        .arrival_simulated = unknown,
+        .correlation = (double)NAN,
+        .lag_s = (double)NAN,
+        .lag_correlation = (double)NAN,
     };
     double noise = s->noise / sqrt(SIGNAL_WINDOW);
     find_differences(s, f);
@@ -220,7 +243,9 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
         return;
     f->peak_measured = find_peak(s, s->measured, s->measured_error, noise);
     f->peak_simulated = find_peak(s, s->simulated, s->simulated_error, noise);
-    f->arrival_measured = find_arrival(s, s->measured, s->measured_error, noise, f->peak_measured.value, true);
-    f->arrival_simulated = find_arrival(s, s->simulated, s->simulated_error, noise, f->peak_simulated.value, false);
+    f->arrival_measured = find_arrival(s, s->measured, s->measured_error, noise,
+                                       f->peak_measured.value, true);
+    f->arrival_simulated = find_arrival(s, s->simulated, s->simulated_error, noise,
+                                        f->peak_simulated.value, false);
     find_correlation(s, f);
 }

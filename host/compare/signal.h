@@ -1,21 +1,27 @@
-/* Two series of the same quantity, sample by sample: how far apart, how alike, and whether their errors explain it. Pure.
+/* Two series of the same quantity, sample by sample: how far apart, how alike, and whether their
+ * errors explain it. Pure.
  *
- * Values in inches (or any one unit), times in seconds since touchdown; d = measured - simulated; u: standard errors.
+ * Values in inches (or any one unit), times in seconds since touchdown; d = measured - simulated;
+ * u: standard errors.
  *
  *     bias         mean of d
  *     rms          root mean square of d
  *     chi          root mean square of d / sqrt(u_m^2 + u_s^2): 1 when the errors explain all of it
  *     inside       share of samples with |d| <= 2 sqrt(u_m^2 + u_s^2)
- *     peak         extreme, by size, of the mean over SIGNAL_WINDOW samples; its time: when that first comes within SIGNAL_NEAR of it, or
- *                  five standard deviations of the noise if that is more, and how long until it last is: on a plateau noise says
- *                  where the most is
- *     arrival      first time at which that mean crosses SIGNAL_ARRIVAL of its own peak, between two samples by a straight line.
- *                  Error: noise and error of the value over the slope there; alignment; spacing of the samples / sqrt(12). Not known when
- *                  the threshold is below five standard deviations of the noise
- *     correlation  Pearson's, at lag 0; and the lag in +-SIGNAL_LAG_S at which it is largest (positive: the measured is later; a parabola
- *                  through three lags), not known when that is at either end. None of a flat series: one whose
- *                  standard deviation is within twice that of the noise
- *     En           |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two agree (ISO 13528, coverage factor 2)
+ *     peak         extreme, by size, of the mean over SIGNAL_WINDOW samples; its time: when that
+ *                  first comes within SIGNAL_NEAR of it, or five standard deviations of the noise
+ *                  if that is more, and how long until it last is: on a plateau noise says where
+ *                  the most is
+ *     arrival      first time at which that mean crosses SIGNAL_ARRIVAL of its own peak, between
+ *                  two samples by a straight line. Error: noise and error of the value over the
+ *                  slope there; alignment; spacing of the samples / sqrt(12). Not known when the
+ *                  threshold is below five standard deviations of the noise
+ *     correlation  Pearson's, at lag 0; and the lag in +-SIGNAL_LAG_S at which it is largest
+ *                  (positive: the measured is later; a parabola through three lags), not known when
+ *                  that is at either end. None of a flat series: one whose standard deviation is
+ *                  within twice that of the noise
+ *     En           |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two agree (ISO 13528,
+ *                  coverage factor 2)
  *
  * NaN: a sample that is missing; in a result: not known. */
 #ifndef MATRIG_HOST_COMPARE_SIGNAL_H
@@ -24,10 +30,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define SIGNAL_WINDOW 11
+#define SIGNAL_WINDOW  11
 #define SIGNAL_ARRIVAL 0.1
-#define SIGNAL_NEAR 0.01
-#define SIGNAL_LAG_S 0.5
+#define SIGNAL_NEAR    0.01
+#define SIGNAL_LAG_S   0.5
 
 /* Sample i is at t0_s + i dt_s. Arrays are the caller's. */
 struct signal {
@@ -36,7 +42,8 @@ struct signal {
     const double *measured, *simulated;
     const double *measured_error, *simulated_error; /* of a sample: all there is */
     const double *time_error_s;                     /* of the alignment */
-    double noise;                                   /* of a measured sample, independent of the next; part of measured_error */
+    /* of a measured sample, independent of the next; part of measured_error */
+    double noise;
 };
 
 struct signal_moment {

@@ -13,27 +13,32 @@ static bool is_signed(enum mr_wire_type type)
     return type == MR_WIRE_i8 || type == MR_WIRE_i16 || type == MR_WIRE_i32 || type == MR_WIRE_f32;
 }
 
-/* Range in units. A scaled real keeps one code for "missing"; a float has no range worth stating (0|0 means
- * none). */
+/* Range in units. A scaled real keeps one code for "missing"; a float has no range worth stating
+ * (0|0 means none). */
 static void range(const struct mr_field_info *field, double *low, double *high)
 {
-    static const double whole[][2] = {[MR_WIRE_u8] = {0, 255}, [MR_WIRE_i8] = {-128, 127}, [MR_WIRE_u16] = {0, 65535},
-                                      [MR_WIRE_i16] = {-32768, 32767}, [MR_WIRE_u32] = {0, 4294967295.0},
-                                      [MR_WIRE_i32] = {-2147483648.0, 2147483647.0}, [MR_WIRE_f32] = {0, 0}};
+    static const double whole[][2] = {[MR_WIRE_u8] = {0, 255},
+                                      [MR_WIRE_i8] = {-128, 127},
+                                      [MR_WIRE_u16] = {0, 65535},
+                                      [MR_WIRE_i16] = {-32768, 32767},
+                                      [MR_WIRE_u32] = {0, 4294967295.0},
+                                      [MR_WIRE_i32] = {-2147483648.0, 2147483647.0},
+                                      [MR_WIRE_f32] = {0, 0}};
     bool scaled = field->per_unit > 0.0f;
     double steps = scaled ? (double)field->per_unit : 1.0;
     *low = (whole[field->type][0] + (scaled && field->type == MR_WIRE_i16)) / steps;
     *high = (whole[field->type][1] - (scaled && field->type == MR_WIRE_u16)) / steps;
 }
 
-static void write_signal(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
+static void write_signal(FILE *out, const struct mr_message_info *message,
+                         const struct mr_field_info *field)
 {
     double low, high;
     double factor = field->per_unit > 0.0f ? 1.0 / (double)field->per_unit : 1.0;
     range(field, &low, &high);
-    fprintf(out, " SG_ %s : %u|%u@1%c (%.10g,0) [%.10g|%.10g] \"%s\" %s\n", field->name, 8u * field->offset,
-            8u * field->size, is_signed(field->type) ? '-' : '+', factor, low, high, field->unit,
-            message->direction == MR_DIRECTION_HOST ? "BOARD" : "HOST");
+    fprintf(out, " SG_ %s : %u|%u@1%c (%.10g,0) [%.10g|%.10g] \"%s\" %s\n", field->name,
+            8u * field->offset, 8u * field->size, is_signed(field->type) ? '-' : '+', factor, low,
+            high, field->unit, message->direction == MR_DIRECTION_HOST ? "BOARD" : "HOST");
 }
 
 /* Text inside quotes of a DBC file. */
@@ -53,7 +58,7 @@ static void write_value(FILE *out, long value, const char *text)
 
 static const char *status_text(unsigned minus)
 {
-    return mr_status_text((enum mr_status)-(int)minus);
+    return mr_status_text((enum mr_status) - (int)minus);
 }
 
 /* Fields whose numbers a table of their own names: those from `first` to `last`, or minus them. */
@@ -74,7 +79,8 @@ static const struct {
 };
 
 /* Values of a field, each behind a blank. */
-static void list_values(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
+static void list_values(FILE *out, const struct mr_message_info *message,
+                        const struct mr_field_info *field)
 {
     if (field->per_unit > 0.0f)
         write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
@@ -83,13 +89,15 @@ static void list_values(FILE *out, const struct mr_message_info *message, const 
         for (unsigned number = named[i].first; is && number <= named[i].last; number++)
             write_value(out, named[i].sign * (long)number, named[i].text(number));
     }
-    for (const struct mr_value *value = field->values; field->coding == MR_CODING_CODE && value->word; value++) {
+    for (const struct mr_value *value = field->values;
+         field->coding == MR_CODING_CODE && value->word; value++) {
         if (value->word[0])
             write_value(out, value->number, value->word);
     }
 }
 
-static void write_values(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
+static void write_values(FILE *out, const struct mr_message_info *message,
+                         const struct mr_field_info *field)
 {
     bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_CODE;
     for (size_t i = 0; i < sizeof named / sizeof named[0]; i++)
@@ -104,10 +112,13 @@ static void write_values(FILE *out, const struct mr_message_info *message, const
 static void write_attributes(FILE *out, const struct mr_message_info *messages, size_t count)
 {
     fputs("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_ \"BusType\" STRING ;\n"
-          "BA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_DEF_DEF_ \"BusType\" \"CAN\";\nBA_ \"BusType\" \"CAN\";\n", out);
+          "BA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_DEF_DEF_ \"BusType\" \"CAN\";\nBA_ \"BusType\" "
+          "\"CAN\";\n",
+          out);
     for (size_t m = 0; m < count; m++) {
         if (messages[m].every_ms)
-            fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n", messages[m].id, messages[m].every_ms);
+            fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n", messages[m].id,
+                    messages[m].every_ms);
     }
 }
 
@@ -117,7 +128,10 @@ unsigned dbc_write(FILE *out)
     const struct mr_message_info *messages = mr_catalogue(&count);
     char text[400];
 
-    fputs("VERSION \"\"\n\nNS_ :\n\tCM_\n\tBA_DEF_\n\tBA_\n\tVAL_\n\tBA_DEF_DEF_\n\tSIG_VALTYPE_\n\nBS_:\n\nBU_: BOARD HOST\n\n", out);
+    fputs("VERSION \"\"\n\nNS_ "
+          ":\n\tCM_\n\tBA_DEF_\n\tBA_\n\tVAL_\n\tBA_DEF_DEF_\n\tSIG_VALTYPE_\n\nBS_:\n\nBU_: BOARD "
+          "HOST\n\n",
+          out);
     for (size_t m = 0; m < count; m++) {
         const struct mr_message_info *message = &messages[m];
         fprintf(out, "BO_ %u %s: %u %s\n", message->id, message->name, message->length,
@@ -126,8 +140,10 @@ unsigned dbc_write(FILE *out)
             write_signal(out, message, &message->fields[f]);
         fputc('\n', out);
     }
-    fprintf(out, "CM_ \"matrig, message layout %u. Scaled signals keep one raw value for missing data.\";\n",
-            MR_LAYOUT);
+    fprintf(
+        out,
+        "CM_ \"matrig, message layout %u. Scaled signals keep one raw value for missing data.\";\n",
+        MR_LAYOUT);
     for (size_t m = 0; m < count; m++) {
         fprintf(out, "CM_ BO_ %u ", messages[m].id);
         write_text(out, messages[m].text);
@@ -147,7 +163,8 @@ unsigned dbc_write(FILE *out)
     for (size_t m = 0; m < count; m++) {
         for (unsigned f = 0; f < messages[m].field_count; f++) {
             if (messages[m].fields[f].type == MR_WIRE_f32)
-                fprintf(out, "SIG_VALTYPE_ %u %s : 1;\n", messages[m].id, messages[m].fields[f].name);
+                fprintf(out, "SIG_VALTYPE_ %u %s : 1;\n", messages[m].id,
+                        messages[m].fields[f].name);
         }
     }
     return (unsigned)count;

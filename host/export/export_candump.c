@@ -7,9 +7,9 @@
 #include "host/link/timemap.h"
 #include "host/link/candump.h"
 
-/* Without a clock, board time goes from here on, because log2asc takes second 0 for "no time yet": stamps read as a date in 2001, and
- * their last digits as board time. */
-#define NO_DATE_US 1000000000000000.0
+/* Without a clock, board time goes from here on, because log2asc takes second 0 for "no time yet":
+ * stamps read as a date in 2001, and their last digits as board time. */
+#define NO_DATE_US    1000000000000000.0
 #define STAMP_MOST_US 9e15 /* beyond it a double holds no microsecond */
 
 struct candump_export {
@@ -29,12 +29,15 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
         return MR_OK;
     }
     double board_us = (double)stored->board_us;
-    double stamp_us = export->dated ? summary_time_by(&export->clock, board_us).host_us : NO_DATE_US + board_us;
+    double stamp_us = export->dated ? summary_time_by(&export->clock, board_us).host_us
+                                    : NO_DATE_US + board_us;
     if (!(stamp_us >= 0.0 && stamp_us < STAMP_MOST_US)) {
         export->far++;
         return MR_OK;
     }
-    struct link_frame frame = {.host_us = (uint64_t)llround(stamp_us), .id = stored->id, .length = (uint8_t)stored->length};
+    struct link_frame frame = {.host_us = (uint64_t)llround(stamp_us),
+                               .id = stored->id,
+                               .length = (uint8_t)stored->length};
     memcpy(frame.data, stored->data, stored->length);
     candump_print(&frame, line);
     fputs(line, export->out);
@@ -46,23 +49,27 @@ static void tell(const struct candump_export *export, bool known, const struct c
 {
     if (!export->dated)
         cli_note(cli, "no times of day: stamps are board time after 2001-09-09 01:46:40 UTC; %s",
-                 known ? timemap_refusal_text((unsigned)export->clock.refusal) : "the board's clock was not followed");
+                 known ? timemap_refusal_text((unsigned)export->clock.refusal)
+                       : "the board's clock was not followed");
     if (export->without_time)
-        cli_note(cli, "%ld frames came before the board told the time and are left out", export->without_time);
+        cli_note(cli, "%ld frames came before the board told the time and are left out",
+                 export->without_time);
     if (export->far)
         cli_note(cli, "%ld frames have a time that no clock shows and are left out", export->far);
 }
 
-enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli, long *rows, struct error *error)
+enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                              long *rows, struct error *error)
 {
     struct candump_export export = {.out = out};
     int64_t count;
     bool known = false;
     enum mr_status status = store_frames_count(store, run, LINK_CAN, &count, error);
     if (status == MR_OK && count == 0)
-        return error_set(error, MR_USAGE,
-                         "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
-                         (long long)run, store_path(store));
+        return error_set(
+            error, MR_USAGE,
+            "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
+            (long long)run, store_path(store));
     if (status == MR_OK)
         status = summary_time_clock(store, run, &export.clock, &known, error);
     export.dated = known && export.clock.refusal == TIMEMAP_GOOD;

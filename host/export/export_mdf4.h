@@ -1,4 +1,5 @@
-/* A landing as an MDF4 file: readings at 1 kHz, the gear, and the CAN frames with the DBC attached. */
+/* A landing as an MDF4 file: readings at 1 kHz, the gear, and the CAN frames with the DBC
+ * attached. */
 #ifndef MATRIG_HOST_EXPORT_MDF4_H
 #define MATRIG_HOST_EXPORT_MDF4_H
 
@@ -6,8 +7,9 @@
 
 #include "host/store/store.h"
 
-/* Second 0 of the file is the first block that was kept, or the first CAN frame when that is earlier. `rows`: readings and frames
- * together. MR_USAGE: neither readings nor frames. */
-enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, bool si, long *rows, struct error *error);
+/* Second 0 of the file is the first block that was kept, or the first CAN frame when that is
+ * earlier. `rows`: readings and frames together. MR_USAGE: neither readings nor frames. */
+enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, bool si, long *rows,
+                           struct error *error);
 
 #endif

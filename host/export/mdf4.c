@@ -1,29 +1,38 @@
 #include "host/export/mdf4.h"
 
-
 #include <md5.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define BLOCK_HEAD 24u /* "##XX", 4 reserved, u64 length, u64 count of links */
 
-#define CG_BUS_EVENT 2u
+#define CG_BUS_EVENT       2u
 #define CG_PLAIN_BUS_EVENT 4u
-#define CN_TYPE_MASTER 2u
-#define CN_SYNC_TIME 1u
-#define CN_INVALIDATION 2u
-#define CN_BUS_EVENT 0x400u
-#define SOURCE_BUS 2u
-#define BUS_CAN 2u
-#define AT_EMBEDDED 1u
-#define AT_MD5 4u
+#define CN_TYPE_MASTER     2u
+#define CN_SYNC_TIME       1u
+#define CN_INVALIDATION    2u
+#define CN_BUS_EVENT       0x400u
+#define SOURCE_BUS         2u
+#define BUS_CAN            2u
+#define AT_EMBEDDED        1u
+#define AT_MD5             4u
 
 /* Links by position in their blocks. */
 enum { HD_FIRST_DG, HD_FIRST_FH, HD_FIRST_CH, HD_FIRST_AT, HD_FIRST_EV, HD_COMMENT, HD_LINKS };
 enum { FH_NEXT, FH_COMMENT, FH_LINKS };
 enum { DG_NEXT, DG_FIRST_CG, DG_DATA, DG_COMMENT, DG_LINKS };
 enum { CG_NEXT, CG_FIRST_CN, CG_NAME, CG_SOURCE, CG_FIRST_SR, CG_COMMENT, CG_LINKS };
-enum { CN_NEXT, CN_PARTS, CN_NAME, CN_SOURCE, CN_CONVERSION, CN_DATA, CN_UNIT, CN_COMMENT, CN_LINKS };
+enum {
+    CN_NEXT,
+    CN_PARTS,
+    CN_NAME,
+    CN_SOURCE,
+    CN_CONVERSION,
+    CN_DATA,
+    CN_UNIT,
+    CN_COMMENT,
+    CN_LINKS
+};
 enum { SI_NAME, SI_PATH, SI_COMMENT, SI_LINKS };
 enum { AT_NEXT, AT_NAME, AT_MIME, AT_COMMENT, AT_LINKS };
 #define CG_CYCLES 8u /* place of the number of rows in its data */
@@ -63,12 +72,14 @@ static void align(struct mdf4 *file)
     grow(file, (8 - file->length % 8) % 8);
 }
 
-/* A block with its links and data; `more` bytes may follow, which its length counts. Returns its address. */
-static uint64_t block(struct mdf4 *file, const char *id, const uint64_t *links, unsigned link_count, const uint8_t *data,
-                      size_t data_bytes, const void *more, size_t more_bytes)
+/* A block with its links and data; `more` bytes may follow, which its length counts. Returns its
+ * address. */
+static uint64_t block(struct mdf4 *file, const char *id, const uint64_t *links, unsigned link_count,
+                      const uint8_t *data, size_t data_bytes, const void *more, size_t more_bytes)
 {
     align(file);
-    uint64_t address = file->length, length = BLOCK_HEAD + 8u * link_count + data_bytes + more_bytes;
+    uint64_t address = file->length,
+             length = BLOCK_HEAD + 8u * link_count + data_bytes + more_bytes;
     uint8_t *at = grow(file, length);
     if (!at)
         return 0;
@@ -98,7 +109,8 @@ static void set_link(struct mdf4 *file, uint64_t address, unsigned link, uint64_
 }
 
 /* Text for an MD block: its one element of XML with what XML gives a meaning written as it asks. */
-static uint64_t comment_block(struct mdf4 *file, const char *element, const char *text, const char *more)
+static uint64_t comment_block(struct mdf4 *file, const char *element, const char *text,
+                              const char *more)
 {
     if (!text)
         return 0;
@@ -111,7 +123,8 @@ static uint64_t comment_block(struct mdf4 *file, const char *element, const char
     size_t n = (size_t)snprintf(xml, room, "<%s><TX>", element);
     for (const char *c = text; *c; c++) {
         const char *as = *c == '<' ? "&lt;" : *c == '>' ? "&gt;" : *c == '&' ? "&amp;" : NULL;
-        n += as ? (size_t)snprintf(xml + n, room - n, "%s", as) : (size_t)snprintf(xml + n, room - n, "%c", *c);
+        n += as ? (size_t)snprintf(xml + n, room - n, "%s", as)
+                : (size_t)snprintf(xml + n, room - n, "%c", *c);
     }
     snprintf(xml + n, room - n, "</TX>%s</%s>", more, element);
     uint64_t address = text_block(file, "MD", xml);
@@ -126,8 +139,10 @@ static uint64_t history(struct mdf4 *file, uint64_t start_ns, const char *tool_v
     uint64_t links[FH_LINKS] = {0};
     uint8_t data[16] = {0};
     char tool[128];
-    snprintf(tool, sizeof tool, "<tool_id>matrig</tool_id><tool_vendor>matrig</tool_vendor><tool_version>%s</tool_version>",
-             tool_version);
+    snprintf(
+        tool, sizeof tool,
+        "<tool_id>matrig</tool_id><tool_vendor>matrig</tool_vendor><tool_version>%s</tool_version>",
+        tool_version);
     links[FH_COMMENT] = comment_block(file, "FHcomment", "exported", tool);
     put(data, start_ns, 8);
     return block(file, "FH", links, FH_LINKS, data, sizeof data, NULL, 0);
@@ -144,12 +159,14 @@ void mdf4_start(struct mdf4 *file, uint64_t start_ns, const char *comment, const
     uint64_t links[HD_LINKS] = {0};
     uint8_t data[32] = {0};
     put(data, start_ns, 8);
-    file->header = block(file, "HD", links, HD_LINKS, data, sizeof data, NULL, 0); /* at 64: readers go there */
+    /* at 64: readers go there */
+    file->header = block(file, "HD", links, HD_LINKS, data, sizeof data, NULL, 0);
     set_link(file, file->header, HD_FIRST_FH, history(file, start_ns, tool_version));
     set_link(file, file->header, HD_COMMENT, comment_block(file, "HDcomment", comment, ""));
 }
 
-uint64_t mdf4_attach(struct mdf4 *file, const char *name, const char *mime_type, const void *bytes, size_t length)
+uint64_t mdf4_attach(struct mdf4 *file, const char *name, const char *mime_type, const void *bytes,
+                     size_t length)
 {
     uint64_t links[AT_LINKS] = {0};
     uint8_t data[40] = {0};
@@ -177,19 +194,22 @@ static uint64_t can_source(struct mdf4 *file, unsigned can_channel)
     const uint8_t data[8] = {SOURCE_BUS, BUS_CAN};
     char name[16], number[96];
     snprintf(name, sizeof name, "CAN%u", can_channel);
-    snprintf(number, sizeof number, "<common_properties><e name=\"ChannelNo\" type=\"integer\">%u</e></common_properties>", can_channel);
+    snprintf(number, sizeof number,
+             "<common_properties><e name=\"ChannelNo\" type=\"integer\">%u</e></common_properties>",
+             can_channel);
     links[SI_NAME] = text_block(file, "TX", name);
     links[SI_PATH] = text_block(file, "TX", name);
     links[SI_COMMENT] = comment_block(file, "SIcomment", name, number);
     return block(file, "SI", links, SI_LINKS, data, sizeof data, NULL, 0);
 }
 
-void mdf4_table(struct mdf4 *file, const char *name, const char *comment, unsigned row_bytes, unsigned invalid_bytes,
-                unsigned can_channel)
+void mdf4_table(struct mdf4 *file, const char *name, const char *comment, unsigned row_bytes,
+                unsigned invalid_bytes, unsigned can_channel)
 {
     uint64_t links[DG_LINKS] = {0}, group[CG_LINKS] = {0};
     uint8_t data[32] = {0};
-    file->group = block(file, "DG", links, DG_LINKS, data, 8, NULL, 0); /* a table of one kind of rows: no record ids */
+    /* a table of one kind of rows: no record ids */
+    file->group = block(file, "DG", links, DG_LINKS, data, 8, NULL, 0);
     if (file->last_group)
         set_link(file, file->last_group, DG_NEXT, file->group);
     else
@@ -238,10 +258,14 @@ void mdf4_channel(struct mdf4 *file, const struct mdf4_channel *channel)
     data[2] = (uint8_t)channel->type;
     put(data + 4, channel->offset, 4);
     put(data + 8, 8u * channel->bytes, 4);
-    put(data + 12, (channel->invalid_bit >= 0 ? CN_INVALIDATION : 0u) | (channel->has_parts || file->part_of ? CN_BUS_EVENT : 0u), 4);
+    put(data + 12,
+        (channel->invalid_bit >= 0 ? CN_INVALIDATION : 0u) |
+            (channel->has_parts || file->part_of ? CN_BUS_EVENT : 0u),
+        4);
     put(data + 16, channel->invalid_bit >= 0 ? (unsigned)channel->invalid_bit : 0u, 4);
     put(data + 22, channel->attachment ? 1u : 0u, 2);
-    uint64_t address = block(file, "CN", links, CN_LINKS + (channel->attachment ? 1u : 0u), data, sizeof data, NULL, 0);
+    uint64_t address = block(file, "CN", links, CN_LINKS + (channel->attachment ? 1u : 0u), data,
+                             sizeof data, NULL, 0);
     hang_channel(file, address);
     if (channel->has_parts) {
         file->part_of = address;
@@ -273,7 +297,8 @@ void mdf4_table_end(struct mdf4 *file)
         return;
     put(file->bytes + file->channel_group + BLOCK_HEAD + 8u * CG_LINKS + CG_CYCLES, file->rows, 8);
     if (file->rows_block)
-        put(file->bytes + file->rows_block + 8, BLOCK_HEAD + file->rows * (file->row_bytes + file->invalid_bytes), 8);
+        put(file->bytes + file->rows_block + 8,
+            BLOCK_HEAD + file->rows * (file->row_bytes + file->invalid_bytes), 8);
 }
 
 enum mr_status mdf4_write(struct mdf4 *file, FILE *out, struct error *error)
@@ -281,7 +306,9 @@ enum mr_status mdf4_write(struct mdf4 *file, FILE *out, struct error *error)
     align(file);
     enum mr_status status = MR_OK;
     if (file->full)
-        status = error_set(error, MR_FULL, "out of memory: an MDF4 file is put together in memory; export CSV instead");
+        status =
+            error_set(error, MR_FULL,
+                      "out of memory: an MDF4 file is put together in memory; export CSV instead");
     else
         fwrite(file->bytes, 1, file->length, out);
     free(file->bytes);

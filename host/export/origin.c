@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MOST 4
+#define STATE_MOST    4
 #define BOARD_US_MOST 4.294967296e12 /* 2^32 blocks of 1 ms */
 
 /* ---- to text ---- */
@@ -23,8 +23,9 @@ static json_t *real(double value)
 
 static json_t *head_json(const struct store_landing *l)
 {
-    json_t *head = json_pack("{sIsIsIssss}", "run", (json_int_t)l->id, "landing", (json_int_t)l->board_landing, "armed_us",
-                             (json_int_t)l->armed_us, "board", l->board_uid, "firmware", l->firmware);
+    json_t *head = json_pack("{sIsIsIssss}", "run", (json_int_t)l->id, "landing",
+                             (json_int_t)l->board_landing, "armed_us", (json_int_t)l->armed_us,
+                             "board", l->board_uid, "firmware", l->firmware);
     json_object_set_new(head, "image_commit", json_string(l->image_commit));
     json_object_set_new(head, "image_crc", whole(l->image_crc));
     json_object_set_new(head, "config_crc", whole(l->config_crc));
@@ -40,7 +41,9 @@ static json_t *switches_json(const struct store_switch *place, size_t places)
 {
     json_t *rows = json_array();
     for (size_t i = 0; i < places; i++)
-        json_array_append_new(rows, json_pack("[IIo]", (json_int_t)place[i].position, (json_int_t)place[i].step_codes, real(place[i].station_ft)));
+        json_array_append_new(rows, json_pack("[IIo]", (json_int_t)place[i].position,
+                                              (json_int_t)place[i].step_codes,
+                                              real(place[i].station_ft)));
     return rows;
 }
 
@@ -48,8 +51,10 @@ static json_t *edges_json(const struct store_edge *edge, size_t edges)
 {
     json_t *rows = json_array();
     for (size_t i = 0; i < edges; i++)
-        json_array_append_new(rows, json_pack("[IIIoo]", (json_int_t)edge[i].count, (json_int_t)edge[i].position, (json_int_t)edge[i].tick,
-                                              real(edge[i].step_codes), real(edge[i].board_us)));
+        json_array_append_new(rows,
+                              json_pack("[IIIoo]", (json_int_t)edge[i].count,
+                                        (json_int_t)edge[i].position, (json_int_t)edge[i].tick,
+                                        real(edge[i].step_codes), real(edge[i].board_us)));
     return rows;
 }
 
@@ -61,9 +66,10 @@ static json_t *channels_json(const struct measured *measured)
         const struct mr_channel_config *config = &measured->channel[c].config;
         if (!config->kind)
             continue;
-        json_t *row = json_pack("[iIiiiooo]", (int)c, (json_int_t)measured->channel[c].stride, (int)config->kind, (int)config->number,
-                                (int)config->band, real((double)config->station_ft), real((double)config->unit_per_code),
-                                real((double)config->zero_code));
+        json_t *row = json_pack(
+            "[iIiiiooo]", (int)c, (json_int_t)measured->channel[c].stride, (int)config->kind,
+            (int)config->number, (int)config->band, real((double)config->station_ft),
+            real((double)config->unit_per_code), real((double)config->zero_code));
         for (unsigned item = 0; item < MR_CALIBRATION_TABLE; item++)
             json_array_append_new(row, real((double)mr_channel_item(config, item)));
         json_array_append_new(rows, row);
@@ -88,7 +94,8 @@ char *origin_text(struct store *store, const struct measured *measured, struct e
         text = json_dumps(head, JSON_COMPACT | JSON_REAL_PRECISION(17));
         json_decref(head);
         if (!text)
-            error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)measured->landing.id);
+            error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
+                      (long long)measured->landing.id);
     }
     free(place);
     free(edge);
@@ -97,12 +104,14 @@ char *origin_text(struct store *store, const struct measured *measured, struct e
 
 /* ---- from text ---- */
 
-/* Values of a file: each asked for by its place or name, with what it may be. One that is not that makes all of it bad. */
+/* Values of a file: each asked for by its place or name, with what it may be. One that is not that
+ * makes all of it bad. */
 struct reader {
     bool bad;
 };
 
-static int64_t take_whole(struct reader *r, json_t *value, int64_t low, int64_t high, bool may_be_none)
+static int64_t take_whole(struct reader *r, json_t *value, int64_t low, int64_t high,
+                          bool may_be_none)
 {
     int64_t v = json_integer_value(value);
     if (may_be_none && json_is_null(value))
@@ -177,12 +186,15 @@ static void take_channel(struct reader *r, json_t *row, struct origin *origin)
     config->unit_per_code = (float)take_real(r, json_array_get(row, 6), 1e30);
     config->zero_code = (float)take_real(r, json_array_get(row, 7), 1e30);
     for (unsigned item = 0; item < MR_CALIBRATION_TABLE; item++) {
-        if (item != MR_CALIBRATION_POINTS) /* its table is not told: the readings are computed already */
-            mr_channel_item_set(config, item, (float)take_real(r, json_array_get(row, 8 + item), 1e30));
+        /* its table is not told: the readings are computed already */
+        if (item != MR_CALIBRATION_POINTS)
+            mr_channel_item_set(config, item,
+                                (float)take_real(r, json_array_get(row, 8 + item), 1e30));
     }
 }
 
-static json_t *take_rows(struct reader *r, json_t *head, const char *key, size_t most, size_t *count)
+static json_t *take_rows(struct reader *r, json_t *head, const char *key, size_t most,
+                         size_t *count)
 {
     json_t *rows = json_object_get(head, key);
     *count = json_array_size(rows);

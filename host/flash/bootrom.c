@@ -2,28 +2,30 @@
 
 #include <string.h>
 
-#define ACK 0x79u
-#define NACK 0x1fu
-#define SYNC 0x7fu
-#define GET 0x00u
+#define ACK    0x79u
+#define NACK   0x1fu
+#define SYNC   0x7fu
+#define GET    0x00u
 #define GET_ID 0x02u
-#define READ 0x11u
-#define GO 0x21u
-#define WRITE 0x31u
-#define ERASE 0x44u
+#define READ   0x11u
+#define GO     0x21u
+#define WRITE  0x31u
+#define ERASE  0x44u
 
-/* Completes whatever the ROM waits for without doing anything: no command, no complement of itself, no address in memory (four of
- * them and their XOR do not agree), no sector (there are 12), and as a count of sectors, 0x0c0c, it asks for 6171 bytes. A count that
- * was damaged asks for up to 65537: 6 s at 115200 baud. */
-#define FILLER 0x0cu
-#define CHUNK 256u
+/* Completes whatever the ROM waits for without doing anything: no command, no complement of itself,
+ * no address in memory (four of them and their XOR do not agree), no sector (there are 12), and as
+ * a count of sectors, 0x0c0c, it asks for 6171 bytes. A count that was damaged asks for up to
+ * 65537: 6 s at 115200 baud. */
+#define FILLER        0x0cu
+#define CHUNK         256u
 #define RESYNC_ROUNDS 12u
-#define SYNC_TRIES 3u
-#define SYNC_CHUNKS 258u  /* 0x7f7f taken as a count of sectors asks for 2 * (0x7f7f + 1) + 1 bytes: 6 s */
-#define QUIET_MS 30u      /* a byte takes 0.1 ms, an adapter holds bytes back for up to 16 */
-#define DRAIN_MAX 70000u
-#define BABBLE 600u       /* more than any answer: somebody else speaks */
-#define PROBE_MS 250u
+#define SYNC_TRIES    3u
+/* 0x7f7f taken as a count of sectors asks for 2 * (0x7f7f + 1) + 1 bytes: 6 s */
+#define SYNC_CHUNKS   258u
+#define QUIET_MS      30u /* a byte takes 0.1 ms, an adapter holds bytes back for up to 16 */
+#define DRAIN_MAX     70000u
+#define BABBLE        600u /* more than any answer: somebody else speaks */
+#define PROBE_MS      250u
 
 /* How an exchange ended. */
 enum outcome {
@@ -45,12 +47,14 @@ struct exchange {
 static enum outcome put(struct exchange *x, const uint8_t *bytes, size_t count)
 {
     x->rom->sent += count;
-    return x->rom->line->send(x->rom->line->context, bytes, count, x->error) == MR_OK ? DONE : BROKEN;
+    return x->rom->line->send(x->rom->line->context, bytes, count, x->error) == MR_OK ? DONE
+                                                                                      : BROKEN;
 }
 
 static enum outcome get(struct exchange *x, uint8_t *byte, unsigned timeout_ms)
 {
-    enum mr_status status = x->rom->line->receive(x->rom->line->context, byte, timeout_ms, x->error);
+    enum mr_status status = x->rom->line->receive(x->rom->line->context, byte, timeout_ms,
+                                                  x->error);
     if (status == MR_TIMEOUT && x->error->status == MR_OK)
         return SILENT;
     x->rom->received += status == MR_OK;
@@ -67,7 +71,8 @@ static enum outcome answer(struct exchange *x, unsigned timeout_ms)
 }
 
 /* Bytes with their XOR behind (of a single byte: its complement), and the answer. */
-static enum outcome checked(struct exchange *x, const uint8_t *bytes, size_t count, unsigned timeout_ms)
+static enum outcome checked(struct exchange *x, const uint8_t *bytes, size_t count,
+                            unsigned timeout_ms)
 {
     uint8_t out[BOOTROM_PAGE + 2], sum = count == 1 ? 0xff : 0;
     for (size_t i = 0; i < count; i++)
@@ -85,7 +90,8 @@ static enum outcome command(struct exchange *x, uint8_t code)
 
 static enum outcome command_at(struct exchange *x, uint8_t code, uint32_t address)
 {
-    const uint8_t bytes[4] = {(uint8_t)(address >> 24), (uint8_t)(address >> 16), (uint8_t)(address >> 8), (uint8_t)address};
+    const uint8_t bytes[4] = {(uint8_t)(address >> 24), (uint8_t)(address >> 16),
+                              (uint8_t)(address >> 8), (uint8_t)address};
     enum outcome outcome = command(x, code);
     if (outcome != DONE)
         return outcome;
@@ -119,7 +125,8 @@ static enum outcome reply(struct exchange *x, uint8_t *bytes, size_t size, size_
     return outcome == DONE ? answer(x, x->rom->answer_ms) : outcome;
 }
 
-static enum outcome ask(struct exchange *x, uint8_t code, uint8_t *bytes, size_t size, size_t *count)
+static enum outcome ask(struct exchange *x, uint8_t code, uint8_t *bytes, size_t size,
+                        size_t *count)
 {
     enum outcome outcome = command(x, code);
     return outcome == DONE ? reply(x, bytes, size, count) : outcome;
@@ -147,8 +154,9 @@ static enum outcome fill(struct exchange *x, uint8_t byte, unsigned count)
     return outcome;
 }
 
-/* Back in step: what the ROM waits for is filled up until it answers GET. Odd numbers, so that pairs change step too. NACK: it took
- * our two bytes for the second of one pair and the first of another, which one byte completes. */
+/* Back in step: what the ROM waits for is filled up until it answers GET. Odd numbers, so that
+ * pairs change step too. NACK: it took our two bytes for the second of one pair and the first of
+ * another, which one byte completes. */
 static enum outcome resynchronise(struct exchange *x)
 {
     static const unsigned amounts[] = {1, 15, 301, 6201, 59401};
@@ -159,7 +167,8 @@ static enum outcome resynchronise(struct exchange *x)
         if (outcome != DONE)
             break;
         outcome = probe(x);
-        if (outcome == DONE || outcome == BROKEN || (outcome == SILENT && silent == sizeof amounts / sizeof amounts[0]))
+        if (outcome == DONE || outcome == BROKEN ||
+            (outcome == SILENT && silent == sizeof amounts / sizeof amounts[0]))
             break;
         enum outcome filled = fill(x, FILLER, outcome == SILENT ? amounts[silent] : 1);
         silent += outcome == SILENT;
@@ -169,22 +178,31 @@ static enum outcome resynchronise(struct exchange *x)
     return outcome;
 }
 
-static const char *line_name(const struct exchange *x) { return x->rom->line->name; }
+static const char *line_name(const struct exchange *x)
+{
+    return x->rom->line->name;
+}
 
 static enum mr_status silence(const struct exchange *x, const char *what, uint32_t address)
 {
-    return error_set(x->error, MR_TIMEOUT, "the boot ROM stopped answering (%s 0x%08x): %s; check cable and supply, then run it again: "
-                     "it goes on where it was", what, (unsigned)address, line_name(x));
+    return error_set(x->error, MR_TIMEOUT,
+                     "the boot ROM stopped answering (%s 0x%08x): %s; check cable and supply, then "
+                     "run it again: "
+                     "it goes on where it was",
+                     what, (unsigned)address, line_name(x));
 }
 
 static enum mr_status nonsense(const struct exchange *x, const char *what, uint32_t address)
 {
-    return error_set(x->error, MR_IO, "the boot ROM's answers are garbled, %u tries (%s 0x%08x): %s; give a lower --baud, check the cable",
+    return error_set(x->error, MR_IO,
+                     "the boot ROM's answers are garbled, %u tries (%s 0x%08x): %s; give a lower "
+                     "--baud, check the cable",
                      BOOTROM_TRIES, what, (unsigned)address, line_name(x));
 }
 
 /* What the last try of an exchange came to, in words. */
-static enum mr_status failed(const struct exchange *x, enum outcome outcome, const char *what, uint32_t address)
+static enum mr_status failed(const struct exchange *x, enum outcome outcome, const char *what,
+                             uint32_t address)
 {
     static const char *const stages[] = {"the command", "the address", "the data"};
     if (outcome == BROKEN)
@@ -193,12 +211,15 @@ static enum mr_status failed(const struct exchange *x, enum outcome outcome, con
         return silence(x, what, address);
     if (outcome == GARBLED)
         return nonsense(x, what, address);
-    return error_set(x->error, MR_IO, "the boot ROM refuses %s, %u tries (%s 0x%08x): %s; check the cable, give a lower --baud",
-                     stages[x->stage], BOOTROM_TRIES, what, (unsigned)address, line_name(x));
+    return error_set(
+        x->error, MR_IO,
+        "the boot ROM refuses %s, %u tries (%s 0x%08x): %s; check the cable, give a lower --baud",
+        stages[x->stage], BOOTROM_TRIES, what, (unsigned)address, line_name(x));
 }
 
-/* Between two tries. Also after NACK, which a flipped count brings while the rest of the page is still on its way: what comes
- * then is taken for commands. Anything but DONE: there is no use in another try. */
+/* Between two tries. Also after NACK, which a flipped count brings while the rest of the page is
+ * still on its way: what comes then is taken for commands. Anything but DONE: there is no use in
+ * another try. */
 static enum outcome recover(struct exchange *x)
 {
     x->rom->repeated++;
@@ -207,8 +228,8 @@ static enum outcome recover(struct exchange *x)
 
 /* ---- beginning ---- */
 
-/* A ROM that waits for 0x7F answers ACK; one that was spoken to before takes two for a pair that is none, NACK; one that waits for
- * the rest of a page or an address gets more of them. */
+/* A ROM that waits for 0x7F answers ACK; one that was spoken to before takes two for a pair that is
+ * none, NACK; one that waits for the rest of a page or an address gets more of them. */
 static enum outcome find(struct exchange *x)
 {
     const uint8_t sync = SYNC;
@@ -251,8 +272,10 @@ static enum mr_status learn(struct exchange *x)
         if (whole || outcome == BROKEN)
             break;
         if (outcome == DONE && try + 1 == BOOTROM_TRIES)
-            return error_set(x->error, MR_VERSION, "a boot ROM without the commands needed (version %u.%u): %s; is it an STM32F407?",
-                             bytes[0] >> 4, bytes[0] & 15u, line_name(x));
+            return error_set(
+                x->error, MR_VERSION,
+                "a boot ROM without the commands needed (version %u.%u): %s; is it an STM32F407?",
+                bytes[0] >> 4, bytes[0] & 15u, line_name(x));
         enum outcome back = recover(x);
         if (back != DONE)
             return failed(x, back, "asking for its commands", 0);
@@ -280,12 +303,15 @@ static enum mr_status identify(struct exchange *x)
     if (outcome != DONE)
         return failed(x, outcome, "asking for its chip", 0);
     if (count != 2 || x->rom->chip != BOOTROM_CHIP)
-        return error_set(x->error, MR_VERSION, "another chip: id 0x%03x, an STM32F407 has 0x%03x: %s; is it the right board?", x->rom->chip,
-                         BOOTROM_CHIP, line_name(x));
+        return error_set(
+            x->error, MR_VERSION,
+            "another chip: id 0x%03x, an STM32F407 has 0x%03x: %s; is it the right board?",
+            x->rom->chip, BOOTROM_CHIP, line_name(x));
     return MR_OK;
 }
 
-enum mr_status bootrom_begin(struct bootrom *rom, const struct bootrom_line *line, struct error *error)
+enum mr_status bootrom_begin(struct bootrom *rom, const struct bootrom_line *line,
+                             struct error *error)
 {
     struct exchange x = {.rom = rom, .error = error};
     rom->line = line;
@@ -297,11 +323,17 @@ enum mr_status bootrom_begin(struct bootrom *rom, const struct bootrom_line *lin
     if (outcome == BROKEN)
         return error->status;
     if (outcome == GARBLED)
-        return error_set(error, MR_TIMEOUT, "no boot ROM, something else speaks there: %s; the firmware? Give --enter, or start the board "
-                         "with BOOT0 high", line->name);
+        return error_set(error, MR_TIMEOUT,
+                         "no boot ROM, something else speaks there: %s; the firmware? Give "
+                         "--enter, or start the board "
+                         "with BOOT0 high",
+                         line->name);
     if (outcome != DONE)
-        return error_set(error, MR_TIMEOUT, "no boot ROM answers: %s; start the board with BOOT0 high, on USART1; one that was spoken to "
-                         "before keeps that --baud", line->name);
+        return error_set(error, MR_TIMEOUT,
+                         "no boot ROM answers: %s; start the board with BOOT0 high, on USART1; one "
+                         "that was spoken to "
+                         "before keeps that --baud",
+                         line->name);
     enum mr_status status = learn(&x);
     return status == MR_OK ? identify(&x) : status;
 }
@@ -321,7 +353,8 @@ static enum outcome read_once(struct exchange *x, uint32_t address, uint8_t *byt
     return outcome;
 }
 
-enum mr_status bootrom_read(struct bootrom *rom, uint32_t address, uint8_t *bytes, size_t count, struct error *error)
+enum mr_status bootrom_read(struct bootrom *rom, uint32_t address, uint8_t *bytes, size_t count,
+                            struct error *error)
 {
     struct exchange x = {.rom = rom, .error = error};
     unsigned refused = 0;
@@ -336,12 +369,16 @@ enum mr_status bootrom_read(struct bootrom *rom, uint32_t address, uint8_t *byte
             return failed(&x, back, "reading", address);
     }
     if (refused == BOOTROM_TRIES) /* it obeys GET and refuses this each time */
-        return error_set(error, MR_NOT_NOW, "the chip is read-protected: %s; stm32flash -k lifts it, which erases everything, the "
-                         "configuration too", rom->line->name);
+        return error_set(
+            error, MR_NOT_NOW,
+            "the chip is read-protected: %s; stm32flash -k lifts it, which erases everything, the "
+            "configuration too",
+            rom->line->name);
     return failed(&x, outcome, "reading", address);
 }
 
-static enum outcome write_once(struct exchange *x, uint32_t address, const uint8_t *bytes, size_t count)
+static enum outcome write_once(struct exchange *x, uint32_t address, const uint8_t *bytes,
+                               size_t count)
 {
     uint8_t out[BOOTROM_PAGE + 1];
     enum outcome outcome = command_at(x, WRITE, address);
@@ -372,7 +409,8 @@ static enum mr_status look(struct exchange *x, uint32_t address, const uint8_t *
     return equal ? MR_OK : blank ? MR_TOO_FEW : MR_WAIT;
 }
 
-enum mr_status bootrom_write(struct bootrom *rom, uint32_t address, const uint8_t *bytes, size_t count, struct error *error)
+enum mr_status bootrom_write(struct bootrom *rom, uint32_t address, const uint8_t *bytes,
+                             size_t count, struct error *error)
 {
     struct exchange x = {.rom = rom, .error = error};
     enum outcome outcome = SILENT;
@@ -400,7 +438,8 @@ static enum outcome erase_once(struct exchange *x, unsigned sector)
     if (outcome != DONE)
         return outcome;
     x->stage = AT_DATA;
-    return checked(x, list, sizeof list, x->rom->answer_ms > BOOTROM_ERASE_MS ? x->rom->answer_ms : BOOTROM_ERASE_MS);
+    return checked(x, list, sizeof list,
+                   x->rom->answer_ms > BOOTROM_ERASE_MS ? x->rom->answer_ms : BOOTROM_ERASE_MS);
 }
 
 enum mr_status bootrom_erase(struct bootrom *rom, unsigned sector, struct error *error)
@@ -416,7 +455,9 @@ enum mr_status bootrom_erase(struct bootrom *rom, unsigned sector, struct error 
             return failed(&x, back, "erasing sector", sector);
     }
     if (outcome == REFUSED)
-        return error_set(error, MR_NOT_NOW, "the boot ROM refuses to erase sector %u: %s; is it write-protected? stm32flash -u lifts that",
+        return error_set(error, MR_NOT_NOW,
+                         "the boot ROM refuses to erase sector %u: %s; is it write-protected? "
+                         "stm32flash -u lifts that",
                          sector, rom->line->name);
     return failed(&x, outcome, "erasing sector", sector);
 }
@@ -431,7 +472,8 @@ enum mr_status bootrom_go(struct bootrom *rom, uint32_t address, struct error *e
             return MR_OK;
         if (outcome == BROKEN)
             return error->status;
-        /* An answer that got lost: the ROM has gone already, and whoever answers now is another program. */
+        /* An answer that got lost: the ROM has gone already, and whoever answers now is another
+         * program. */
         enum stage stage = x.stage;
         enum outcome back = recover(&x);
         if (back == SILENT && stage == AT_ADDRESS)

@@ -2,16 +2,16 @@
 
 #include <string.h>
 
-#define PAGE BOOTROM_PAGE
-#define PAGES (IMAGEFILE_BYTES / PAGE)
+#define PAGE         BOOTROM_PAGE
+#define PAGES        (IMAGEFILE_BYTES / PAGE)
 #define SECTOR_TRIES 3u
 
-/* Vectors and code for sector 0 while the program is not whole: from any reset to the boot ROM, with its stack pointer and entry from
- * 0x1FFF0000 (AN2606), as firmware/f407/rom.c goes there.
+/* Vectors and code for sector 0 while the program is not whole: from any reset to the boot ROM,
+ * with its stack pointer and entry from 0x1FFF0000 (AN2606), as firmware/f407/rom.c goes there.
  *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
 static const uint8_t detour[24] = {
-    0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68, 0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47,
-    0x00, 0x00, 0xff, 0x1f,
+    0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,
+    0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
 };
 
 enum page_state { PAGE_NONE, PAGE_EQUAL, PAGE_BLANK, PAGE_DIFFERENT };
@@ -22,9 +22,9 @@ struct job {
     const struct flash_options *options;
     struct flash_result *result;
     struct error *error;
-    uint8_t page[PAGES]; /* enum page_state, by what was read */
+    uint8_t page[PAGES];             /* enum page_state, by what was read */
     uint16_t from[PAGES], to[PAGES]; /* the image's part of it */
-    unsigned done, of;   /* of the phase */
+    unsigned done, of;               /* of the phase */
 };
 
 static void begin_phase(struct job *job, unsigned of)
@@ -61,7 +61,8 @@ static bool extent(const struct job *job, uint32_t page, uint32_t *from, uint32_
     return job->to[page] > 0;
 }
 
-static enum page_state judge(const struct imagefile *image, uint32_t from, uint32_t to, const uint8_t *bytes)
+static enum page_state judge(const struct imagefile *image, uint32_t from, uint32_t to,
+                             const uint8_t *bytes)
 {
     bool equal = true, blank = true;
     for (uint32_t i = from; i < to; i++) {
@@ -78,18 +79,26 @@ static enum mr_status read_page(struct job *job, uint32_t page, enum page_state 
     *state = PAGE_NONE;
     if (!extent(job, page, &from, &to))
         return MR_OK;
-    enum mr_status status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from, job->error);
+    enum mr_status status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from,
+                                         job->error);
     if (status == MR_OK)
         *state = judge(job->image, from, to, bytes);
     return status;
 }
 
-static uint32_t first_page(unsigned sector) { return sector_start(sector) / PAGE; }
-static uint32_t end_page(unsigned sector) { return sector_end(sector) / PAGE; }
+static uint32_t first_page(unsigned sector)
+{
+    return sector_start(sector) / PAGE;
+}
+static uint32_t end_page(unsigned sector)
+{
+    return sector_end(sector) / PAGE;
+}
 
 static bool any(const struct job *job, unsigned sector, enum page_state state)
 {
-    return memchr(job->page + first_page(sector), state, end_page(sector) - first_page(sector)) != NULL;
+    return memchr(job->page + first_page(sector), state, end_page(sector) - first_page(sector)) !=
+           NULL;
 }
 
 static bool needs_erase(const struct job *job, unsigned sector)
@@ -114,7 +123,8 @@ static enum mr_status compare(struct job *job)
     begin_phase(job, job->result->pages);
     for (unsigned sector = 0; status == MR_OK && sector < SECTORS; sector++) {
         bool different = job->options->all;
-        for (uint32_t page = first_page(sector); status == MR_OK && page < end_page(sector); page++) {
+        for (uint32_t page = first_page(sector); status == MR_OK && page < end_page(sector);
+             page++) {
             enum page_state state = PAGE_NONE;
             if (!extent(job, page, &from, &to))
                 continue;
@@ -156,7 +166,8 @@ static enum mr_status write_page(struct job *job, uint32_t page)
     uint32_t from, to;
     if (!extent(job, page, &from, &to))
         return MR_OK;
-    enum mr_status status = bootrom_write(job->rom, MR_IMAGE_FLASH + from, job->image->bytes + from, to - from, job->error);
+    enum mr_status status = bootrom_write(job->rom, MR_IMAGE_FLASH + from, job->image->bytes + from,
+                                          to - from, job->error);
     if (status == MR_OK) {
         job->page[page] = PAGE_EQUAL;
         job->result->written++;
@@ -176,20 +187,25 @@ static enum mr_status write_blank_pages(struct job *job, unsigned sector)
     return status;
 }
 
-/* Did erasing do anything? A sector protected against writing keeps what it has, and the ROM does not say so. */
+/* Did erasing do anything? A sector protected against writing keeps what it has, and the ROM does
+ * not say so. */
 static enum mr_status check_erased(struct job *job, unsigned sector, uint32_t page)
 {
     uint8_t bytes[PAGE];
     uint32_t from, to;
     enum page_state state;
     (void)extent(job, page, &from, &to);
-    enum mr_status status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from, job->error);
+    enum mr_status status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from,
+                                         job->error);
     if (status != MR_OK)
         return status;
     state = judge(job->image, from, to, bytes);
     if (state == PAGE_DIFFERENT && read_page(job, page, &state) == MR_OK && state == PAGE_DIFFERENT)
-        return error_set(job->error, MR_NOT_NOW, "sector %u (0x%08x) does not erase: %s; is it write-protected? stm32flash -u lifts that",
-                         sector, (unsigned)(MR_IMAGE_FLASH + sector_start(sector)), job->rom->line->name);
+        return error_set(job->error, MR_NOT_NOW,
+                         "sector %u (0x%08x) does not erase: %s; is it write-protected? stm32flash "
+                         "-u lifts that",
+                         sector, (unsigned)(MR_IMAGE_FLASH + sector_start(sector)),
+                         job->rom->line->name);
     return job->error->status;
 }
 
@@ -210,8 +226,12 @@ static enum mr_status work_on(struct job *job, unsigned sector)
             status = write_blank_pages(job, sector);
     }
     if (status == MR_WAIT)
-        return error_set(job->error, MR_LIMIT, "sector %u (0x%08x) does not keep what is written, %u tries: %s; the flash is worn or the "
-                         "supply too low", sector, (unsigned)(MR_IMAGE_FLASH + sector_start(sector)), SECTOR_TRIES, job->rom->line->name);
+        return error_set(job->error, MR_LIMIT,
+                         "sector %u (0x%08x) does not keep what is written, %u tries: %s; the "
+                         "flash is worn or the "
+                         "supply too low",
+                         sector, (unsigned)(MR_IMAGE_FLASH + sector_start(sector)), SECTOR_TRIES,
+                         job->rom->line->name);
     return status;
 }
 
@@ -227,7 +247,9 @@ static enum mr_status verify_page(struct job *job, uint32_t page)
         status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from, job->error);
         if (status != MR_OK)
             return status;
-        for (at = from; at < to && (!job->image->given[at] || bytes[at - from] == job->image->bytes[at]); at++) {
+        for (at = from;
+             at < to && (!job->image->given[at] || bytes[at - from] == job->image->bytes[at]);
+             at++) {
         }
         if (at == to) {
             for (uint32_t i = from; i < to; i++)
@@ -237,14 +259,18 @@ static enum mr_status verify_page(struct job *job, uint32_t page)
             return MR_OK;
         }
     }
-    return error_set(job->error, MR_LIMIT, "not what was written: 0x%08x holds 0x%02x, the image has 0x%02x: %s; run it again, with --all",
-                     (unsigned)(MR_IMAGE_FLASH + at), bytes[at - from], job->image->bytes[at], job->rom->line->name);
+    return error_set(job->error, MR_LIMIT,
+                     "not what was written: 0x%08x holds 0x%02x, the image has 0x%02x: %s; run it "
+                     "again, with --all",
+                     (unsigned)(MR_IMAGE_FLASH + at), bytes[at - from], job->image->bytes[at],
+                     job->rom->line->name);
 }
 
 static enum mr_status verify(struct job *job, unsigned first_sector, unsigned end_sector)
 {
     enum mr_status status = MR_OK;
-    for (uint32_t page = first_page(first_sector); status == MR_OK && page < end_page(end_sector - 1); page++)
+    for (uint32_t page = first_page(first_sector);
+         status == MR_OK && page < end_page(end_sector - 1); page++)
         status = verify_page(job, page);
     return status;
 }
@@ -270,8 +296,10 @@ static enum mr_status set_detour(struct job *job)
             status = look_for_detour(job);
     }
     if (status == MR_WAIT)
-        return error_set(job->error, MR_LIMIT, "sector 0 (0x%08x) does not keep what is written: %s; is it write-protected?",
-                         MR_IMAGE_FLASH, job->rom->line->name);
+        return error_set(
+            job->error, MR_LIMIT,
+            "sector 0 (0x%08x) does not keep what is written: %s; is it write-protected?",
+            MR_IMAGE_FLASH, job->rom->line->name);
     mark(job, 0, PAGE_DIFFERENT);
     return status;
 }
@@ -279,7 +307,8 @@ static enum mr_status set_detour(struct job *job)
 static enum mr_status erase_configuration(struct job *job)
 {
     enum mr_status status = MR_OK;
-    for (unsigned sector = SECTOR_CONFIGURATION; status == MR_OK && sector < SECTOR_CONFIGURATION + 2; sector++)
+    for (unsigned sector = SECTOR_CONFIGURATION;
+         status == MR_OK && sector < SECTOR_CONFIGURATION + 2; sector++)
         status = erase(job, sector);
     return status;
 }
@@ -300,14 +329,17 @@ static bool half_there(const struct job *job)
 {
     bool half = false;
     for (unsigned sector = 1; sector < SECTORS; sector++)
-        half = half || (any(job, sector, PAGE_EQUAL) && any(job, sector, PAGE_BLANK) && !needs_erase(job, sector));
+        half = half || (any(job, sector, PAGE_EQUAL) && any(job, sector, PAGE_BLANK) &&
+                        !needs_erase(job, sector));
     return half;
 }
 
-enum mr_status flash_run(struct bootrom *rom, const struct imagefile *image, const struct flash_options *options,
-                         struct flash_result *result, struct error *error)
+enum mr_status flash_run(struct bootrom *rom, const struct imagefile *image,
+                         const struct flash_options *options, struct flash_result *result,
+                         struct error *error)
 {
-    struct job job = {.rom = rom, .image = image, .options = options, .result = result, .error = error};
+    struct job job = {
+        .rom = rom, .image = image, .options = options, .result = result, .error = error};
     bool others = false;
     *result = (struct flash_result){0};
     enum mr_status status = compare(&job);

@@ -11,10 +11,10 @@
 #include "host/flash/sectors.h"
 
 #define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
-#define RAM_START 0x20000000u
-#define RAM_END 0x20020000u
-#define CCM_START 0x10000000u
-#define CCM_END 0x10010000u
+#define RAM_START      0x20000000u
+#define RAM_END        0x20020000u
+#define CCM_START      0x10000000u
+#define CCM_END        0x10010000u
 
 struct source {
     const char *path;
@@ -26,7 +26,8 @@ static enum mr_status read_all(struct source *source, struct error *error)
 {
     FILE *file = fopen(source->path, "rb");
     if (!file)
-        return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all", strerror(errno), source->path);
+        return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all",
+                         strerror(errno), source->path);
     source->bytes = malloc(FILE_BYTES_MAX);
     if (!source->bytes)
         abort();
@@ -34,27 +35,36 @@ static enum mr_status read_all(struct source *source, struct error *error)
     bool failed = ferror(file) != 0;
     fclose(file);
     if (failed)
-        return error_set(error, MR_IO, "cannot read the image (%s): %s; is it a file?", strerror(errno), source->path);
+        return error_set(error, MR_IO, "cannot read the image (%s): %s; is it a file?",
+                         strerror(errno), source->path);
     if (source->length == FILE_BYTES_MAX)
-        return error_set(error, MR_TOO_LONG, "larger than any image: %s; give an .elf, .hex or .bin of the firmware", source->path);
+        return error_set(error, MR_TOO_LONG,
+                         "larger than any image: %s; give an .elf, .hex or .bin of the firmware",
+                         source->path);
     if (source->length == 0)
-        return error_set(error, MR_TRUNCATED, "an empty file: %s; build the image again", source->path);
+        return error_set(error, MR_TRUNCATED, "an empty file: %s; build the image again",
+                         source->path);
     return MR_OK;
 }
 
 /* One byte of the image. `place` names where in the file it stands. */
-static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t byte, const char *place, struct error *error)
+static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t byte,
+                           const char *place, struct error *error)
 {
     uint64_t at = address - MR_IMAGE_FLASH;
     if (address < MR_IMAGE_FLASH || at >= IMAGEFILE_BYTES)
-        return error_set(error, MR_MALFORMED, "outside the flash (0x%08llx): %s of %s; it is for another board",
+        return error_set(error, MR_MALFORMED,
+                         "outside the flash (0x%08llx): %s of %s; it is for another board",
                          (unsigned long long)address, place, image->path);
     if (at >= CONFIGURATION_START && at < CONFIGURATION_END)
         return error_set(error, MR_MALFORMED,
-                         "it holds something at 0x%08llx, where the configuration is kept (0x08008000 to 0x0800ffff): %s of %s; "
-                         "flash the image as it was built", (unsigned long long)address, place, image->path);
+                         "it holds something at 0x%08llx, where the configuration is kept "
+                         "(0x08008000 to 0x0800ffff): %s of %s; "
+                         "flash the image as it was built",
+                         (unsigned long long)address, place, image->path);
     if (image->given[at] && image->bytes[at] != byte)
-        return error_set(error, MR_MALFORMED, "two values for 0x%08llx: %s of %s; build the image again",
+        return error_set(error, MR_MALFORMED,
+                         "two values for 0x%08llx: %s of %s; build the image again",
                          (unsigned long long)address, place, image->path);
     image->count += !image->given[at];
     image->given[at] = 1;
@@ -64,34 +74,46 @@ static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t by
 
 /* ---- ELF ---- */
 
-static enum mr_status give_segment(struct imagefile *image, const struct source *source, const Elf32_Phdr *part, unsigned number,
-                                   struct error *error)
+static enum mr_status give_segment(struct imagefile *image, const struct source *source,
+                                   const Elf32_Phdr *part, unsigned number, struct error *error)
 {
     char place[40];
     enum mr_status status = MR_OK;
     snprintf(place, sizeof place, "segment %u", number);
     if (part->p_offset > source->length || part->p_filesz > source->length - part->p_offset)
-        return error_set(error, MR_TRUNCATED, "it ends inside %s: %s; build the image again", place, source->path);
+        return error_set(error, MR_TRUNCATED, "it ends inside %s: %s; build the image again", place,
+                         source->path);
     for (uint32_t i = 0; status == MR_OK && i < part->p_filesz; i++)
-        status = give(image, (uint64_t)part->p_paddr + i, source->bytes[part->p_offset + i], place, error);
+        status = give(image, (uint64_t)part->p_paddr + i, source->bytes[part->p_offset + i], place,
+                      error);
     return status;
 }
 
-static enum mr_status read_elf(struct imagefile *image, const struct source *source, struct error *error)
+static enum mr_status read_elf(struct imagefile *image, const struct source *source,
+                               struct error *error)
 {
     Elf32_Ehdr head;
     enum mr_status status = MR_OK;
     if (source->length < sizeof head)
-        return error_set(error, MR_TRUNCATED, "it ends inside its header: %s; build the image again", source->path);
+        return error_set(error, MR_TRUNCATED,
+                         "it ends inside its header: %s; build the image again", source->path);
     memcpy(&head, source->bytes, sizeof head);
-    if (head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_ident[EI_DATA] != ELFDATA2LSB || head.e_machine != EM_ARM)
-        return error_set(error, MR_MALFORMED, "a program for another machine (ELF class %u, machine %u; 32-bit ARM is 1 and 40): %s; give the "
-                         "firmware's", head.e_ident[EI_CLASS], head.e_machine, source->path);
+    if (head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_ident[EI_DATA] != ELFDATA2LSB ||
+        head.e_machine != EM_ARM)
+        return error_set(error, MR_MALFORMED,
+                         "a program for another machine (ELF class %u, machine %u; 32-bit ARM is 1 "
+                         "and 40): %s; give the "
+                         "firmware's",
+                         head.e_ident[EI_CLASS], head.e_machine, source->path);
     if (head.e_type != ET_EXEC)
-        return error_set(error, MR_MALFORMED, "not linked yet (ELF type %u): %s; give the firmware's .elf", head.e_type, source->path);
+        return error_set(error, MR_MALFORMED,
+                         "not linked yet (ELF type %u): %s; give the firmware's .elf", head.e_type,
+                         source->path);
     if (head.e_phentsize != sizeof(Elf32_Phdr) || head.e_phoff > source->length ||
         (uint64_t)head.e_phnum * sizeof(Elf32_Phdr) > source->length - head.e_phoff)
-        return error_set(error, MR_TRUNCATED, "it ends inside its table of segments: %s; build the image again", source->path);
+        return error_set(error, MR_TRUNCATED,
+                         "it ends inside its table of segments: %s; build the image again",
+                         source->path);
     for (unsigned i = 0; status == MR_OK && i < head.e_phnum; i++) {
         Elf32_Phdr part;
         memcpy(&part, source->bytes + head.e_phoff + i * sizeof part, sizeof part);
@@ -121,8 +143,8 @@ static int digit(uint8_t c)
 }
 
 /* The bytes of one line, without its colon, checked. */
-static enum mr_status hex_record(const struct hex *hex, const uint8_t *text, size_t length, uint8_t record[HEX_RECORD_MAX],
-                                 struct error *error)
+static enum mr_status hex_record(const struct hex *hex, const uint8_t *text, size_t length,
+                                 uint8_t record[HEX_RECORD_MAX], struct error *error)
 {
     uint8_t sum = 0;
     size_t count = (length - 1) / 2;
@@ -134,38 +156,50 @@ static enum mr_status hex_record(const struct hex *hex, const uint8_t *text, siz
         sum = (uint8_t)(sum + record[i]);
     }
     if (!good || count != record[0] + 5u)
-        return error_set(error, MR_MALFORMED, "no record of Intel HEX: line %u of %s; build the image again", hex->line, hex->path);
+        return error_set(error, MR_MALFORMED,
+                         "no record of Intel HEX: line %u of %s; build the image again", hex->line,
+                         hex->path);
     if (sum)
-        return error_set(error, MR_CRC, "wrong checksum: line %u of %s; build or copy the image again", hex->line, hex->path);
+        return error_set(error, MR_CRC,
+                         "wrong checksum: line %u of %s; build or copy the image again", hex->line,
+                         hex->path);
     return MR_OK;
 }
 
-static enum mr_status hex_obey(struct imagefile *image, struct hex *hex, const uint8_t *record, struct error *error)
+static enum mr_status hex_obey(struct imagefile *image, struct hex *hex, const uint8_t *record,
+                               struct error *error)
 {
-    uint32_t offset = (uint32_t)record[1] << 8 | record[2], value = (uint32_t)record[4] << 8 | record[5];
+    uint32_t offset = (uint32_t)record[1] << 8 | record[2],
+             value = (uint32_t)record[4] << 8 | record[5];
     unsigned length = record[0], type = record[3];
     enum mr_status status = MR_OK;
     char place[40];
     snprintf(place, sizeof place, "line %u", hex->line);
     if (hex->ended)
-        return error_set(error, MR_MALFORMED, "something after its end record: %s of %s; build the image again", place, hex->path);
+        return error_set(error, MR_MALFORMED,
+                         "something after its end record: %s of %s; build the image again", place,
+                         hex->path);
     if (type == 0) {
         for (unsigned i = 0; status == MR_OK && i < length; i++)
-            status = give(image, (uint64_t)hex->base + ((offset + i) & 0xffffu), record[4 + i], place, error);
+            status = give(image, (uint64_t)hex->base + ((offset + i) & 0xffffu), record[4 + i],
+                          place, error);
     } else if (type == 1 && length == 0) {
         hex->ended = true;
     } else if (type == 2 && length == 2) {
         hex->base = value << 4;
     } else if (type == 4 && length == 2) {
         hex->base = value << 16;
-    } else if (!((type == 3 || type == 5) && length == 4)) { /* where to start is what the vectors say */
-        status = error_set(error, MR_MALFORMED, "an unknown record (type %u, %u bytes): %s of %s; build the image again", type, length,
-                           place, hex->path);
+    } else if (!((type == 3 || type == 5) && length == 4)) {
+        /* where to start is what the vectors say */
+        status = error_set(error, MR_MALFORMED,
+                           "an unknown record (type %u, %u bytes): %s of %s; build the image again",
+                           type, length, place, hex->path);
     }
     return status;
 }
 
-static enum mr_status read_hex(struct imagefile *image, const struct source *source, struct error *error)
+static enum mr_status read_hex(struct imagefile *image, const struct source *source,
+                               struct error *error)
 {
     struct hex hex = {.path = source->path};
     enum mr_status status = MR_OK;
@@ -185,20 +219,23 @@ static enum mr_status read_hex(struct imagefile *image, const struct source *sou
             status = hex_obey(image, &hex, record, error);
     }
     if (status == MR_OK && !hex.ended)
-        return error_set(error, MR_TRUNCATED, "no end record after line %u: %s; it is cut off, build or copy it again", hex.line,
-                         source->path);
+        return error_set(error, MR_TRUNCATED,
+                         "no end record after line %u: %s; it is cut off, build or copy it again",
+                         hex.line, source->path);
     return status;
 }
 
 /* ---- raw ---- */
 
-static enum mr_status read_bin(struct imagefile *image, const struct source *source, struct error *error)
+static enum mr_status read_bin(struct imagefile *image, const struct source *source,
+                               struct error *error)
 {
     enum mr_status status = MR_OK;
     size_t low = source->length < CONFIGURATION_START ? source->length : CONFIGURATION_START;
     if (source->length > IMAGEFILE_BYTES)
-        return error_set(error, MR_TOO_LONG, "%zu bytes, more than the flash has (%u): %s; is it an image?", source->length, IMAGEFILE_BYTES,
-                         source->path);
+        return error_set(error, MR_TOO_LONG,
+                         "%zu bytes, more than the flash has (%u): %s; is it an image?",
+                         source->length, IMAGEFILE_BYTES, source->path);
     while (low && source->bytes[low - 1] == 0xff)
         low--;
     for (size_t i = 0; status == MR_OK && i < source->length; i++) {
@@ -216,9 +253,13 @@ static enum mr_status check_vectors(const struct imagefile *image, struct error 
     const uint8_t *p = image->bytes;
     uint32_t stack = mr_get_u32(&p), entry = mr_get_u32(&p);
     uint32_t at = (entry & ~1u) - MR_IMAGE_FLASH;
-    bool in_ram = (stack > RAM_START && stack <= RAM_END) || (stack > CCM_START && stack <= CCM_END);
-    if (!image->given[0] || !image->given[7] || !in_ram || !(entry & 1u) || at >= IMAGEFILE_BYTES || !image->given[at])
-        return error_set(error, MR_MALFORMED, "no vectors of an STM32F407 (stack 0x%08x, entry 0x%08x): %s; give the firmware's image",
+    bool in_ram = (stack > RAM_START && stack <= RAM_END) ||
+                  (stack > CCM_START && stack <= CCM_END);
+    if (!image->given[0] || !image->given[7] || !in_ram || !(entry & 1u) || at >= IMAGEFILE_BYTES ||
+        !image->given[at])
+        return error_set(error, MR_MALFORMED,
+                         "no vectors of an STM32F407 (stack 0x%08x, entry 0x%08x): %s; give the "
+                         "firmware's image",
                          (unsigned)stack, (unsigned)entry, image->path);
     return MR_OK;
 }
@@ -229,13 +270,20 @@ static enum mr_status check_header(struct imagefile *image, struct error *error)
     if (status == MR_UNKNOWN)
         return MR_OK;
     if (status == MR_VERSION)
-        return error_set(error, MR_VERSION, "its header is of another format: %s; use the matrig of its sources", image->path);
+        return error_set(error, MR_VERSION,
+                         "its header is of another format: %s; use the matrig of its sources",
+                         image->path);
     if (status != MR_OK)
-        return error_set(error, MR_CRC, "its vectors or header are damaged: %s; build or copy it again", image->path);
-    uint32_t start = image->header.program_start - MR_IMAGE_FLASH, end = image->header.program_end - MR_IMAGE_FLASH;
+        return error_set(error, MR_CRC,
+                         "its vectors or header are damaged: %s; build or copy it again",
+                         image->path);
+    uint32_t start = image->header.program_start - MR_IMAGE_FLASH,
+             end = image->header.program_end - MR_IMAGE_FLASH;
     uint32_t crc = mr_crc32(0, image->bytes + start, end - start);
     if (crc != image->header.program_crc)
-        return error_set(error, MR_CRC, "the program's CRC is %08x, its header says %08x: %s; it is damaged or cut off, build or copy it again",
+        return error_set(error, MR_CRC,
+                         "the program's CRC is %08x, its header says %08x: %s; it is damaged or "
+                         "cut off, build or copy it again",
                          (unsigned)crc, (unsigned)image->header.program_crc, image->path);
     image->stamped = true;
     return MR_OK;
@@ -250,7 +298,8 @@ static bool is_named_bin(const char *path)
 enum mr_status imagefile_read(const char *path, struct imagefile *image, struct error *error)
 {
     struct source source = {.path = path};
-    *image = (struct imagefile){.path = path, .bytes = malloc(IMAGEFILE_BYTES), .given = calloc(IMAGEFILE_BYTES, 1)};
+    *image = (struct imagefile){
+        .path = path, .bytes = malloc(IMAGEFILE_BYTES), .given = calloc(IMAGEFILE_BYTES, 1)};
     if (!image->bytes || !image->given)
         abort();
     memset(image->bytes, 0xff, IMAGEFILE_BYTES);
@@ -262,7 +311,10 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
     else if (status == MR_OK && source.bytes[0] == ':')
         status = read_hex(image, &source, error);
     else if (status == MR_OK)
-        status = error_set(error, MR_MALFORMED, "neither ELF nor Intel HEX, nor named .bin: %s; give the firmware's .elf, .hex or .bin", path);
+        status = error_set(
+            error, MR_MALFORMED,
+            "neither ELF nor Intel HEX, nor named .bin: %s; give the firmware's .elf, .hex or .bin",
+            path);
     free(source.bytes);
     if (status == MR_OK)
         status = check_vectors(image, error);

@@ -1,9 +1,10 @@
 /* A firmware image from a file: what belongs where in flash, and whether it is whole.
  *
  *     .elf  what its loadable segments put into flash (known by its first bytes)
- *     .hex  Intel HEX (known by its first character), every record's checksum and the end record checked
- *     .bin  flash from 0x08000000 on (known by its name); the configuration's sectors in it must be blank, 0xff: they are
- *           left out, as is what is blank behind vectors and header
+ *     .hex  Intel HEX (known by its first character), every record's checksum and the end record
+ *           checked
+ *     .bin  flash from 0x08000000 on (known by its name); the configuration's sectors in it must be
+ *           blank, 0xff: they are left out, as is what is blank behind vectors and header
  *
  * No image may hold anything in the configuration's sectors. */
 #ifndef MATRIG_HOST_FLASH_IMAGEFILE_H
@@ -23,9 +24,10 @@ struct imagefile {
     struct mr_image header;
 };
 
-/* `path` is kept. MR_IO; MR_MALFORMED, MR_TRUNCATED, MR_TOO_LONG, MR_VERSION: no such file, of another machine, for another place, with
- * something in the configuration's sectors, without vectors; MR_CRC: a checksum, or its header says that it is not whole. The caller
- * frees it, also after a failure. */
+/* `path` is kept. MR_IO; MR_MALFORMED, MR_TRUNCATED, MR_TOO_LONG, MR_VERSION: no such file, of
+ * another machine, for another place, with something in the configuration's sectors, without
+ * vectors; MR_CRC: a checksum, or its header says that it is not whole. The caller frees it, also
+ * after a failure. */
 enum mr_status imagefile_read(const char *path, struct imagefile *image, struct error *error);
 void imagefile_free(struct imagefile *image);
 

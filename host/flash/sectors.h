@@ -1,13 +1,14 @@
-/* Sectors of the STM32F407's flash, RM0090 3.3 table 5: four of 16 KiB, one of 64, seven of 128. Offsets from 0x08000000. */
+/* Sectors of the STM32F407's flash, RM0090 3.3 table 5: four of 16 KiB, one of 64, seven of 128.
+ * Offsets from 0x08000000. */
 #ifndef MATRIG_HOST_FLASH_SECTORS_H
 #define MATRIG_HOST_FLASH_SECTORS_H
 
 #include <stdint.h>
 
-#define SECTORS 12u
+#define SECTORS              12u
 #define SECTOR_CONFIGURATION 2u /* and the next: kept whatever is flashed */
-#define CONFIGURATION_START 0x8000u
-#define CONFIGURATION_END 0x10000u
+#define CONFIGURATION_START  0x8000u
+#define CONFIGURATION_END    0x10000u
 
 static inline uint32_t sector_start(unsigned sector)
 {

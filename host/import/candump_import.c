@@ -7,7 +7,7 @@
 #include "host/import/import.h"
 
 /* Another process may want to write: it waits 5 s. */
-#define COMMIT_US 200000u
+#define COMMIT_US     200000u
 #define FRAMES_A_LOOK 4096u
 
 /* On a terminal; `last`: its line ends. */
@@ -18,23 +18,28 @@ static void progress(const struct import_request *request, size_t done, size_t a
     if (request->cli->quiet || !cli_terminal() || (!last && now_us - shown_us < 200000u))
         return;
     shown_us = now_us;
-    fprintf(stderr, "\r%s %3.0f %%\033[K%s", request->path, all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
+    fprintf(stderr, "\r%s %3.0f %%\033[K%s", request->path,
+            all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
 }
 
 /* The interface that is meant: the one asked for, else that of the first frame. */
-enum mr_status import_candump_check(const struct textfile *file, const struct import_request *request, char name[IMPORT_INTERFACE],
-                                    struct error *error)
+enum mr_status import_candump_check(const struct textfile *file,
+                                    const struct import_request *request,
+                                    char name[IMPORT_INTERFACE], struct error *error)
 {
     struct candump_log log;
     struct candump_line line;
     candump_log_start(&log, file->text, file->length, request->interface);
     bool found = candump_log_next(&log, &line);
     if (!found && log.elsewhere)
-        return error_set(error, MR_USAGE, "no frame of %s in %zu: %s; see the log's second column", request->interface, log.elsewhere,
-                         request->path);
+        return error_set(error, MR_USAGE, "no frame of %s in %zu: %s; see the log's second column",
+                         request->interface, log.elsewhere, request->path);
     if (!found)
-        return error_set(error, MR_MALFORMED, "no frame in it: %s line %zu, column %zu; give a log that `candump -L` wrote", request->path,
-                         log.verdict.line ? log.verdict.line : 1, log.verdict.column ? log.verdict.column : 1);
+        return error_set(
+            error, MR_MALFORMED,
+            "no frame in it: %s line %zu, column %zu; give a log that `candump -L` wrote",
+            request->path, log.verdict.line ? log.verdict.line : 1,
+            log.verdict.column ? log.verdict.column : 1);
     snprintf(name, IMPORT_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
     return MR_OK;
 }
@@ -49,7 +54,8 @@ static enum mr_status take_finished(struct collector *collector, struct import_r
     return MR_OK;
 }
 
-static enum mr_status commit_and_go_on(struct store *store, struct collector *collector, uint64_t *begun_us, struct error *error)
+static enum mr_status commit_and_go_on(struct store *store, struct collector *collector,
+                                       uint64_t *begun_us, struct error *error)
 {
     enum mr_status status = collector_put_counts(collector, error);
     if (status == MR_OK)
@@ -60,8 +66,9 @@ static enum mr_status commit_and_go_on(struct store *store, struct collector *co
     return status;
 }
 
-static enum mr_status take_frames(struct store *store, struct collector *collector, struct candump_log *log,
-                                  const struct import_request *request, struct import_result *result, struct error *error)
+static enum mr_status take_frames(struct store *store, struct collector *collector,
+                                  struct candump_log *log, const struct import_request *request,
+                                  struct import_result *result, struct error *error)
 {
     struct candump_line line;
     uint64_t begun_us = link_now_us();
@@ -79,8 +86,8 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
     return status;
 }
 
-static enum mr_status end(struct store *store, struct collector *collector, struct candump_log *log, struct import_result *result,
-                          enum mr_status status, struct error *error)
+static enum mr_status end(struct store *store, struct collector *collector, struct candump_log *log,
+                          struct import_result *result, enum mr_status status, struct error *error)
 {
     struct error late = {0};
     struct collector_progress progress;
@@ -94,8 +101,9 @@ static enum mr_status end(struct store *store, struct collector *collector, stru
     return ended == MR_OK || status != MR_OK ? status : error_set(error, ended, "%s", late.text);
 }
 
-enum mr_status import_candump(struct store *store, const struct textfile *file, const struct import_request *request,
-                              struct import_result *result, struct error *error)
+enum mr_status import_candump(struct store *store, const struct textfile *file,
+                              const struct import_request *request, struct import_result *result,
+                              struct error *error)
 {
     char interface[IMPORT_INTERFACE], spec[500];
     struct candump_log log;

@@ -2,16 +2,21 @@
 
 #include <string.h>
 
-void candump_log_start(struct candump_log *log, const char *text, size_t length, const char *interface)
+void candump_log_start(struct candump_log *log, const char *text, size_t length,
+                       const char *interface)
 {
-    *log = (struct candump_log){.text = text, .end = text + length, .at = text, .interface = interface,
+    *log = (struct candump_log){.text = text,
+                                .end = text + length,
+                                .at = text,
+                                .interface = interface,
                                 .interface_length = interface ? strlen(interface) : 0};
 }
 
 /* What to call it: CAN FD has its own mark. */
 static const char *reason(const char *text, size_t length)
 {
-    return memmem(text, length, "##", 2) ? "a CAN FD frame; matrig's bus has none" : "no line of `candump -L`";
+    return memmem(text, length, "##", 2) ? "a CAN FD frame; matrig's bus has none"
+                                         : "no line of `candump -L`";
 }
 
 static bool here(const struct candump_log *log, const struct candump_line *line)
@@ -32,7 +37,8 @@ bool candump_log_next(struct candump_log *log, struct candump_line *line)
             continue;
         enum mr_status status = candump_parse_line(text, length, line);
         if (!newline) { /* a whole frame may be the beginning of a longer one */
-            verdict_set(&log->verdict, MR_TRUNCATED, log->line, length + 1, "the log ends inside a line");
+            verdict_set(&log->verdict, MR_TRUNCATED, log->line, length + 1,
+                        "the log ends inside a line");
             return false;
         }
         if (status != MR_OK) {

@@ -22,14 +22,15 @@ struct table {
     struct verdict *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
-    size_t fields, columns; /* of this line; of the header, else of the first row */
+    size_t fields, columns;  /* of this line; of the header, else of the first row */
     double last_s, before_s; /* of the last row taken, and of the one before it */
     size_t last_line;
     size_t rows;
     struct stray stray;
     struct {
-        size_t line, count; /* the last header lines that read as rows: the first of them, and how many */
-        double time_s;      /* of the last of them */
+        /* the last header lines that read as rows: the first of them, and how many */
+        size_t line, count;
+        double time_s; /* of the last of them */
     } eaten;
 };
 
@@ -71,7 +72,8 @@ static bool split(struct table *t, const char *line, size_t length)
     }
 }
 
-/* The next line that is no comment and, unless `blanks`, says something. `whole`: it ends with a newline. */
+/* The next line that is no comment and, unless `blanks`, says something. `whole`: it ends with a
+ * newline. */
 static bool next_line(struct table *t, bool blanks, const char **line, size_t *length, bool *whole)
 {
     while (t->at < t->end) {
@@ -93,20 +95,25 @@ static bool next_line(struct table *t, bool blanks, const char **line, size_t *l
 static unsigned find_name(const struct table *t, const char *name)
 {
     for (size_t i = 0; i < t->fields; i++) {
-        if (t->field[i].length == strlen(name) && memcmp(t->field[i].at, name, t->field[i].length) == 0)
+        if (t->field[i].length == strlen(name) &&
+            memcmp(t->field[i].at, name, t->field[i].length) == 0)
             return (unsigned)i + 1;
     }
     return 0;
 }
 
-static enum mr_status find_column(const struct table *t, const char *name, unsigned *place, struct error *error)
+static enum mr_status find_column(const struct table *t, const char *name, unsigned *place,
+                                  struct error *error)
 {
     if (!*place)
         *place = find_name(t, name);
     if (*place && *place <= FIELDS_MAX)
         return MR_OK;
-    return error_set(error, MR_MALFORMED, "no column '%s': %s line %zu; the mapping must name it as it stands there%s", name, t->path,
-                     t->line, t->mapping->header_lines ? "; header_lines counts blank lines, and no comments" : ", or number it, without header_lines");
+    return error_set(error, MR_MALFORMED,
+                     "no column '%s': %s line %zu; the mapping must name it as it stands there%s",
+                     name, t->path, t->line,
+                     t->mapping->header_lines ? "; header_lines counts blank lines, and no comments"
+                                              : ", or number it, without header_lines");
 }
 
 /* NaN and true: missing. False: no number. */
@@ -117,14 +124,16 @@ static bool take_number(const struct mapping *m, struct field field, double *val
     if (field.length == 0)
         return true;
     for (size_t i = 0; i < m->missing_count; i++) {
-        if (strlen(m->missing[i]) == field.length && memcmp(m->missing[i], field.at, field.length) == 0)
+        if (strlen(m->missing[i]) == field.length &&
+            memcmp(m->missing[i], field.at, field.length) == 0)
             return true;
     }
     if (field.length >= sizeof digits)
         return false;
     for (size_t i = 0; i < field.length; i++) {
         char c = field.at[i];
-        if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal)) /* no hexadecimal, inf or nan */
+        /* no hexadecimal, inf or nan */
+        if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal))
             return false;
         digits[i] = c == m->decimal ? '.' : c;
     }
@@ -139,7 +148,8 @@ static bool reads_as_row(const struct table *t, double *time_s)
 {
     const struct mapping *m = t->mapping;
     double value;
-    if (!m->time_place || m->time_place > t->fields || !take_number(m, t->field[m->time_place - 1], time_s) || isnan(*time_s))
+    if (!m->time_place || m->time_place > t->fields ||
+        !take_number(m, t->field[m->time_place - 1], time_s) || isnan(*time_s))
         return false;
     for (size_t c = 0; c < m->channels; c++) {
         unsigned place = m->channel[c].place;
@@ -160,11 +170,14 @@ static enum mr_status take_header(struct table *t, struct error *error)
         t->at += 3;
     for (unsigned i = 0; i < m->header_lines; i++) {
         if (!next_line(t, true, &line, &length, &whole))
-            return error_set(error, MR_MALFORMED, "only %u of %u header lines: %s line %zu; see the mapping's header_lines", i,
-                             m->header_lines, t->path, t->line);
+            return error_set(
+                error, MR_MALFORMED,
+                "only %u of %u header lines: %s line %zu; see the mapping's header_lines", i,
+                m->header_lines, t->path, t->line);
         if (!split(t, line, length))
-            return error_set(error, MR_MALFORMED, "more than %u columns: %s line %zu; is the separator '%c'?", FIELDS_MAX, t->path, t->line,
-                             m->separator);
+            return error_set(error, MR_MALFORMED,
+                             "more than %u columns: %s line %zu; is the separator '%c'?",
+                             FIELDS_MAX, t->path, t->line, m->separator);
         bool row = reads_as_row(t, &t->eaten.time_s);
         t->eaten.line = row && t->eaten.count ? t->eaten.line : t->line;
         t->eaten.count = row ? t->eaten.count + 1 : 0;
@@ -186,7 +199,8 @@ static bool bad(struct table *t, const char *line, const char *at, bool whole, c
     return false;
 }
 
-/* The row before was wrong if this one goes on from the one before that: one bad time must not cost all that follow. */
+/* The row before was wrong if this one goes on from the one before that: one bad time must not cost
+ * all that follow. */
 static bool take_back(struct table *t, double time_s)
 {
     if (!(time_s > t->before_s) || t->rows == 0)
@@ -214,7 +228,8 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
         t->columns = t->fields;
     if (t->fields != t->columns)
         return bad(t, line, t->fields < t->columns ? line + length : t->field[t->columns].at, whole,
-                   t->fields < t->columns ? "fewer columns than the header has" : "more columns than the header has");
+                   t->fields < t->columns ? "fewer columns than the header has"
+                                          : "more columns than the header has");
     if (!whole && !m->last_line_open)
         return bad(t, line, line + length, false, NULL);
     if (m->time_place > t->fields)
@@ -229,7 +244,8 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     for (size_t c = 0; c < m->channels; c++) {
         unsigned place = m->channel[c].place;
         if (place > t->fields || !take_number(m, t->field[place - 1], &value))
-            return bad(t, line, place > t->fields ? line + length : t->field[place - 1].at, whole, "no number");
+            return bad(t, line, place > t->fields ? line + length : t->field[place - 1].at, whole,
+                       "no number");
         if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MOST)
             return bad(t, line, t->field[place - 1].at, whole, "a value that no instrument reads");
     }
@@ -243,7 +259,8 @@ static void judge_header(struct table *t, double first_s, double second_s)
     if (!t->eaten.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
         return;
     t->verdict->bad_lines += t->eaten.count;
-    verdict_set(t->verdict, MR_MALFORMED, t->eaten.line, 1, "a row among the header lines; see header_lines");
+    verdict_set(t->verdict, MR_MALFORMED, t->eaten.line, 1,
+                "a row among the header lines; see header_lines");
 }
 
 static enum mr_status take_row(struct table *t, double time_s)
@@ -266,10 +283,15 @@ static enum mr_status take_row(struct table *t, double time_s)
     return status;
 }
 
-enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping, size_t *rows,
-                        struct verdict *verdict, struct error *error)
+enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
+                        size_t *rows, struct verdict *verdict, struct error *error)
 {
-    struct table t = {.at = text, .end = text + length, .path = path, .mapping = mapping, .verdict = verdict, .last_s = -(double)INFINITY,
+    struct table t = {.at = text,
+                      .end = text + length,
+                      .path = path,
+                      .mapping = mapping,
+                      .verdict = verdict,
+                      .last_s = -(double)INFINITY,
                       .before_s = -(double)INFINITY};
     const char *line;
     double time_s;
@@ -286,7 +308,10 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
     if (status == MR_FULL)
         return error_set(error, status, "no memory: %s line %zu; import it in parts", path, t.line);
     if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
-        return error_set(error, MR_MALFORMED, "%zu rows are good, %zu are not: %s line %zu, column %zu: %s; does the mapping fit the file?",
-                         t.rows, verdict->bad_lines, path, verdict->line, verdict->column, verdict->what ? verdict->what : "no row at all");
+        return error_set(error, MR_MALFORMED,
+                         "%zu rows are good, %zu are not: %s line %zu, column %zu: %s; does the "
+                         "mapping fit the file?",
+                         t.rows, verdict->bad_lines, path, verdict->line, verdict->column,
+                         verdict->what ? verdict->what : "no row at all");
     return status;
 }

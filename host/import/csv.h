@@ -5,9 +5,10 @@
 #include "host/import/mapping.h"
 #include "host/import/textfile.h"
 
-/* Fills the series of the mapping's channels. A line that is no row is passed over; the verdict names the first. MR_MALFORMED: a
- * column is not there, no row is good, or more than one in ten is not. `rows`: taken. */
-enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping, size_t *rows,
-                        struct verdict *verdict, struct error *error);
+/* Fills the series of the mapping's channels. A line that is no row is passed over; the verdict
+ * names the first. MR_MALFORMED: a column is not there, no row is good, or more than one in ten is
+ * not. `rows`: taken. */
+enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
+                        size_t *rows, struct verdict *verdict, struct error *error);
 
 #endif

@@ -1,4 +1,5 @@
-/* matrig import: files of other programs into the campaign. What each kind of file needs, and what came of it. */
+/* matrig import: files of other programs into the campaign. What each kind of file needs, and what
+ * came of it. */
 #ifndef MATRIG_HOST_IMPORT_IMPORT_H
 #define MATRIG_HOST_IMPORT_IMPORT_H
 
@@ -20,23 +21,28 @@ struct import_result {
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
-    size_t rows; /* taken: frames, or rows of a table */
+    size_t rows;      /* taken: frames, or rows of a table */
     size_t elsewhere; /* frames of other interfaces */
     struct store_link_counts counts;
 };
 
 #define IMPORT_INTERFACE 64u
-/* There is a frame in it, of the interface asked for: else MR_MALFORMED, MR_USAGE. `name`: the interface to take. */
-enum mr_status import_candump_check(const struct textfile *file, const struct import_request *request, char name[IMPORT_INTERFACE],
-                                    struct error *error);
-/* Frames of our own boards: landings as if they had been logged. The store is open; transactions are made here. */
-enum mr_status import_candump(struct store *store, const struct textfile *file, const struct import_request *request,
-                              struct import_result *result, struct error *error);
+/* There is a frame in it, of the interface asked for: else MR_MALFORMED, MR_USAGE. `name`: the
+ * interface to take. */
+enum mr_status import_candump_check(const struct textfile *file,
+                                    const struct import_request *request,
+                                    char name[IMPORT_INTERFACE], struct error *error);
+/* Frames of our own boards: landings as if they had been logged. The store is open; transactions
+ * are made here. */
+enum mr_status import_candump(struct store *store, const struct textfile *file,
+                              const struct import_request *request, struct import_result *result,
+                              struct error *error);
 
 struct mapping;
-/* Frames of other instruments: the mapping's series from a candump log, times in s since its first frame. MR_MALFORMED: none of them
- * is in it. */
-enum mr_status import_read_signals(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
+/* Frames of other instruments: the mapping's series from a candump log, times in s since its first
+ * frame. MR_MALFORMED: none of them is in it. */
+enum mr_status import_read_signals(const struct textfile *file,
+                                   const struct import_request *request, struct mapping *mapping,
                                    struct import_result *result, struct error *error);
 
 #endif

@@ -10,29 +10,30 @@
 #include "host/export/origin.h"
 #include "host/link/link.h"
 
-#define BLOCK_US 1000.0
-#define MIDDLE_US 437.5     /* of the eight scans of a block: host/analyse/measured.h */
-#define BLOCKS_MAX 3600000
-#define BOARD_BLOCKS 4294967295.0 /* a board counts them in 32 bits */
-#define USUAL_GAP 1.5       /* of the usual time between samples: more is missing data */
+#define BLOCK_US        1000.0
+#define MIDDLE_US       437.5 /* of the eight scans of a block: host/analyse/measured.h */
+#define BLOCKS_MAX      3600000
+#define BOARD_BLOCKS    4294967295.0 /* a board counts them in 32 bits */
+#define USUAL_GAP       1.5          /* of the usual time between samples: more is missing data */
 #define SWITCH_EVERY_FT 5.0 /* as the rig has them, where neither a landing nor the mapping says */
 #define SWITCH_FIRST_FT (-2.5)
-#define SWITCHES 24u
-#define SWITCHES_MAX 64u
+#define SWITCHES        24u
+#define SWITCHES_MAX    64u
 #define SWITCH_ERROR_FT 0.001
 
 struct work {
     struct store *store;
     struct mapping *mapping;
     const struct import_request *request;
-    struct measured like; /* the landing it is put beside */
+    struct measured like;    /* the landing it is put beside */
     struct store_edge *edge; /* and its edges */
     size_t edges;
     double base_us; /* board time of the file's time 0 */
     int64_t first;
     size_t blocks;
     int64_t run, session;
-    bool known; /* the campaign has this landing of this board: one row names it, for the black box */
+    /* the campaign has this landing of this board: one row names it, for the black box */
+    bool known;
     struct found {
         double board_us;
         unsigned position;
@@ -91,22 +92,25 @@ static bool measures(const struct mapping_channel *channel)
     return channel->role == MAPPING_DISPLACEMENT || channel->role == MAPPING_TENSION;
 }
 
-static enum mr_status align(struct work *w, const struct mapping_channel *channel, struct error *error)
+static enum mr_status align(struct work *w, const struct mapping_channel *channel,
+                            struct error *error)
 {
     double edge_s = edge_time_s(channel);
     if (!w->request->like)
-        return error_set(error, MR_USAGE, "aligned on a switch of no landing: %s; give --like RUN", w->request->path);
+        return error_set(error, MR_USAGE, "aligned on a switch of no landing: %s; give --like RUN",
+                         w->request->path);
     if (isnan(edge_s))
-        return error_set(error, MR_MALFORMED, "no edge through %g to align by: %s, '%s'; see the mapping's align", channel->threshold,
-                         w->request->path, channel->column);
+        return error_set(error, MR_MALFORMED,
+                         "no edge through %g to align by: %s, '%s'; see the mapping's align",
+                         channel->threshold, w->request->path, channel->column);
     for (size_t e = 0; e < w->edges; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
             continue;
         w->base_us = w->edge[e].board_us - 1e6 * edge_s;
         return MR_OK;
     }
-    return error_set(error, MR_USAGE, "RUN %lld did not see switch %u: %s; align by another", (long long)w->request->like, channel->number,
-                     w->request->path);
+    return error_set(error, MR_USAGE, "RUN %lld did not see switch %u: %s; align by another",
+                     (long long)w->request->like, channel->number, w->request->path);
 }
 
 static enum mr_status place_in_time(struct work *w, struct error *error)
@@ -122,26 +126,39 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
         last_s = fmax(last_s, s->time_s[s->count - 1]);
     }
     if (!(first_s <= last_s))
-        return error_set(error, MR_MALFORMED, "no reading of d1 to d8 or t1 to t14: %s; see the mapping's channels", w->request->path);
-    if ((last_s - first_s) * 1e6 / BLOCK_US >= BLOCKS_MAX)
-        return error_set(error, MR_MALFORMED, "%.0f s long: %s; a landing is an hour at most, is the unit of time right?", last_s - first_s,
+        return error_set(error, MR_MALFORMED,
+                         "no reading of d1 to d8 or t1 to t14: %s; see the mapping's channels",
                          w->request->path);
-    w->base_us = w->request->like ? (double)w->like.t0_us : m->origin ? MIDDLE_US : MIDDLE_US - 1e6 * first_s;
+    if ((last_s - first_s) * 1e6 / BLOCK_US >= BLOCKS_MAX)
+        return error_set(
+            error, MR_MALFORMED,
+            "%.0f s long: %s; a landing is an hour at most, is the unit of time right?",
+            last_s - first_s, w->request->path);
+    w->base_us = w->request->like ? (double)w->like.t0_us
+               : m->origin        ? MIDDLE_US
+                                  : MIDDLE_US - 1e6 * first_s;
     if (by) {
         enum mr_status status = align(w, by, error);
         if (status != MR_OK)
             return status;
     }
     w->base_us += 1e6 * m->shift_s;
-    double from = floor((w->base_us + 1e6 * first_s) / BLOCK_US), to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
+    double from = floor((w->base_us + 1e6 * first_s) / BLOCK_US),
+           to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
     if (!(to <= BOARD_BLOCKS))
-        return error_set(error, MR_USAGE, "ends %.3g s after the board's time begins: %s; a board counts to %.0f s, see the mapping's unit, "
-                         "shift_s and align", 1e-3 * to, w->request->path, 1e-3 * BOARD_BLOCKS);
+        return error_set(error, MR_USAGE,
+                         "ends %.3g s after the board's time begins: %s; a board counts to %.0f s, "
+                         "see the mapping's unit, "
+                         "shift_s and align",
+                         1e-3 * to, w->request->path, 1e-3 * BOARD_BLOCKS);
     if (to < 0.0)
-        return error_set(error, MR_USAGE, "ends %.3f s before the board's time begins: %s; see the mapping's shift_s and align",
-                         -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
+        return error_set(
+            error, MR_USAGE,
+            "ends %.3f s before the board's time begins: %s; see the mapping's shift_s and align",
+            -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
     if (from < 0.0) {
-        cli_note(w->request->cli, "%.3f s from before the board's time began are left out", -1e-3 * from);
+        cli_note(w->request->cli, "%.3f s from before the board's time began are left out",
+                 -1e-3 * from);
         from = 0.0;
     }
     w->first = (int64_t)from;
@@ -152,7 +169,8 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
 /* ---- samples to blocks ---- */
 
 /* Several samples a block: their mean. */
-static void by_mean(const struct series *s, double base_us, int64_t first, size_t blocks, float *reading)
+static void by_mean(const struct series *s, double base_us, int64_t first, size_t blocks,
+                    float *reading)
 {
     for (size_t i = 0, k = 0; i < blocks; i++) {
         double end_us = ((double)first + (double)i + 1.0) * BLOCK_US, sum = 0.0;
@@ -167,9 +185,11 @@ static void by_mean(const struct series *s, double base_us, int64_t first, size_
     }
 }
 
-void import_resample(const struct series *s, double base_us, double usual_us, double gap_us, int64_t first, size_t blocks, float *reading)
+void import_resample(const struct series *s, double base_us, double usual_us, double gap_us,
+                     int64_t first, size_t blocks, float *reading)
 {
-    static const double same_us = 0.6; /* written with six decimals or more: half a digit, and rounding */
+    /* written with six decimals or more: half a digit, and rounding */
+    static const double same_us = 0.6;
     if (usual_us < 0.75 * BLOCK_US) {
         by_mean(s, base_us, first, blocks, reading);
         return;
@@ -178,21 +198,26 @@ void import_resample(const struct series *s, double base_us, double usual_us, do
         double at_us = ((double)first + (double)i) * BLOCK_US + MIDDLE_US;
         while (k + 1 < s->count && base_us + 1e6 * s->time_s[k + 1] <= at_us + same_us)
             k++;
-        double before_us = base_us + 1e6 * s->time_s[k], after_us = k + 1 < s->count ? base_us + 1e6 * s->time_s[k + 1] : before_us;
+        double before_us = base_us + 1e6 * s->time_s[k],
+               after_us = k + 1 < s->count ? base_us + 1e6 * s->time_s[k + 1] : before_us;
         reading[i] = (float)NAN;
         if (fabs(at_us - before_us) <= same_us)
             reading[i] = (float)s->value[k];
         else if (before_us < at_us && at_us < after_us && after_us - before_us <= gap_us)
-            reading[i] = (float)(s->value[k] + (s->value[k + 1] - s->value[k]) * (at_us - before_us) / (after_us - before_us));
+            reading[i] = (float)(s->value[k] + (s->value[k + 1] - s->value[k]) *
+                                                   (at_us - before_us) / (after_us - before_us));
     }
 }
 
 /* ---- what goes into the campaign ---- */
 
-static enum mr_status put_gap(struct work *w, const struct mapping_channel *channel, const float *reading, struct error *error)
+static enum mr_status put_gap(struct work *w, const struct mapping_channel *channel,
+                              const float *reading, struct error *error)
 {
-    struct store_gap gap = {.link = LINK_KINDS, .message = "readings", .cause = "file", .from_block = STORE_NONE};
-    snprintf(gap.channels, sizeof gap.channels, "%c%u", channel->role == MAPPING_TENSION ? 't' : 'd', channel->number);
+    struct store_gap gap = {
+        .link = LINK_KINDS, .message = "readings", .cause = "file", .from_block = STORE_NONE};
+    snprintf(gap.channels, sizeof gap.channels, "%c%u",
+             channel->role == MAPPING_TENSION ? 't' : 'd', channel->number);
     for (size_t i = 0; i < w->blocks; i++) {
         if (!isnan(reading[i]))
             continue;
@@ -211,19 +236,23 @@ static const struct origin *origin_of(const struct work *w)
 
 static int64_t index_of(const struct work *w, const struct mapping_channel *channel)
 {
-    enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT;
+    enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION
+                                                                 : MR_KIND_DISPLACEMENT;
     const struct origin *origin = origin_of(w);
     for (unsigned c = 0; origin && c < MR_CHANNELS; c++) {
         if (origin->channel[c].kind == kind && origin->channel[c].number == channel->number)
             return c;
     }
     int there = w->request->like ? measured_find(&w->like, kind, channel->number) : -1;
-    return there >= 0 ? there : (channel->role == MAPPING_TENSION ? (int64_t)MR_TRANSDUCERS : 0) + (int64_t)channel->number - 1;
+    return there >= 0 ? there
+                      : (channel->role == MAPPING_TENSION ? (int64_t)MR_TRANSDUCERS : 0) +
+                            (int64_t)channel->number - 1;
 }
 
-/* Kind and station. What the mapping tells of its error stands as a linearity error, the only one that neither a baseline nor a
- * reference takes away. */
-static enum mr_status put_configuration(struct work *w, const struct mapping_channel *channel, int64_t index, struct error *error)
+/* Kind and station. What the mapping tells of its error stands as a linearity error, the only one
+ * that neither a baseline nor a reference takes away. */
+static enum mr_status put_configuration(struct work *w, const struct mapping_channel *channel,
+                                        int64_t index, struct error *error)
 {
     struct mr_channel_config config = {.band = 1, .station_ft = (float)NAN};
     const struct origin *origin = origin_of(w);
@@ -242,11 +271,13 @@ static enum mr_status put_configuration(struct work *w, const struct mapping_cha
         config.linearity_error = (float)channel->error;
     enum mr_status status = store_channel_put(w->store, w->run, index, &config, error);
     for (unsigned item = 0; item < MR_CALIBRATION_TABLE && status == MR_OK; item++)
-        status = store_calibration_put(w->store, w->run, index, item, (double)mr_channel_item(&config, item), error);
+        status = store_calibration_put(w->store, w->run, index, item,
+                                       (double)mr_channel_item(&config, item), error);
     return status;
 }
 
-static enum mr_status put_channel(struct work *w, const struct mapping_channel *channel, float *reading, struct error *error)
+static enum mr_status put_channel(struct work *w, const struct mapping_channel *channel,
+                                  float *reading, struct error *error)
 {
     double usual_us = 1e6 * usual_step_s(&channel->series);
     double gap_us = isnan(w->mapping->gap_s) ? USUAL_GAP * usual_us : 1e6 * w->mapping->gap_s;
@@ -254,12 +285,17 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
     for (size_t i = 0; i < w->blocks; i++)
         reading[i] = (float)NAN;
     if (channel->series.count)
-        import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first, w->blocks, reading);
+        import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first, w->blocks,
+                        reading);
     const struct origin *origin = origin_of(w);
     int64_t stride = usual_us > 1.5 * BLOCK_US && usual_us < 1e6 ? llround(usual_us / BLOCK_US) : 1;
     if (origin && origin->stride[index])
         stride = (int64_t)origin->stride[index];
-    struct store_imported row = {.index = index, .first_block = w->first, .stride = stride, .count = w->blocks, .reading = reading};
+    struct store_imported row = {.index = index,
+                                 .first_block = w->first,
+                                 .stride = stride,
+                                 .count = w->blocks,
+                                 .reading = reading};
     enum mr_status status = put_configuration(w, channel, index, error);
     if (status == MR_OK)
         status = store_imported_put(w->store, w->run, &row, error);
@@ -267,15 +303,18 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
 }
 
 /* A channel of which nothing could be read is one all the same. */
-static enum mr_status put_origin_channels(struct work *w, const struct origin *origin, struct error *error)
+static enum mr_status put_origin_channels(struct work *w, const struct origin *origin,
+                                          struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned index = 0; origin && index < MR_CHANNELS && status == MR_OK; index++) {
         const struct mr_channel_config *config = &origin->channel[index];
         if (config->kind)
             status = store_channel_put(w->store, w->run, index, config, error);
-        for (unsigned item = 0; config->kind && item < MR_CALIBRATION_TABLE && status == MR_OK; item++)
-            status = store_calibration_put(w->store, w->run, index, item, (double)mr_channel_item(config, item), error);
+        for (unsigned item = 0; config->kind && item < MR_CALIBRATION_TABLE && status == MR_OK;
+             item++)
+            status = store_calibration_put(w->store, w->run, index, item,
+                                           (double)mr_channel_item(config, item), error);
     }
     return status;
 }
@@ -286,33 +325,42 @@ static enum mr_status put_channels(struct work *w, struct error *error)
     for (size_t c = 0; c < w->mapping->channels; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
         if (measures(channel) && channel->series.count == 0)
-            cli_note(w->request->cli, "no reading of %c%u in %s", channel->role == MAPPING_TENSION ? 't' : 'd', channel->number, w->request->path);
+            cli_note(w->request->cli, "no reading of %c%u in %s",
+                     channel->role == MAPPING_TENSION ? 't' : 'd', channel->number,
+                     w->request->path);
     }
     float *reading = malloc(w->blocks * sizeof *reading);
-    enum mr_status status = reading ? MR_OK : error_set(error, MR_FULL, "no memory: %s; import it in parts", w->request->path);
+    enum mr_status status = reading ? MR_OK
+                                    : error_set(error, MR_FULL, "no memory: %s; import it in parts",
+                                                w->request->path);
     if (status == MR_OK)
         status = put_origin_channels(w, origin_of(w), error);
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
-        if (measures(&w->mapping->channel[c]) && (w->mapping->channel[c].series.count || origin_of(w)))
+        if (measures(&w->mapping->channel[c]) &&
+            (w->mapping->channel[c].series.count || origin_of(w)))
             status = put_channel(w, &w->mapping->channel[c], reading, error);
         unknown += measures(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
     }
     if (unknown && !(w->mapping->exported && (w->request->like || w->mapping->origin)))
-        cli_note(w->request->cli, "no error is told of %u channels: their standard errors will be of their noise alone; see the mapping's error",
+        cli_note(w->request->cli,
+                 "no error is told of %u channels: their standard errors will be of their noise "
+                 "alone; see the mapping's error",
                  unknown);
     free(reading);
     return status;
 }
 
 /* A switch and, if the file tells, when it opened. */
-static enum mr_status put_switch(struct work *w, unsigned position, double station_ft, double edge_s, struct error *error)
+static enum mr_status put_switch(struct work *w, unsigned position, double station_ft,
+                                 double edge_s, struct error *error)
 {
     struct store_switch place = {position, 1, station_ft};
     if (isnan(station_ft))
         place.station_ft = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (position - 1);
     double edge_us = w->base_us + 1e6 * edge_s;
     if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BOARD_BLOCKS * BLOCK_US))
-        cli_note(w->request->cli, "the edge of switch %u lies outside the board's time and is left out", position);
+        cli_note(w->request->cli,
+                 "the edge of switch %u lies outside the board's time and is left out", position);
     else if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
         w->found[w->founds++] = (struct found){edge_us, position};
     return store_switch_put(w->store, w->run, &place, error);
@@ -330,15 +378,20 @@ static enum mr_status put_edges(struct work *w, struct error *error)
     qsort(w->found, w->founds, sizeof w->found[0], by_time);
     for (unsigned i = 0; i < w->founds && status == MR_OK; i++) {
         const struct found *found = &w->found[i];
-        struct store_edge edge = {.count = i + 1, .position = found->position, .step_codes = (double)NAN, .board_us = found->board_us,
-                                  .tick = (int64_t)llround(found->board_us * MR_TICKS_PER_US) & 0xffffffff};
+        struct store_edge edge = {.count = i + 1,
+                                  .position = found->position,
+                                  .step_codes = (double)NAN,
+                                  .board_us = found->board_us,
+                                  .tick = (int64_t)llround(found->board_us * MR_TICKS_PER_US) &
+                                          0xffffffff};
         status = store_edge_put(w->store, w->run, &edge, error);
     }
     return status;
 }
 
 /* Where the gear passes the stations of the rig's switches. */
-static enum mr_status edges_from_gear(struct work *w, struct mapping_channel gear, struct error *error)
+static enum mr_status edges_from_gear(struct work *w, struct mapping_channel gear,
+                                      struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned p = 1; p <= SWITCHES && status == MR_OK; p++) {
@@ -354,7 +407,8 @@ static enum mr_status edges_from_switches(struct work *w, struct error *error)
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
         if (channel->role == MAPPING_SWITCH)
-            status = put_switch(w, channel->number, channel->station_ft, edge_time_s(channel), error);
+            status = put_switch(w, channel->number, channel->station_ft, edge_time_s(channel),
+                                error);
     }
     return status == MR_OK ? put_edges(w, error) : status;
 }
@@ -407,10 +461,16 @@ static enum mr_status put_landing(struct work *w, struct error *error)
     snprintf(spec, sizeof spec, "import:%s", w->request->path);
     struct store_session session = {.started_us = (int64_t)link_now_us()};
     enum mr_status status = store_session_add(w->store, &session, error);
-    struct store_landing landing = {.session = session.id, .armed_block = w->first, .armed_us = session.started_us, .state = MR_LANDING_DONE,
-                                    .image_crc = STORE_NONE, .config_crc = STORE_NONE, .clock_source = STORE_NONE,
-                                    .touchdown_ft = m->touchdown_ft,
-                                    .switch_error_ft = isnan(m->switch_error_ft) ? SWITCH_ERROR_FT : m->switch_error_ft};
+    struct store_landing landing = {
+        .session = session.id,
+        .armed_block = w->first,
+        .armed_us = session.started_us,
+        .state = MR_LANDING_DONE,
+        .image_crc = STORE_NONE,
+        .config_crc = STORE_NONE,
+        .clock_source = STORE_NONE,
+        .touchdown_ft = m->touchdown_ft,
+        .switch_error_ft = isnan(m->switch_error_ft) ? SWITCH_ERROR_FT : m->switch_error_ft};
     if (w->request->like) {
         landing.board_landing = w->like.landing.board_landing;
         landing.touchdown_ft = w->like.landing.touchdown_ft;
@@ -430,7 +490,8 @@ static enum mr_status put_landing(struct work *w, struct error *error)
     return status;
 }
 
-enum mr_status import_find_origin(struct store *store, const struct origin *origin, int64_t *run, struct error *error)
+enum mr_status import_find_origin(struct store *store, const struct origin *origin, int64_t *run,
+                                  struct error *error)
 {
     struct store_landing *rows = NULL;
     size_t count = 0;
@@ -438,16 +499,19 @@ enum mr_status import_find_origin(struct store *store, const struct origin *orig
     *run = 0;
     enum mr_status status = l->board_uid[0] ? store_landings(store, &rows, &count, error) : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count && !*run; i++) {
-        bool armed = rows[i].armed_block == l->armed_block || rows[i].armed_block == STORE_NONE || l->armed_block == STORE_NONE;
-        if (armed && rows[i].board_landing == l->board_landing && strcmp(rows[i].board_uid, l->board_uid) == 0)
+        bool armed = rows[i].armed_block == l->armed_block || rows[i].armed_block == STORE_NONE ||
+                     l->armed_block == STORE_NONE;
+        if (armed && rows[i].board_landing == l->board_landing &&
+            strcmp(rows[i].board_uid, l->board_uid) == 0)
             *run = rows[i].id;
     }
     free(rows);
     return status;
 }
 
-enum mr_status import_landing(struct store *store, struct mapping *mapping, const struct import_request *request,
-                              struct import_result *result, struct error *error)
+enum mr_status import_landing(struct store *store, struct mapping *mapping,
+                              const struct import_request *request, struct import_result *result,
+                              struct error *error)
 {
     struct work w = {.store = store, .mapping = mapping, .request = request};
     enum mr_status status = MR_OK;

@@ -10,9 +10,9 @@
 #include "common/channels.h"
 #include "host/import/textfile.h"
 
-#define FT_PER_M (1.0 / 0.3048)
-#define IN_PER_M (1.0 / 0.0254)
-#define LB_PER_N (1.0 / 4.4482216152605)
+#define FT_PER_M   (1.0 / 0.3048)
+#define IN_PER_M   (1.0 / 0.0254)
+#define LB_PER_N   (1.0 / 4.4482216152605)
 #define SWITCH_MAX 64u
 
 enum mr_status series_add(struct series *series, double time_s, double value)
@@ -57,7 +57,9 @@ bool mapping_channel_named(const char *text, struct mapping_channel *channel)
         channel->role = MAPPING_GEAR;
         return true;
     }
-    channel->role = text[0] == 'd' ? MAPPING_DISPLACEMENT : text[0] == 't' ? MAPPING_TENSION : MAPPING_SWITCH;
+    channel->role = text[0] == 'd' ? MAPPING_DISPLACEMENT
+                  : text[0] == 't' ? MAPPING_TENSION
+                                   : MAPPING_SWITCH;
     if (text[0] == 'd' || text[0] == 't')
         return number_after(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES, &channel->number);
     return strncmp(text, "switch", 6) == 0 && number_after(text, 6, SWITCH_MAX, &channel->number);
@@ -70,10 +72,19 @@ double mapping_unit(enum mapping_role role, const char *unit)
         const char *name;
         double factor;
     } units[] = {
-        {MAPPING_DISPLACEMENT, "in", 1.0}, {MAPPING_DISPLACEMENT, "mm", 0.001 * IN_PER_M}, {MAPPING_DISPLACEMENT, "cm", 0.01 * IN_PER_M},
-        {MAPPING_DISPLACEMENT, "m", IN_PER_M}, {MAPPING_DISPLACEMENT, "ft", 12.0}, {MAPPING_TENSION, "lb", 1.0},
-        {MAPPING_TENSION, "N", LB_PER_N}, {MAPPING_TENSION, "kN", 1000.0 * LB_PER_N}, {MAPPING_TENSION, "kip", 1000.0},
-        {MAPPING_GEAR, "ft", 1.0}, {MAPPING_GEAR, "m", FT_PER_M}, {MAPPING_GEAR, "in", 1.0 / 12.0}, {MAPPING_GEAR, "mm", 0.001 * FT_PER_M},
+        {MAPPING_DISPLACEMENT, "in", 1.0},
+        {MAPPING_DISPLACEMENT, "mm", 0.001 * IN_PER_M},
+        {MAPPING_DISPLACEMENT, "cm", 0.01 * IN_PER_M},
+        {MAPPING_DISPLACEMENT, "m", IN_PER_M},
+        {MAPPING_DISPLACEMENT, "ft", 12.0},
+        {MAPPING_TENSION, "lb", 1.0},
+        {MAPPING_TENSION, "N", LB_PER_N},
+        {MAPPING_TENSION, "kN", 1000.0 * LB_PER_N},
+        {MAPPING_TENSION, "kip", 1000.0},
+        {MAPPING_GEAR, "ft", 1.0},
+        {MAPPING_GEAR, "m", FT_PER_M},
+        {MAPPING_GEAR, "in", 1.0 / 12.0},
+        {MAPPING_GEAR, "mm", 0.001 * FT_PER_M},
     };
     for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
         if (units[i].role == role && strcmp(units[i].name, unit) == 0)
@@ -91,14 +102,17 @@ struct reader {
 
 static void wrong(const struct reader *r, const char *where, const char *key, const char *wanted)
 {
-    error_set(r->error, MR_MALFORMED, "%s%s%s: %s; %s", where, where[0] ? "." : "", key, r->path, wanted);
+    error_set(r->error, MR_MALFORMED, "%s%s%s: %s; %s", where, where[0] ? "." : "", key, r->path,
+              wanted);
 }
 
-static void check_keys(const struct reader *r, const char *where, json_t *object, const char *const *known)
+static void check_keys(const struct reader *r, const char *where, json_t *object,
+                       const char *const *known)
 {
     const char *key;
     json_t *value;
-    json_object_foreach(object, key, value) {
+    json_object_foreach(object, key, value)
+    {
         bool found = false;
         for (size_t i = 0; known[i]; i++)
             found |= strcmp(known[i], key) == 0;
@@ -107,7 +121,8 @@ static void check_keys(const struct reader *r, const char *where, json_t *object
     }
 }
 
-static double number(const struct reader *r, const char *where, json_t *object, const char *key, double otherwise)
+static double number(const struct reader *r, const char *where, json_t *object, const char *key,
+                     double otherwise)
 {
     json_t *value = json_object_get(object, key);
     if (!value)
@@ -120,7 +135,8 @@ static double number(const struct reader *r, const char *where, json_t *object, 
     return v;
 }
 
-static unsigned whole(const struct reader *r, const char *where, json_t *object, const char *key, unsigned most, unsigned otherwise)
+static unsigned whole(const struct reader *r, const char *where, json_t *object, const char *key,
+                      unsigned most, unsigned otherwise)
 {
     double v = number(r, where, object, key, (double)otherwise);
     if (v < 0.0 || v > (double)most || v != floor(v)) {
@@ -130,7 +146,8 @@ static unsigned whole(const struct reader *r, const char *where, json_t *object,
     return (unsigned)v;
 }
 
-static void text(const struct reader *r, const char *where, json_t *object, const char *key, char *to, size_t size)
+static void text(const struct reader *r, const char *where, json_t *object, const char *key,
+                 char *to, size_t size)
 {
     json_t *value = json_object_get(object, key);
     if (!value)
@@ -161,7 +178,8 @@ static bool yes(const struct reader *r, const char *where, json_t *object, const
 }
 
 /* By name, or counted from 1. */
-static void column(const struct reader *r, const char *where, json_t *object, char name[MAPPING_NAME], unsigned *place)
+static void column(const struct reader *r, const char *where, json_t *object,
+                   char name[MAPPING_NAME], unsigned *place)
 {
     json_t *value = json_object_get(object, "column");
     if (json_is_integer(value))
@@ -204,8 +222,8 @@ static void read_time(const struct reader *r, json_t *root, struct mapping *m)
 }
 
 /* Where the numbers are: column or signal. */
-static void read_source(const struct reader *r, const char *where, json_t *entry, const char *dbc, struct mapping *m,
-                        struct mapping_channel *c)
+static void read_source(const struct reader *r, const char *where, json_t *entry, const char *dbc,
+                        struct mapping *m, struct mapping_channel *c)
 {
     char name[MAPPING_NAME * 2] = "", id[16] = "", order[8] = "little";
     if (!m->signals) {
@@ -226,7 +244,8 @@ static void read_source(const struct reader *r, const char *where, json_t *entry
     unsigned long value = strtoul(id, &end, 16);
     bool wide = strlen(id) > 5; /* 0x321 or 0x00000321 */
     if (!id[0] || strncmp(id, "0x", 2) != 0 || *end || value > (wide ? 0x1fffffffUL : 0x7ffUL))
-        wrong(r, where, "id", "give \"signal\", or the identifier as 0x and 3 or 8 hexadecimal digits");
+        wrong(r, where, "id",
+              "give \"signal\", or the identifier as 0x and 3 or 8 hexadecimal digits");
     c->signal.id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
     c->signal.start_bit = whole(r, where, entry, "start_bit", 63, 0);
     c->signal.bits = whole(r, where, entry, "bits", 64, 0);
@@ -240,7 +259,8 @@ static void read_source(const struct reader *r, const char *where, json_t *entry
         wrong(r, where, "bits", "start_bit and bits must lie within 8 bytes");
 }
 
-static void read_unit(const struct reader *r, const char *where, json_t *entry, struct mapping_channel *c)
+static void read_unit(const struct reader *r, const char *where, json_t *entry,
+                      struct mapping_channel *c)
 {
     char unit[16] = "";
     double factor = 1.0;
@@ -249,7 +269,8 @@ static void read_unit(const struct reader *r, const char *where, json_t *entry, 
     if (c->role == MAPPING_DISPLACEMENT || c->role == MAPPING_TENSION || c->role == MAPPING_GEAR)
         factor = mapping_unit(c->role, unit);
     if (factor == 0.0)
-        wrong(r, where, "unit", c->role == MAPPING_TENSION ? "give lb, N, kN or kip" : "give in, mm, cm, m or ft");
+        wrong(r, where, "unit",
+              c->role == MAPPING_TENSION ? "give lb, N, kN or kip" : "give in, mm, cm, m or ft");
     c->scale = factor * number(r, where, entry, "scale", 1.0);
     c->offset = factor * number(r, where, entry, "offset", 0.0);
     c->error = factor * number(r, where, entry, "error", (double)NAN);
@@ -259,7 +280,8 @@ static void read_unit(const struct reader *r, const char *where, json_t *entry, 
         wrong(r, where, "error", "a standard error is not negative");
 }
 
-static void read_edge(const struct reader *r, const char *where, json_t *entry, struct mapping_channel *c)
+static void read_edge(const struct reader *r, const char *where, json_t *entry,
+                      struct mapping_channel *c)
 {
     char edge[16] = "rising";
     text(r, where, entry, "edge", edge, sizeof edge);
@@ -271,10 +293,13 @@ static void read_edge(const struct reader *r, const char *where, json_t *entry, 
         wrong(r, where, "threshold", "give the value that the edge passes");
 }
 
-static void read_channel(const struct reader *r, json_t *entry, size_t index, const char *dbc, struct mapping *m)
+static void read_channel(const struct reader *r, json_t *entry, size_t index, const char *dbc,
+                         struct mapping *m)
 {
-    static const char *const known[] = {"column", "channel", "unit", "scale", "offset", "threshold", "edge", "station_ft", "error",
-                                        "signal", "id", "start_bit", "bits", "signed", "float", "byte_order", NULL};
+    static const char *const known[] = {"column",     "channel",   "unit",       "scale",  "offset",
+                                        "threshold",  "edge",      "station_ft", "error",  "signal",
+                                        "id",         "start_bit", "bits",       "signed", "float",
+                                        "byte_order", NULL};
     struct mapping_channel *c = &m->channel[m->channels++];
     char where[32], name[16] = "";
     snprintf(where, sizeof where, "channels[%zu]", index);
@@ -302,8 +327,9 @@ static void read_channel(const struct reader *r, json_t *entry, size_t index, co
 
 static void read_align(const struct reader *r, json_t *root, const char *dbc, struct mapping *m)
 {
-    static const char *const known[] = {"column", "threshold", "edge", "switch", "signal", "id", "start_bit", "bits", "signed", "float",
-                                        "byte_order", NULL};
+    static const char *const known[] = {"column", "threshold", "edge",       "switch",
+                                        "signal", "id",        "start_bit",  "bits",
+                                        "signed", "float",     "byte_order", NULL};
     json_t *align = json_object_get(root, "align");
     if (!align || m->channels == MAPPING_CHANNELS)
         return;
@@ -312,7 +338,8 @@ static void read_align(const struct reader *r, json_t *root, const char *dbc, st
         return;
     }
     struct mapping_channel *c = &m->channel[m->channels++];
-    *c = (struct mapping_channel){.role = MAPPING_ALIGN, .scale = 1.0, .station_ft = (double)NAN, .error = (double)NAN};
+    *c = (struct mapping_channel){
+        .role = MAPPING_ALIGN, .scale = 1.0, .station_ft = (double)NAN, .error = (double)NAN};
     check_keys(r, "align", align, known);
     read_source(r, "align", align, dbc, m, c);
     read_edge(r, "align", align, c);
@@ -351,8 +378,10 @@ static void path_beside(const char *path, const char *name, char *out, size_t si
 
 static void read_root(const struct reader *r, json_t *root, struct mapping *m)
 {
-    static const char *const known[] = {"separator", "decimal", "header_lines", "comment", "missing", "last_line_open", "time", "align",
-                                        "channels", "touchdown_ft", "switch_error_ft", "gap_s", "dbc", "note", NULL};
+    static const char *const known[] = {
+        "separator",       "decimal", "header_lines", "comment",  "missing",
+        "last_line_open",  "time",    "align",        "channels", "touchdown_ft",
+        "switch_error_ft", "gap_s",   "dbc",          "note",     NULL};
     json_t *channels = json_object_get(root, "channels");
     char dbc[400] = "", name[200] = "", note[400] = "";
     if (!json_is_object(root) || !json_is_array(channels) || json_array_size(channels) == 0 ||
@@ -384,14 +413,16 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
         read_align(r, root, dbc, m);
 }
 
-enum mr_status mapping_parse(const char *json, size_t length, const char *path, struct mapping *mapping, struct error *error)
+enum mr_status mapping_parse(const char *json, size_t length, const char *path,
+                             struct mapping *mapping, struct error *error)
 {
     json_error_t where;
     const struct reader r = {path, error};
     *mapping = (struct mapping){0};
     json_t *root = json_loadb(json, length, JSON_REJECT_DUPLICATES, &where);
     if (!root)
-        return error_set(error, MR_MALFORMED, "no JSON: %s line %d, column %d: %s", path, where.line, where.column, where.text);
+        return error_set(error, MR_MALFORMED, "no JSON: %s line %d, column %d: %s", path,
+                         where.line, where.column, where.text);
     read_root(&r, root, mapping);
     mapping->text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(root);

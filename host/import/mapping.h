@@ -1,22 +1,27 @@
-/* What the columns of another instrument's table, or the signals in its CAN frames, are to matrig: a JSON file.
+/* What the columns of another instrument's table, or the signals in its CAN frames, are to matrig:
+ * a JSON file.
  *
- *     {"separator": ";", "decimal": ",", "header_lines": 2, "comment": "#", "missing": ["---", "NaN"], "last_line_open": true,
- *      "time": {"column": "Zeit", "unit": "ms", "shift_s": 0.25},
- *      "align": {"column": "Trigger", "threshold": 2.5, "edge": "falling", "switch": 3},
- *      "channels": [{"column": "Weg 1", "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1, "station_ft": 40, "error": 0.05}],
- *      "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
+ *     {"separator": ";", "decimal": ",", "header_lines": 2, "comment": "#", "missing": ["---",
+ *     "NaN"], "last_line_open": true,
+ *      "time": {"column": "Zeit", "unit": "ms", "shift_s": 0.25}, "align": {"column": "Trigger",
+ *      "threshold": 2.5, "edge": "falling", "switch": 3}, "channels": [{"column": "Weg 1",
+ *      "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1, "station_ft": 40, "error":
+ *      0.05}], "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
  *
- * `header_lines` counts the lines above the rows as an editor does, blank ones too, but no comments. A column is named as the last of
- * them names it, or counted from 1. A channel is d1 to d8 (in, mm, cm, m), t1 to t14 (lb, N, kN,
- * kip), gear (station of the lead wheel: ft, m; where it passes a switch is an edge) or switch1 to switch64 (an edge where the value
- * passes `threshold`, `edge` rising or falling; `station_ft` says where it is). value = (what stands there * scale + offset) in `unit`.
- * `error`: standard error of a reading, in `unit`.
+ * `header_lines` counts the lines above the rows as an editor does, blank ones too, but no
+ * comments. A column is named as the last of them names it, or counted from 1. A channel is d1 to
+ * d8 (in, mm, cm, m), t1 to t14 (lb, N, kN, kip), gear (station of the lead wheel: ft, m; where it
+ * passes a switch is an edge) or switch1 to switch64 (an edge where the value passes `threshold`,
+ * `edge` rising or falling; `station_ft` says where it is). value = (what stands there * scale +
+ * offset) in `unit`. `error`: standard error of a reading, in `unit`.
  *
- * In place of "column" a channel of a candump log has {"signal": "Message.Signal"} of the file that "dbc" names, or
- * {"id": "0x321", "start_bit": 0, "bits": 16, "signed": true, "byte_order": "little"}; an 8-digit id is an extended one. Times are then
- * those of the log. The rest is as above.
+ * In place of "column" a channel of a candump log has {"signal": "Message.Signal"} of the file that
+ * "dbc" names, or {"id": "0x321", "start_bit": 0, "bits": 16, "signed": true, "byte_order":
+ * "little"}; an 8-digit id is an extended one. Times are then those of the log. The rest is as
+ * above.
  *
- * Without "align" time 0 is touchdown of the landing that it is put beside (--like); without that landing the table has its own time. */
+ * Without "align" time 0 is touchdown of the landing that it is put beside (--like); without that
+ * landing the table has its own time. */
 #ifndef MATRIG_HOST_IMPORT_MAPPING_H
 #define MATRIG_HOST_IMPORT_MAPPING_H
 
@@ -28,8 +33,8 @@
 #include "host/import/signal.h"
 
 #define MAPPING_CHANNELS 100u
-#define MAPPING_NAME 80u
-#define MAPPING_WORDS 16u
+#define MAPPING_NAME     80u
+#define MAPPING_WORDS    16u
 
 /* Samples of one column as they come: those that are missing are not there. */
 struct series {
@@ -37,7 +42,13 @@ struct series {
     size_t count, room;
 };
 
-enum mapping_role { MAPPING_DISPLACEMENT, MAPPING_TENSION, MAPPING_GEAR, MAPPING_SWITCH, MAPPING_ALIGN };
+enum mapping_role {
+    MAPPING_DISPLACEMENT,
+    MAPPING_TENSION,
+    MAPPING_GEAR,
+    MAPPING_SWITCH,
+    MAPPING_ALIGN
+};
 
 struct mapping_channel {
     enum mapping_role role;
@@ -45,7 +56,7 @@ struct mapping_channel {
     char column[MAPPING_NAME]; /* empty: it is counted, or a signal */
     unsigned place;            /* of the column, from 1; 0: to be found by its name */
     struct import_signal signal;
-    double scale, offset;      /* to the report's unit */
+    double scale, offset; /* to the report's unit */
     double threshold;
     bool falling;
     double station_ft; /* NaN: not told */
@@ -54,10 +65,13 @@ struct mapping_channel {
 };
 
 struct mapping {
-    bool signals;  /* of CAN frames; else columns of a table */
-    bool exported; /* matrig's own table: its readings are as good as those of the landing they came from */
-    struct origin *origin; /* the landing that they came from, if the table tells; NULL: it does not */
-    size_t origin_line;    /* where it tells; 0: it does not. Without an origin: what stands there is damaged */
+    bool signals; /* of CAN frames; else columns of a table */
+    /* matrig's own table: its readings are as good as those of the landing they came from */
+    bool exported;
+    /* the landing that they came from, if the table tells; NULL: it does not */
+    struct origin *origin;
+    /* where it tells; 0: it does not. Without an origin: what stands there is damaged */
+    size_t origin_line;
     char separator, decimal, comment; /* comment '\0': none */
     unsigned header_lines;
     char missing[MAPPING_WORDS][16];
@@ -66,20 +80,25 @@ struct mapping {
     char time_column[MAPPING_NAME];
     unsigned time_place;
     double time_unit_s, shift_s;
-    double gap_s; /* between samples; a larger one is missing data. NaN: one and a half of the usual */
+    /* between samples; a larger one is missing data. NaN: one and a half of the usual */
+    double gap_s;
     double touchdown_ft, switch_error_ft; /* NaN: not told */
     struct mapping_channel channel[MAPPING_CHANNELS];
     size_t channels;
     char *text; /* as JSON, what the campaign keeps */
 };
 
-/* MR_IO, MR_MALFORMED: names the key. The caller releases it with mapping_free, also after an error. */
+/* MR_IO, MR_MALFORMED: names the key. The caller releases it with mapping_free, also after an
+ * error. */
 enum mr_status mapping_load(const char *path, struct mapping *mapping, struct error *error);
 /* The same from text; `path` for errors, and for where a DBC file lies. */
-enum mr_status mapping_parse(const char *text, size_t length, const char *path, struct mapping *mapping, struct error *error);
-/* For a table that matrig export --format csv wrote, by its names. False: it is none. Its rows are placed by touchdown. */
+enum mr_status mapping_parse(const char *text, size_t length, const char *path,
+                             struct mapping *mapping, struct error *error);
+/* For a table that matrig export --format csv wrote, by its names. False: it is none. Its rows are
+ * placed by touchdown. */
 bool mapping_of_export(const char *text, size_t length, struct mapping *mapping);
-/* The rows of such a table that tells its origin are placed by the board's blocks: time 0 is then the middle of block 0. */
+/* The rows of such a table that tells its origin are placed by the board's blocks: time 0 is then
+ * the middle of block 0. */
 void mapping_by_block(struct mapping *mapping);
 void mapping_free(struct mapping *mapping);
 

@@ -13,7 +13,8 @@ static void add_exported(struct mapping *m, const char *name, size_t length)
 {
     char word[MAPPING_NAME];
     struct mapping_channel c = {.station_ft = (double)NAN, .error = (double)NAN};
-    snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1), name);
+    snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1),
+             name);
     snprintf(c.column, sizeof c.column, "%s", word);
     char *unit = strchr(word, '_');
     if (!unit || m->channels == MAPPING_CHANNELS)
@@ -44,8 +45,16 @@ bool mapping_of_export(const char *table, size_t length, struct mapping *mapping
     const char *at = table, *end = table + length;
     if (length < sizeof head || memcmp(table, head, sizeof head - 1) != 0)
         return false;
-    *mapping = (struct mapping){.exported = true, .separator = ',', .decimal = '.', .comment = '#', .header_lines = 1, .time_column = "t_s",
-                                .time_unit_s = 1.0, .gap_s = (double)NAN, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN};
+    *mapping = (struct mapping){.exported = true,
+                                .separator = ',',
+                                .decimal = '.',
+                                .comment = '#',
+                                .header_lines = 1,
+                                .time_column = "t_s",
+                                .time_unit_s = 1.0,
+                                .gap_s = (double)NAN,
+                                .touchdown_ft = (double)NAN,
+                                .switch_error_ft = (double)NAN};
     for (size_t line = 1; at < end && *at == '#'; line++) {
         const char *newline = memchr(at, '\n', (size_t)(end - at));
         take_origin(mapping, at, (size_t)((newline ? newline : end) - at), line);

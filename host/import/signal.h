@@ -10,7 +10,9 @@
 
 struct import_signal {
     uint32_t id; /* LINK_ID_EXTENDED included */
-    unsigned start_bit, bits; /* bits 0: no signal. start_bit: lowest bit (little-endian), or highest (big-endian), as DBC counts */
+    /* bits 0: no signal. start_bit: lowest bit (little-endian), or highest (big-endian), as DBC
+     * counts */
+    unsigned start_bit, bits;
     bool is_signed, big_endian, is_float;
     double factor, offset;
     char unit[16];
@@ -19,12 +21,15 @@ struct import_signal {
 /* The bits lie within `length` bytes. */
 bool signal_fits(const struct import_signal *signal, unsigned length);
 /* False: another frame, or a shorter one. */
-bool signal_value(const struct import_signal *signal, const struct link_frame *frame, double *value);
+bool signal_value(const struct import_signal *signal, const struct link_frame *frame,
+                  double *value);
 
-/* "Message.Signal" of a DBC file. MR_IO; MR_MALFORMED: names the line; MR_UNKNOWN: not in it; MR_USAGE: multiplexed, which is not
- * understood. */
-enum mr_status signal_from_dbc(const char *path, const char *name, struct import_signal *signal, struct error *error);
-enum mr_status signal_from_dbc_text(const char *text, size_t length, const char *path, const char *name, struct import_signal *signal,
+/* "Message.Signal" of a DBC file. MR_IO; MR_MALFORMED: names the line; MR_UNKNOWN: not in it;
+ * MR_USAGE: multiplexed, which is not understood. */
+enum mr_status signal_from_dbc(const char *path, const char *name, struct import_signal *signal,
+                               struct error *error);
+enum mr_status signal_from_dbc_text(const char *text, size_t length, const char *path,
+                                    const char *name, struct import_signal *signal,
                                     struct error *error);
 
 #endif

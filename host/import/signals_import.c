@@ -19,8 +19,8 @@ static void bad(struct signals *s, size_t line, const char *what)
     verdict_set(&s->log.verdict, MR_MALFORMED, line, 1, what);
 }
 
-/* A log is in order; of two samples of one time the first counts. The sample before was wrong if this one goes on from the one before
- * that: one bad stamp must not cost all that follow. */
+/* A log is in order; of two samples of one time the first counts. The sample before was wrong if
+ * this one goes on from the one before that: one bad stamp must not cost all that follow. */
 static bool goes_on(struct signals *s, size_t c, double time_s)
 {
     struct series *series = &s->mapping->channel[c].series;
@@ -38,7 +38,8 @@ static bool goes_on(struct signals *s, size_t c, double time_s)
 }
 
 /* `*taken`: a sample more. */
-static enum mr_status take_sample(struct signals *s, size_t c, double time_s, double read, bool *taken)
+static enum mr_status take_sample(struct signals *s, size_t c, double time_s, double read,
+                                  bool *taken)
 {
     struct mapping_channel *channel = &s->mapping->channel[c];
     double value = mapping_value(channel, read);
@@ -54,7 +55,8 @@ static enum mr_status take_sample(struct signals *s, size_t c, double time_s, do
     return status == MR_OK ? series_add(&channel->series, time_s, value) : status;
 }
 
-static enum mr_status take_frame(struct signals *s, const struct link_frame *frame, double time_s, size_t *rows)
+static enum mr_status take_frame(struct signals *s, const struct link_frame *frame, double time_s,
+                                 size_t *rows)
 {
     bool taken = false;
     double value;
@@ -75,7 +77,8 @@ static void cut_strays(struct signals *s)
     }
 }
 
-enum mr_status import_read_signals(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
+enum mr_status import_read_signals(const struct textfile *file,
+                                   const struct import_request *request, struct mapping *mapping,
                                    struct import_result *result, struct error *error)
 {
     struct signals s = {.mapping = mapping};
@@ -86,7 +89,8 @@ enum mr_status import_read_signals(const struct textfile *file, const struct imp
     candump_log_start(&s.log, file->text, file->length, request->interface);
     while (status == MR_OK && candump_log_next(&s.log, &line)) {
         first_us = frames++ ? first_us : line.frame.host_us;
-        double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) * mapping->time_unit_s;
+        double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
+                        mapping->time_unit_s;
         if (fabs(time_s) > STRAY_TIME_MOST_S)
             bad(&s, s.log.line, "a time that no clock shows");
         else
@@ -96,9 +100,12 @@ enum mr_status import_read_signals(const struct textfile *file, const struct imp
     result->verdict = s.log.verdict;
     result->elsewhere = s.log.elsewhere;
     if (status == MR_FULL)
-        return error_set(error, status, "no memory: %s line %zu; import it in parts", request->path, s.log.line);
+        return error_set(error, status, "no memory: %s line %zu; import it in parts", request->path,
+                         s.log.line);
     if (result->rows == 0)
-        return error_set(error, MR_MALFORMED, "none of the mapping's signals in %zu frames: %s; see its ids, and --interface", frames,
-                         request->path);
+        return error_set(
+            error, MR_MALFORMED,
+            "none of the mapping's signals in %zu frames: %s; see its ids, and --interface", frames,
+            request->path);
     return MR_OK;
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define FEW_ROWS 2u
-#define SHARE 100u /* more than a hundredth of the largest group is a part of the record */
+#define SHARE    100u /* more than a hundredth of the largest group is a part of the record */
 
 enum mr_status stray_add(struct stray *stray, double time_s, size_t line)
 {
@@ -52,7 +52,8 @@ static void cut(struct series *series, const struct stray_group *group)
     series->count = from + rest;
 }
 
-size_t stray_cut(const struct stray *stray, struct mapping_channel *channel, size_t channels, struct verdict *verdict)
+size_t stray_cut(const struct stray *stray, struct mapping_channel *channel, size_t channels,
+                 struct verdict *verdict)
 {
     size_t most = 0, rows = 0;
     for (size_t g = 0; g < stray->groups; g++)
@@ -64,7 +65,8 @@ size_t stray_cut(const struct stray *stray, struct mapping_channel *channel, siz
         for (size_t c = 0; c < channels; c++)
             cut(&channel[c].series, group);
         rows += group->rows;
-        verdict_set(verdict, MR_MALFORMED, group->line, 1, "the time lies more than a minute from the others");
+        verdict_set(verdict, MR_MALFORMED, group->line, 1,
+                    "the time lies more than a minute from the others");
     }
     verdict->bad_lines += rows;
     return rows;

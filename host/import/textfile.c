@@ -22,7 +22,8 @@ static enum mr_status read_all(int fd, const char *path, struct textfile *file, 
             char *larger = realloc(text, room);
             if (!larger) {
                 free(text);
-                return error_set(error, MR_FULL, "no memory for %zu bytes: %s; import it in parts", room, path);
+                return error_set(error, MR_FULL, "no memory for %zu bytes: %s; import it in parts",
+                                 room, path);
             }
             text = larger;
         }
@@ -31,7 +32,8 @@ static enum mr_status read_all(int fd, const char *path, struct textfile *file, 
             continue;
         if (count < 0) {
             free(text);
-            return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(errno), path);
+            return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(errno),
+                             path);
         }
         if (count == 0)
             break;
@@ -41,7 +43,8 @@ static enum mr_status read_all(int fd, const char *path, struct textfile *file, 
     return MR_OK;
 }
 
-static enum mr_status take_file(int fd, const char *path, struct textfile *file, struct error *error)
+static enum mr_status take_file(int fd, const char *path, struct textfile *file,
+                                struct error *error)
 {
     struct stat info;
     if (fstat(fd, &info) != 0 || S_ISDIR(info.st_mode))
@@ -63,7 +66,8 @@ enum mr_status textfile_open(const char *path, struct textfile *file, struct err
     *file = (struct textfile){0};
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0)
-        return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno), path);
+        return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
+                         path);
     enum mr_status status = take_file(fd, path, file, error);
     close(fd);
     if (status != MR_OK)
@@ -84,7 +88,8 @@ void textfile_close(struct textfile *file)
     file->text = NULL;
 }
 
-void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column, const char *what)
+void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
+                 const char *what)
 {
     if (verdict->status != MR_OK)
         return;
@@ -100,8 +105,9 @@ void verdict_text(const struct verdict *verdict, char *out, size_t size)
         snprintf(out, size, "complete");
         return;
     }
-    int n = snprintf(out, size, "%s at line %zu, column %zu: %s", verdict->status == MR_TRUNCATED ? "truncated" : "malformed",
-                     verdict->line, verdict->column, verdict->what);
+    int n = snprintf(out, size, "%s at line %zu, column %zu: %s",
+                     verdict->status == MR_TRUNCATED ? "truncated" : "malformed", verdict->line,
+                     verdict->column, verdict->what);
     if (verdict->bad_lines && n > 0 && (size_t)n < size)
         snprintf(out + n, size - (size_t)n, "; %zu %s passed over", verdict->bad_lines,
                  verdict->bad_lines == 1 ? "line was" : "lines were");

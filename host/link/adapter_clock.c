@@ -17,6 +17,7 @@ uint64_t adapter_clock_time(struct adapter_clock *clock, uint64_t adapter_us, ui
         clock->offset_us[0] = offset_us;
     }
     clock->known = true;
-    int64_t least_us = clock->offset_us[0] < clock->offset_us[1] ? clock->offset_us[0] : clock->offset_us[1];
+    int64_t least_us = clock->offset_us[0] < clock->offset_us[1] ? clock->offset_us[0]
+                                                                 : clock->offset_us[1];
     return adapter_us + (uint64_t)least_us;
 }

@@ -1,7 +1,8 @@
-/* can:IFACE[:board], a CAN interface of the Linux kernel (SocketCAN). See can.rst and timestamping.rst of the kernel.
+/* can:IFACE[:board], a CAN interface of the Linux kernel (SocketCAN). See can.rst and
+ * timestamping.rst of the kernel.
  *
- * Without `:board` there is no receive filter: what others say on the bus is kept too. With it the kernel passes the messages of the
- * catalogue and error frames alone, on a bus that others fill. */
+ * Without `:board` there is no receive filter: what others say on the bus is kept too. With it the
+ * kernel passes the messages of the catalogue and error frames alone, on a bus that others fill. */
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/can/error.h>
@@ -22,12 +23,13 @@
 #include "host/link/can_control.h"
 #include "host/link/link_ops.h"
 
-/* A full bus of 1 Mbit/s brings up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes of queue: this
- * is more than half a second even when the kernel counts each twice. */
-#define QUEUE_BYTES (8 * 1024 * 1024)
+/* A full bus of 1 Mbit/s brings up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes
+ * of queue: this is more than half a second even when the kernel counts each twice. */
+#define QUEUE_BYTES  (8 * 1024 * 1024)
 #define SEND_WAIT_MS 1000
 
-_Static_assert(LINK_ID_EXTENDED == CAN_EFF_FLAG && LINK_ID_REMOTE == CAN_RTR_FLAG && LINK_ID_ERROR == CAN_ERR_FLAG,
+_Static_assert(LINK_ID_EXTENDED == CAN_EFF_FLAG && LINK_ID_REMOTE == CAN_RTR_FLAG &&
+                   LINK_ID_ERROR == CAN_ERR_FLAG,
                "identifiers are SocketCAN's");
 
 static bool is_can(int fd, const char *name, short *flags)
@@ -50,7 +52,8 @@ static void list_interfaces(int fd, char *out, size_t size)
     out[0] = '\0';
     for (struct if_nameindex *i = all; i && i->if_index; i++) {
         if (is_can(fd, i->if_name, &flags) && used < size)
-            used += (size_t)snprintf(out + used, size - used, "%s%s", used ? ", " : "there are ", i->if_name);
+            used += (size_t)snprintf(out + used, size - used, "%s%s", used ? ", " : "there are ",
+                                     i->if_name);
     }
     if (used == 0)
         snprintf(out, size, "there is none");
@@ -64,12 +67,14 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
     char known[200];
     if (!is_can(link->fd, name, &flags)) {
         list_interfaces(link->fd, known, sizeof known);
-        return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link shows them)", link->spec, known);
+        return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link shows them)",
+                         link->spec, known);
     }
     if (!(flags & IFF_UP))
-        return error_set(error, MR_IO,
-                         "the interface is down: %s; run: ip link set %s up type can bitrate 1000000", link->spec,
-                         name);
+        return error_set(
+            error, MR_IO,
+            "the interface is down: %s; run: ip link set %s up type can bitrate 1000000",
+            link->spec, name);
     return MR_OK;
 }
 
@@ -81,11 +86,12 @@ static void enlarge_queue(int fd)
         setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
 }
 
-/* The adapter's stamps and the kernel's; those of the kernel alone where it does not know the former. */
+/* The adapter's stamps and the kernel's; those of the kernel alone where it does not know the
+ * former. */
 static bool ask_for_stamps(int fd)
 {
-    int on = 1, stamps = SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE | SOF_TIMESTAMPING_RX_SOFTWARE |
-                         SOF_TIMESTAMPING_SOFTWARE;
+    int on = 1, stamps = SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE |
+                         SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE;
     return setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPING, &stamps, sizeof stamps) == 0 ||
            setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0;
 }
@@ -94,7 +100,8 @@ static bool ask_for_board(int fd)
 {
     struct can_filter filters[CAN_RAW_FILTER_MAX];
     size_t count = can_board_filters(filters, CAN_RAW_FILTER_MAX);
-    return setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters, (socklen_t)(count * sizeof filters[0])) == 0;
+    return setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters,
+                      (socklen_t)(count * sizeof filters[0])) == 0;
 }
 
 static enum mr_status set_up(struct link *link, bool board, struct error *error)
@@ -102,26 +109,30 @@ static enum mr_status set_up(struct link *link, bool board, struct error *error)
     can_err_mask_t errors = CAN_ERR_MASK;
     int on = 1;
     enlarge_queue(link->fd);
-    if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 || !ask_for_stamps(link->fd) ||
-        (board && !ask_for_board(link->fd)) ||
+    if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
+        !ask_for_stamps(link->fd) || (board && !ask_for_board(link->fd)) ||
         setsockopt(link->fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
-        return error_set(error, MR_IO, "cannot set up the socket (%s): %s; use a newer kernel", strerror(errno),
-                         link->spec);
+        return error_set(error, MR_IO, "cannot set up the socket (%s): %s; use a newer kernel",
+                         strerror(errno), link->spec);
     link->queue_lost = 0;
     link->clock = (struct adapter_clock){0};
     return MR_OK;
 }
 
 /* IFACE[:board] */
-static enum mr_status parse(const struct link *link, const char *text, char name[IFNAMSIZ], bool *board, struct error *error)
+static enum mr_status parse(const struct link *link, const char *text, char name[IFNAMSIZ],
+                            bool *board, struct error *error)
 {
     size_t length = strcspn(text, ":");
     *board = strcmp(text + length, ":board") == 0;
     if (text[length] && !*board)
-        return error_set(error, MR_USAGE, "no such filter: '%s' of %s; write can:IFACE, or can:IFACE:board for the board's messages alone",
+        return error_set(error, MR_USAGE,
+                         "no such filter: '%s' of %s; write can:IFACE, or can:IFACE:board for the "
+                         "board's messages alone",
                          text + length, link->spec);
     if (length == 0 || length >= IFNAMSIZ)
-        return error_set(error, MR_USAGE, "interface name of %zu characters: %s; 1 to %d", length, link->spec, IFNAMSIZ - 1);
+        return error_set(error, MR_USAGE, "interface name of %zu characters: %s; 1 to %d", length,
+                         link->spec, IFNAMSIZ - 1);
     memcpy(name, text, length);
     name[length] = '\0';
     return MR_OK;
@@ -136,11 +147,12 @@ static enum mr_status can_open(struct link *link, const char *text, struct error
     link->fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
     if (link->fd < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
         return error_set(error, MR_IO,
-                         "this kernel has no CAN: %s; run modprobe can-raw as root, or use a kernel with CONFIG_CAN",
+                         "this kernel has no CAN: %s; run modprobe can-raw as root, or use a "
+                         "kernel with CONFIG_CAN",
                          link->spec);
     if (link->fd < 0)
-        return error_set(error, MR_IO, "no CAN socket (%s): %s; check the limits of this system", strerror(errno),
-                         link->spec);
+        return error_set(error, MR_IO, "no CAN socket (%s): %s; check the limits of this system",
+                         strerror(errno), link->spec);
     enum mr_status status = check_interface(link, name, error);
     if (status == MR_OK)
         status = set_up(link, board, error);
@@ -148,13 +160,14 @@ static enum mr_status can_open(struct link *link, const char *text, struct error
         return status;
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = (int)if_nametoindex(name)};
     if (bind(link->fd, (struct sockaddr *)&address, sizeof address) != 0)
-        return error_set(error, MR_IO, "cannot use the interface (%s): %s; see ip link", strerror(errno),
-                         link->spec);
+        return error_set(error, MR_IO, "cannot use the interface (%s): %s; see ip link",
+                         strerror(errno), link->spec);
     return MR_OK;
 }
 
-/* Time of reception by the adapter's clock, when it has one: it stamps the frame on the bus, while the kernel does so when it gets to it.
- * The kernel's time is of the clock that may be set, and is brought to the other one for that. */
+/* Time of reception by the adapter's clock, when it has one: it stamps the frame on the bus, while
+ * the kernel does so when it gets to it. The kernel's time is of the clock that may be set, and is
+ * brought to the other one for that. */
 static uint64_t time_of(struct link *link, const struct can_control *control)
 {
     uint64_t now_us = link_now_us();
@@ -165,7 +178,8 @@ static uint64_t time_of(struct link *link, const struct can_control *control)
     return adapter_clock_time(&link->clock, control->hardware_us, kernel_us - ahead_us) + ahead_us;
 }
 
-static enum mr_status can_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+static enum mr_status can_receive_frame(struct link *link, struct link_frame *frame,
+                                        struct error *error)
 {
     struct can_frame raw;
     char beside[CAN_CONTROL_BYTES];
@@ -177,11 +191,12 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
     if (count < 0 && (errno == EAGAIN || errno == EINTR || errno == ENOBUFS))
         return MR_TOO_FEW;
     if (count < 0)
-        return error_set(error, MR_IO, "the CAN interface went away (%s): %s; see ip link, and plug it in",
+        return error_set(error, MR_IO,
+                         "the CAN interface went away (%s): %s; see ip link, and plug it in",
                          strerror(errno), link->spec);
     if ((size_t)count != sizeof raw || raw.can_dlc > sizeof frame->data)
-        return error_set(error, MR_MALFORMED, "no CAN frame of 8 bytes or less: %s; is it a CAN FD bus?",
-                         link->spec);
+        return error_set(error, MR_MALFORMED,
+                         "no CAN frame of 8 bytes or less: %s; is it a CAN FD bus?", link->spec);
     can_control_take(&message, &control);
     if (control.lost_known) {
         link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
@@ -195,7 +210,8 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
     return MR_OK;
 }
 
-static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t length,
+                               struct error *error)
 {
     struct can_frame raw = {.can_id = mr_get_u32(&bytes), .can_dlc = *bytes};
     struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
@@ -204,11 +220,12 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
     memcpy(raw.data, bytes + 4, sizeof raw.data);
     while (write(link->fd, &raw, sizeof raw) != (ssize_t)sizeof raw) {
         if (errno != EAGAIN && errno != EINTR && errno != ENOBUFS)
-            return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show", strerror(errno),
-                             link->spec);
+            return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show",
+                             strerror(errno), link->spec);
         if (link_monotonic_us() > until_us)
             return error_set(error, MR_TIMEOUT,
-                             "the bus takes nothing: %s; is the board on, and the bus terminated?", link->spec);
+                             "the bus takes nothing: %s; is the board on, and the bus terminated?",
+                             link->spec);
         /* A full transmit queue of the interface (ENOBUFS) is not something poll waits for. */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
         poll(NULL, 0, 1);
@@ -216,14 +233,15 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
     return MR_OK;
 }
 
-/* Frames lost when nothing came after them. Asked only when the queue is empty: else they would be told before what
- * was received before them. */
+/* Frames lost when nothing came after them. Asked only when the queue is empty: else they would be
+ * told before what was received before them. */
 static void can_service(struct link *link)
 {
     uint32_t info[SK_MEMINFO_VARS];
     socklen_t length = sizeof info;
     struct pollfd state = {.fd = link->fd, .events = POLLIN};
-    if (poll(&state, 1, 0) != 0 || getsockopt(link->fd, SOL_SOCKET, SO_MEMINFO, info, &length) != 0 ||
+    if (poll(&state, 1, 0) != 0 ||
+        getsockopt(link->fd, SOL_SOCKET, SO_MEMINFO, info, &length) != 0 ||
         length < (SK_MEMINFO_DROPS + 1) * sizeof info[0])
         return;
     link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));

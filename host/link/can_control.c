@@ -40,7 +40,8 @@ size_t can_board_filters(struct can_filter *filters, size_t most)
     for (uint16_t id = 0; id <= CAN_SFF_MASK && count < most; id++) {
         const struct mr_message_info *info = mr_message_find(id);
         if (info && info->length <= CAN_MAX_DLEN)
-            filters[count++] = (struct can_filter){.can_id = id, .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
+            filters[count++] = (struct can_filter){
+                .can_id = id, .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
     }
     return count;
 }

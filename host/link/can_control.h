@@ -14,13 +14,14 @@ struct can_control {
     uint64_t kernel_us;   /* Unix time of reception by the kernel; 0: not told */
     uint64_t hardware_us; /* by the adapter's own clock, which is no time of day; 0: it has none */
     bool lost_known;
-    uint32_t lost;        /* frames that the socket's queue has lost so far, 32 bits that wrap */
+    uint32_t lost; /* frames that the socket's queue has lost so far, 32 bits that wrap */
 };
 
 /* SO_TIMESTAMPING or SO_TIMESTAMPNS, and SO_RXQ_OVFL, of a message that recvmsg(2) gave. */
 void can_control_take(struct msghdr *message, struct can_control *control);
 
-/* Filters that pass the messages of the catalogue, of the board and to it, and nothing else; at most `most` of them. How many. */
+/* Filters that pass the messages of the catalogue, of the board and to it, and nothing else; at
+ * most `most` of them. How many. */
 size_t can_board_filters(struct can_filter *filters, size_t most);
 
 #endif

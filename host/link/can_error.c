@@ -99,10 +99,14 @@ uint32_t can_error_troubles(const struct link_frame *frame)
         uint32_t class_bit;
         enum link_trouble trouble;
     } classes[] = {
-        {CAN_ERR_BUSOFF, LINK_BUS_OFF},       {CAN_ERR_RESTARTED, LINK_RESTARTED},
-        {CAN_ERR_ACK, LINK_NO_ACK},           {CAN_ERR_LOSTARB, LINK_ARBITRATION_LOST},
-        {CAN_ERR_PROT, LINK_PROTOCOL_ERROR},  {CAN_ERR_BUSERROR, LINK_BUS_ERROR},
-        {CAN_ERR_TX_TIMEOUT, LINK_TX_TIMEOUT}, {CAN_ERR_TRX, LINK_TRANSCEIVER},
+        {CAN_ERR_BUSOFF, LINK_BUS_OFF},
+        {CAN_ERR_RESTARTED, LINK_RESTARTED},
+        {CAN_ERR_ACK, LINK_NO_ACK},
+        {CAN_ERR_LOSTARB, LINK_ARBITRATION_LOST},
+        {CAN_ERR_PROT, LINK_PROTOCOL_ERROR},
+        {CAN_ERR_BUSERROR, LINK_BUS_ERROR},
+        {CAN_ERR_TX_TIMEOUT, LINK_TX_TIMEOUT},
+        {CAN_ERR_TRX, LINK_TRANSCEIVER},
     };
     uint32_t troubles = 0;
     for (size_t i = 0; i < COUNT(classes); i++) {
@@ -124,9 +128,11 @@ __attribute__((format(printf, 2, 3))) static void add(struct text *text, const c
 {
     va_list arguments;
     if (text->used > 0 && text->used + 2 < CAN_ERROR_TEXT_MAX)
-        text->used += (size_t)snprintf(text->out + text->used, CAN_ERROR_TEXT_MAX - text->used, "; ");
+        text->used += (size_t)snprintf(text->out + text->used, CAN_ERROR_TEXT_MAX - text->used,
+                                       "; ");
     va_start(arguments, format);
-    int length = vsnprintf(text->out + text->used, CAN_ERROR_TEXT_MAX - text->used, format, arguments);
+    int length = vsnprintf(text->out + text->used, CAN_ERROR_TEXT_MAX - text->used, format,
+                           arguments);
     va_end(arguments);
     text->used += length > 0 ? (size_t)length : 0;
     if (text->used >= CAN_ERROR_TEXT_MAX)
@@ -186,7 +192,8 @@ void can_error_text(const struct link_frame *frame, char out[CAN_ERROR_TEXT_MAX]
     if (frame->id & CAN_ERR_TX_TIMEOUT)
         add(&text, "transmit timeout");
     if (text.used == 0)
-        add(&text, "error of unknown class %05X", (unsigned)(frame->id & CAN_ERR_MASK & ~CAN_ERR_CNT));
+        add(&text, "error of unknown class %05X",
+            (unsigned)(frame->id & CAN_ERR_MASK & ~CAN_ERR_CNT));
     if (frame->id & CAN_ERR_CNT)
         add(&text, "error counters: transmit %u, receive %u", data[6], data[7]);
 }

@@ -41,7 +41,8 @@ static unsigned take_decimal(struct cursor *at, uint64_t *value)
 static bool take_time(struct cursor *at, uint64_t *us)
 {
     uint64_t seconds, fraction;
-    if (!take(at, '(') || take_decimal(at, &seconds) == 0 || seconds > 0xffffffffffull || !take(at, '.'))
+    if (!take(at, '(') || take_decimal(at, &seconds) == 0 || seconds > 0xffffffffffull ||
+        !take(at, '.'))
         return false;
     unsigned digits = take_decimal(at, &fraction);
     if (digits == 0 || digits > 9 || !take(at, ')'))
@@ -106,7 +107,8 @@ static bool take_line(struct cursor *at, struct candump_line *line)
     while (at->p < at->end && *at->p != ' ')
         at->p++;
     line->interface_length = (size_t)(at->p - line->interface);
-    if (line->interface_length == 0 || !take(at, ' ') || !take_id(at, &frame->id) || !take(at, '#') || !take_data(at, frame))
+    if (line->interface_length == 0 || !take(at, ' ') || !take_id(at, &frame->id) ||
+        !take(at, '#') || !take_data(at, frame))
         return false;
     if (take(at, ' ') && !take(at, 'R') && !take(at, 'T'))
         return false;
@@ -136,12 +138,14 @@ size_t candump_print(const struct link_frame *frame, char out[CANDUMP_LINE_MAX])
     uint32_t id = frame->id & ~(LINK_ID_EXTENDED | LINK_ID_REMOTE);
     int length = snprintf(out, CANDUMP_LINE_MAX, "(%010llu.%06llu) can0 %0*X#",
                           (unsigned long long)(frame->host_us / 1000000u),
-                          (unsigned long long)(frame->host_us % 1000000u), wide ? 8 : 3, (unsigned)id);
+                          (unsigned long long)(frame->host_us % 1000000u), wide ? 8 : 3,
+                          (unsigned)id);
     if (frame->id & LINK_ID_REMOTE) {
         length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "R%u", frame->length);
     } else {
         for (unsigned i = 0; i < frame->length; i++)
-            length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "%02X", frame->data[i]);
+            length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "%02X",
+                               frame->data[i]);
     }
     length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "\n");
     return (size_t)length;

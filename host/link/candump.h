@@ -4,9 +4,9 @@
  *     (1436509053.850870) can0 1F334455#11        extended identifier: 8 digits
  *     (1436509053.850870) can0 123#R8             remote frame, with the length it asks for
  *
- * The time is in seconds, here with 6 decimals; an 8-digit identifier with bit 29 set is an error frame.
- * Newer versions of candump add the direction, R or T, at the end; it is allowed and not kept. CAN FD lines
- * (##) are malformed here. */
+ * The time is in seconds, here with 6 decimals; an 8-digit identifier with bit 29 set is an error
+ * frame. Newer versions of candump add the direction, R or T, at the end; it is allowed and not
+ * kept. CAN FD lines (##) are malformed here. */
 #ifndef MATRIG_HOST_LINK_CANDUMP_H
 #define MATRIG_HOST_LINK_CANDUMP_H
 
@@ -28,8 +28,8 @@ struct candump_line {
 };
 enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line);
 
-/* Write the line of a frame with newline and final zero; the time is frame->host_us, the interface "can0".
- * Returns its length. */
+/* Write the line of a frame with newline and final zero; the time is frame->host_us, the interface
+ * "can0". Returns its length. */
 size_t candump_print(const struct link_frame *frame, char out[CANDUMP_LINE_MAX]);
 
 #endif

@@ -1,11 +1,13 @@
-/* Why no board is understood on a link: nothing comes, or what comes is no frame, because of the rate, or the bus has errors alone. */
+/* Why no board is understood on a link: nothing comes, or what comes is no frame, because of the
+ * rate, or the bus has errors alone. */
 #ifndef MATRIG_HOST_LINK_DIAGNOSE_H
 #define MATRIG_HOST_LINK_DIAGNOSE_H
 
 #include "host/link/link.h"
 
 #define DIAGNOSIS_TEXT 400u
-#define LINK_NO_HELLO "no board said hello" /* how such a message begins; the link follows, then what to do */
+/* how such a message begins; the link follows, then what to do */
+#define LINK_NO_HELLO  "no board said hello"
 
 enum diagnosis {
     DIAGNOSIS_SILENT,     /* nothing at all */
@@ -18,7 +20,8 @@ enum diagnosis {
 enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT]);
 /* One word for programs: "silent", "garbled", "bus-errors", "no-hello". Static storage. */
 const char *diagnosis_word(enum diagnosis diagnosis);
-/* Sets the error, of a link on which no board spoke within the time allowed: MR_TIMEOUT when nothing came, else MR_IO. */
+/* Sets the error, of a link on which no board spoke within the time allowed: MR_TIMEOUT when
+ * nothing came, else MR_IO. */
 enum mr_status link_no_board(const struct link *link, struct error *error);
 
 #endif

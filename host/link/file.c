@@ -1,5 +1,5 @@
-/* file:PATH, what was recorded earlier (a `candump -L` log, or serial bytes), or a pipe that another program
- * fills; paced:PATH, a `candump -L` log at the pace of its stamps. */
+/* file:PATH, what was recorded earlier (a `candump -L` log, or serial bytes), or a pipe that
+ * another program fills; paced:PATH, a `candump -L` log at the pace of its stamps. */
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
@@ -15,19 +15,22 @@ static enum mr_status file_open(struct link *link, const char *path, struct erro
     struct stat info;
     link->fd = open(path, O_RDONLY | O_CLOEXEC);
     if (link->fd < 0)
-        return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno), link->spec);
+        return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
+                         link->spec);
     if (fstat(link->fd, &info) == 0 && S_ISDIR(info.st_mode))
-        return error_set(error, MR_IO, "cannot open (it is a directory): %s; name a file", link->spec);
+        return error_set(error, MR_IO, "cannot open (it is a directory): %s; name a file",
+                         link->spec);
     /* A pipe that another program still writes to must not block us. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
-        return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno), link->spec);
+        return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),
+                         link->spec);
     return MR_OK;
 }
 
-/* Takes the next line out of the buffer; `*length` without the newline. `*complete` is false when the file
- * ended first. */
-static enum mr_status take_line(struct link *link, const char **line, size_t *length, bool *complete,
-                                struct error *error)
+/* Takes the next line out of the buffer; `*length` without the newline. `*complete` is false when
+ * the file ended first. */
+static enum mr_status take_line(struct link *link, const char **line, size_t *length,
+                                bool *complete, struct error *error)
 {
     size_t searched = 0;
     for (;;) {
@@ -44,8 +47,8 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
         searched = link->end - link->start;
         if (searched > CANDUMP_LINE_MAX)
             return error_set(error, MR_MALFORMED,
-                             "no candump line: %s line %lu; give a log that `candump -L` wrote", link->spec,
-                             link->line + 1);
+                             "no candump line: %s line %lu; give a log that `candump -L` wrote",
+                             link->spec, link->line + 1);
         enum mr_status status = link_fill(link, error);
         if (status == MR_CLOSED && searched > 0) {
             *line = (const char *)link->buffer + link->start;
@@ -60,7 +63,8 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
     }
 }
 
-static enum mr_status file_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+static enum mr_status file_receive_frame(struct link *link, struct link_frame *frame,
+                                         struct error *error)
 {
     const char *line;
     size_t length;
@@ -75,17 +79,20 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         return MR_OK;
     if (!complete)
         return error_set(error, MR_TRUNCATED,
-                         "the log ends inside a line: %s line %lu; the frames before it are kept", link->spec,
-                         link->line);
-    return error_set(error, MR_MALFORMED, "no candump line: %s line %lu; give a log that `candump -L` wrote",
-                     link->spec, link->line);
+                         "the log ends inside a line: %s line %lu; the frames before it are kept",
+                         link->spec, link->line);
+    return error_set(error, MR_MALFORMED,
+                     "no candump line: %s line %lu; give a log that `candump -L` wrote", link->spec,
+                     link->line);
 }
 
-static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t length,
+                                struct error *error)
 {
     (void)bytes;
     (void)length;
-    return error_set(error, MR_NOT_NOW, "a recorded file takes no commands: %s; use a live link", link->spec);
+    return error_set(error, MR_NOT_NOW, "a recorded file takes no commands: %s; use a live link",
+                     link->spec);
 }
 
 /* ---- paced ---- */
@@ -97,7 +104,8 @@ static enum mr_status paced_open(struct link *link, const char *path, struct err
     link->source = link->fd;
     link->fd = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
     if (status == MR_OK && link->fd < 0)
-        status = error_set(error, MR_IO, "no timer (%s): %s; use file:", strerror(errno), link->spec);
+        status = error_set(error, MR_IO, "no timer (%s): %s; use file:", strerror(errno),
+                           link->spec);
     const struct itimerspec now = {.it_value = {0, 1}};
     if (status == MR_OK)
         timerfd_settime(link->fd, 0, &now, NULL);
@@ -110,7 +118,8 @@ static ssize_t paced_read(struct link *link, uint8_t *bytes, size_t size)
 }
 
 /* The first frame now, each other one as much later as it was recorded later. */
-static enum mr_status paced_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+static enum mr_status paced_receive_frame(struct link *link, struct link_frame *frame,
+                                          struct error *error)
 {
     uint64_t now_us = link_monotonic_us();
     if (!link->frame_waits) {
@@ -127,7 +136,8 @@ static enum mr_status paced_receive_frame(struct link *link, struct link_frame *
         link->frame_waits = false;
         return MR_OK;
     }
-    const struct itimerspec then = {.it_value = {(time_t)(due_us / 1000000u), (long)(due_us % 1000000u) * 1000}};
+    const struct itimerspec then = {
+        .it_value = {(time_t)(due_us / 1000000u), (long)(due_us % 1000000u) * 1000}};
     timerfd_settime(link->fd, TFD_TIMER_ABSTIME, &then, NULL);
     return MR_TOO_FEW;
 }

@@ -8,7 +8,8 @@
 #include "host/link/hearing.h"
 #include "host/link/link_ops.h"
 
-#define LISTEN_US 700000u /* a clock every 0.1 s, and what is needed to find the beginning of a frame */
+/* a clock every 0.1 s, and what is needed to find the beginning of a frame */
+#define LISTEN_US 700000u
 
 /* MR_OK: a frame was whole. */
 static enum mr_status listen(struct tty *tty, int baud, uint64_t *heard, struct error *error)
@@ -24,7 +25,9 @@ static enum mr_status listen(struct tty *tty, int baud, uint64_t *heard, struct 
             continue;
         ssize_t count = tty_read(tty, bytes, sizeof bytes);
         if (count < 0 && errno == ENODEV)
-            return error_set(error, MR_IO, "the serial port went away while its rate was looked for; plug it in again");
+            return error_set(
+                error, MR_IO,
+                "the serial port went away while its rate was looked for; plug it in again");
         hearing_bytes(&hearing, bytes, count > 0 ? (size_t)count : 0);
     }
     *heard += hearing.bytes;
@@ -44,7 +47,13 @@ enum mr_status find_baud(struct tty *tty, const char *spec, int *baud, struct er
             return status;
     }
     if (heard == 0)
-        return error_set(error, MR_TIMEOUT, LINK_NO_HELLO ": %s; not a byte came at any usual rate: is the board on, the cable in?", spec);
-    return error_set(error, MR_IO, LINK_NO_HELLO ": %s; %llu bytes came at the usual rates, and no frame: is this the board's port?",
-                     spec, (unsigned long long)heard);
+        return error_set(error, MR_TIMEOUT,
+                         LINK_NO_HELLO
+                         ": %s; not a byte came at any usual rate: is the board on, the cable in?",
+                         spec);
+    return error_set(
+        error, MR_IO,
+        LINK_NO_HELLO
+        ": %s; %llu bytes came at the usual rates, and no frame: is this the board's port?",
+        spec, (unsigned long long)heard);
 }

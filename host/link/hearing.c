@@ -3,12 +3,13 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_BYTES 100u  /* for a judgement */
-#define OFTEN 0.05        /* a length that the data has, not one that noise made */
-/* So far may the rate be from the one that the lengths say: a byte has fewer of them the slower the sender is. */
-#define SURE_TIMES 3.0
-#define SURE 1.04
-#define UNSURE 1.12
+#define LEAST_BYTES 100u /* for a judgement */
+#define OFTEN       0.05 /* a length that the data has, not one that noise made */
+/* So far may the rate be from the one that the lengths say: a byte has fewer of them the slower the
+ * sender is. */
+#define SURE_TIMES  3.0
+#define SURE        1.04
+#define UNSURE      1.12
 
 void hearing_start(struct hearing *hearing, uint64_t now_us, int baud)
 {
@@ -53,7 +54,8 @@ void hearing_bytes(struct hearing *hearing, const uint8_t *bytes, size_t length)
 static double samples_of_a_bit(const struct hearing *hearing, unsigned shortest)
 {
     double samples = 0.0, count = 0.0;
-    for (unsigned n = shortest; n < HEARING_SAMPLES - 1 && (double)n <= 1.5 * (double)shortest; n++) {
+    for (unsigned n = shortest; n < HEARING_SAMPLES - 1 && (double)n <= 1.5 * (double)shortest;
+         n++) {
         double times = (double)(hearing->lead[n] + hearing->inner[n]);
         samples += times * (double)n;
         count += times;
@@ -71,15 +73,17 @@ double hearing_times_slower(const struct hearing *hearing)
     for (unsigned n = 1; n < HEARING_SAMPLES; n++) {
         if ((double)hearing->lead[n] < OFTEN * (double)bytes)
             continue;
-        return n == 1 ? 1.0 : n == HEARING_SAMPLES - 1 ? (double)INFINITY : samples_of_a_bit(hearing, n);
+        return n == 1                   ? 1.0
+             : n == HEARING_SAMPLES - 1 ? (double)INFINITY
+                                        : samples_of_a_bit(hearing, n);
     }
     return 0.0;
 }
 
 const int *hearing_usual_bauds(void)
 {
-    static const int bauds[] = {2000000, 115200, 921600, 1000000, 460800, 230400, 500000, 576000, 1500000, 3000000, 57600, 38400, 19200,
-                                9600, 0};
+    static const int bauds[] = {2000000, 115200,  921600, 1000000, 460800, 230400, 500000, 576000,
+                                1500000, 3000000, 57600,  38400,   19200,  9600,   0};
     return bauds;
 }
 

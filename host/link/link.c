@@ -13,12 +13,13 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS_TEXT 200u
-#define RETRY_US 250000u
-#define AWAY_MAX_US 10000000u
-#define SERVICE_US 1000000u
+#define FORMS_TEXT   200u
+#define RETRY_US     250000u
+#define AWAY_MAX_US  10000000u
+#define SERVICE_US   1000000u
 #define SEND_WAIT_MS 1000 /* for a device that is being opened, or asked for its status */
-#define AHEAD_US 1000 /* two clocks that are read one after the other differ by microseconds, one that was set by more */
+/* two clocks that are read one after the other differ by microseconds, one that was set by more */
+#define AHEAD_US     1000
 
 static const struct kind {
     const char *prefix, *form;
@@ -49,7 +50,11 @@ static void say_forms(char out[FORMS_TEXT])
 {
     size_t n = 0;
     for (size_t i = 0; i < KINDS && n < FORMS_TEXT; i++)
-        n += (size_t)snprintf(out + n, FORMS_TEXT - n, "%s%s", i == 0 ? "" : i + 1 < KINDS ? ", " : " or ", kinds[i].form);
+        n += (size_t)snprintf(out + n, FORMS_TEXT - n, "%s%s",
+                              i == 0          ? ""
+                              : i + 1 < KINDS ? ", "
+                                              : " or ",
+                              kinds[i].form);
 }
 
 /* Give back what the device holds; the link itself stays. */
@@ -62,7 +67,8 @@ static void release(struct link *link)
     link->fd = -1;
 }
 
-enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error)
+enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
+                         struct error *error)
 {
     const struct kind *found = find_kind(spec);
     char forms[FORMS_TEXT];
@@ -151,8 +157,14 @@ static uint64_t time_us(clockid_t clock)
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
-uint64_t link_now_us(void) { return time_us(CLOCK_REALTIME); }
-uint64_t link_monotonic_us(void) { return time_us(CLOCK_MONOTONIC); }
+uint64_t link_now_us(void)
+{
+    return time_us(CLOCK_REALTIME);
+}
+uint64_t link_monotonic_us(void)
+{
+    return time_us(CLOCK_MONOTONIC);
+}
 
 uint64_t link_ahead_us(struct link *link)
 {
@@ -229,7 +241,8 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
     }
     if (now_us - link->away_since_us < link->away_most_us)
         return MR_TOO_FEW;
-    return error_set(error, link->away.status, "%s (waited %.0f s for it)", link->away.text, (double)link->away_most_us / 1e6);
+    return error_set(error, link->away.status, "%s (waited %.0f s for it)", link->away.text,
+                     (double)link->away_most_us / 1e6);
 }
 
 enum mr_status link_service(struct link *link, struct error *error)
@@ -237,8 +250,10 @@ enum mr_status link_service(struct link *link, struct error *error)
     uint64_t now_us = link_monotonic_us();
     if (link->away.status != MR_OK)
         return come_back(link, now_us, error);
-    /* While something is sent, which may take a second, what comes is read; service is for the next time. */
-    if (link->ops->service && now_us >= link->service_us && pthread_mutex_trylock(&link->device) == 0) {
+    /* While something is sent, which may take a second, what comes is read; service is for the next
+     * time. */
+    if (link->ops->service && now_us >= link->service_us &&
+        pthread_mutex_trylock(&link->device) == 0) {
         link->service_us = now_us + SERVICE_US;
         link->ops->service(link);
         pthread_mutex_unlock(&link->device);
@@ -278,16 +293,16 @@ enum mr_status link_fill(struct link *link, struct error *error)
         link->read_monotonic_us = link_monotonic_us();
         return MR_OK;
     }
-    /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us it is the
-     * end. */
+    /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us
+     * it is the end. */
     if (count == 0 || errno == ECONNRESET)
         return MR_CLOSED;
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)
         return MR_TOO_FEW;
     if (errno == ENODEV)
         return error_set(error, MR_IO, "the device is gone: %s; plug it in again", link->spec);
-    return error_set(error, MR_IO, "cannot read (%s): %s; check the device or file", strerror(errno),
-                     link->spec);
+    return error_set(error, MR_IO, "cannot read (%s): %s; check the device or file",
+                     strerror(errno), link->spec);
 }
 
 static void count_troubles(struct link *link, uint32_t troubles)
@@ -344,7 +359,9 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
 static enum mr_status take_device(struct link *link, struct error *error)
 {
     bool taken = false;
-    for (int waited_ms = 0; !(taken = pthread_mutex_trylock(&link->device) == 0) && waited_ms < SEND_WAIT_MS; waited_ms++)
+    for (int waited_ms = 0;
+         !(taken = pthread_mutex_trylock(&link->device) == 0) && waited_ms < SEND_WAIT_MS;
+         waited_ms++)
         poll(NULL, 0, 1);
     if (taken && link->away.status == MR_OK)
         return MR_OK;
@@ -354,7 +371,8 @@ static enum mr_status take_device(struct link *link, struct error *error)
 }
 
 /* `counts`: what it is on the counter of what was sent. */
-static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length, size_t counts, struct error *error)
+static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length,
+                                   size_t counts, struct error *error)
 {
     enum mr_status status = take_device(link, error);
     if (status != MR_OK)
@@ -366,7 +384,8 @@ static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size
     return status;
 }
 
-enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error)
+enum mr_status link_send_frame(struct link *link, const struct link_frame *frame,
+                               struct error *error)
 {
     uint8_t bytes[16] = {0};
     mr_put_u32(bytes, frame->id);
@@ -375,17 +394,20 @@ enum mr_status link_send_frame(struct link *link, const struct link_frame *frame
     return send_counted(link, bytes, sizeof bytes, 1, error);
 }
 
-enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,
+                               struct error *error)
 {
     return send_counted(link, bytes, length, length, error);
 }
 
-enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id, const uint8_t *payload, size_t length, struct error *error)
+enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id,
+                                 const uint8_t *payload, size_t length, struct error *error)
 {
     uint8_t bytes[MR_FRAME_MAX];
     struct link_frame frame = {.id = id, .length = (uint8_t)length};
     if (link->kind == LINK_SERIAL)
-        return link_send_bytes(link, bytes, mr_frame_encode(seq, id, payload, length, bytes), error);
+        return link_send_bytes(link, bytes, mr_frame_encode(seq, id, payload, length, bytes),
+                               error);
     memcpy(frame.data, payload, length);
     return link_send_frame(link, &frame, error);
 }

@@ -2,16 +2,18 @@
  *
  * A LINK is written `unix:PATH`, `can:IFACE`, ...; kinds.def has all kinds.
  *
- * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
- * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
- * serial, from a file or a pipe; paced: a log at the pace at which it was recorded. can: is a CAN interface of the Linux
- * kernel, with :board the board's messages alone, slcan: a LAWICEL adapter on a serial port (host/link/slcan.h), serial: a
- * serial port, 8N1, 2000000 baud unless given, or the usual rate at which frames come, pty: the pseudo-terminal of an emulated board.
+ * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct
+ * can_frame of SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN,
+ * recorded bytes for serial, from a file or a pipe; paced: a log at the pace at which it was
+ * recorded. can: is a CAN interface of the Linux kernel, with :board the board's messages alone,
+ * slcan: a LAWICEL adapter on a serial port (host/link/slcan.h), serial: a serial port, 8N1,
+ * 2000000 baud unless given, or the usual rate at which frames come, pty: the pseudo-terminal of an
+ * emulated board.
  *
- * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
- * wait inside the link where poll does not see them. Call link_service at least once a second: a device that went
- * away (unplugged, interface down) is opened again when it comes back within 10 s, or link_patience; meanwhile link_fd is
- * -1 and receiving gives MR_TOO_FEW.
+ * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW:
+ * bytes may wait inside the link where poll does not see them. Call link_service at least once a
+ * second: a device that went away (unplugged, interface down) is opened again when it comes back
+ * within 10 s, or link_patience; meanwhile link_fd is -1 and receiving gives MR_TOO_FEW.
  *
  * One thread may receive and service a link while another one sends. */
 #ifndef MATRIG_HOST_LINK_LINK_H
@@ -28,11 +30,11 @@
 enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_KINDS 2
 
-/* As SocketCAN has it: these bits of `id` mark extended, remote and error frames; 11-bit data frames have
- * none set. */
+/* As SocketCAN has it: these bits of `id` mark extended, remote and error frames; 11-bit data
+ * frames have none set. */
 #define LINK_ID_EXTENDED 0x80000000u
-#define LINK_ID_REMOTE 0x40000000u
-#define LINK_ID_ERROR 0x20000000u
+#define LINK_ID_REMOTE   0x40000000u
+#define LINK_ID_ERROR    0x20000000u
 
 struct link_frame {
     uint64_t host_us; /* Unix time of reception; of recording, when it comes from a file */
@@ -45,8 +47,8 @@ struct link_counters {
     uint64_t received; /* frames or bytes */
     uint64_t sent;
     uint64_t trouble[LINK_TROUBLES];
-    uint64_t troubles; /* all of them; when it has not changed, none has */
-    uint64_t error_frames; /* what the adapter said of the bus; not in `received` */
+    uint64_t troubles;      /* all of them; when it has not changed, none has */
+    uint64_t error_frames;  /* what the adapter said of the bus; not in `received` */
     struct hearing hearing; /* until a board is understood */
 };
 
@@ -54,10 +56,11 @@ struct link_counters {
 
 struct link;
 
-/* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to appear, 3 s for an slcan: adapter.
- * MR_USAGE: not a LINK, or of a kind that this version or this use does not have; MR_IO, MR_TIMEOUT: does not
- * open. */
-enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error);
+/* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to appear, 3 s for an
+ * slcan: adapter. MR_USAGE: not a LINK, or of a kind that this version or this use does not have;
+ * MR_IO, MR_TIMEOUT: does not open. */
+enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
+                         struct error *error);
 void link_close(struct link *link); /* NULL is allowed */
 
 /* How long a device that went away is waited for. */
@@ -72,28 +75,35 @@ int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
 
-/* The next CAN frame; LINK_ID_ERROR marks what the adapter says about the bus. MR_OK; MR_TOO_FEW: none now; MR_CLOSED: the end, nothing is missing; else `error` says:
- * MR_TRUNCATED: the end is inside a frame; MR_MALFORMED: no frame (file: names the line); MR_IO. */
+/* The next CAN frame; LINK_ID_ERROR marks what the adapter says about the bus. MR_OK; MR_TOO_FEW:
+ * none now; MR_CLOSED: the end, nothing is missing; else `error` says: MR_TRUNCATED: the end is
+ * inside a frame; MR_MALFORMED: no frame (file: names the line); MR_IO. */
 enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, struct error *error);
 
-/* What must be done now and then: status of the adapter, counters of the driver, a device that went away. MR_OK;
- * MR_TOO_FEW: the device is away, wait; else it stays away, and `error` says which and why. */
+/* What must be done now and then: status of the adapter, counters of the driver, a device that went
+ * away. MR_OK; MR_TOO_FEW: the device is away, wait; else it stays away, and `error` says which and
+ * why. */
 enum mr_status link_service(struct link *link, struct error *error);
 
-/* Up to `size` serial bytes, `*length` of them. Status as above; truncation is the deframer's to see. */
+/* Up to `size` serial bytes, `*length` of them. Status as above; truncation is the deframer's to
+ * see. */
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
                                   uint64_t *host_us, struct error *error);
 
-/* Rate and parity (8N1 or 8E1) of the line from now on; what was received before is forgotten. Links that have no line stay as
- * they are. MR_IO: the port does not do it. */
+/* Rate and parity (8N1 or 8E1) of the line from now on; what was received before is forgotten.
+ * Links that have no line stay as they are. MR_IO: the port does not do it. */
 enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error);
 
 /* Send to the board; waits at most 1 s for room. MR_NOT_NOW: a file cannot be sent to. */
-enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error);
-enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error);
+enum mr_status link_send_frame(struct link *link, const struct link_frame *frame,
+                               struct error *error);
+enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,
+                               struct error *error);
 
-/* A message of the catalogue, as the link's kind carries it: one CAN frame, or one serial frame (common/framing.h) of number `seq`. */
-enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id, const uint8_t *payload, size_t length, struct error *error);
+/* A message of the catalogue, as the link's kind carries it: one CAN frame, or one serial frame
+ * (common/framing.h) of number `seq`. */
+enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id,
+                                 const uint8_t *payload, size_t length, struct error *error);
 
 /* Unix time now, microseconds. */
 uint64_t link_now_us(void);

@@ -9,18 +9,21 @@
 #include "host/link/link.h"
 
 struct link_ops {
-    unsigned kinds;     /* 1 << enum link_kind of each that it carries */
-    bool comes_back;    /* a device: when it goes away, wait for it */
-    bool waits;         /* who sends waits until it is read */
-    bool recorded;      /* earlier: reading decides how fast it goes */
+    unsigned kinds;  /* 1 << enum link_kind of each that it carries */
+    bool comes_back; /* a device: when it goes away, wait for it */
+    bool waits;      /* who sends waits until it is read */
+    bool recorded;   /* earlier: reading decides how fast it goes */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
-    enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame, struct error *error);
-    enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length, struct error *error);
+    enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame,
+                                    struct error *error);
+    enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length,
+                           struct error *error);
     /* Those below may be NULL. */
-    ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size); /* as read(2); NULL: read(2) of fd */
-    void (*service)(struct link *link);                              /* about once a second */
+    /* as read(2); NULL: read(2) of fd */
+    ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size);
+    void (*service)(struct link *link); /* about once a second */
     enum mr_status (*line)(struct link *link, int baud, bool even_parity, struct error *error);
-    void (*close)(struct link *link);                                /* NULL: close(2) of fd */
+    void (*close)(struct link *link); /* NULL: close(2) of fd */
 };
 
 #define LINK_BUFFER 65536u
@@ -35,40 +38,45 @@ struct link {
     int fd;
     char *spec;
     struct link_counters counters;
-    pthread_mutex_t heard;  /* the counters and `away`: one thread may diagnose a link while another one reads it */
-    pthread_mutex_t device; /* is opened, closed or written to: one thread may read a link while another one sends */
+    /* the counters and `away`: one thread may diagnose a link while another one reads it */
+    pthread_mutex_t heard;
+    /* is opened, closed or written to: one thread may read a link while another one sends */
+    pthread_mutex_t device;
     uint8_t buffer[LINK_BUFFER]; /* read from fd and not yet given on: from `start` to `end` */
     size_t start;
     size_t end;
-    uint64_t read_us;   /* when the newest of them was read, Unix time */
+    uint64_t read_us;           /* when the newest of them was read, Unix time */
     uint64_t read_monotonic_us; /* and by the clock that is never set */
-    uint64_t ahead_us;  /* what the time of day is ahead of that */
-    unsigned long line; /* file: lines given on */
-    int source;         /* paced: the file; fd is a timer */
-    bool frame_waits;   /* paced: until it is due, */
+    uint64_t ahead_us;          /* what the time of day is ahead of that */
+    unsigned long line;         /* file: lines given on */
+    int source;                 /* paced: the file; fd is a timer */
+    bool frame_waits;           /* paced: until it is due, */
     struct link_frame waiting;
-    uint64_t pace_us;   /* by the monotonic clock, which is so much later than the stamps; 0: not known */
+    /* by the monotonic clock, which is so much later than the stamps; 0: not known */
+    uint64_t pace_us;
 
-    struct error away;         /* why the device is away; MR_OK: it is there */
-    uint64_t away_most_us;     /* how long it is waited for */
-    uint64_t away_since_us;    /* these three monotonic */
+    struct error away;      /* why the device is away; MR_OK: it is there */
+    uint64_t away_most_us;  /* how long it is waited for */
+    uint64_t away_since_us; /* these three monotonic */
     uint64_t retry_us;
     uint64_t service_us;
-    uint32_t queue_lost; /* can: the kernel's counter */
+    uint32_t queue_lost;        /* can: the kernel's counter */
     struct adapter_clock clock; /* can: of an adapter with a clock of its own */
-    struct tty *tty;     /* serial:, slcan: */
-    int baud;            /* serial: its rate; 0: not opened yet */
-    struct slcan *slcan; /* slcan: */
+    struct tty *tty;            /* serial:, slcan: */
+    int baud;                   /* serial: its rate; 0: not opened yet */
+    struct slcan *slcan;        /* slcan: */
 };
 
 #define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;
 #include "host/link/kinds.def"
 
-/* Read more into the buffer. MR_OK: there is more; MR_TOO_FEW: none now; MR_CLOSED: end of file; MR_IO. */
+/* Read more into the buffer. MR_OK: there is more; MR_TOO_FEW: none now; MR_CLOSED: end of file;
+ * MR_IO. */
 enum mr_status link_fill(struct link *link, struct error *error);
 
 /* All of it to a socket or a terminal; waits at most 1 s for room. `spec` is for errors. */
-enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length, struct error *error);
+enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length,
+                          struct error *error);
 
 /* Count a trouble. */
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
@@ -77,7 +85,8 @@ void link_hear_anew(struct link *link, int baud);
 /* What was counted until now, but for what was sent, and why the device is away. By any thread. */
 void link_heard(const struct link *link, struct link_counters *counters, struct error *away);
 
-/* What the time of day is ahead of the monotonic clock now, without the microseconds that reading both takes. */
+/* What the time of day is ahead of the monotonic clock now, without the microseconds that reading
+ * both takes. */
 uint64_t link_ahead_us(struct link *link);
 
 /* For deadlines: never jumps. */

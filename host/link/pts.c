@@ -21,7 +21,8 @@ enum mr_status pts_line(const char *spec, int fd, int baud, struct error *error)
         set = ioctl(fd, TCSETS2, &t) == 0;
     }
     if (!set)
-        return error_set(error, MR_IO, "no terminal (%s): %s; write unix:PATH for a socket", strerror(errno), spec);
+        return error_set(error, MR_IO, "no terminal (%s): %s; write unix:PATH for a socket",
+                         strerror(errno), spec);
     ioctl(fd, TCFLSH, TCIFLUSH);
     return MR_OK;
 }
@@ -30,7 +31,8 @@ enum mr_status pts_open(const char *spec, const char *path, int baud, int *fd, s
 {
     *fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (*fd < 0)
-        return error_set(error, MR_IO, "cannot open the terminal (%s): %s; start the emulated board there first",
+        return error_set(error, MR_IO,
+                         "cannot open the terminal (%s): %s; start the emulated board there first",
                          strerror(errno), spec);
     if (flock(*fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
         return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first", spec);

@@ -7,7 +7,7 @@
 #include "host/link/pts.h"
 #include "host/link/tty.h"
 
-#define OPEN_TRIES 250
+#define OPEN_TRIES    250
 #define OPEN_PAUSE_MS 20 /* 5 s in all, as unix: does: the board may just be starting */
 
 static enum mr_status pty_line(struct link *link, int baud, bool even_parity, struct error *error)
@@ -25,7 +25,8 @@ static enum mr_status pty_open(struct link *link, const char *path, struct error
     return pts_open(link->spec, path, TTY_BAUD_DEFAULT, &link->fd, error);
 }
 
-static enum mr_status pty_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status pty_send(struct link *link, const uint8_t *bytes, size_t length,
+                               struct error *error)
 {
     return link_write(link->spec, link->fd, bytes, length, error);
 }

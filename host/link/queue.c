@@ -1,5 +1,5 @@
-/* A list of pieces of memory, each mapped when the one before is full and unmapped when all of it is released: a ring would in the
- * end have touched all of its memory, whatever it holds. */
+/* A list of pieces of memory, each mapped when the one before is full and unmapped when all of it
+ * is released: a ring would in the end have touched all of its memory, whatever it holds. */
 #include "host/link/queue.h"
 
 #include <pthread.h>
@@ -44,7 +44,7 @@ struct link_queue {
     size_t capacity, most;
     int news;
     bool listened, stopped, tight;
-    uint64_t most_taken; /* items */
+    uint64_t most_taken;          /* items */
     struct piece *spare, *oldest; /* oldest: of what is kept */
     size_t history;
     struct place put, taken, released;
@@ -52,23 +52,27 @@ struct link_queue {
 
 static struct piece *new_piece(void)
 {
-    void *memory = mmap(NULL, sizeof(struct piece), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void *memory = mmap(NULL, sizeof(struct piece), PROT_READ | PROT_WRITE,
+                        MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     return memory == MAP_FAILED ? NULL : memory;
 }
 
-enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue, struct error *error)
+enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
+                               struct error *error)
 {
     struct link_queue *made = calloc(1, sizeof *made);
     struct piece *piece = made ? new_piece() : NULL;
     if (!piece) {
         free(made);
-        return error_set(error, MR_FULL, "no memory for what comes over a link; close other programs");
+        return error_set(error, MR_FULL,
+                         "no memory for what comes over a link; close other programs");
     }
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->room, NULL);
     made->capacity = capacity;
     made->news = news;
-    made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) / LINK_QUEUE_HISTORY;
+    made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) /
+                    LINK_QUEUE_HISTORY;
     made->oldest = made->put.piece = made->taken.piece = made->released.piece = piece;
     *queue = made;
     return MR_OK;
@@ -145,14 +149,19 @@ static bool put(struct link_queue *queue, const struct head *head, const void *c
 
 bool link_queue_put_frame(struct link_queue *queue, const struct link_frame *frame)
 {
-    const struct head head = {.host_us = frame->host_us, .id = frame->id, .length = sizeof frame->data, .kind = LINK_ITEM_FRAME,
+    const struct head head = {.host_us = frame->host_us,
+                              .id = frame->id,
+                              .length = sizeof frame->data,
+                              .kind = LINK_ITEM_FRAME,
                               .dlc = frame->length};
     return put(queue, &head, frame->data, false);
 }
 
-bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length, uint64_t host_us)
+bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length,
+                          uint64_t host_us)
 {
-    const struct head head = {.host_us = host_us, .length = (uint16_t)length, .kind = LINK_ITEM_BYTES};
+    const struct head head = {
+        .host_us = host_us, .length = (uint16_t)length, .kind = LINK_ITEM_BYTES};
     return put(queue, &head, bytes, false);
 }
 
@@ -243,7 +252,8 @@ bool link_queue_take(struct link_queue *queue, struct link_item *item)
     item->length = head.length;
     switch (item->kind) {
     case LINK_ITEM_FRAME:
-        item->frame = (struct link_frame){.host_us = head.host_us, .id = head.id, .length = head.dlc};
+        item->frame =
+            (struct link_frame){.host_us = head.host_us, .id = head.id, .length = head.dlc};
         memcpy(item->frame.data, item->bytes, sizeof item->frame.data);
         break;
     case LINK_ITEM_COUNTERS: memcpy(&item->counters, item->bytes, sizeof item->counters); break;
@@ -299,7 +309,8 @@ void link_queue_rewind(struct link_queue *queue)
 void link_queue_rewind_all(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->released = queue->taken = (struct place){.piece = queue->oldest, .before = queue->oldest->before};
+    queue->released = queue->taken = (struct place){.piece = queue->oldest,
+                                                    .before = queue->oldest->before};
     pthread_mutex_unlock(&queue->lock);
 }
 
@@ -338,9 +349,12 @@ void link_queue_stop(struct link_queue *queue)
 struct link_queue_depth link_queue_depth(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    struct link_queue_depth depth = {.bytes = held(queue), .capacity = queue->capacity, .most = queue->most,
-                                     .frames = queue->put.before.frames - queue->released.before.frames,
-                                     .octets = queue->put.before.octets - queue->released.before.octets};
+    struct link_queue_depth depth = {
+        .bytes = held(queue),
+        .capacity = queue->capacity,
+        .most = queue->most,
+        .frames = queue->put.before.frames - queue->released.before.frames,
+        .octets = queue->put.before.octets - queue->released.before.octets};
     pthread_mutex_unlock(&queue->lock);
     return depth;
 }

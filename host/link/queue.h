@@ -1,22 +1,24 @@
-/* What came over one link and is not in the campaign yet, in order of arrival: a bounded queue in memory between the thread that reads
- * the link and the one that writes. One thread puts, one takes; each function locks for itself.
+/* What came over one link and is not in the campaign yet, in order of arrival: a bounded queue in
+ * memory between the thread that reads the link and the one that writes. One thread puts, one
+ * takes; each function locks for itself.
  *
- * What was taken stays until link_queue_release: a transaction that failed is written again after link_queue_rewind. Of what was released
- * the newest part is kept for the case that the campaign itself is lost: link_queue_rewind_all. */
+ * What was taken stays until link_queue_release: a transaction that failed is written again after
+ * link_queue_rewind. Of what was released the newest part is kept for the case that the campaign
+ * itself is lost: link_queue_rewind_all. */
 #ifndef MATRIG_HOST_LINK_QUEUE_H
 #define MATRIG_HOST_LINK_QUEUE_H
 
 #include "host/link/link.h"
 
 /* 60 s of a full link. An item takes LINK_QUEUE_ITEM bytes and its content in steps of 8.
- *   CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits without stuffing): 24 bytes each, 13.0 MB.
- *   serial: 2 Mbaud carry 200,000 bytes/s; with up to 5,000 reads a second (40 bytes a read: adapters hand over 32 to 512) 24 bytes
- *   are added to each: 19.2 MB.
- * Memory is taken as the queue grows, and given back as it empties, but for a part of the capacity: the newest of what was released, 30 s
- * of a full link. */
-#define LINK_QUEUE_S 60u
-#define LINK_QUEUE_ITEM 16u
-#define LINK_QUEUE_CAN_BYTES (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM + 8u))
+ *   CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits without stuffing): 24 bytes
+ *   each, 13.0 MB. serial: 2 Mbaud carry 200,000 bytes/s; with up to 5,000 reads a second (40 bytes
+ *   a read: adapters hand over 32 to 512) 24 bytes are added to each: 19.2 MB.
+ * Memory is taken as the queue grows, and given back as it empties, but for a part of the capacity:
+ * the newest of what was released, 30 s of a full link. */
+#define LINK_QUEUE_S            60u
+#define LINK_QUEUE_ITEM         16u
+#define LINK_QUEUE_CAN_BYTES    (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM + 8u))
 #define LINK_QUEUE_SERIAL_BYTES (LINK_QUEUE_S * (200000u + 5000u * (LINK_QUEUE_ITEM + 8u)))
 
 #define LINK_QUEUE_HISTORY 2u /* this part of the capacity */
@@ -35,14 +37,14 @@ enum link_item_kind {
 
 struct link_item {
     enum link_item_kind kind;
-    bool again;                    /* was taken before: a rewind brought it back */
+    bool again; /* was taken before: a rewind brought it back */
     struct link_frame frame;
-    uint64_t host_us;              /* of the bytes: when they were read, Unix time */
-    const uint8_t *bytes;          /* valid until the release */
+    uint64_t host_us;     /* of the bytes: when they were read, Unix time */
+    const uint8_t *bytes; /* valid until the release */
     size_t length;
     struct link_counters counters;
-    int64_t jump_us;               /* of the clock */
-    struct error end;              /* why; MR_OK: it was the end */
+    int64_t jump_us;  /* of the clock */
+    struct error end; /* why; MR_OK: it was the end */
 };
 
 struct link_queue_depth {
@@ -51,16 +53,18 @@ struct link_queue_depth {
     uint64_t frames, octets; /* of CAN, of serial, that are not released */
 };
 
-/* `news`: an eventfd that is written to when something is put and link_queue_listen said nothing was there; -1: none. MR_FULL: no
- * memory. */
-enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue, struct error *error);
+/* `news`: an eventfd that is written to when something is put and link_queue_listen said nothing
+ * was there; -1: none. MR_FULL: no memory. */
+enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
+                               struct error *error);
 void link_queue_close(struct link_queue *queue); /* NULL is allowed; nobody may be in a call */
 
 /* ---- for the thread that reads ---- */
 
 /* False: no room. */
 bool link_queue_put_frame(struct link_queue *queue, const struct link_frame *frame);
-bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length, uint64_t host_us);
+bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length,
+                          uint64_t host_us);
 /* These few always find room. */
 void link_queue_put_counters(struct link_queue *queue, const struct link_counters *counters);
 void link_queue_put_end(struct link_queue *queue, const struct error *reason);

@@ -26,7 +26,7 @@ struct link_reader {
     uint64_t told; /* of the link's troubles, in the queue */
     pthread_t thread;
     bool started;
-    int wake;      /* ends a wait */
+    int wake; /* ends a wait */
     atomic_bool stop, holds_up;
     atomic_uint_fast64_t lost;
     uint8_t bytes[LINK_QUEUE_READ_MAX];
@@ -58,7 +58,8 @@ static void put_counters(struct link_reader *reader)
     const struct link_counters *counters = link_counters(reader->link);
     if (counters->troubles == reader->told)
         return;
-    struct link_counters copy = {.received = counters->received, .troubles = counters->troubles}; /* what was sent is another thread's */
+    /* what was sent is another thread's */
+    struct link_counters copy = {.received = counters->received, .troubles = counters->troubles};
     memcpy(copy.trouble, counters->trouble, sizeof copy.trouble);
     reader->told = counters->troubles;
     link_queue_put_counters(reader->queue, &copy);
@@ -72,7 +73,8 @@ static void lose(struct link_reader *reader, size_t count)
 }
 
 /* One frame or read. False: the reader was stopped. */
-static bool deliver(struct link_reader *reader, const struct link_frame *frame, size_t length, uint64_t host_us)
+static bool deliver(struct link_reader *reader, const struct link_frame *frame, size_t length,
+                    uint64_t host_us)
 {
     size_t count = reader->kind == LINK_CAN ? 1 : length;
     if (reader->dropping && link_queue_is_tight(reader->queue)) {
@@ -82,8 +84,9 @@ static bool deliver(struct link_reader *reader, const struct link_frame *frame, 
     reader->dropping = false;
     put_counters(reader);
     for (;;) {
-        bool there = reader->kind == LINK_CAN ? link_queue_put_frame(reader->queue, frame)
-                                              : link_queue_put_bytes(reader->queue, reader->bytes, length, host_us);
+        bool there = reader->kind == LINK_CAN
+                       ? link_queue_put_frame(reader->queue, frame)
+                       : link_queue_put_bytes(reader->queue, reader->bytes, length, host_us);
         if (there)
             return true;
         if (!link_waits(reader->link)) {
@@ -114,8 +117,10 @@ static bool read_turn(struct link_reader *reader)
     uint64_t host_us = 0;
     for (unsigned i = 0; i < (reader->kind == LINK_CAN ? READER_FRAMES : 1); i++) {
         enum mr_status status = reader->kind == LINK_CAN
-                                    ? link_receive_frame(reader->link, &frame, &reason)
-                                    : link_receive_bytes(reader->link, reader->bytes, sizeof reader->bytes, &length, &host_us, &reason);
+                                  ? link_receive_frame(reader->link, &frame, &reason)
+                                  : link_receive_bytes(reader->link, reader->bytes,
+                                                       sizeof reader->bytes, &length, &host_us,
+                                                       &reason);
         if (status == MR_TOO_FEW)
             return false;
         if (status != MR_OK) {
@@ -155,7 +160,8 @@ static void *read_on(void *context)
             break;
         bool more = read_turn(reader);
         link_queue_wake(reader->queue);
-        struct pollfd polled[] = {{.fd = link_fd(reader->link), .events = POLLIN}, {.fd = reader->wake, .events = POLLIN}};
+        struct pollfd polled[] = {{.fd = link_fd(reader->link), .events = POLLIN},
+                                  {.fd = reader->wake, .events = POLLIN}};
         if (!more && !reader->ended)
             poll(polled, 2, SERVICE_MS);
     }
@@ -164,12 +170,14 @@ static void *read_on(void *context)
     return NULL;
 }
 
-enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news, link_blame *blame, void *context,
-                                struct link_reader **reader, struct error *error)
+enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news,
+                                link_blame *blame, void *context, struct link_reader **reader,
+                                struct error *error)
 {
     struct link_reader *made = calloc(1, sizeof *made);
     if (!made)
-        return error_set(error, MR_FULL, "no memory: link %s; close other programs", link_spec(link));
+        return error_set(error, MR_FULL, "no memory: link %s; close other programs",
+                         link_spec(link));
     made->link = link;
     made->kind = kind;
     made->blame = blame;
@@ -182,12 +190,16 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, news, &made->queue, error);
     if (status == MR_OK && made->wake < 0)
-        status = error_set(error, MR_IO, "no eventfd (%s): link %s; check the limits of this system", strerror(errno), link_spec(link));
+        status = error_set(error, MR_IO,
+                           "no eventfd (%s): link %s; check the limits of this system",
+                           strerror(errno), link_spec(link));
     if (status == MR_OK && !made->recorded) {
         int code = pthread_create(&made->thread, NULL, read_on, made);
         made->started = code == 0;
         if (code != 0)
-            status = error_set(error, MR_IO, "no thread (%s): link %s; check the limits of this system", strerror(code), link_spec(link));
+            status = error_set(error, MR_IO,
+                               "no thread (%s): link %s; check the limits of this system",
+                               strerror(code), link_spec(link));
     }
     if (status != MR_OK) {
         link_reader_close(made);

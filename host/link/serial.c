@@ -33,7 +33,8 @@ static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
     return tty_read(link->tty, bytes, size);
 }
 
-static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_t length,
+                                  struct error *error)
 {
     return tty_write(link->tty, bytes, length, error);
 }
@@ -43,7 +44,8 @@ static void serial_service(struct link *link)
     tty_news(link->tty, link);
 }
 
-static enum mr_status serial_line(struct link *link, int baud, bool even_parity, struct error *error)
+static enum mr_status serial_line(struct link *link, int baud, bool even_parity,
+                                  struct error *error)
 {
     return tty_line(link->tty, baud, even_parity, error);
 }

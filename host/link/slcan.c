@@ -7,13 +7,13 @@
 #define BEL '\a'
 
 /* Flags of the answer to F. */
-#define STATUS_RX_FULL 0x01u
-#define STATUS_TX_FULL 0x02u
-#define STATUS_WARNING 0x04u
-#define STATUS_OVERRUN 0x08u
-#define STATUS_PASSIVE 0x20u
+#define STATUS_RX_FULL     0x01u
+#define STATUS_TX_FULL     0x02u
+#define STATUS_WARNING     0x04u
+#define STATUS_OVERRUN     0x08u
+#define STATUS_PASSIVE     0x20u
 #define STATUS_ARBITRATION 0x40u
-#define STATUS_BUS_ERROR 0x80u
+#define STATUS_BUS_ERROR   0x80u
 
 /* `digits` hexadecimal digits at `*at`, which moves on. */
 static bool take_hex(const char **at, const char *end, unsigned digits, uint32_t *value)
@@ -74,11 +74,9 @@ static enum slcan_kind take_line(struct slcan_parser *parser)
     case 't':
     case 'T':
     case 'r':
-    case 'R':
-        return take_frame(parser) ? SLCAN_FRAME : SLCAN_GARBLED;
+    case 'R': return take_frame(parser) ? SLCAN_FRAME : SLCAN_GARBLED;
     case 'z':
-    case 'Z':
-        return parser->length == 1 ? SLCAN_DONE : SLCAN_GARBLED;
+    case 'Z': return parser->length == 1 ? SLCAN_DONE : SLCAN_GARBLED;
     case 'F':
         if (parser->length != 3 || !take_hex(&at, end, 2, &value))
             return SLCAN_GARBLED;
@@ -86,10 +84,8 @@ static enum slcan_kind take_line(struct slcan_parser *parser)
         return SLCAN_STATUS;
     case 'V':
     case 'v':
-    case 'N':
-        return SLCAN_ANSWER;
-    default:
-        return SLCAN_GARBLED;
+    case 'N': return SLCAN_ANSWER;
+    default: return SLCAN_GARBLED;
     }
 }
 
@@ -152,11 +148,12 @@ bool slcan_status_frame(uint8_t status, struct link_frame *frame)
     return frame->id != LINK_ID_ERROR;
 }
 
-/* The stamp without wraps: the adapter's clock has gone on by its difference, and by as many whole minutes as the
- * host's clock says. */
+/* The stamp without wraps: the adapter's clock has gone on by its difference, and by as many whole
+ * minutes as the host's clock says. */
 static uint64_t unwrap(const struct slcan_clock *clock, unsigned stamp_ms, uint64_t host_us)
 {
-    uint64_t step_us = (stamp_ms + SLCAN_STAMP_WRAP_MS - clock->stamp_ms) % SLCAN_STAMP_WRAP_MS * 1000u;
+    uint64_t step_us = (stamp_ms + SLCAN_STAMP_WRAP_MS - clock->stamp_ms) % SLCAN_STAMP_WRAP_MS *
+                       1000u;
     uint64_t wrap_us = SLCAN_STAMP_WRAP_MS * 1000u;
     uint64_t host_step_us = host_us > clock->host_us ? host_us - clock->host_us : 0;
     uint64_t wraps = host_step_us > step_us ? (host_step_us - step_us + wrap_us / 2) / wrap_us : 0;

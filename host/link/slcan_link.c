@@ -1,5 +1,5 @@
-/* slcan:TTY[:BAUD], a LAWICEL adapter: opened at 1 Mbit/s, with time stamps when it has them, and asked for its
- * status once a second. */
+/* slcan:TTY[:BAUD], a LAWICEL adapter: opened at 1 Mbit/s, with time stamps when it has them, and
+ * asked for its status once a second. */
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +22,8 @@ static enum slcan_kind next_item(struct link *link, enum mr_status *status, stru
 {
     for (;;) {
         while (link->start < link->end) {
-            enum slcan_kind kind = slcan_push(&link->slcan->parser, (char)link->buffer[link->start++]);
+            enum slcan_kind kind = slcan_push(&link->slcan->parser,
+                                              (char)link->buffer[link->start++]);
             if (kind != SLCAN_MORE)
                 return kind;
         }
@@ -32,8 +33,8 @@ static enum slcan_kind next_item(struct link *link, enum mr_status *status, stru
     }
 }
 
-/* Send a command and wait for its answer; frames that come in between belong to a channel that is still open, and
- * are passed over. SLCAN_MORE: no answer in time. */
+/* Send a command and wait for its answer; frames that come in between belong to a channel that is
+ * still open, and are passed over. SLCAN_MORE: no answer in time. */
 static enum slcan_kind command(struct link *link, const char *text, struct error *error)
 {
     uint64_t until_us = link_monotonic_us() + ANSWER_US;
@@ -58,16 +59,19 @@ static enum mr_status start(struct link *link, struct error *error)
         command(link, "\r", error);
     enum slcan_kind closed = command(link, "C\r", error);
     if (error->status == MR_OK && closed == SLCAN_MORE)
-        return error_set(error, MR_TIMEOUT,
-                         "no SLCAN adapter answers: %s; check the port and its baud rate (slcan:TTY:BAUD)",
-                         link->spec);
+        return error_set(
+            error, MR_TIMEOUT,
+            "no SLCAN adapter answers: %s; check the port and its baud rate (slcan:TTY:BAUD)",
+            link->spec);
     if (error->status == MR_OK && command(link, "S8\r", error) != SLCAN_DONE)
-        return error_set(error, MR_IO, "the adapter does not do 1 Mbit/s (S8): %s; use another one", link->spec);
+        return error_set(error, MR_IO, "the adapter does not do 1 Mbit/s (S8): %s; use another one",
+                         link->spec);
     /* Adapters without time stamps refuse this; the host's clock does then. */
     if (error->status == MR_OK)
         command(link, "Z1\r", error);
     if (error->status == MR_OK && command(link, "O\r", error) != SLCAN_DONE)
-        return error_set(error, MR_IO, "the adapter does not open its channel (O): %s; unplug it and try again",
+        return error_set(error, MR_IO,
+                         "the adapter does not open its channel (O): %s; unplug it and try again",
                          link->spec);
     return error->status;
 }
@@ -92,7 +96,8 @@ static enum mr_status slcan_open(struct link *link, const char *text, struct err
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
     enum mr_status status = tty_parse(text, link->form, path, &baud, error);
     if (status == MR_OK && baud == TTY_BAUD_FIND)
-        status = error_set(error, MR_USAGE, "an adapter's rate is not looked for: %s; write %s", link->spec, link->form);
+        status = error_set(error, MR_USAGE, "an adapter's rate is not looked for: %s; write %s",
+                           link->spec, link->form);
     if (status == MR_OK)
         status = tty_open(link->spec, path, baud, &link->tty, error);
     if (status != MR_OK)
@@ -118,7 +123,8 @@ static bool take_status(const struct link *link, struct slcan *slcan, struct lin
     return true;
 }
 
-static enum mr_status slcan_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+static enum mr_status slcan_receive_frame(struct link *link, struct link_frame *frame,
+                                          struct error *error)
 {
     struct slcan *slcan = link->slcan;
     for (;;) {
@@ -126,7 +132,8 @@ static enum mr_status slcan_receive_frame(struct link *link, struct link_frame *
         switch (next_item(link, &status, error)) {
         case SLCAN_FRAME:
             *frame = slcan->parser.frame;
-            frame->host_us = slcan_time(&slcan->clock, slcan->parser.stamp_ms, link->read_monotonic_us) +
+            frame->host_us = slcan_time(&slcan->clock, slcan->parser.stamp_ms,
+                                        link->read_monotonic_us) +
                              link_ahead_us(link);
             return MR_OK;
         case SLCAN_STATUS:
@@ -141,7 +148,8 @@ static enum mr_status slcan_receive_frame(struct link *link, struct link_frame *
     }
 }
 
-static enum mr_status slcan_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status slcan_send(struct link *link, const uint8_t *bytes, size_t length,
+                                 struct error *error)
 {
     struct link_frame frame = {.id = mr_get_u32(&bytes), .length = *bytes};
     char line[SLCAN_LINE_MAX];

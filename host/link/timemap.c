@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STAMP_US 0.5 /* half the grain of the host's stamps */
+#define STAMP_US       0.5 /* half the grain of the host's stamps */
 #define LEAST_SCALE_US 1e-3
-#define DAY_ZERO_US 946684800000000 /* the year 2000: before it, a stamp is no time of day */
-#define UNCERTAIN_US 50000.0
-#define BISECTIONS 60
+#define DAY_ZERO_US    946684800000000 /* the year 2000: before it, a stamp is no time of day */
+#define UNCERTAIN_US   50000.0
+#define BISECTIONS     60
 
 struct point {
     double x_s;  /* board time */
@@ -67,8 +67,10 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The line below all points that is least below them on average: the hull's edge over the mean time. */
-static void touching_line(const struct point *hull, size_t count, double mean_s, double *at_mean_us, double *slope_ppm)
+/* The line below all points that is least below them on average: the hull's edge over the mean
+ * time. */
+static void touching_line(const struct point *hull, size_t count, double mean_s, double *at_mean_us,
+                          double *slope_ppm)
 {
     size_t i = 1;
     while (i + 1 < count && hull[i].x_s < mean_s)
@@ -78,7 +80,8 @@ static void touching_line(const struct point *hull, size_t count, double mean_s,
 }
 
 /* Slopes of the lines through (mean_s, c_us) that stay below the hull. */
-static void slopes(const struct point *hull, size_t count, double mean_s, double c_us, double *low_ppm, double *high_ppm)
+static void slopes(const struct point *hull, size_t count, double mean_s, double c_us,
+                   double *low_ppm, double *high_ppm)
 {
     *low_ppm = -INFINITY;
     *high_ppm = INFINITY;
@@ -99,7 +102,8 @@ static size_t strip_pairs(size_t n)
 }
 
 /* c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the tangents. */
-static void integrate(struct timemap_fit *fit, const struct point *hull, size_t count, double touch_us, double strip_us, double m)
+static void integrate(struct timemap_fit *fit, const struct point *hull, size_t count,
+                      double touch_us, double strip_us, double m)
 {
     double sum = 0.0;
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
@@ -150,13 +154,15 @@ static struct timemap_value interval(const struct timemap_fit *fit, double k, do
     struct mixture mixture = {.weight = fit->weight};
     double least = INFINITY, most = -INFINITY;
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
-        double a = k * fit->c_us[j] + fit->low_ppm[j] * t_s, b = k * fit->c_us[j] + fit->high_ppm[j] * t_s;
+        double a = k * fit->c_us[j] + fit->low_ppm[j] * t_s,
+               b = k * fit->c_us[j] + fit->high_ppm[j] * t_s;
         mixture.low[j] = a < b ? a : b;
         mixture.high[j] = a < b ? b : a;
         least = fmin(least, mixture.low[j]);
         most = fmax(most, mixture.high[j]);
     }
-    double low = quantile(&mixture, least, most, 0.025), high = quantile(&mixture, low, most, 0.975);
+    double low = quantile(&mixture, least, most, 0.025),
+           high = quantile(&mixture, low, most, 0.975);
     return (struct timemap_value){0.5 * (low + high), 0.5 * (high - low)};
 }
 
@@ -164,7 +170,8 @@ struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board
 {
     double since_us = board_us - fit->board0_us;
     struct timemap_value offset = interval(fit, 1.0, since_us / 1e6 - fit->mean_s);
-    return (struct timemap_value){(double)fit->host0_us + since_us + offset.value + STAMP_US, hypot(offset.half, STAMP_US)};
+    return (struct timemap_value){(double)fit->host0_us + since_us + offset.value + STAMP_US,
+                                  hypot(offset.half, STAMP_US)};
 }
 
 static enum timemap_refusal judge(const struct timemap_fit *fit, double tolerance_ppm)
@@ -205,9 +212,12 @@ const char *timemap_refusal_text(unsigned refusal)
 {
     switch (refusal) {
     case TIMEMAP_GOOD: return "good";
-    case TIMEMAP_TOO_FEW: return "too few moments were told of; log for a quarter of a minute or more";
+    case TIMEMAP_TOO_FEW:
+        return "too few moments were told of; log for a quarter of a minute or more";
     case TIMEMAP_NO_DATE: return "what was recorded has no times of day";
-    case TIMEMAP_OTHER_PACE: return "the board's time passed at another pace than this computer's: emulated at full speed, or read from a file";
+    case TIMEMAP_OTHER_PACE:
+        return "the board's time passed at another pace than this computer's: emulated at full "
+               "speed, or read from a file";
     case TIMEMAP_UNCERTAIN: return "too uneven delays, or this computer's clock was set meanwhile";
     default: return "unknown";
     }

@@ -15,9 +15,10 @@
 #include "host/link/link_ops.h"
 #include "host/link/pts.h"
 
-#define WRITE_WAIT_MS 1000u
-#define BAUD_MAX 20000000
-#define PTS_FOLDER "/dev/pts/" /* what is there is no serial port, but speaks like one: socat, an adapter's emulation */
+#define WRITE_WAIT_MS          1000u
+#define BAUD_MAX               20000000
+/* what is there is no serial port, but speaks like one: socat, an adapter's emulation */
+#define PTS_FOLDER             "/dev/pts/"
 /* A UART that is further off loses bytes. */
 #define BAUD_TOLERANCE_PERCENT 2
 
@@ -42,7 +43,8 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         char *end;
         long value = strtol(colon + 1, &end, 10);
         if (end == colon + 1 || value < 50 || value > BAUD_MAX)
-            return error_set(error, MR_USAGE, "not a baud rate: '%s' of '%s'; write %s, 50 to %d baud", colon + 1,
+            return error_set(error, MR_USAGE,
+                             "not a baud rate: '%s' of '%s'; write %s, 50 to %d baud", colon + 1,
                              text, form, BAUD_MAX);
         *baud = (int)value;
         length = (size_t)(colon - text);
@@ -81,9 +83,12 @@ static enum mr_status open_failed(const char *spec, struct error *error)
 {
     int reason = sp_last_error_code();
     if (reason == EACCES || reason == EPERM)
-        return error_set(error, MR_IO, "no right to open the serial port: %s; join its group (often dialout)", spec);
+        return error_set(error, MR_IO,
+                         "no right to open the serial port: %s; join its group (often dialout)",
+                         spec);
     if (reason == EBUSY)
-        return error_set(error, MR_IO, "another program has the serial port: %s; end it first", spec);
+        return error_set(error, MR_IO, "another program has the serial port: %s; end it first",
+                         spec);
     return no_port(spec, strerror(reason), error);
 }
 
@@ -92,27 +97,33 @@ static enum mr_status set_line(struct tty *tty, int baud, bool even_parity, stru
     struct sp_port_config *config = NULL;
     int took = 0;
     if (sp_set_baudrate(tty->port, baud) != SP_OK || sp_set_bits(tty->port, 8) != SP_OK ||
-        sp_set_parity(tty->port, even_parity ? SP_PARITY_EVEN : SP_PARITY_NONE) != SP_OK || sp_set_stopbits(tty->port, 1) != SP_OK ||
+        sp_set_parity(tty->port, even_parity ? SP_PARITY_EVEN : SP_PARITY_NONE) != SP_OK ||
+        sp_set_stopbits(tty->port, 1) != SP_OK ||
         sp_set_flowcontrol(tty->port, SP_FLOWCONTROL_NONE) != SP_OK)
-        return error_set(error, MR_IO, "the serial port does not take %d baud, 8%c1 (%s): %s; give another rate",
+        return error_set(error, MR_IO,
+                         "the serial port does not take %d baud, 8%c1 (%s): %s; give another rate",
                          baud, even_parity ? 'E' : 'N', strerror(sp_last_error_code()), tty->spec);
     /* A driver that cannot do a rate takes another one and does not say so. */
     if (sp_new_config(&config) == SP_OK) {
-        if (sp_get_config(tty->port, config) != SP_OK || sp_get_config_baudrate(config, &took) != SP_OK)
+        if (sp_get_config(tty->port, config) != SP_OK ||
+            sp_get_config_baudrate(config, &took) != SP_OK)
             took = 0;
         sp_free_config(config);
     }
     if (took > 0 && abs(took - baud) > baud / 100 * BAUD_TOLERANCE_PERCENT)
-        return error_set(error, MR_IO, "the serial port does not do %d baud, it took %d: %s; give another rate",
+        return error_set(error, MR_IO,
+                         "the serial port does not do %d baud, it took %d: %s; give another rate",
                          baud, took, tty->spec);
     return MR_OK;
 }
 
-/* Others are kept out twice: TIOCEXCL stops every program but root's, the lock stops another matrig. */
+/* Others are kept out twice: TIOCEXCL stops every program but root's, the lock stops another
+ * matrig. */
 static enum mr_status take_alone(struct tty *tty, struct error *error)
 {
     if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(error, MR_IO, "another program has the serial port: %s; end it first", tty->spec);
+        return error_set(error, MR_IO, "another program has the serial port: %s; end it first",
+                         tty->spec);
     ioctl(tty->fd, TIOCEXCL);
     return MR_OK;
 }
@@ -127,13 +138,15 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
         sp_free_port(tty->port);
         tty->port = NULL;
     } else if (sp_get_port_handle(tty->port, &tty->fd) != SP_OK)
-        status = error_set(error, MR_IO, "no descriptor of the serial port: %s; try again", tty->spec);
+        status = error_set(error, MR_IO, "no descriptor of the serial port: %s; try again",
+                           tty->spec);
     if (status == MR_OK)
         status = take_alone(tty, error);
     return status == MR_OK ? set_line(tty, baud, false, error) : status;
 }
 
-enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty, struct error *error)
+enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty,
+                        struct error *error)
 {
     char real[4096]; /* PATH_MAX; libserialport does not follow the links of /dev/serial */
     if (!realpath(path, real))
@@ -143,8 +156,9 @@ enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", spec);
     made->spec = spec;
     made->fd = -1;
-    enum mr_status status = strncmp(real, PTS_FOLDER, strlen(PTS_FOLDER)) == 0 ? pts_open(spec, real, baud, &made->fd, error)
-                                                                               : open_port(made, real, baud, error);
+    enum mr_status status = strncmp(real, PTS_FOLDER, strlen(PTS_FOLDER)) == 0
+                              ? pts_open(spec, real, baud, &made->fd, error)
+                              : open_port(made, real, baud, error);
     if (status != MR_OK) {
         tty_close(made);
         return status;
@@ -186,10 +200,12 @@ int tty_fd(const struct tty *tty)
 
 ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
 {
-    ssize_t count = tty->port ? (ssize_t)sp_nonblocking_read(tty->port, bytes, size) : read(tty->fd, bytes, size);
+    ssize_t count = tty->port ? (ssize_t)sp_nonblocking_read(tty->port, bytes, size)
+                              : read(tty->fd, bytes, size);
     if (count > 0)
         return count;
-    if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR)) /* a hang-up may be on its way behind what is there */
+    /* a hang-up may be on its way behind what is there */
+    if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR))
         count = 0;
     /* A port that hung up reads as empty, and stays readable. */
     struct pollfd state = {.fd = tty->fd, .events = POLLIN};
@@ -210,7 +226,8 @@ enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, s
         return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",
                          strerror(sp_last_error_code()), tty->spec);
     if ((size_t)count < length)
-        return error_set(error, MR_TIMEOUT, "the serial port takes nothing: %s; is the cable in?", tty->spec);
+        return error_set(error, MR_TIMEOUT, "the serial port takes nothing: %s; is the cable in?",
+                         tty->spec);
     return MR_OK;
 }
 
@@ -219,8 +236,11 @@ void tty_news(struct tty *tty, struct link *link)
     struct serial_icounter_struct now = {0}, *before = &tty->counted;
     if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
-    link_trouble(link, LINK_UART_OVERRUN, (unsigned)(now.overrun - before->overrun) + (unsigned)(now.buf_overrun - before->buf_overrun));
+    link_trouble(link, LINK_UART_OVERRUN,
+                 (unsigned)(now.overrun - before->overrun) +
+                     (unsigned)(now.buf_overrun - before->buf_overrun));
     link_trouble(link, LINK_UART_LINE,
-                 (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) + (unsigned)(now.brk - before->brk));
+                 (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
+                     (unsigned)(now.brk - before->brk));
     *before = now;
 }

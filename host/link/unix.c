@@ -10,9 +10,9 @@
 #include "common/wire.h"
 #include "host/link/link_ops.h"
 
-#define OPEN_TRIES 250
+#define OPEN_TRIES    250
 #define OPEN_PAUSE_MS 20 /* 5 s in all */
-#define SEND_WAIT_MS 1000
+#define SEND_WAIT_MS  1000
 #define CAN_FRAME_BYTES \
     16u /* struct can_frame: id u32, length, 3 bytes of padding, 8 of data; little-endian hosts */
 
@@ -20,8 +20,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= sizeof address.sun_path)
-        return error_set(error, MR_USAGE, "socket path too long: %s; at most %zu characters", link->spec,
-                         sizeof address.sun_path - 1);
+        return error_set(error, MR_USAGE, "socket path too long: %s; at most %zu characters",
+                         link->spec, sizeof address.sun_path - 1);
     strcpy(address.sun_path, path);
 
     int reason = 0;
@@ -48,13 +48,15 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
                      strerror(reason), link->spec);
 }
 
-static enum mr_status unix_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+static enum mr_status unix_receive_frame(struct link *link, struct link_frame *frame,
+                                         struct error *error)
 {
     while (link->end - link->start < CAN_FRAME_BYTES) {
         enum mr_status status = link_fill(link, error);
         if (status == MR_CLOSED && link->end > link->start)
             return error_set(error, MR_TRUNCATED,
-                             "the link ended inside a frame: %s; the frames before it are kept", link->spec);
+                             "the link ended inside a frame: %s; the frames before it are kept",
+                             link->spec);
         if (status != MR_OK)
             return status;
     }
@@ -65,13 +67,15 @@ static enum mr_status unix_receive_frame(struct link *link, struct link_frame *f
     frame->length = mr_get_u8(&p);
     memset(frame->data, 0, sizeof frame->data);
     if (frame->length > 8)
-        return error_set(error, MR_MALFORMED, "CAN frame with length %u: %s; is this the board's CAN socket?",
+        return error_set(error, MR_MALFORMED,
+                         "CAN frame with length %u: %s; is this the board's CAN socket?",
                          frame->length, link->spec);
     memcpy(frame->data, p + 3, frame->length);
     return MR_OK;
 }
 
-enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length, struct error *error)
+enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length,
+                          struct error *error)
 {
     while (length > 0) {
         ssize_t count = send(fd, bytes, length, MSG_NOSIGNAL);
@@ -84,14 +88,17 @@ enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t
         }
         struct pollfd ready = {.fd = fd, .events = POLLOUT};
         if (count < 0 && errno != EAGAIN && errno != EINTR)
-            return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?", strerror(errno), spec);
+            return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?",
+                             strerror(errno), spec);
         if (poll(&ready, 1, SEND_WAIT_MS) == 0)
-            return error_set(error, MR_TIMEOUT, "the board takes nothing: %s; is it stopped?", spec);
+            return error_set(error, MR_TIMEOUT, "the board takes nothing: %s; is it stopped?",
+                             spec);
     }
     return MR_OK;
 }
 
-static enum mr_status unix_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status unix_send(struct link *link, const uint8_t *bytes, size_t length,
+                                struct error *error)
 {
     return link_write(link->spec, link->fd, bytes, length, error);
 }

@@ -2,11 +2,12 @@
 
 #include <string.h>
 
-/* Each file between two names. uPlot comes from where module.mk fetches it to; it makes this file anew when one changes. */
-#define ASSET(name, file)                                                                                                     \
-    __asm__(".section .rodata\n"                                                                                              \
-            "live_asset_" #name ":\n.incbin \"" file "\"\n"                                                                   \
-            "live_asset_" #name "_end:\n.byte 0\n.previous\n");                                                               \
+/* Each file between two names. uPlot comes from where module.mk fetches it to; it makes this file
+ * anew when one changes. */
+#define ASSET(name, file)                                       \
+    __asm__(".section .rodata\n"                                \
+            "live_asset_" #name ":\n.incbin \"" file "\"\n"     \
+            "live_asset_" #name "_end:\n.byte 0\n.previous\n"); \
     extern const char live_asset_##name[], live_asset_##name##_end[]
 
 ASSET(page, "host/live/page/live.html");
@@ -16,7 +17,10 @@ ASSET(plot_script, "node_modules/uplot/dist/uPlot.iife.min.js");
 ASSET(plot_style, "node_modules/uplot/dist/uPlot.min.css");
 ASSET(plot_licence, "node_modules/uplot/LICENSE");
 
-#define ROW(path, type, name) {path, type, live_asset_##name, live_asset_##name##_end}
+#define ROW(path, type, name)                                  \
+    {                                                          \
+        path, type, live_asset_##name, live_asset_##name##_end \
+    }
 
 static const struct live_asset assets[] = {
     ROW("/", "text/html; charset=utf-8", page),

@@ -12,13 +12,14 @@
 #include "common/command.h"
 #include "host/board/armtalk.h"
 
-#define EVENTS 1600u       /* a minute: 20 of readings and 5 of state a second, and some at once */
-#define EVENT_BYTES 0x300000u /* of all together */
-#define READINGS_MS 50
-#define STATE_MS 200
-#define AT_ONCE_MS 20 /* between two states, however much happens; a warning does not wait */
+/* a minute: 20 of readings and 5 of state a second, and some at once */
+#define EVENTS           1600u
+#define EVENT_BYTES      0x300000u /* of all together */
+#define READINGS_MS      50
+#define STATE_MS         200
+#define AT_ONCE_MS       20 /* between two states, however much happens; a warning does not wait */
 #define BUCKETS_AN_EVENT 64
-#define FIRST_TAG 0x7601u
+#define FIRST_TAG        0x7601u
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_STATE, EVENT_READINGS };
 
@@ -68,7 +69,8 @@ static struct timespec after_ms(int wait_ms)
     return until;
 }
 
-enum mr_status live_hub_open(const struct live_source *source, struct live_hub **hub, struct error *error)
+enum mr_status live_hub_open(const struct live_source *source, struct live_hub **hub,
+                             struct error *error)
 {
     struct live_hub *made = calloc(1, sizeof *made);
     pthread_condattr_t steady;
@@ -114,7 +116,8 @@ static char *event_text(const struct live_hub *hub, enum event_kind kind, char *
 {
     static const char *const names[] = {"configuration", "state", "readings"};
     char *text = NULL;
-    if (json && asprintf(&text, "event: %s\nid: %08" PRIx32 "-%" PRIu64 "\ndata: %s\n\n", names[kind], hub->run, id, json) < 0)
+    if (json && asprintf(&text, "event: %s\nid: %08" PRIx32 "-%" PRIu64 "\ndata: %s\n\n",
+                         names[kind], hub->run, id, json) < 0)
         text = NULL;
     free(json);
     return text;
@@ -126,7 +129,8 @@ static void publish(struct live_hub *hub, enum event_kind kind, char *json)
     if (!text)
         return; /* no memory: the next one tells it again */
     size_t length = strlen(text);
-    while (hub->first < hub->next && (hub->next - hub->first == EVENTS || hub->bytes + length > EVENT_BYTES))
+    while (hub->first < hub->next &&
+           (hub->next - hub->first == EVENTS || hub->bytes + length > EVENT_BYTES))
         drop_oldest(hub);
     hub->event[hub->next++ % EVENTS] = (struct event){kind, text, length};
     hub->bytes += length;
@@ -162,14 +166,17 @@ static void turn(struct live_hub *hub)
 {
     int64_t now = now_ms();
     bool warning = hub->model.warning.on != hub->warned;
-    if (hub->model.restarts != hub->restarts) { /* what was read before belongs to the boot before */
+    if (hub->model.restarts != hub->restarts) {
+        /* what was read before belongs to the boot before */
         publish_readings(hub);
         hub->restarts = hub->model.restarts;
     }
-    if (warning || (hub->model.changes != hub->changes && now - hub->state_ms >= AT_ONCE_MS) || now - hub->state_ms >= STATE_MS) {
+    if (warning || (hub->model.changes != hub->changes && now - hub->state_ms >= AT_ONCE_MS) ||
+        now - hub->state_ms >= STATE_MS) {
         if (hub->model.configured != hub->configured) {
             hub->configured = hub->model.configured;
-            publish(hub, EVENT_CONFIGURATION, dumped(live_json_configuration(&hub->model, hub->source)));
+            publish(hub, EVENT_CONFIGURATION,
+                    dumped(live_json_configuration(&hub->model, hub->source)));
         }
         publish_state(hub);
     }
@@ -191,7 +198,8 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
     pthread_mutex_lock(&hub->lock);
     uint64_t acks = hub->model.acks;
     live_model_message(&hub->model, event);
-    if (hub->model.acks != acks && hub->sent && !hub->answered && hub->model.ack.tag == hub->command.tag) {
+    if (hub->model.acks != acks && hub->sent && !hub->answered &&
+        hub->model.ack.tag == hub->command.tag) {
         hub->answered = true;
         hub->answer = (enum mr_status)hub->model.ack.status;
         pthread_cond_broadcast(&hub->news);
@@ -209,12 +217,14 @@ void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_
     live_model_record(&hub->model, record, host_us);
     if (hub->model.restarts != hub->restarts)
         turn(hub);
-    if (hub->model.closed_count >= BUCKETS_AN_EVENT) /* a campaign that is gone through faster than turns come */
+    /* a campaign that is gone through faster than turns come */
+    if (hub->model.closed_count >= BUCKETS_AN_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
-void live_hub_counts(struct live_hub *hub, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us)
+void live_hub_counts(struct live_hub *hub, enum link_kind kind,
+                     const struct store_link_counts *counts, int64_t host_us)
 {
     pthread_mutex_lock(&hub->lock);
     live_model_counts(&hub->model, kind, counts, host_us);
@@ -259,8 +269,8 @@ void live_hub_viewer(struct live_hub *hub, const char *last, struct live_viewer 
     uint32_t run;
     uint64_t id;
     pthread_mutex_lock(&hub->lock);
-    bool known = last && sscanf(last, "%8" SCNx32 "-%" SCNu64, &run, &id) == 2 && run == hub->run && id + 1 >= hub->first &&
-                 id < hub->next;
+    bool known = last && sscanf(last, "%8" SCNx32 "-%" SCNu64, &run, &id) == 2 && run == hub->run &&
+                 id + 1 >= hub->first && id < hub->next;
     *viewer = (struct live_viewer){.next = known ? id + 1 : hub->next, .fresh = !known};
     pthread_mutex_unlock(&hub->lock);
 }
@@ -273,8 +283,11 @@ static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *len
     if (!out)
         return NULL;
     uint64_t before = hub->next ? hub->next - 1 : 0;
-    char *configuration = event_text(hub, EVENT_CONFIGURATION, dumped(live_json_configuration(&hub->model, hub->source)), before);
-    char *state = event_text(hub, EVENT_STATE, dumped(live_json_state(&hub->model, (int64_t)link_now_us())), before);
+    char *configuration = event_text(hub, EVENT_CONFIGURATION,
+                                     dumped(live_json_configuration(&hub->model, hub->source)),
+                                     before);
+    char *state = event_text(hub, EVENT_STATE,
+                             dumped(live_json_state(&hub->model, (int64_t)link_now_us())), before);
     fputs("retry: 500\n", out);
     fputs(configuration ? configuration : "", out);
     for (uint64_t i = hub->first; i < hub->next; i++) {
@@ -343,16 +356,19 @@ bool live_hub_wait_end(struct live_hub *hub, int wait_ms)
 
 /* ---- commands ---- */
 
-enum mr_status live_hub_command(struct live_hub *hub, unsigned code, int32_t argument, enum mr_status *answer)
+enum mr_status live_hub_command(struct live_hub *hub, unsigned code, int32_t argument,
+                                enum mr_status *answer)
 {
     struct timespec until = after_ms(1000 * ARMTALK_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
     pthread_mutex_lock(&hub->lock);
     if (hub->source->commands && !hub->waiting && !hub->ended) {
-        hub->command = (struct mr_command){.code = (uint8_t)code, .tag = hub->tag++, .argument = argument};
+        hub->command =
+            (struct mr_command){.code = (uint8_t)code, .tag = hub->tag++, .argument = argument};
         hub->waiting = true;
         hub->sent = hub->answered = false;
-        while (!hub->answered && !hub->ended && pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
+        while (!hub->answered && !hub->ended &&
+               pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
             ;
         status = hub->answered ? MR_OK : MR_TIMEOUT;
         *answer = hub->answer;

@@ -12,7 +12,8 @@ static void record(void *context, const struct mr_block *block, uint64_t host_us
     live_hub_record(live->hub, block, (int64_t)host_us);
 }
 
-enum mr_status live_open(struct live *live, const char *where, const struct live_source *source, struct error *error)
+enum mr_status live_open(struct live *live, const char *where, const struct live_source *source,
+                         struct error *error)
 {
     live->source = *source;
     live->listener = (struct collector_listener){message, record, live};
@@ -35,7 +36,8 @@ void live_turn(struct live *live, const struct collector *collector)
         return;
     collector_progress(collector, &progress);
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind], (int64_t)link_now_us());
+        live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind],
+                        (int64_t)link_now_us());
     live_hub_strangers(live->hub, progress.strangers[LINK_CAN], (int64_t)link_now_us());
     live_hub_turn(live->hub);
 }

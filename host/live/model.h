@@ -1,11 +1,13 @@
 /* What a live view shows: the newest of everything a board says, and its readings decimated.
  *
- * Messages and block records go in, whoever received them: the collector of a running log, or the database that another log
- * writes. Readings come out as buckets of LIVE_BUCKET_BLOCKS: the least and the most that each channel read in it, so no peak is
- * lost however few of them are drawn. Block records (serial, each ms) are taken when they come; else what CAN says.
+ * Messages and block records go in, whoever received them: the collector of a running log, or the
+ * database that another log writes. Readings come out as buckets of LIVE_BUCKET_BLOCKS: the least
+ * and the most that each channel read in it, so no peak is lost however few of them are drawn.
+ * Block records (serial, each ms) are taken when they come; else what CAN says.
  *
- * Pure: no clock, no threads, bounded memory. Times of the host are Unix microseconds, of the board blocks (ms) since its scans
- * began. Displacements are readings, as the board sends them. Absent values are NaN, absent blocks -1. */
+ * Pure: no clock, no threads, bounded memory. Times of the host are Unix microseconds, of the board
+ * blocks (ms) since its scans began. Displacements are readings, as the board sends them. Absent
+ * values are NaN, absent blocks -1. */
 #ifndef MATRIG_HOST_LIVE_MODEL_H
 #define MATRIG_HOST_LIVE_MODEL_H
 
@@ -18,13 +20,15 @@
 #include "common/quantity.h"
 #include "host/collect/collect.h"
 
-#define LIVE_CHANNELS (MR_TRANSDUCERS + MR_GAGES) /* transducers, then gages, in the board's order */
-#define LIVE_BUCKET_BLOCKS 20                     /* 50 buckets a second */
-#define LIVE_OPEN_BUCKETS 32                      /* links are not in step: so many may still be filled */
-#define LIVE_CLOSED_BUCKETS 256                   /* not taken yet; the oldest is forgotten */
-#define LIVE_NOTICES 40
-#define LIVE_NOTICE_TEXT 120
-#define LIVE_BANDS 4
+/* transducers, then gages, in the board's order */
+#define LIVE_CHANNELS       (MR_TRANSDUCERS + MR_GAGES)
+#define LIVE_BUCKET_BLOCKS  20 /* 50 buckets a second */
+/* links are not in step: so many may still be filled */
+#define LIVE_OPEN_BUCKETS   32
+#define LIVE_CLOSED_BUCKETS 256 /* not taken yet; the oldest is forgotten */
+#define LIVE_NOTICES        40
+#define LIVE_NOTICE_TEXT    120
+#define LIVE_BANDS          4
 
 struct live_bucket {
     int64_t bucket; /* block / LIVE_BUCKET_BLOCKS; -1: free */
@@ -34,7 +38,7 @@ struct live_bucket {
 struct live_reading {
     float value; /* newest; NaN: not valid */
     int64_t block;
-    uint8_t validity; /* enum mr_validity; of CAN alone valid or saturated */
+    uint8_t validity;  /* enum mr_validity; of CAN alone valid or saturated */
     float least, most; /* since arming, or since the view began */
 };
 
@@ -50,9 +54,9 @@ struct live_notice {
 struct live_link {
     bool used;
     struct store_link_counts counts;
-    int64_t heard_us; /* host time of the newest message; 0: none */
-    int64_t newest;   /* block of it */
-    struct mr_zone zone;     /* that its second half is to follow */
+    int64_t heard_us;    /* host time of the newest message; 0: none */
+    int64_t newest;      /* block of it */
+    struct mr_zone zone; /* that its second half is to follow */
     struct mr_motion motion;
     struct mr_zone_coming coming; /* that a verdict is to follow */
     struct mr_zone_press press;
@@ -68,9 +72,11 @@ struct live_zone {
 
 struct live_warning {
     bool on;
-    int64_t since_us;     /* host time at which the message that began the newest one was received; 0: none since arming */
-    int64_t first_block;  /* that decided the first since arming, on the board; -1: none */
-    int64_t received_us;  /* of the newest message that says so */
+    /* host time at which the message that began the newest one was received; 0: none since
+     * arming */
+    int64_t since_us;
+    int64_t first_block;   /* that decided the first since arming, on the board; -1: none */
+    int64_t received_us;   /* of the newest message that says so */
     struct live_zone zone; /* longest of it */
 };
 
@@ -81,7 +87,8 @@ struct live_verdict {
     bool coming_known, press_known; /* they belong to it */
     struct mr_zone_coming coming;
     struct mr_zone_press press;
-    int64_t since_us;     /* host time of the message that began the newest advisory; 0: none since arming */
+    /* host time of the message that began the newest advisory; 0: none since arming */
+    int64_t since_us;
     uint8_t since_reason; /* of it */
     uint8_t told;         /* bit n: an advisory for reason n is among the notices */
 };
@@ -132,7 +139,7 @@ struct live_model {
     uint16_t fault_count[MR_FAULT_COUNT];
 
     struct live_reading reading[LIVE_CHANNELS];
-    int64_t record_block; /* of the newest block record; -1 */
+    int64_t record_block;   /* of the newest block record; -1 */
     uint64_t records, late; /* taken; came for a bucket that was closed */
     struct live_bucket open[LIVE_OPEN_BUCKETS];
     int64_t closed_to; /* buckets up to it are closed */
@@ -156,15 +163,17 @@ void live_model_message(struct live_model *model, const struct collector_event *
 void live_model_record(struct live_model *model, const struct mr_block *record, int64_t host_us);
 /* Frames by now that are not the board's. */
 void live_model_strangers(struct live_model *model, int64_t count, int64_t host_us);
-void live_model_counts(struct live_model *model, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us);
+void live_model_counts(struct live_model *model, enum link_kind kind,
+                       const struct store_link_counts *counts, int64_t host_us);
 
-/* Closes the buckets that both links have passed, or the one that is heard when the other is silent. Call it before each take. */
+/* Closes the buckets that both links have passed, or the one that is heard when the other is
+ * silent. Call it before each take. */
 void live_model_settle(struct live_model *model);
 /* Moves up to `most` closed buckets out, the oldest first; returns how many. */
 unsigned live_model_take(struct live_model *model, struct live_bucket *out, unsigned most);
 
-void live_model_notice(struct live_model *model, enum live_severity severity, int64_t host_us, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+void live_model_notice(struct live_model *model, enum live_severity severity, int64_t host_us,
+                       const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* Newest block heard of on either link; -1: none. Host time of the newest message; 0: none. */
 int64_t live_model_block(const struct live_model *model);
@@ -173,8 +182,9 @@ int64_t live_model_heard_us(const struct live_model *model);
 double live_model_gear_ft(const struct live_model *model);
 /* The predictor advises, and does not warn. */
 bool live_model_advised(const struct live_model *model);
-/* All that turns the channel's codes into its value has been told. No record is read before: a zero or a table that is not known
- * would make a number that looks right. False of any of those that are fitted: lacks. */
+/* All that turns the channel's codes into its value has been told. No record is read before: a zero
+ * or a table that is not known would make a number that looks right. False of any of those that are
+ * fitted: lacks. */
 bool live_model_calibrated(const struct live_model *model, unsigned index);
 bool live_model_lacks_calibration(const struct live_model *model);
 /* Why a reading is NaN, in words; empty: it is not, or nothing has come. Static storage. */

@@ -10,8 +10,10 @@ static void take_channel(struct live_model *model, const struct mr_channel *m)
     if (m->index >= MR_CHANNELS)
         return;
     struct mr_channel_config *known = &model->channel[m->index];
-    bool same_station = known->station_ft == m->station_ft || (isnan(known->station_ft) && isnan(m->station_ft));
-    if (!model->channel_known[m->index] || known->kind != m->kind || !same_station || known->unit_per_code != m->unit_per_code)
+    bool same_station = known->station_ft == m->station_ft ||
+                        (isnan(known->station_ft) && isnan(m->station_ft));
+    if (!model->channel_known[m->index] || known->kind != m->kind || !same_station ||
+        known->unit_per_code != m->unit_per_code)
         model->configured++;
     model->channel_known[m->index] = true;
     known->kind = m->kind;
@@ -47,7 +49,8 @@ bool live_model_calibrated(const struct live_model *model, unsigned index)
     uint32_t needed = (1u << (MR_CALIBRATION_TABLE + 2u * points)) - 1u;
     if (!model->channel_known[index] || known->kind == MR_KIND_NONE)
         return model->channel_known[index];
-    return model->zero_known[index] && (!mr_channel_measures(known) || (model->calibration_told[index] & needed) == needed);
+    return model->zero_known[index] &&
+           (!mr_channel_measures(known) || (model->calibration_told[index] & needed) == needed);
 }
 
 bool live_model_lacks_calibration(const struct live_model *model)
@@ -76,7 +79,8 @@ static void take_slack(struct live_model *model, const struct mr_slack *m)
         return;
     struct mr_slack *known = &model->segment[m->segment];
     bool same = known->slack_in == m->slack_in || (isnan(known->slack_in) && isnan(m->slack_in));
-    if (!model->segment_known[m->segment] || !same || known->start_ft != m->start_ft || known->end_ft != m->end_ft)
+    if (!model->segment_known[m->segment] || !same || known->start_ft != m->start_ft ||
+        known->end_ft != m->end_ft)
         model->configured++;
     model->segment_known[m->segment] = true;
     *known = *m;
@@ -125,7 +129,8 @@ void live_model_take_configuration(struct live_model *model, const struct live_h
         break;
     case MR_PLACE_BOARD_IMAGE: take_image(model, &m->as.board_image); break;
     case MR_PLACE_IMAGE_COMMIT:
-        mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more, m->as.image_commit.changed != 0, model->commit);
+        mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
+                             m->as.image_commit.changed != 0, model->commit);
         break;
     case MR_PLACE_BOARD_CONFIG: take_board_config(model, &m->as.board_config); break;
     case MR_PLACE_SITE: take_site(model, &m->as.site); break;

@@ -61,7 +61,8 @@ static unsigned readers_of(const struct seats *seats, bool token)
 {
     unsigned count = 0;
     for (unsigned i = 0; i < SEATS_CONNECTIONS; i++)
-        count += sits(&seats->seat[i]) && seats->seat[i].doing == READING && seats->seat[i].token == token;
+        count += sits(&seats->seat[i]) && seats->seat[i].doing == READING &&
+                 seats->seat[i].token == token;
     return count;
 }
 
@@ -71,20 +72,22 @@ static struct seat *oldest_idle(struct seats *seats)
     struct seat *oldest = NULL;
     for (unsigned i = 0; i < SEATS_CONNECTIONS; i++) {
         struct seat *seat = &seats->seat[i];
-        if (sits(seat) && seat->doing != READING && !seat->token && (!oldest || seat->number < oldest->number))
+        if (sits(seat) && seat->doing != READING && !seat->token &&
+            (!oldest || seat->number < oldest->number))
             oldest = seat;
     }
     return oldest;
 }
 
-/* The reader that has taken nothing for the longest; NULL: each has taken something since `since_ms`. */
+/* The reader that has taken nothing for the longest; NULL: each has taken something since
+ * `since_ms`. */
 static struct seat *most_stalled(struct seats *seats, bool token, int64_t since_ms)
 {
     struct seat *found = NULL;
     for (unsigned i = 0; i < SEATS_CONNECTIONS; i++) {
         struct seat *seat = &seats->seat[i];
-        if (sits(seat) && seat->doing == READING && seat->token == token && seat->since_ms < since_ms &&
-            (!found || seat->since_ms < found->since_ms))
+        if (sits(seat) && seat->doing == READING && seat->token == token &&
+            seat->since_ms < since_ms && (!found || seat->since_ms < found->since_ms))
             found = seat;
     }
     return found;
@@ -95,7 +98,8 @@ static struct seat *oldest_own_reader(struct seats *seats)
     struct seat *oldest = NULL;
     for (unsigned i = 0; i < SEATS_CONNECTIONS; i++) {
         struct seat *seat = &seats->seat[i];
-        if (sits(seat) && seat->doing == READING && seat->token && (!oldest || seat->number < oldest->number))
+        if (sits(seat) && seat->doing == READING && seat->token &&
+            (!oldest || seat->number < oldest->number))
             oldest = seat;
     }
     return oldest;
@@ -103,7 +107,9 @@ static struct seat *oldest_own_reader(struct seats *seats)
 
 static bool overdue(const struct seat *seat, int64_t now_ms)
 {
-    int64_t most_ms = seat->doing == READING ? SEATS_DROPPED_MS : seat->doing == ASKING ? SEATS_ASK_MS : SEATS_IDLE_MS;
+    int64_t most_ms = seat->doing == READING ? SEATS_DROPPED_MS
+                    : seat->doing == ASKING  ? SEATS_ASK_MS
+                                             : SEATS_IDLE_MS;
     return sits(seat) && now_ms - seat->since_ms > most_ms;
 }
 
@@ -119,7 +125,8 @@ struct seat *seats_take(struct seats *seats, int fd, int64_t now_ms)
     for (unsigned i = 0; i < SEATS_CONNECTIONS && !seat && count_of(seats) < SEATS; i++)
         seat = seats->seat[i].taken ? NULL : &seats->seat[i];
     if (seat) /* no byte has come yet: it is expected to ask */
-        *seat = (struct seat){.taken = true, .fd = fd, .doing = ASKING, .since_ms = now_ms, .number = seats->came++};
+        *seat = (struct seat){
+            .taken = true, .fd = fd, .doing = ASKING, .since_ms = now_ms, .number = seats->came++};
     pthread_mutex_unlock(&seats->lock);
     return seat;
 }
@@ -137,7 +144,8 @@ void seats_ask(struct seats *seats, struct seat *seat, bool token, int64_t now_m
 {
     pthread_mutex_lock(&seats->lock);
     seat->token = token;
-    if (seat->doing != ASKING || token) /* a first request has been coming since the connection began */
+    /* a first request has been coming since the connection began */
+    if (seat->doing != ASKING || token)
         seat->since_ms = now_ms;
     seat->doing = ASKING;
     pthread_mutex_unlock(&seats->lock);

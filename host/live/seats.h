@@ -1,27 +1,32 @@
-/* Who sits at the live page: a bounded number of connections, so shared out that who has the token always gets through.
+/* Who sits at the live page: a bounded number of connections, so shared out that who has the token
+ * always gets through.
  *
- * Every connection takes a seat. A request with the token keeps the seat until the answer is out. Else, when all seats are taken, the
- * oldest connection that reads no events gives way: one that sends no request, sends a request slowly, takes an answer slowly, or waits
- * for the next request. Readers of events have seats of their own, few for who has no token and some for who has one. A reader that
- * takes nothing for SEATS_STALLED_MS gives way to the next one; without any such reader the next one without the token is refused, and the
- * next one with the token takes the place of the oldest with it.
+ * Every connection takes a seat. A request with the token keeps the seat until the answer is out.
+ * Else, when all seats are taken, the oldest connection that reads no events gives way: one that
+ * sends no request, sends a request slowly, takes an answer slowly, or waits for the next request.
+ * Readers of events have seats of their own, few for who has no token and some for who has one. A
+ * reader that takes nothing for SEATS_STALLED_MS gives way to the next one; without any such reader
+ * the next one without the token is refused, and the next one with the token takes the place of the
+ * oldest with it.
  *
- * A connection gives way by shutdown(2): its thread sees the end and closes it. Times come in as arguments, monotonic ms. All
- * functions lock for themselves. */
+ * A connection gives way by shutdown(2): its thread sees the end and closes it. Times come in as
+ * arguments, monotonic ms. All functions lock for themselves. */
 #ifndef MATRIG_HOST_LIVE_SEATS_H
 #define MATRIG_HOST_LIVE_SEATS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SEATS 96u
-#define SEATS_CONNECTIONS 400u  /* with those that have given way and are not closed yet */
-#define SEATS_READERS 16u       /* of events, without the token */
-#define SEATS_OWN_READERS 8u    /* with the token: a browser's tabs */
-#define SEATS_ASK_MS 10000      /* for a request and its answer; for a command, which waits for the board 3 s */
-#define SEATS_IDLE_MS 15000     /* between two requests of a connection */
-#define SEATS_STALLED_MS 3000   /* a reader gets something each second: it has not taken that */
-#define SEATS_DROPPED_MS 10000  /* a reader that takes nothing for so long is ended, wanted or not */
+#define SEATS             96u
+#define SEATS_CONNECTIONS 400u /* with those that have given way and are not closed yet */
+#define SEATS_READERS     16u  /* of events, without the token */
+#define SEATS_OWN_READERS 8u   /* with the token: a browser's tabs */
+/* for a request and its answer; for a command, which waits for the board 3 s */
+#define SEATS_ASK_MS      10000
+#define SEATS_IDLE_MS     15000 /* between two requests of a connection */
+#define SEATS_STALLED_MS  3000  /* a reader gets something each second: it has not taken that */
+/* a reader that takes nothing for so long is ended, wanted or not */
+#define SEATS_DROPPED_MS  10000
 
 struct seats;
 struct seat;

@@ -17,14 +17,16 @@
 #include "host/live/assets.h"
 #include "host/live/seats.h"
 
-#define CONNECTION_S 30u      /* one that nothing happens on for so long is ended, whatever its seat says */
-#define SEND_BYTES (64 * 1024) /* that the kernel keeps for a reader: one that does not read is noticed in seconds */
-#define HEARTBEAT_MS 1000
-#define SWEEP_MS 1000
+/* one that nothing happens on for so long is ended, whatever its seat says */
+#define CONNECTION_S  30u
+/* that the kernel keeps for a reader: one that does not read is noticed in seconds */
+#define SEND_BYTES    (64 * 1024)
+#define HEARTBEAT_MS  1000
+#define SWEEP_MS      1000
 #define COMMAND_BYTES 1000u
-#define CHUNK_BYTES 65536u
-#define TOKEN_BYTES 16u
-#define LANDING_MOST 65535
+#define CHUNK_BYTES   65536u
+#define TOKEN_BYTES   16u
+#define LANDING_MOST  65535
 
 struct live_server {
     struct live_hub *hub;
@@ -54,7 +56,8 @@ struct stream {
 
 /* ---- answers ---- */
 
-static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code, struct MHD_Response *response, const char *type)
+static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code,
+                              struct MHD_Response *response, const char *type)
 {
     if (!response)
         return MHD_NO;
@@ -64,7 +67,8 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code, 
     MHD_add_response_header(response, "Referrer-Policy", "no-referrer");
     MHD_add_response_header(response, "Cross-Origin-Resource-Policy", "same-origin");
     MHD_add_response_header(response, "Content-Security-Policy",
-                            "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+                            "default-src 'none'; script-src 'self'; style-src 'self'; connect-src "
+                            "'self'; img-src 'self' data:; "
                             "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
     enum MHD_Result result = MHD_queue_response(connection, code, response);
     MHD_destroy_response(response);
@@ -73,7 +77,9 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code, 
 
 static enum MHD_Result say(struct MHD_Connection *connection, unsigned code, const char *text)
 {
-    return answer(connection, code, MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text, MHD_RESPMEM_MUST_COPY),
+    return answer(connection, code,
+                  MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text,
+                                                  MHD_RESPMEM_MUST_COPY),
                   "text/plain; charset=utf-8");
 }
 
@@ -82,7 +88,9 @@ static enum MHD_Result say_json(struct MHD_Connection *connection, unsigned code
 {
     if (!text)
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
-    return answer(connection, code, MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE), "application/json");
+    return answer(connection, code,
+                  MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE),
+                  "application/json");
 }
 
 static const char *header(struct MHD_Connection *connection, const char *name)
@@ -90,14 +98,17 @@ static const char *header(struct MHD_Connection *connection, const char *name)
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
-/* The request was made to this computer by one of its own names, whatever the port: a tunnel's is another one. */
+/* The request was made to this computer by one of its own names, whatever the port: a tunnel's is
+ * another one. */
 static bool host_is_ours(const char *host)
 {
     static const char *const ours[] = {"127.0.0.1", "localhost", "[::1]"};
     for (size_t i = 0; host && i < sizeof ours / sizeof ours[0]; i++) {
         size_t length = strlen(ours[i]);
-        if (strncasecmp(host, ours[i], length) == 0 && (host[length] == '\0' || host[length] == ':') &&
-            (host[length] == '\0' || strspn(host + length + 1, "0123456789") == strlen(host + length + 1)))
+        if (strncasecmp(host, ours[i], length) == 0 &&
+            (host[length] == '\0' || host[length] == ':') &&
+            (host[length] == '\0' ||
+             strspn(host + length + 1, "0123456789") == strlen(host + length + 1)))
             return true;
     }
     return false;
@@ -123,7 +134,8 @@ static int64_t now_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-static void connection_changes(void *context, struct MHD_Connection *connection, void **seat, enum MHD_ConnectionNotificationCode what)
+static void connection_changes(void *context, struct MHD_Connection *connection, void **seat,
+                               enum MHD_ConnectionNotificationCode what)
 {
     struct live_server *server = context;
     if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
@@ -141,7 +153,8 @@ static void connection_changes(void *context, struct MHD_Connection *connection,
 
 static struct seat *seat_of(struct MHD_Connection *connection)
 {
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
     return info ? info->socket_context : NULL;
 }
 
@@ -193,13 +206,16 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
 {
     if (!seats_read(server->seats, seat_of(connection), now_ms()))
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
-                   "all places for viewers without the token are taken: open the address that matrig printed, with what follows #\n");
+                   "all places for viewers without the token are taken: open the address that "
+                   "matrig printed, with what follows #\n");
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream)
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
-    *stream = (struct stream){.hub = server->hub, .seats = server->seats, .seat = seat_of(connection)};
+    *stream =
+        (struct stream){.hub = server->hub, .seats = server->seats, .seat = seat_of(connection)};
     live_hub_viewer(server->hub, header(connection, "Last-Event-ID"), &stream->viewer);
-    struct MHD_Response *response = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
+    struct MHD_Response *response = MHD_create_response_from_callback(
+        MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
     if (!response)
         stream_free(stream);
     return answer(connection, MHD_HTTP_OK, response, "text/event-stream");
@@ -215,35 +231,44 @@ static unsigned run_command(struct live_server *server, const struct request *re
     json_t *landing = json_object_get(body, "landing");
     bool arm = name && strcmp(name, "arm") == 0, disarm = name && strcmp(name, "disarm") == 0;
     json_int_t number = json_integer_value(landing);
-    bool wrong = (!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 || number > LANDING_MOST;
+    bool wrong = (!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) ||
+                 number < 0 || number > LANDING_MOST;
     enum mr_status of_board = MR_OK;
     json_decref(body);
     if (wrong) {
-        json_object_set_new(json, "error", json_string("a command is arm, with a landing from 0 to 65535, or disarm"));
+        json_object_set_new(
+            json, "error",
+            json_string("a command is arm, with a landing from 0 to 65535, or disarm"));
         return MHD_HTTP_BAD_REQUEST;
     }
     char refused[200];
-    enum mr_status status = live_hub_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM, (int32_t)number, &of_board);
+    enum mr_status status = live_hub_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
+                                             (int32_t)number, &of_board);
     snprintf(refused, sizeof refused, "refused: %s", armtalk_refusal(of_board));
-    const char *error = status == MR_TIMEOUT      ? "the board did not answer within 3 s"
-                        : status != MR_OK         ? "another command is under way, or this view only watches"
-                        : of_board != MR_OK       ? refused
-                                                  : NULL;
+    const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
+                      : status != MR_OK ? "another command is under way, or this view only watches"
+                      : of_board != MR_OK ? refused
+                                          : NULL;
     json_object_set_new(json, "done", json_boolean(!error));
     if (error)
         json_object_set_new(json, "error", json_string(error));
-    return status == MR_TIMEOUT ? MHD_HTTP_GATEWAY_TIMEOUT : error ? MHD_HTTP_CONFLICT : MHD_HTTP_OK;
+    return status == MR_TIMEOUT ? MHD_HTTP_GATEWAY_TIMEOUT
+         : error                ? MHD_HTTP_CONFLICT
+                                : MHD_HTTP_OK;
 }
 
-static enum MHD_Result command(struct live_server *server, struct MHD_Connection *connection, const struct request *request)
+static enum MHD_Result command(struct live_server *server, struct MHD_Connection *connection,
+                               const struct request *request)
 {
     const char *origin = header(connection, "Origin"), *type = header(connection, "Content-Type");
     const char *host = header(connection, "Host");
-    bool elsewhere = origin && (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
+    bool elsewhere = origin &&
+                     (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
     if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
         return say(connection, MHD_HTTP_FORBIDDEN, "commands come from the live page, as JSON\n");
     if (!token_is(server, header(connection, "X-Matrig-Token")))
-        return say(connection, MHD_HTTP_FORBIDDEN, "commands need the token: open the address that matrig printed\n");
+        return say(connection, MHD_HTTP_FORBIDDEN,
+                   "commands need the token: open the address that matrig printed\n");
     if (request->too_long)
         return say(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
     json_t *json = json_object();
@@ -255,20 +280,25 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
 
 /* ---- requests ---- */
 
-/* A browser sends no headers of our own with a request for events, so there the token is in the address, which no history keeps. */
+/* A browser sends no headers of our own with a request for events, so there the token is in the
+ * address, which no history keeps. */
 static bool has_token(const struct live_server *server, struct MHD_Connection *connection)
 {
     return token_is(server, header(connection, "X-Matrig-Token")) ||
-           token_is(server, MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "token"));
+           token_is(server,
+                    MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "token"));
 }
 
-static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection, const char *url)
+static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection,
+                           const char *url)
 {
     const struct live_asset *asset = live_asset_find(url);
     if (asset)
         return answer(connection, MHD_HTTP_OK,
-                      MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes), (void *)(uintptr_t)asset->bytes,
-                                                      MHD_RESPMEM_PERSISTENT), asset->type);
+                      MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes),
+                                                      (void *)(uintptr_t)asset->bytes,
+                                                      MHD_RESPMEM_PERSISTENT),
+                      asset->type);
     if (strcmp(url, "/events") == 0)
         return events(server, connection);
     if (strcmp(url, "/state") == 0)
@@ -285,8 +315,9 @@ static void take_body(struct request *request, const char *data, size_t size)
     request->length += size;
 }
 
-static enum MHD_Result serve(void *context, struct MHD_Connection *connection, const char *url, const char *method,
-                             const char *version, const char *data, size_t *size, void **kept)
+static enum MHD_Result serve(void *context, struct MHD_Connection *connection, const char *url,
+                             const char *method, const char *version, const char *data,
+                             size_t *size, void **kept)
 {
     struct live_server *server = context;
     struct request *request = *kept;
@@ -303,14 +334,17 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
         return MHD_YES;
     }
     if (!host_is_ours(header(connection, "Host")))
-        return say(connection, MHD_HTTP_FORBIDDEN, "this is served to this computer alone: use 127.0.0.1, or an ssh tunnel to it\n");
+        return say(
+            connection, MHD_HTTP_FORBIDDEN,
+            "this is served to this computer alone: use 127.0.0.1, or an ssh tunnel to it\n");
     bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
         return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "GET, or POST to /command\n");
     return post ? command(server, connection, request) : get(server, connection, url);
 }
 
-static void request_over(void *context, struct MHD_Connection *connection, void **kept, enum MHD_RequestTerminationCode why)
+static void request_over(void *context, struct MHD_Connection *connection, void **kept,
+                         enum MHD_RequestTerminationCode why)
 {
     struct live_server *server = context;
     (void)why;
@@ -322,7 +356,8 @@ static void request_over(void *context, struct MHD_Connection *connection, void 
 
 /* ---- opening ---- */
 
-static enum mr_status parse_where(const char *where, struct sockaddr_storage *address, socklen_t *length, struct error *error)
+static enum mr_status parse_where(const char *where, struct sockaddr_storage *address,
+                                  socklen_t *length, struct error *error)
 {
     struct sockaddr_in *v4 = (struct sockaddr_in *)address;
     struct sockaddr_in6 *v6 = (struct sockaddr_in6 *)address;
@@ -332,19 +367,26 @@ static enum mr_status parse_where(const char *where, struct sockaddr_storage *ad
     size_t host_length = colon ? (size_t)(colon - where) : 0;
     long number = strtol(port, &end, 10);
     if (*port < '0' || *port > '9' || *end || number > 65535 || host_length >= sizeof host)
-        return error_set(error, MR_USAGE, "no port: '%s'; 0 to 65535, 0 for any that is free", where);
+        return error_set(error, MR_USAGE, "no port: '%s'; 0 to 65535, 0 for any that is free",
+                         where);
     snprintf(host, sizeof host, "%.*s", (int)host_length, where);
     memset(address, 0, sizeof *address);
     if (strcmp(host, "[::1]") == 0) {
-        *v6 = (struct sockaddr_in6){.sin6_family = AF_INET6, .sin6_addr = in6addr_loopback, .sin6_port = htons((uint16_t)number)};
+        *v6 = (struct sockaddr_in6){.sin6_family = AF_INET6,
+                                    .sin6_addr = in6addr_loopback,
+                                    .sin6_port = htons((uint16_t)number)};
         *length = sizeof *v6;
     } else if (!colon || strcmp(host, "localhost") == 0 || strcmp(host, "127.0.0.1") == 0) {
-        *v4 = (struct sockaddr_in){.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK), .sin_port = htons((uint16_t)number)};
+        *v4 = (struct sockaddr_in){.sin_family = AF_INET,
+                                   .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
+                                   .sin_port = htons((uint16_t)number)};
         *length = sizeof *v4;
     } else {
         return error_set(error, MR_USAGE,
-                         "'%s' is not this computer's own: the page is served on 127.0.0.1 or [::1] alone; from elsewhere use "
-                         "ssh -L 8473:127.0.0.1:8473", host);
+                         "'%s' is not this computer's own: the page is served on 127.0.0.1 or "
+                         "[::1] alone; from elsewhere use "
+                         "ssh -L 8473:127.0.0.1:8473",
+                         host);
     }
     return MR_OK;
 }
@@ -358,15 +400,20 @@ static void make_token(struct live_server *server)
         snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
 }
 
-static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_storage *address, bool v6)
+static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_storage *address,
+                                bool v6)
 {
-    return MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL | (v6 ? MHD_USE_IPv6 : 0), 0, NULL,
-                            NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT, SEATS_CONNECTIONS,
-                            MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, server,
-                            MHD_OPTION_NOTIFY_CONNECTION, connection_changes, server, MHD_OPTION_END);
+    return MHD_start_daemon(
+        MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL |
+            (v6 ? MHD_USE_IPv6 : 0),
+        0, NULL, NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
+        SEATS_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED,
+        request_over, server, MHD_OPTION_NOTIFY_CONNECTION, connection_changes, server,
+        MHD_OPTION_END);
 }
 
-enum mr_status live_server_open(const char *where, struct live_hub *hub, struct live_server **server, struct error *error)
+enum mr_status live_server_open(const char *where, struct live_hub *hub,
+                                struct live_server **server, struct error *error)
 {
     struct sockaddr_storage address;
     socklen_t length;
@@ -386,12 +433,16 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub, struct 
         int code = errno;
         seats_close(made->seats);
         free(made);
-        return error_set(error, MR_IO, "cannot serve the live page at %s (%s): is another matrig there? Give another port, or 0", where,
-                         code ? strerror(code) : "no reason given");
+        return error_set(error, MR_IO,
+                         "cannot serve the live page at %s (%s): is another matrig there? Give "
+                         "another port, or 0",
+                         where, code ? strerror(code) : "no reason given");
     }
-    made->sweeps = pthread_create(&made->sweeper, NULL, sweep, made) == 0; /* without it the slow give way all the same, when others come */
+    /* without it the slow give way all the same, when others come */
+    made->sweeps = pthread_create(&made->sweeper, NULL, sweep, made) == 0;
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_BIND_PORT);
-    snprintf(made->url, sizeof made->url, "http://%s:%u/#%s", v6 ? "[::1]" : "127.0.0.1", info ? info->port : 0u, made->token);
+    snprintf(made->url, sizeof made->url, "http://%s:%u/#%s", v6 ? "[::1]" : "127.0.0.1",
+             info ? info->port : 0u, made->token);
     *server = made;
     return MR_OK;
 }

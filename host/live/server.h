@@ -1,24 +1,29 @@
 /* The live page, served over HTTP on a loopback address, and on no other.
  *
  *     GET  /          the page; /live.js, /live.css, /uPlot.js, /uPlot.css, /licences.txt
- *     GET  /events    server-sent events (host/live/hub.h); with ?token=T at one of the places of who has it (host/live/seats.h)
+ *     GET  /events    server-sent events (host/live/hub.h); with ?token=T at one of the places of
+ *                     who has it (host/live/seats.h)
  *     GET  /state     the state as JSON
- *     POST /command   {"command": "arm" or "disarm", "landing": N}, with the token in X-Matrig-Token
+ *     POST /command   {"command": "arm" or "disarm", "landing": N}, with the token in
+ *                     X-Matrig-Token
  *
- * A request whose Host is not a name of this computer is refused: a page from elsewhere that made its own name point here (DNS
- * rebinding) gets nothing. Commands need the token, which only who started the program has seen, and come from this page's origin. */
+ * A request whose Host is not a name of this computer is refused: a page from elsewhere that made
+ * its own name point here (DNS rebinding) gets nothing. Commands need the token, which only who
+ * started the program has seen, and come from this page's origin. */
 #ifndef MATRIG_HOST_LIVE_SERVER_H
 #define MATRIG_HOST_LIVE_SERVER_H
 
 #include "host/live/hub.h"
 
-#define LIVE_PORT 8473
+#define LIVE_PORT    8473
 #define LIVE_URL_MAX 120
 
 struct live_server;
 
-/* "8473", "127.0.0.1:8473", "[::1]:0"; 0: any port that is free. MR_USAGE: no such thing, or not this computer's own. */
-enum mr_status live_server_open(const char *where, struct live_hub *hub, struct live_server **server, struct error *error);
+/* "8473", "127.0.0.1:8473", "[::1]:0"; 0: any port that is free. MR_USAGE: no such thing, or not
+ * this computer's own. */
+enum mr_status live_server_open(const char *where, struct live_hub *hub,
+                                struct live_server **server, struct error *error);
 /* With the token behind #, which browsers keep to themselves. Static in the server. */
 const char *live_server_url(const struct live_server *server);
 /* Ends the hub's waits, then serves no more. NULL is allowed. */

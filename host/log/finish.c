@@ -1,5 +1,6 @@
-/* The end of matrig log: no more is read, what is in the queues is written, the session is closed. A campaign that still takes nothing is
- * waited for a while; then what is left goes into files beside it, which matrig log reads. */
+/* The end of matrig log: no more is read, what is in the queues is written, the session is closed.
+ * A campaign that still takes nothing is waited for a while; then what is left goes into files
+ * beside it, which matrig log reads. */
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
@@ -12,11 +13,13 @@
 #include "host/link/candump.h"
 #include "host/log/logger.h"
 
-#define WAIT_US 60000000u      /* for a campaign that takes nothing, at the end of the links or of --for; */
+/* for a campaign that takes nothing, at the end of the links or of --for; */
+#define WAIT_US       60000000u
 #define WAIT_ASKED_US 5000000u /* when somebody asked for the end */
-#define HURRY_US 500000u /* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
-#define LOOK_MS 20
-#define BEFORE_US 5000000u /* the board says hello once a second, and the time ten times */
+/* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
+#define HURRY_US      500000u
+#define LOOK_MS       20
+#define BEFORE_US     5000000u /* the board says hello once a second, and the time ten times */
 
 bool logger_signalled(struct logger *logger, int signals)
 {
@@ -24,7 +27,8 @@ bool logger_signalled(struct logger *logger, int signals)
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
         return false;
     uint64_t now_us = logger_now_us();
-    logger->hurried = logger->ended_by && (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
+    logger->hurried = logger->ended_by &&
+                      (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
     if (!logger->signalled_us)
         logger->signalled_us = now_us;
     watch_end(&logger->watch);
@@ -36,7 +40,8 @@ static enum mr_status take_turn(struct logger *logger, struct error *error)
 {
     bool ready[LINK_KINDS] = {false, false}, any = false;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        ready[kind] = logger->reader[kind] && link_queue_unread(link_reader_queue(logger->reader[kind]));
+        ready[kind] = logger->reader[kind] &&
+                      link_queue_unread(link_reader_queue(logger->reader[kind]));
         any |= ready[kind];
     }
     if (!any)
@@ -90,7 +95,8 @@ static bool close_side_file(struct side_file *side)
 }
 
 /* A link's since then, as a candump log or as bytes. False: it could not be written. */
-static bool save_queue(struct logger *logger, enum link_kind kind, uint64_t since_us, struct side_file *side)
+static bool save_queue(struct logger *logger, enum link_kind kind, uint64_t since_us,
+                       struct side_file *side)
 {
     struct link_queue *queue = link_reader_queue(logger->reader[kind]);
     struct link_item item;
@@ -100,7 +106,8 @@ static bool save_queue(struct logger *logger, enum link_kind kind, uint64_t sinc
     if (kind == LINK_CAN && logger->hello.length) /* without it nothing of a board is understood */
         fwrite(line, 1, candump_print(&logger->hello, line), side->file);
     for (bool begun = false; link_queue_take(queue, &item);) {
-        begun |= item.host_us >= since_us; /* from then on all: this computer's clock may have been set back */
+        /* from then on all: this computer's clock may have been set back */
+        begun |= item.host_us >= since_us;
         if (item.kind == LINK_ITEM_FRAME && begun)
             fwrite(line, 1, candump_print(&item.frame, line), side->file);
         else if (item.kind == LINK_ITEM_BYTES && begun)
@@ -114,8 +121,9 @@ static bool is_gone(enum store_place place)
     return place == STORE_WRITTEN_OVER || place == STORE_EMPTIED;
 }
 
-/* Goes back in the queues to the beginning of the landing that is going on: what is saved of it is all of it, and can be understood. Of a
- * campaign that is gone, to the beginning of what is kept. Returns from when on it is to be saved. */
+/* Goes back in the queues to the beginning of the landing that is going on: what is saved of it is
+ * all of it, and can be understood. Of a campaign that is gone, to the beginning of what is kept.
+ * Returns from when on it is to be saved. */
 static uint64_t go_back(struct logger *logger)
 {
     int64_t since_us = collector_since_us(logger->collector);
@@ -124,7 +132,9 @@ static uint64_t go_back(struct logger *logger)
         if (logger->reader[kind] && (gone || since_us != STORE_NONE))
             link_queue_rewind_all(link_reader_queue(logger->reader[kind]));
     }
-    return gone || since_us == STORE_NONE || since_us < (int64_t)BEFORE_US ? 0 : (uint64_t)since_us - BEFORE_US;
+    return gone || since_us == STORE_NONE || since_us < (int64_t)BEFORE_US
+             ? 0
+             : (uint64_t)since_us - BEFORE_US;
 }
 
 /* The error names the files, or what is lost. */
@@ -138,7 +148,8 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
     bool any = strcmp(what, "nothing") != 0 || is_gone(logger_place(logger));
     const uint64_t since_us = any ? go_back(logger) : 0;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind]) : NULL;
+        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind])
+                                                        : NULL;
         struct link_queue_depth depth = {0};
         if (queue)
             depth = link_queue_depth(queue);
@@ -146,14 +157,22 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
             continue;
         good = save_queue(logger, (enum link_kind)kind, since_us, &side[kind]) && good;
         size_t used = strlen(links);
-        snprintf(links + used, sizeof links - used, " --%s file:%s", kind == LINK_CAN ? "can" : "serial", side[kind].path);
+        snprintf(links + used, sizeof links - used, " --%s file:%s",
+                 kind == LINK_CAN ? "can" : "serial", side[kind].path);
     }
     if (links[0] == '\0')
-        return error_set(error, MR_IO, "all that came is in the campaign, the end of the session is not: %.250s", reason);
+        return error_set(error, MR_IO,
+                         "all that came is in the campaign, the end of the session is not: %.250s",
+                         reason);
     if (!good)
-        return error_set(error, MR_IO, "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s", what, reason);
-    return error_set(error, MR_IO, "not in the campaign (%.120s): %s that came last; take them in: matrig log%s --db %s", reason, what, links,
-                     store_path(logger->store));
+        return error_set(
+            error, MR_IO,
+            "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s",
+            what, reason);
+    return error_set(
+        error, MR_IO,
+        "not in the campaign (%.120s): %s that came last; take them in: matrig log%s --db %s",
+        reason, what, links, store_path(logger->store));
 }
 
 static bool waited_enough(struct logger *logger, uint64_t began_us)
@@ -177,7 +196,8 @@ static enum mr_status give_up(struct logger *logger, const struct error *why, st
     return error_set(error, why->status, "%s", why->text);
 }
 
-/* All is written: is it there, for somebody who opens the campaign now? MR_TOO_FEW: it was not, and comes again, for another one. */
+/* All is written: is it there, for somebody who opens the campaign now? MR_TOO_FEW: it was not, and
+ * comes again, for another one. */
 static enum mr_status settle(struct logger *logger, struct error *error)
 {
     (void)watch_place_now(&logger->watch);

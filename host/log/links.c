@@ -6,7 +6,7 @@
 #include "host/log/logger.h"
 
 #define FRAMES_PER_TURN READER_FRAMES
-#define BYTES_PER_TURN LINK_QUEUE_READ_MAX
+#define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
 
 uint64_t logger_now_us(void)
 {
@@ -16,8 +16,8 @@ uint64_t logger_now_us(void)
 }
 
 /* The link is over, for whatever reason; a broken one is remembered, and the other one goes on. */
-static enum mr_status end_link(struct logger *logger, enum link_kind kind, const struct error *reason,
-                               struct error *error)
+static enum mr_status end_link(struct logger *logger, enum link_kind kind,
+                               const struct error *reason, struct error *error)
 {
     struct error tail = {0};
     logger->open[kind] = false;
@@ -33,9 +33,10 @@ static enum mr_status end_link(struct logger *logger, enum link_kind kind, const
     return status;
 }
 
-/* What the link saw since the last time: recorded, and told. `frame` is the error frame that tells it, if any. */
-static enum mr_status take_troubles(struct logger *logger, enum link_kind kind, const struct link_frame *frame,
-                                    struct error *error)
+/* What the link saw since the last time: recorded, and told. `frame` is the error frame that tells
+ * it, if any. */
+static enum mr_status take_troubles(struct logger *logger, enum link_kind kind,
+                                    const struct link_frame *frame, struct error *error)
 {
     const struct link_counters *counters = &logger->counters[kind];
     char text[CAN_ERROR_TEXT_MAX];
@@ -52,7 +53,8 @@ static enum mr_status take_troubles(struct logger *logger, enum link_kind kind, 
     return status;
 }
 
-static enum mr_status take_item(struct logger *logger, enum link_kind kind, const struct link_item *item, struct error *error)
+static enum mr_status take_item(struct logger *logger, enum link_kind kind,
+                                const struct link_item *item, struct error *error)
 {
     if (item->kind == LINK_ITEM_COUNTERS) {
         logger->counters[kind] = item->counters;
@@ -63,7 +65,8 @@ static enum mr_status take_item(struct logger *logger, enum link_kind kind, cons
         collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
-        status = take_troubles(logger, kind, item->kind == LINK_ITEM_FRAME ? &item->frame : NULL, error);
+        status = take_troubles(logger, kind, item->kind == LINK_ITEM_FRAME ? &item->frame : NULL,
+                               error);
     if (status != MR_OK)
         return status;
     switch (item->kind) {
@@ -71,7 +74,8 @@ static enum mr_status take_item(struct logger *logger, enum link_kind kind, cons
         if (item->frame.id == MR_ID_HELLO)
             logger->hello = item->frame;
         return collector_frame(logger->collector, &item->frame, error);
-    case LINK_ITEM_BYTES: return collector_bytes(logger->collector, item->bytes, item->length, item->host_us, error);
+    case LINK_ITEM_BYTES:
+        return collector_bytes(logger->collector, item->bytes, item->length, item->host_us, error);
     case LINK_ITEM_CLOCK:
         if (item->jump_us != 0)
             return collector_clock_set(logger->collector, item->jump_us, error);
@@ -98,13 +102,13 @@ enum mr_status logger_receive(struct logger *logger, enum link_kind kind, struct
     return status == MR_OK ? take_troubles(logger, kind, NULL, error) : status;
 }
 
-/* When both links have something, the one that is behind in board time goes first: they stay in step,
- * whatever waits in which buffer, and neither is ever waited for. */
+/* When both links have something, the one that is behind in board time goes first: they stay in
+ * step, whatever waits in which buffer, and neither is ever waited for. */
 void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
 {
     if (ready[LINK_CAN] && ready[LINK_SERIAL]) {
-        bool can_behind =
-            collector_block(logger->collector, LINK_CAN) <= collector_block(logger->collector, LINK_SERIAL);
+        bool can_behind = collector_block(logger->collector, LINK_CAN) <=
+                          collector_block(logger->collector, LINK_SERIAL);
         ready[can_behind ? LINK_SERIAL : LINK_CAN] = false;
     }
 }

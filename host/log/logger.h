@@ -1,9 +1,11 @@
-/* Insides of matrig log: what it holds while it collects, and its parts: links.c (what comes), write.c (transactions), watch.c (what is
- * told while they wait), rescue.c (a campaign that was taken away), finish.c (the end), orders.c (what is asked of the board), typed.c
- * (commands on standard input), tell.c (what the user is told). Its loop is host/commands/log_command.c.
+/* Insides of matrig log: what it holds while it collects, and its parts: links.c (what comes),
+ * write.c (transactions), watch.c (what is told while they wait), rescue.c (a campaign that was
+ * taken away), finish.c (the end), orders.c (what is asked of the board), typed.c (commands on
+ * standard input), tell.c (what the user is told). Its loop is host/commands/log_command.c.
  *
- * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the queues and writes: the store and the
- * collector are its alone. The third kind looks on (watch.h). */
+ * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the
+ * queues and writes: the store and the collector are its alone. The third kind looks on
+ * (watch.h). */
 #ifndef MATRIG_HOST_LOG_LOGGER_H
 #define MATRIG_HOST_LOG_LOGGER_H
 
@@ -22,33 +24,35 @@ struct logger {
     struct store *store;
     struct link *link[LINK_KINDS];
     bool open[LINK_KINDS];
-    bool more[LINK_KINDS]; /* of a recording, not drained: poll need not see what waits inside the link */
-    struct link_reader *reader[LINK_KINDS]; /* NULL: not used */
-    int news;                               /* eventfd: something is in a queue */
+    /* of a recording, not drained: poll need not see what waits inside the link */
+    bool more[LINK_KINDS];
+    struct link_reader *reader[LINK_KINDS];    /* NULL: not used */
+    int news;                                  /* eventfd: something is in a queue */
     struct link_counters counters[LINK_KINDS]; /* as of what was taken */
-    bool troubled[LINK_KINDS];              /* they have changed, and nobody has taken notice */
+    bool troubled[LINK_KINDS];                 /* they have changed, and nobody has taken notice */
     struct collector *collector;
-    uint64_t noted[LINK_KINDS][LINK_TROUBLES];  /* of them, seen by the user */
+    uint64_t noted[LINK_KINDS][LINK_TROUBLES]; /* of them, seen by the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
-    int64_t strangers[LINK_KINDS];  /* frames not the board's, seen by the user */
+    int64_t strangers[LINK_KINDS]; /* frames not the board's, seen by the user */
     uint16_t stranger_id[LINK_KINDS];
-    uint64_t strangers_us;          /* when they were last */
+    uint64_t strangers_us;     /* when they were last */
     struct mr_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
-    uint64_t commit_us;     /* the last one took so long */
-    uint64_t again_us;      /* until then nothing is written: the campaign took nothing */
-    struct watch_hold hold; /* what was in the way of the last commit; to be recorded, of this landing: */
+    uint64_t commit_us; /* the last one took so long */
+    uint64_t again_us;  /* until then nothing is written: the campaign took nothing */
+    /* what was in the way of the last commit; to be recorded, of this landing: */
+    struct watch_hold hold;
     int64_t hold_run;
-    char saved[4096];       /* the campaign was taken away, and is here now; "": not */
-    char taken[9000];       /* what became of the one that was named, in a sentence */
-    char lost_before[40];   /* what came before that time of day is lost with it; "": nothing */
-    bool refilled;          /* the queues give all that they have kept once more */
-    bool emptied;           /* what was logged is no longer in it */
-    bool followed;          /* the watch knows the campaign with its journal */
+    char saved[4096];        /* the campaign was taken away, and is here now; "": not */
+    char taken[9000];        /* what became of the one that was named, in a sentence */
+    char lost_before[40];    /* what came before that time of day is lost with it; "": nothing */
+    bool refilled;           /* the queues give all that they have kept once more */
+    bool emptied;            /* what was logged is no longer in it */
+    bool followed;           /* the watch knows the campaign with its journal */
     struct link_frame hello; /* the board's newest on CAN; length 0: none */
-    uint64_t rescue_us;     /* when saving was tried */
+    uint64_t rescue_us;      /* when saving was tried */
     uint64_t shown_us;
     uint64_t asked_us;       /* for the configuration; 0: not, or a landing came in between */
     unsigned asks;           /* since the beginning or the last landing */
@@ -61,14 +65,14 @@ struct logger {
     json_t *landings;
     unsigned shown; /* landings summarised */
     struct quicklook look;
-    struct live live; /* of --live; else all zero */
+    struct live live;       /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
-    uint64_t unheard_us; /* from when on it is told that no board is heard; 0: not begun */
+    uint64_t unheard_us;    /* from when on it is told that no board is heard; 0: not begun */
     bool unheard_told;
-    uint64_t live_us; /* when the board was asked to be live; 0: not yet */
-    uint64_t channels_us; /* when the live view asked for the channels, */
+    uint64_t live_us;      /* when the board was asked to be live; 0: not yet */
+    uint64_t channels_us;  /* when the live view asked for the channels, */
     unsigned channel_asks; /* and how often */
-    struct typed typed; /* commands on standard input */
+    struct typed typed;    /* commands on standard input */
 };
 
 uint64_t logger_now_us(void); /* for deadlines: never jumps */
@@ -91,30 +95,33 @@ enum mr_status logger_commit(struct logger *logger, struct error *error);
 /* It has been open for long enough: what was received is to be on disk within 100 ms. */
 bool logger_commit_due(struct logger *logger);
 void logger_take_back(struct logger *logger);
-/* After an error: when the store refused for a reason that may pass, takes back and forgets the error: it is tried again at again_us.
- * Else returns the error's status. */
+/* After an error: when the store refused for a reason that may pass, takes back and forgets the
+ * error: it is tried again at again_us. Else returns the error's status. */
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
 
 /* ---- rescue.c ---- */
 
 /* Where the campaign is, and whether it still is what was logged. */
 enum store_place logger_place(struct logger *logger);
-/* When it is no longer where it was: saves it beside, and goes on there. When it is no longer what it was: begins a new one beside it, with
- * what the queues have kept. */
+/* When it is no longer where it was: saves it beside, and goes on there. When it is no longer what
+ * it was: begins a new one beside it, with what the queues have kept. */
 enum mr_status logger_rescue(struct logger *logger, struct error *error);
 
-/* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none was found. */
-bool logger_beside(const char *folder, const char *path, const char *what, const char *ending, char *out, size_t size);
+/* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none
+ * was found. */
+bool logger_beside(const char *folder, const char *path, const char *what, const char *ending,
+                   char *out, size_t size);
 
 /* ---- finish.c ---- */
 
-/* Writes what is in the queues, and the end of the session. What cannot be written in time is saved beside the campaign. */
+/* Writes what is in the queues, and the end of the session. What cannot be written in time is saved
+ * beside the campaign. */
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
 
 /* ---- orders.c ---- */
 
-/* Sends it over serial when that can be, else over CAN; false: over neither. `unasked`: nobody waits for it, so a link that does not
- * take it is not tried again. */
+/* Sends it over serial when that can be, else over CAN; false: over neither. `unasked`: nobody
+ * waits for it, so a link that does not take it is not tried again. */
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
 void logger_ask_for_configuration(struct logger *logger);
 /* The live view: events that are due, and what its viewers ask of the board. */
@@ -133,9 +140,10 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
 /* Nobody spoke, or nobody that matrig understands. */
-enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial, struct error *error);
-/* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit code of a failed output: people may have
- * gone away while it logged. */
+enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
+                                  struct error *error);
+/* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit
+ * code of a failed output: people may have gone away while it logged. */
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);
 
 #endif

@@ -1,9 +1,10 @@
 /* What matrig log asks of the board by itself, and for the viewers of the live page. */
 #include "host/log/logger.h"
 
-#define ASK_US 1000000u  /* between two requests for the configuration */
-#define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
-#define LIVE_S 30        /* so long a board without CAN tells readings while idle, */
+#define ASK_US        1000000u /* between two requests for the configuration */
+/* for the same; a board that does not answer, or of another table, is left alone then */
+#define ASKS          5u
+#define LIVE_S        30        /* so long a board without CAN tells readings while idle, */
 #define LIVE_AGAIN_US 20000000u /* and so often it is asked */
 
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
@@ -14,7 +15,8 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
         struct error reason = {0};
         if (!logger->open[kind] || (unasked && logger->mute[kind]))
             continue;
-        enum mr_status status = link_send_message(logger->link[kind], 0, MR_ID_COMMAND, payload, length, &reason);
+        enum mr_status status = link_send_message(logger->link[kind], 0, MR_ID_COMMAND, payload,
+                                                  length, &reason);
         logger->mute[kind] = logger->mute[kind] || (unasked && status != MR_OK);
         if (status == MR_OK)
             return true;
@@ -22,7 +24,8 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
     return false;
 }
 
-/* Asks the board for its configuration, over serial when it can be. A link that does not take it, such as a file, is asked once. */
+/* Asks the board for its configuration, over serial when it can be. A link that does not take it,
+ * such as a file, is asked once. */
 void logger_ask_for_configuration(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
@@ -41,27 +44,31 @@ void logger_ask_for_configuration(struct logger *logger)
     (void)logger_send(logger, &command, true);
 }
 
-/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms, so that something moves. */
+/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms,
+ * so that something moves. */
 static void keep_it_live(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
     struct collector_progress p;
     collector_progress(logger->collector, &p);
     uint64_t now_us = logger_now_us();
-    if (logger->open[LINK_CAN] || p.run || !p.hello || (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
+    if (logger->open[LINK_CAN] || p.run || !p.hello ||
+        (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
         return;
     logger->live_us = now_us;
     (void)logger_send(logger, &command, true);
 }
 
-/* A board tells its channels in turn, which takes 8 s; asked, it tells them in 0.2 s. Until then a viewer sees no reading of a record. */
+/* A board tells its channels in turn, which takes 8 s; asked, it tells them in 0.2 s. Until then a
+ * viewer sees no reading of a record. */
 static void ask_for_channels(struct logger *logger)
 {
     const struct mr_command command = {.code = MR_COMMAND_STATE};
     struct collector_progress p;
     uint64_t now_us = logger_now_us();
     collector_progress(logger->collector, &p);
-    if (!p.hello || logger->channel_asks == ASKS || (logger->channel_asks && now_us - logger->channels_us < ASK_US) ||
+    if (!p.hello || logger->channel_asks == ASKS ||
+        (logger->channel_asks && now_us - logger->channels_us < ASK_US) ||
         !live_hub_lacks_calibration(logger->live.hub))
         return;
     logger->channels_us = now_us;

@@ -1,8 +1,9 @@
-/* A campaign that somebody moved, replaced or deleted while it is logged. The file that is open goes on to exist without its name, or
- * under another one; what is committed to it is copied to a fresh name beside the old one, and the log goes on there.
+/* A campaign that somebody moved, replaced or deleted while it is logged. The file that is open
+ * goes on to exist without its name, or under another one; what is committed to it is copied to a
+ * fresh name beside the old one, and the log goes on there.
  *
- * One that somebody wrote over is no longer there to be copied. A new campaign is begun beside it, into which goes what the queues have kept,
- * as if it came now. */
+ * One that somebody wrote over is no longer there to be copied. A new campaign is begun beside it,
+ * into which goes what the queues have kept, as if it came now. */
 #include <libgen.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,7 +13,7 @@
 #include "host/log/logger.h"
 
 #define AGAIN_US 5000000u /* between two tries to save */
-#define NAMES 100         /* tried in one folder, within a second */
+#define NAMES    100      /* tried in one folder, within a second */
 
 /* "campaign" of /home/runway/campaign.db */
 static void stem_of(const char *path, char *out, size_t size)
@@ -26,7 +27,8 @@ static void stem_of(const char *path, char *out, size_t size)
     snprintf(out, size, "%.*s", (int)length, name);
 }
 
-bool logger_beside(const char *folder, const char *path, const char *what, const char *ending, char *out, size_t size)
+bool logger_beside(const char *folder, const char *path, const char *what, const char *ending,
+                   char *out, size_t size)
 {
     char stem[300], date[40];
     time_t now = time(NULL);
@@ -48,14 +50,16 @@ bool logger_beside(const char *folder, const char *path, const char *what, const
 }
 
 /* Into the folder of `beside`, if it is there. */
-static bool save_beside(struct logger *logger, const char *beside, char *out, size_t size, struct error *error)
+static bool save_beside(struct logger *logger, const char *beside, char *out, size_t size,
+                        struct error *error)
 {
     char copy[sizeof logger->saved];
     if (!beside[0])
         return false;
     snprintf(copy, sizeof copy, "%s", beside);
     const char *folder = dirname(copy);
-    if (access(folder, W_OK | X_OK) != 0 || !logger_beside(folder, store_path(logger->store), "saved", ".db", out, size))
+    if (access(folder, W_OK | X_OK) != 0 ||
+        !logger_beside(folder, store_path(logger->store), "saved", ".db", out, size))
         return false;
     *error = (struct error){0};
     return store_copy_to(logger->store, out, error) == MR_OK;
@@ -86,7 +90,8 @@ static enum mr_status move_to(struct logger *logger, const char *path, struct er
     return MR_OK;
 }
 
-static void say_what_happened(struct logger *logger, enum store_place place, const char *original, const char *now)
+static void say_what_happened(struct logger *logger, enum store_place place, const char *original,
+                              const char *now)
 {
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
@@ -103,17 +108,20 @@ enum store_place logger_place(struct logger *logger)
     enum store_place place = watch_place(&logger->watch);
     if (logger->emptied)
         return STORE_EMPTIED;
-    return place == STORE_IN_PLACE && store_written_over(logger->store) ? STORE_WRITTEN_OVER : place;
+    return place == STORE_IN_PLACE && store_written_over(logger->store) ? STORE_WRITTEN_OVER
+                                                                        : place;
 }
 
 /* ---- written over ---- */
 
-static bool new_name(const char *original, const char *what, const char *ending, char *out, size_t size)
+static bool new_name(const char *original, const char *what, const char *ending, char *out,
+                     size_t size)
 {
     char copy[sizeof((struct logger *)0)->saved];
     snprintf(copy, sizeof copy, "%s", original);
     const char *folder = dirname(copy);
-    return (access(folder, W_OK | X_OK) == 0 && logger_beside(folder, original, what, ending, out, size)) ||
+    return (access(folder, W_OK | X_OK) == 0 &&
+            logger_beside(folder, original, what, ending, out, size)) ||
            logger_beside(".", original, what, ending, out, size);
 }
 
@@ -123,7 +131,8 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
     uint64_t since_us = 0;
     *whole = true;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind]) : NULL;
+        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind])
+                                                        : NULL;
         uint64_t oldest_us = queue ? link_queue_oldest_us(queue) : 0;
         *whole = *whole && (!queue || link_queue_is_whole(queue));
         since_us = oldest_us && (since_us == 0 || oldest_us < since_us) ? oldest_us : since_us;
@@ -132,8 +141,9 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
 }
 
 /* The new campaign, with its session. */
-static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole, struct store **store,
-                                  struct collector **collector, struct error *error)
+static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
+                                  struct store **store, struct collector **collector,
+                                  struct error *error)
 {
     enum mr_status status = store_open(path, STORE_CREATE, store, error);
     if (status != MR_OK)
@@ -158,7 +168,8 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
 static void leave_to_others(struct store *store, const char *original)
 {
     char kept[sizeof((struct logger *)0)->saved];
-    bool aside = store_is_anothers(store) && new_name(original, "journal", ".wal", kept, sizeof kept);
+    bool aside = store_is_anothers(store) &&
+                 new_name(original, "journal", ".wal", kept, sizeof kept);
     store_leave(store);
     if (aside)
         store_journal_aside(original, kept);
@@ -173,7 +184,8 @@ static void forget_landings(struct logger *logger) /* they come again, and have 
         logger->strangers[kind] = 0;
 }
 
-static enum mr_status start_over(struct logger *logger, enum store_place place, const char *original)
+static enum mr_status start_over(struct logger *logger, enum store_place place,
+                                 const char *original)
 {
     char saved[sizeof logger->saved], since[40];
     struct error why = {0};
@@ -185,12 +197,13 @@ static enum mr_status start_over(struct logger *logger, enum store_place place, 
     const time_t since_s = (time_t)(kept_since_us(logger, &whole) / 1000000u);
     watch_call(&logger->watch, true);
     enum mr_status status = new_name(original, "saved", ".db", saved, sizeof saved)
-                                ? begin_again(logger, saved, whole, &store, &collector, &why)
-                                : error_set(&why, MR_IO, "no folder to write to");
+                              ? begin_again(logger, saved, whole, &store, &collector, &why)
+                              : error_set(&why, MR_IO, "no folder to write to");
     watch_call(&logger->watch, false);
     logger_clear_progress(logger);
     if (status != MR_OK) {
-        cli_note(logger->cli, "%s, and no other one can be begun (%s): tried again in 5 s", logger->taken, why.text);
+        cli_note(logger->cli, "%s, and no other one can be begun (%s): tried again in 5 s",
+                 logger->taken, why.text);
         return status;
     }
     for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -208,8 +221,9 @@ static enum mr_status start_over(struct logger *logger, enum store_place place, 
     forget_landings(logger);
     localtime_r(&since_s, &local);
     strftime(since, sizeof since, "%H:%M:%S", &local);
-    fprintf(stderr, "matrig: %s: all that came since %s was saved in %s, and the log goes on there%s\n", logger->taken, since, saved,
-            whole ? "" : "; what came before is lost");
+    fprintf(stderr,
+            "matrig: %s: all that came since %s was saved in %s, and the log goes on there%s\n",
+            logger->taken, since, saved, whole ? "" : "; what came before is lost");
     fflush(stderr);
     if (!whole)
         snprintf(logger->lost_before, sizeof logger->lost_before, "%s", since);
@@ -218,13 +232,15 @@ static enum mr_status start_over(struct logger *logger, enum store_place place, 
 
 /* ---- taken away ---- */
 
-static enum mr_status save_and_go_on(struct logger *logger, const char *original, const char *now, struct error *error)
+static enum mr_status save_and_go_on(struct logger *logger, const char *original, const char *now,
+                                     struct error *error)
 {
     struct error why = {0};
     char saved[sizeof logger->saved];
     logger_take_back(logger); /* what is not committed is in the queues */
     watch_call(&logger->watch, true);
-    bool copied = save_beside(logger, original, saved, sizeof saved, &why) || save_beside(logger, now, saved, sizeof saved, &why) ||
+    bool copied = save_beside(logger, original, saved, sizeof saved, &why) ||
+                  save_beside(logger, now, saved, sizeof saved, &why) ||
                   save_beside(logger, "./here", saved, sizeof saved, &why);
     watch_call(&logger->watch, false);
     (void)store_take_refusal(logger->store);
@@ -238,7 +254,9 @@ static enum mr_status save_and_go_on(struct logger *logger, const char *original
     enum mr_status status = move_to(logger, saved, error);
     if (status == MR_OK) {
         store_journal_away(original, now, &before);
-        fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n", logger->taken, saved); /* also with --quiet */
+        /* also with --quiet */
+        fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n",
+                logger->taken, saved);
         fflush(stderr);
     }
     logger->rescue_us = 0;

@@ -1,4 +1,5 @@
-/* What the user of matrig log is told: troubles, landings, progress, and at the end what the session came to. */
+/* What the user of matrig log is told: troubles, landings, progress, and at the end what the
+ * session came to. */
 #include <stdio.h>
 #include <string.h>
 
@@ -8,10 +9,10 @@
 #include "host/link/diagnose.h"
 #include "host/log/logger.h"
 
-#define PROGRESS_US 200000u
+#define PROGRESS_US          200000u
 #define QUEUE_SHOWN_PERMILLE 10u
-#define UNHEARD_US 3000000u /* a board says hello once a second */
-#define NOTE_US 1000000u /* the same trouble is told once a second */
+#define UNHEARD_US           3000000u /* a board says hello once a second */
+#define NOTE_US              1000000u /* the same trouble is told once a second */
 
 void logger_clear_progress(const struct logger *logger)
 {
@@ -26,22 +27,25 @@ void logger_note_troubles(struct logger *logger, enum link_kind kind, const char
     bool told = false;
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         uint64_t more = counters->trouble[i] - logger->noted[kind][i];
-        bool lately = logger->noted_us[kind][i] != 0 && now_us - logger->noted_us[kind][i] < NOTE_US;
-        if (counters->trouble[i] <= logger->noted[kind][i] || lately) /* less: taken back, and written again */
+        bool lately = logger->noted_us[kind][i] != 0 &&
+                      now_us - logger->noted_us[kind][i] < NOTE_US;
+        /* less: taken back, and written again */
+        if (counters->trouble[i] <= logger->noted[kind][i] || lately)
             continue;
         logger_clear_progress(logger);
         logger->noted[kind][i] = counters->trouble[i];
         logger->noted_us[kind][i] = now_us;
         if (!text)
-            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[kind]), link_trouble_text(i),
-                     (unsigned long long)more);
+            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[kind]),
+                     link_trouble_text(i), (unsigned long long)more);
         else if (!told)
             cli_note(logger->cli, "%s: %s", link_spec(logger->link[kind]), text);
         told = true;
     }
 }
 
-/* Frames of others on the board's identifiers: the first at once, then how many there are by now. */
+/* Frames of others on the board's identifiers: the first at once, then how many there are by
+ * now. */
 void logger_note_strangers(struct logger *logger)
 {
     struct collector_progress progress;
@@ -59,8 +63,10 @@ void logger_note_strangers(struct logger *logger)
         logger->stranger_id[kind] = id;
         logger->strangers_us = now_us;
         logger_clear_progress(logger);
-        cli_note(logger->cli, "%s: %lld %s not the board's so far, the newest a%s%s %s", link_spec(logger->link[kind]), (long long)count,
-                 count == 1 ? "frame is" : "frames are", info ? " " : "", info ? info->name : "", doubt_text(progress.stranger_doubt[kind]));
+        cli_note(logger->cli, "%s: %lld %s not the board's so far, the newest a%s%s %s",
+                 link_spec(logger->link[kind]), (long long)count,
+                 count == 1 ? "frame is" : "frames are", info ? " " : "", info ? info->name : "",
+                 doubt_text(progress.stranger_doubt[kind]));
     }
 }
 
@@ -72,9 +78,12 @@ static void note_same(struct logger *logger)
         return;
     logger_clear_progress(logger);
     if (same.whole)
-        cli_note(logger->cli, "RUN %lld was cut off, and RUN %lld has all of it: RUN %lld is void now", (long long)same.cut, run, (long long)same.cut);
+        cli_note(logger->cli,
+                 "RUN %lld was cut off, and RUN %lld has all of it: RUN %lld is void now",
+                 (long long)same.cut, run, (long long)same.cut);
     else
-        cli_note(logger->cli, "RUN %lld was cut off, and RUN %lld goes on with it", (long long)same.cut, run);
+        cli_note(logger->cli, "RUN %lld was cut off, and RUN %lld goes on with it",
+                 (long long)same.cut, run);
 }
 
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
@@ -86,7 +95,8 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         enum mr_status status = logger_commit(logger, error);
         if (status != MR_OK)
             return status;
-        if (summary_load(logger->store, run, &summary, &why) != MR_OK) { /* it can be tried again later; what comes cannot */
+        if (summary_load(logger->store, run, &summary, &why) != MR_OK) {
+            /* it can be tried again later; what comes cannot */
             cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
             summary_free(&summary);
             continue;
@@ -114,7 +124,9 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     quicklook_service(&logger->look, false);
     if (!quicklook_silent(&logger->look, &progress, logger_now_us()))
         return MR_OK;
-    cli_note(logger->cli, "nothing comes any more of RUN %lld: are board and cables in order? What came until now is kept",
+    cli_note(logger->cli,
+             "nothing comes any more of RUN %lld: are board and cables in order? What came until "
+             "now is kept",
              (long long)progress.run);
     struct error why = {0};
     enum mr_status status = logger_commit(logger, error);
@@ -144,15 +156,18 @@ void logger_note_health(struct logger *logger)
         cli_note(logger->cli, "%s", text);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
-        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state), alarm->tec);
+        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state),
+                 alarm->tec);
     else if (alarm && alarm->outages)
-        cli_note(logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset", (double)alarm->outage_s,
-                 alarm->outages, alarm->outages == 1 ? "outage" : "outages");
+        cli_note(
+            logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset",
+            (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) || (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
+    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) ||
+        (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
         return;
     struct collector_progress p;
     char queue[40] = "", strangers[50] = "";
@@ -162,15 +177,18 @@ void logger_show_progress(struct logger *logger, bool last)
     if (permille >= QUEUE_SHOWN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
     if (p.strangers[LINK_CAN] > 0)
-        snprintf(strangers, sizeof strangers, ", %lld not the board's", (long long)p.strangers[LINK_CAN]);
+        snprintf(strangers, sizeof strangers, ", %lld not the board's",
+                 (long long)p.strangers[LINK_CAN]);
     fprintf(stderr,
-            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld frames, %lld lost%s \033[K%s",
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld frames, %lld "
+            "lost%s \033[K%s",
             p.run     ? mr_landing_state_text(p.state)
             : p.hello ? "no landing"
                       : "waiting for a board",
-            p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,
-            (long long)p.counts[LINK_CAN].lost, strangers, (long long)p.counts[LINK_SERIAL].received,
-            (long long)p.counts[LINK_SERIAL].lost, queue, last ? "\n" : "");
+            p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges,
+            (long long)p.counts[LINK_CAN].received, (long long)p.counts[LINK_CAN].lost, strangers,
+            (long long)p.counts[LINK_SERIAL].received, (long long)p.counts[LINK_SERIAL].lost, queue,
+            last ? "\n" : "");
 }
 
 /* Of two links on which no board spoke the one that heard something. */
@@ -200,8 +218,10 @@ enum mr_status logger_check_heard(const struct logger *logger, const char *can, 
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
-            return error_set(error, MR_MALFORMED, "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
-                             can ? can : "", and, serial ? serial : "");
+            return error_set(
+                error, MR_MALFORMED,
+                "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
+                can ? can : "", and, serial ? serial : "");
     }
     diagnose(logger, &link);
     return link_no_board(link, error);
@@ -239,14 +259,17 @@ static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct an
             continue;
         answer_count(answer, mr_message_text(place), NULL, missing[place]);
         if (used < sizeof text)
-            used += (size_t)snprintf(text + used, sizeof text - used, "%s %s %lld", used ? "," : "", mr_message_text(place), (long long)missing[place]);
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s %s %lld", used ? "," : "",
+                                     mr_message_text(place), (long long)missing[place]);
     }
     if (used)
-        answer_sentence(answer, NULL, "%s missed in this session:%s", summary_link_name(kind), text);
+        answer_sentence(answer, NULL, "%s missed in this session:%s", summary_link_name(kind),
+                        text);
     answer_close(answer);
 }
 
-static void link_answer(const struct logger *logger, int kind, const struct collector_progress *p, struct answer *answer)
+static void link_answer(const struct logger *logger, int kind, const struct collector_progress *p,
+                        struct answer *answer)
 {
     const struct store_link_counts *c = &p->counts[kind];
     int64_t trouble[LINK_TROUBLES];
@@ -291,8 +314,10 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     if (held[0])
         answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);
     if (p.strangers[LINK_CAN] > 0)
-        answer_sentence(answer, NULL, "CAN in this session: %lld frames on the board's identifiers that are not the board's",
-                        (long long)p.strangers[LINK_CAN]);
+        answer_sentence(
+            answer, NULL,
+            "CAN in this session: %lld frames on the board's identifiers that are not the board's",
+            (long long)p.strangers[LINK_CAN]);
     answer_json_value(answer, "landings", json_incref(logger->landings));
     if (error->status != MR_OK)
         answer_words(answer, "error", NULL, "%s", error->text);

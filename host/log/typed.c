@@ -10,9 +10,9 @@
 #include "host/log/logger.h"
 
 #define ANSWER_US (1000000u * ARMTALK_ANSWER_S)
-#define ASKED_US 30000000u /* a question that nobody answers is over */
+#define ASKED_US  30000000u /* a question that nobody answers is over */
 #define TYPING_US 15000000u
-#define HELP "arm [N], N from 0 to 65535 (none: the board counts on), or disarm"
+#define HELP      "arm [N], N from 0 to 65535 (none: the board counts on), or disarm"
 
 void typed_begin(struct typed *typed, bool commands, bool listen)
 {
@@ -20,18 +20,22 @@ void typed_begin(struct typed *typed, bool commands, bool listen)
     typed->on = !listen && (commands || typed->terminal);
     typed->tag = (uint16_t)(link_now_us() / 1000u); /* not that of who else asks */
     if (typed->on)
-        signal(SIGTTIN, SIG_IGN); /* in the background nothing is read, and nothing may stop the logging */
+        /* in the background nothing is read, and nothing may stop the logging */
+        signal(SIGTTIN, SIG_IGN);
 }
 
 int typed_fd(const struct typed *typed)
 {
     bool background = typed->terminal && tcgetpgrp(STDIN_FILENO) != getpgrp();
-    return typed->on && !typed->ended && !background && typed->length < sizeof typed->text ? STDIN_FILENO : -1;
+    return typed->on && !typed->ended && !background && typed->length < sizeof typed->text
+             ? STDIN_FILENO
+             : -1;
 }
 
 void typed_read(struct typed *typed)
 {
-    ssize_t length = read(STDIN_FILENO, typed->text + typed->length, sizeof typed->text - typed->length);
+    ssize_t length = read(STDIN_FILENO, typed->text + typed->length,
+                          sizeof typed->text - typed->length);
     if (length > 0)
         typed->length += (size_t)length;
     else
@@ -44,7 +48,8 @@ bool typed_holds(const struct typed *typed, uint64_t now_us)
 }
 
 /* Somebody asked, so it is said also with --quiet. */
-__attribute__((format(printf, 2, 3))) static void say(const struct logger *logger, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void say(const struct logger *logger,
+                                                      const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -62,7 +67,7 @@ static bool take_line(struct typed *typed, char line[sizeof typed->text])
     size_t length = end ? (size_t)(end - typed->text) : typed->length;
     if (!end && typed->length < sizeof typed->text)
         return false; /* at the end of the input: a line that was never sent off */
-    if (!end) { /* no command is so long */
+    if (!end) {       /* no command is so long */
         memcpy(line, typed->text, length - 1);
         line[length - 1] = '\0';
         typed->length = 0;
@@ -114,12 +119,14 @@ static void take_command(struct logger *logger, const char *line)
     }
     typed->hold_us = 0;
     if (mr_command_parse(line, 0, &typed->command) != MR_OK ||
-        (typed->command.code != MR_COMMAND_ARM && (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
+        (typed->command.code != MR_COMMAND_ARM &&
+         (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
         typed->command.argument < 0 || typed->command.argument > ARMTALK_LANDING_MOST) {
         say(logger, "no command: '%.40s'; %s\n", line, HELP);
         return;
     }
-    bool arm = typed->command.code == MR_COMMAND_ARM, going_on = armtalk_recording(p.state) && p.run;
+    bool arm = typed->command.code == MR_COMMAND_ARM,
+         going_on = armtalk_recording(p.state) && p.run;
     if (!arm && !going_on) {
         send_it(logger);
         return;
@@ -127,11 +134,16 @@ static void take_command(struct logger *logger, const char *line)
     typed->asked = true;
     typed->until_us = typed->hold_us = logger_now_us() + ASKED_US;
     if (!arm)
-        say(logger, "disarm? What the board records, it is %s, ends there. yes: ", mr_landing_state_text(p.state));
+        say(logger, "disarm? What the board records, it is %s, ends there. yes: ",
+            mr_landing_state_text(p.state));
     else if (typed->command.argument)
-        say(logger, "arm for landing %d? The board records until the gear has stopped and the mat is at rest. yes: ", typed->command.argument);
+        say(logger,
+            "arm for landing %d? The board records until the gear has stopped and the mat is at "
+            "rest. yes: ",
+            typed->command.argument);
     else
-        say(logger, "arm for the next landing? The board records until the gear has stopped and the mat is at rest. yes: ");
+        say(logger, "arm for the next landing? The board records until the gear has stopped and "
+                    "the mat is at rest. yes: ");
 }
 
 /* What came of the command that was sent. */
@@ -148,7 +160,10 @@ static void take_answer(struct logger *logger)
             say(logger, "%s refused: %s\n", name, armtalk_refusal((enum mr_status)answer->status));
     } else if (logger_now_us() > typed->until_us) {
         typed->sent = false;
-        say(logger, "the board did not answer `%s` within 3 s; look what state it is in before trying again\n", name);
+        say(logger,
+            "the board did not answer `%s` within 3 s; look what state it is in before trying "
+            "again\n",
+            name);
     }
 }
 
@@ -166,7 +181,8 @@ void typed_turn(struct logger *logger)
     if (typed->asked && logger_now_us() > typed->until_us)
         take_reply(logger, "");
     collector_progress(logger->collector, &p);
-    bool nobody = !p.hello && !typed->terminal; /* a script's commands wait for the board; who types is told */
+    /* a script's commands wait for the board; who types is told */
+    bool nobody = !p.hello && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))
         return;
     if (typed->asked)

@@ -1,5 +1,5 @@
-/* Commands typed into a running matrig log: `arm [N]` and `disarm`, a line each, on standard input. Before it arms, and before it ends a
- * landing that is going on, it asks once more. */
+/* Commands typed into a running matrig log: `arm [N]` and `disarm`, a line each, on standard input.
+ * Before it arms, and before it ends a landing that is going on, it asks once more. */
 #ifndef MATRIG_HOST_LOG_TYPED_H
 #define MATRIG_HOST_LOG_TYPED_H
 
@@ -13,15 +13,15 @@ struct logger;
 
 struct typed {
     bool on, terminal;
-    bool ended;                /* there is no more to read */
-    char text[256];            /* read, and not yet obeyed */
+    bool ended;     /* there is no more to read */
+    char text[256]; /* read, and not yet obeyed */
     size_t length;
     struct mr_command command; /* the one asked about, or sent */
     bool asked;                /* whether it is meant; `yes` is waited for */
     bool sent;                 /* and its answer is waited for until until_us */
     uint16_t tag;              /* of the last one */
     uint64_t until_us;
-    uint64_t hold_us;          /* no progress is drawn until then, over what is being typed */
+    uint64_t hold_us; /* no progress is drawn until then, over what is being typed */
 };
 
 /* `commands`: also when standard input is no terminal. `listen`: never. */

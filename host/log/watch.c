@@ -7,14 +7,15 @@
 #include <time.h>
 #include <unistd.h>
 
-#define LOOK_MS 200
-#define TELL_US 700000u        /* what lasts so long is told, */
-#define TELL_AGAIN_US 5000000u /* and so often */
-#define SLOW_CALL_US 250000u
-#define PLACE_US 500000u       /* between two looks for the file */
-#define BEHIND_PERMILLE 50u    /* a queue with so much in it, and nothing in the way: 3 s */
+#define LOOK_MS            200
+#define TELL_US            700000u  /* what lasts so long is told, */
+#define TELL_AGAIN_US      5000000u /* and so often */
+#define SLOW_CALL_US       250000u
+#define PLACE_US           500000u /* between two looks for the file */
+#define BEHIND_PERMILLE    50u     /* a queue with so much in it, and nothing in the way: 3 s */
 #define CAUGHT_UP_PERMILLE 5u
-#define HANG_US 10000000u      /* a call of the store that is not waited for any longer once the end was asked for */
+/* a call of the store that is not waited for any longer once the end was asked for */
+#define HANG_US            10000000u
 
 static uint64_t now_us(void)
 {
@@ -75,7 +76,8 @@ void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
 /* What goes on now, and since when. */
 static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
-    static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK, WATCH_FAILING};
+    static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
+                                              WATCH_FAILING};
     if (watch->refused != STORE_TAKES) {
         *since_us = watch->refused_us;
         return causes[watch->refused];
@@ -108,7 +110,8 @@ enum link_trouble watch_blame(void *context)
 
 static const char *cause_name(enum watch_cause cause)
 {
-    static const char *const names[WATCH_CAUSES] = {"lock", "slow_disk", "full_disk", "failing_disk", "processor"};
+    static const char *const names[WATCH_CAUSES] = {"lock", "slow_disk", "full_disk",
+                                                    "failing_disk", "processor"};
     return cause < WATCH_CAUSES ? names[cause] : "none";
 }
 
@@ -117,7 +120,8 @@ static void note(const struct watch *watch, const char *line)
 {
     if (watch->cli->quiet || !line[0])
         return;
-    fprintf(stderr, "%smatrig: %s\n", cli_terminal() ? "\r\033[K" : "", line); /* over the progress */
+    /* over the progress */
+    fprintf(stderr, "%smatrig: %s\n", cli_terminal() ? "\r\033[K" : "", line);
     fflush(stderr);
 }
 
@@ -139,20 +143,30 @@ static bool holds_up(const struct watch *watch)
     return any;
 }
 
-static void tell(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us, char *line, size_t size)
+static void tell(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us, char *line,
+                 size_t size)
 {
     char what[320], lost[200];
     unsigned full = permille(watch);
     switch (cause) {
-    case WATCH_LOCK: snprintf(what, sizeof what, "another program holds the campaign: waiting"); break;
-    case WATCH_SLOW_DISK: snprintf(what, sizeof what, "the disk is slow, %.1f s by now: waiting", (double)lasts_us / 1e6); break;
-    case WATCH_FULL_DISK: snprintf(what, sizeof what, "no room on the campaign's disk: waiting for room"); break;
-    case WATCH_FAILING: snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting", watch->reason); break;
+    case WATCH_LOCK:
+        snprintf(what, sizeof what, "another program holds the campaign: waiting");
+        break;
+    case WATCH_SLOW_DISK:
+        snprintf(what, sizeof what, "the disk is slow, %.1f s by now: waiting",
+                 (double)lasts_us / 1e6);
+        break;
+    case WATCH_FULL_DISK:
+        snprintf(what, sizeof what, "no room on the campaign's disk: waiting for room");
+        break;
+    case WATCH_FAILING:
+        snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting", watch->reason);
+        break;
     default: snprintf(what, sizeof what, "this computer does not keep up"); break;
     }
     lost_text(watch, lost, sizeof lost);
-    snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10, holds_up(watch) ? ", the board is made to wait" : "", lost,
-             watch->path);
+    snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
+             holds_up(watch) ? ", the board is made to wait" : "", lost, watch->path);
 }
 
 static void look_at_call(struct watch *watch, uint64_t at_us)
@@ -160,7 +174,8 @@ static void look_at_call(struct watch *watch, uint64_t at_us)
     sigset_t pending;
     sigemptyset(&pending);
     sigpending(&pending); /* of the process: the writing thread, which takes them, is in a call */
-    if (watch->end_us == 0 && watch->call_us && (sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1))
+    if (watch->end_us == 0 && watch->call_us &&
+        (sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1))
         watch->end_us = at_us;
     if (watch->end_us == 0 || watch->call_us == 0)
         return;
@@ -169,8 +184,11 @@ static void look_at_call(struct watch *watch, uint64_t at_us)
         return;
     char what[100];
     amount(watch, false, what, sizeof what);
-    fprintf(stderr, "%smatrig: the disk has taken nothing for %.0f s: %s; not saved: %s that came last; check the disk\n",
-            cli_terminal() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path, what);
+    fprintf(stderr,
+            "%smatrig: the disk has taken nothing for %.0f s: %s; not saved: %s that came last; "
+            "check the disk\n",
+            cli_terminal() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path,
+            what);
     fflush(stderr);
     _exit(3); /* nothing else can be reached: the disk is in the way */
 }
@@ -185,7 +203,8 @@ static void look(struct watch *watch, uint64_t at_us, char *line, size_t size)
     watch->hold_permille = full > watch->hold_permille ? full : watch->hold_permille;
     bool again = watch->told == cause && at_us - watch->told_us < TELL_AGAIN_US;
     watch->low_permille = full < watch->low_permille ? full : watch->low_permille;
-    bool catching_up = since_us == watch->caught_up_us && full < watch->low_permille + BEHIND_PERMILLE / 2;
+    bool catching_up = since_us == watch->caught_up_us &&
+                       full < watch->low_permille + BEHIND_PERMILLE / 2;
     if (cause != WATCH_NONE && at_us - since_us >= TELL_US && !again && !catching_up) {
         watch->told = cause;
         watch->told_us = at_us;
@@ -249,14 +268,17 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_destroy(&monotonic);
 }
 
-enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS], const char *path, struct error *error)
+enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
+                           const char *path, struct error *error)
 {
     pthread_mutex_lock(&watch->lock);
     memcpy(watch->reader, reader, sizeof watch->reader);
     pthread_mutex_unlock(&watch->lock);
     watch_follow(watch, path);
     watch->on = pthread_create(&watch->thread, NULL, look_on, watch) == 0;
-    return watch->on ? MR_OK : error_set(error, MR_IO, "no thread: logging to %s; check the limits of this system", path);
+    return watch->on ? MR_OK
+                     : error_set(error, MR_IO,
+                                 "no thread: logging to %s; check the limits of this system", path);
 }
 
 void watch_close(struct watch *watch)
@@ -346,8 +368,9 @@ struct watch_hold watch_written(struct watch *watch)
     if (watch->told == hold.cause && hold.cause != WATCH_NONE) {
         char lost[200];
         lost_text(watch, lost, sizeof lost);
-        snprintf(line, sizeof line, "the campaign is written again, after %.1f s; the queue was %u %% full, %s", (double)hold.us / 1e6,
-                 hold.permille / 10, lost);
+        snprintf(line, sizeof line,
+                 "the campaign is written again, after %.1f s; the queue was %u %% full, %s",
+                 (double)hold.us / 1e6, hold.permille / 10, lost);
         watch->told = WATCH_NONE;
     }
     if (full <= CAUGHT_UP_PERMILLE) {
@@ -382,9 +405,11 @@ json_t *watch_json(struct watch *watch)
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_CAUSES; cause++) {
         if (watch->held_us[cause])
-            json_object_set_new(held, cause_name((enum watch_cause)cause), json_real((double)watch->held_us[cause] / 1e6));
+            json_object_set_new(held, cause_name((enum watch_cause)cause),
+                                json_real((double)watch->held_us[cause] / 1e6));
     }
-    json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent", (double)watch->most_permille / 10.0, "held_s", held);
+    json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent",
+                               (double)watch->most_permille / 10.0, "held_s", held);
     pthread_mutex_unlock(&watch->lock);
     return object;
 }
@@ -396,10 +421,12 @@ void watch_session(struct watch *watch, char *out, size_t size)
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_PROCESSOR && used < size; cause++) {
         if (watch->held_us[cause] >= TELL_US)
-            used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "", store_held_text((enum store_held_cause)cause),
+            used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "",
+                                     store_held_text((enum store_held_cause)cause),
                                      (double)watch->held_us[cause] / 1e6);
     }
     if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
-        snprintf(out + used, size - used, "%squeue %u %% full at most", used ? "; " : "", watch->most_permille / 10);
+        snprintf(out + used, size - used, "%squeue %u %% full at most", used ? "; " : "",
+                 watch->most_permille / 10);
     pthread_mutex_unlock(&watch->lock);
 }

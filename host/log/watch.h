@@ -1,6 +1,7 @@
-/* What matrig log tells while its writing thread waits: for another program that holds the campaign, for a slow disk, for room. A thread
- * of its own looks five times a second, because the writing thread may be inside a call to the disk. It also looks whether the campaign
- * is still where it was, and ends the program when a disk that hangs would keep it from ending. */
+/* What matrig log tells while its writing thread waits: for another program that holds the
+ * campaign, for a slow disk, for room. A thread of its own looks five times a second, because the
+ * writing thread may be inside a call to the disk. It also looks whether the campaign is still
+ * where it was, and ends the program when a disk that hangs would keep it from ending. */
 #ifndef MATRIG_HOST_LOG_WATCH_H
 #define MATRIG_HOST_LOG_WATCH_H
 
@@ -53,7 +54,8 @@ struct watch {
 
 void watch_open(struct watch *watch, const struct cli *cli);
 /* Begins to look. `path` as watch_follow. MR_IO: no thread. */
-enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS], const char *path, struct error *error);
+enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
+                           const char *path, struct error *error);
 void watch_close(struct watch *watch); /* waits for the thread */
 
 /* From now on the campaign is this file. */
@@ -70,7 +72,7 @@ void watch_refused(struct watch *watch, enum store_refusal refused, const char *
 struct watch_hold {
     enum watch_cause cause; /* WATCH_NONE: nothing was in the way */
     uint64_t us;
-    unsigned permille;      /* of the fuller queue, at most */
+    unsigned permille; /* of the fuller queue, at most */
 };
 /* It took all that was put, in the call that ended last; what was in the way until then. */
 struct watch_hold watch_written(struct watch *watch);
@@ -86,7 +88,8 @@ enum link_trouble watch_blame(void *watch);
 
 /* Of the fuller queue, now, in thousandths. */
 unsigned watch_permille(struct watch *watch);
-/* "12 frames of CAN and 480 bytes of serial", or "nothing"; what waits, or with `lost` what was lost. */
+/* "12 frames of CAN and 480 bytes of serial", or "nothing"; what waits, or with `lost` what was
+ * lost. */
 void watch_amount(struct watch *watch, bool lost, char *out, size_t size);
 json_t *watch_json(struct watch *watch);
 /* A line for the end of the session; "": nothing was in the way. */

@@ -1,14 +1,17 @@
-/* Writing into the campaign: transactions, and what happens when the campaign takes nothing for a while. What a transaction held stays
- * in the queues until it is on disk; one that failed is taken back, collector and all, and is written again when it can be. */
+/* Writing into the campaign: transactions, and what happens when the campaign takes nothing for a
+ * while. What a transaction held stays in the queues until it is on disk; one that failed is taken
+ * back, collector and all, and is written again when it can be. */
 #include "host/log/logger.h"
 
-/* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
-#define COMMIT_US 40000u
-#define COMMIT_MOST_US 1000000u
-#define MUCH_PERMILLE 10u /* of a queue: 0.6 s */
-#define READ_WAIT_MS 5000 /* a summary: another program closes the campaign, for a moment */
-#define AGAIN_LOCKED_US 20000u /* until the next try: another program may hold the campaign for a moment only, */
-#define AGAIN_US 250000u       /* a disk is full for longer */
+/* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow
+ * disk. */
+#define COMMIT_US       40000u
+#define COMMIT_MOST_US  1000000u
+#define MUCH_PERMILLE   10u  /* of a queue: 0.6 s */
+#define READ_WAIT_MS    5000 /* a summary: another program closes the campaign, for a moment */
+/* until the next try: another program may hold the campaign for a moment only, */
+#define AGAIN_LOCKED_US 20000u
+#define AGAIN_US        250000u /* a disk is full for longer */
 
 /* Somebody may have put another content into the campaign, as sqlite3's .restore does. */
 static enum mr_status look_for_session(struct logger *logger, struct error *error)
@@ -18,7 +21,9 @@ static enum mr_status look_for_session(struct logger *logger, struct error *erro
     if (status != MR_OK || there)
         return status;
     logger->emptied = true;
-    return error_set(error, MR_IO, "what was logged is no longer in the campaign: %s; log into another one", store_path(logger->store));
+    return error_set(error, MR_IO,
+                     "what was logged is no longer in the campaign: %s; log into another one",
+                     store_path(logger->store));
 }
 
 enum mr_status logger_begin(struct logger *logger, struct error *error)
@@ -39,7 +44,8 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     /* What kept up the transaction before, as an event. */
     const struct watch_hold *hold = &logger->hold;
     if (status == MR_OK && logger->collector && hold->cause != WATCH_NONE)
-        status = collector_held(logger->collector, logger->hold_run, (int64_t)hold->cause, hold->permille, (int64_t)hold->us, error);
+        status = collector_held(logger->collector, logger->hold_run, (int64_t)hold->cause,
+                                hold->permille, (int64_t)hold->us, error);
     return status;
 }
 
@@ -73,7 +79,8 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     return status;
 }
 
-/* Each commit waits for the disk once: while much is to be made up for, one that is slow is asked less often. */
+/* Each commit waits for the disk once: while much is to be made up for, one that is slow is asked
+ * less often. */
 bool logger_commit_due(struct logger *logger)
 {
     uint64_t after_us = COMMIT_US;
@@ -97,7 +104,9 @@ void logger_take_back(struct logger *logger)
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_take_refusal(logger->store);
-    bool other = logger_place(logger) == STORE_WRITTEN_OVER || logger_place(logger) == STORE_EMPTIED; /* whatever it said of that */
+    /* whatever it said of that */
+    bool other = logger_place(logger) == STORE_WRITTEN_OVER ||
+                 logger_place(logger) == STORE_EMPTIED;
     if (error->status == MR_OK || (refused == STORE_TAKES && !other))
         return error->status;
     logger_take_back(logger);

@@ -6,7 +6,8 @@
 struct loading {
     struct answers *answers;
     int link;
-    int64_t told; /* block of the newest change of state on the link: while idle, little else tells the time */
+    /* block of the newest change of state on the link: while idle, little else tells the time */
+    int64_t told;
     size_t room;
     int64_t run;
     const char *path;
@@ -15,7 +16,8 @@ struct loading {
 
 static enum mr_status no_memory(const struct loading *loading)
 {
-    return error_set(loading->error, MR_FULL, "no memory: reading %s; close other programs", loading->path);
+    return error_set(loading->error, MR_FULL, "no memory: reading %s; close other programs",
+                     loading->path);
 }
 
 static enum mr_status take_frame(void *context, const struct store_frame *frame)
@@ -23,8 +25,10 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     struct loading *loading = context;
     struct answers *answers = loading->answers;
     size_t *count = &answers->messages[loading->link];
-    const struct mr_message_info *info = frame->id < 0x800 ? mr_message_find((uint16_t)frame->id) : NULL;
-    if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST || info->length != frame->length)
+    const struct mr_message_info *info = frame->id < 0x800 ? mr_message_find((uint16_t)frame->id)
+                                                           : NULL;
+    if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
+        info->length != frame->length)
         return MR_OK; /* somebody else's, or a command */
     if (*count == loading->room) {
         size_t room = loading->room ? 2 * loading->room : 1024;
@@ -35,7 +39,8 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
         loading->room = room;
     }
     struct answer *answer = &answers->message[loading->link][(*count)++];
-    *answer = (struct answer){.info = info, .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
+    *answer = (struct answer){.info = info,
+                              .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
     memcpy(answer->data, frame->data, frame->length);
     if (info->id == MR_ID_LANDING) {
         struct mr_landing landing;
@@ -50,7 +55,8 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
         mr_hello_get(&hello, answer->data, info->length);
         if (hello.layout != MR_LAYOUT)
             return error_set(loading->error, MR_VERSION,
-                             "recorded in layout %u, this matrig has layout %u: RUN %lld of %s; use the matrig that recorded it",
+                             "recorded in layout %u, this matrig has layout %u: RUN %lld of %s; "
+                             "use the matrig that recorded it",
                              hello.layout, MR_LAYOUT, (long long)loading->run, loading->path);
     }
     return MR_OK;
@@ -61,10 +67,12 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     struct loading *loading = context;
     struct answers *answers = loading->answers;
     if (answers->blocks == loading->room)
-        return error_set(loading->error, MR_MALFORMED, "more block records than counted: RUN %lld of %s; is it being written to?",
+        return error_set(loading->error, MR_MALFORMED,
+                         "more block records than counted: RUN %lld of %s; is it being written to?",
                          (long long)loading->run, loading->path);
     if (mr_block_get(&answers->block[answers->blocks], record, length) != MR_OK)
-        return error_set(loading->error, MR_MALFORMED, "block record %zu is damaged: RUN %lld of %s; take another copy",
+        return error_set(loading->error, MR_MALFORMED,
+                         "block record %zu is damaged: RUN %lld of %s; take another copy",
                          answers->blocks + 1, (long long)loading->run, loading->path);
     answers->blocks++;
     return MR_OK;
@@ -83,9 +91,11 @@ static enum mr_status load_blocks(struct store *store, struct loading *loading)
     return store_blocks_each(store, loading->run, take_block, loading, loading->error);
 }
 
-enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers, struct error *error)
+enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers,
+                            struct error *error)
 {
-    struct loading loading = {.answers = answers, .run = run, .path = store_path(store), .error = error};
+    struct loading loading = {
+        .answers = answers, .run = run, .path = store_path(store), .error = error};
     *answers = (struct answers){0};
     enum mr_status status = store_landing_get(store, run, &answers->landing, error);
     for (int link = 0; link < LINK_KINDS && status == MR_OK; link++) {

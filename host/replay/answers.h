@@ -1,4 +1,5 @@
-/* What a board said of one landing: its messages per link and its block records, read from a campaign database. */
+/* What a board said of one landing: its messages per link and its block records, read from a
+ * campaign database. */
 #ifndef MATRIG_HOST_REPLAY_ANSWERS_H
 #define MATRIG_HOST_REPLAY_ANSWERS_H
 
@@ -21,8 +22,10 @@ struct answers {
     size_t blocks;
 };
 
-/* MR_MALFORMED: a record that is none; MR_VERSION: a board of another layout. answers_free releases what it holds. */
-enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers, struct error *error);
+/* MR_MALFORMED: a record that is none; MR_VERSION: a board of another layout. answers_free releases
+ * what it holds. */
+enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers,
+                            struct error *error);
 void answers_free(struct answers *answers);
 
 #endif

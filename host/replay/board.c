@@ -13,11 +13,12 @@
 
 #include "host/collect/collect.h"
 
-/* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines that stall. */
-#define WAIT_LEAST_S 60.0
-#define WAIT_PER_S 10.0
-#define POLL_NS 5000000
-#define BYTES_PER_TURN 65536
+/* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines
+ * that stall. */
+#define WAIT_LEAST_S    60.0
+#define WAIT_PER_S      10.0
+#define POLL_NS         5000000
+#define BYTES_PER_TURN  65536
 #define FRAMES_PER_TURN 1024
 
 struct paths {
@@ -39,12 +40,25 @@ static void name_paths(struct paths *paths, const char *directory)
 /* In the child. Does not return. */
 static void become_board(const struct replay_board *board, const struct paths *paths)
 {
-    const char *const words[] = {board->program, "--elf", board->elf, "--can", paths->can_spec, "--serial",
-                                 paths->serial_spec, "--replay", paths->replay, "--speed", board->real ? "real" : "max", board->flash ? "--flash" : NULL, paths->flash, NULL};
+    const char *const words[] = {board->program,
+                                 "--elf",
+                                 board->elf,
+                                 "--can",
+                                 paths->can_spec,
+                                 "--serial",
+                                 paths->serial_spec,
+                                 "--replay",
+                                 paths->replay,
+                                 "--speed",
+                                 board->real ? "real" : "max",
+                                 board->flash ? "--flash" : NULL,
+                                 paths->flash,
+                                 NULL};
     int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     int nothing = open("/dev/null", O_RDWR);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (told < 0 || nothing < 0 || dup2(nothing, 0) < 0 || dup2(nothing, 1) < 0 || dup2(told, 2) < 0)
+    if (told < 0 || nothing < 0 || dup2(nothing, 0) < 0 || dup2(nothing, 1) < 0 ||
+        dup2(told, 2) < 0)
         _exit(126);
     execv(board->program, (char *const *)words);
     _exit(127);
@@ -87,48 +101,62 @@ static void last_line(const char *path, char *out, size_t size)
 enum mr_status replay_board_check(const struct replay_board *board, struct error *error)
 {
     if (access(board->elf, R_OK) != 0)
-        return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all, or name one with --elf",
-                         strerror(errno), board->elf);
+        return error_set(
+            error, MR_IO,
+            "no firmware image (%s): %s; build it with make all, or name one with --elf",
+            strerror(errno), board->elf);
     if (access(board->program, X_OK) != 0)
-        return error_set(error, MR_IO, "no emulated board (%s): %s; build it with make all, or name it with --board",
-                         strerror(errno), board->program);
+        return error_set(
+            error, MR_IO,
+            "no emulated board (%s): %s; build it with make all, or name it with --board",
+            strerror(errno), board->program);
     return MR_OK;
 }
 
-static enum mr_status play(const struct replay_board *board, const struct paths *paths, struct error *error)
+static enum mr_status play(const struct replay_board *board, const struct paths *paths,
+                           struct error *error)
 {
     char told[400];
     int status = 0;
     pid_t child = fork();
     if (child < 0)
-        return error_set(error, MR_IO, "cannot start (%s): %s; close other programs", strerror(errno), board->program);
+        return error_set(error, MR_IO, "cannot start (%s): %s; close other programs",
+                         strerror(errno), board->program);
     if (child == 0)
         become_board(board, paths);
     double limit_s = WAIT_LEAST_S + WAIT_PER_S * board->duration_s;
     if (!wait_for(child, limit_s, &status))
-        return error_set(error, MR_TIMEOUT, "the emulated board did not end within %.0f s: %s; is the machine overloaded?",
-                         limit_s, board->program);
+        return error_set(
+            error, MR_TIMEOUT,
+            "the emulated board did not end within %.0f s: %s; is the machine overloaded?", limit_s,
+            board->program);
     last_line(paths->told, told, sizeof told);
     if (WIFSIGNALED(status))
-        return error_set(error, MR_IO, "the emulated board was ended by signal %d: %s; try again", WTERMSIG(status),
-                         board->program);
+        return error_set(error, MR_IO, "the emulated board was ended by signal %d: %s; try again",
+                         WTERMSIG(status), board->program);
     if (WEXITSTATUS(status) != 0)
-        return error_set(error, MR_IO, "the emulated board gave up with exit code %d: %s; it said: %s",
+        return error_set(error, MR_IO,
+                         "the emulated board gave up with exit code %d: %s; it said: %s",
                          WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
     if (access(paths->can, R_OK) != 0 || access(paths->serial, R_OK) != 0)
-        return error_set(error, MR_IO, "the emulated board wrote no answers: %s; is it matrig-board?", board->program);
+        return error_set(error, MR_IO,
+                         "the emulated board wrote no answers: %s; is it matrig-board?",
+                         board->program);
     return MR_OK;
 }
 
 /* Both links in step by board time, as `matrig log` takes them. */
-static enum mr_status collect(struct collector *collector, struct link *const link[LINK_KINDS], struct error *error)
+static enum mr_status collect(struct collector *collector, struct link *const link[LINK_KINDS],
+                              struct error *error)
 {
     bool open[LINK_KINDS] = {true, true};
     uint8_t *bytes = malloc(BYTES_PER_TURN);
-    enum mr_status status = bytes ? MR_OK : error_set(error, MR_FULL, "no memory: replay; close other programs");
+    enum mr_status status =
+        bytes ? MR_OK : error_set(error, MR_FULL, "no memory: replay; close other programs");
     while (status == MR_OK && (open[LINK_CAN] || open[LINK_SERIAL])) {
-        bool can = open[LINK_CAN] && (!open[LINK_SERIAL] ||
-                                      collector_block(collector, LINK_CAN) <= collector_block(collector, LINK_SERIAL));
+        bool can = open[LINK_CAN] &&
+                   (!open[LINK_SERIAL] || collector_block(collector, LINK_CAN) <=
+                                              collector_block(collector, LINK_SERIAL));
         size_t length;
         uint64_t host_us;
         if (can) {
@@ -139,14 +167,16 @@ static enum mr_status collect(struct collector *collector, struct link *const li
                     status = collector_frame(collector, &frame, error);
             }
         } else {
-            status = link_receive_bytes(link[LINK_SERIAL], bytes, BYTES_PER_TURN, &length, &host_us, error);
+            status = link_receive_bytes(link[LINK_SERIAL], bytes, BYTES_PER_TURN, &length, &host_us,
+                                        error);
             if (status == MR_OK)
                 status = collector_bytes(collector, bytes, length, host_us, error);
         }
         if (status == MR_CLOSED && error->status == MR_OK) {
             open[can ? LINK_CAN : LINK_SERIAL] = false;
             status = collector_link_end(collector, can ? LINK_CAN : LINK_SERIAL, error);
-            if (status == MR_TRUNCATED) { /* the run ends at its time, whatever is on the line then */
+            if (status == MR_TRUNCATED) {
+                /* the run ends at its time, whatever is on the line then */
                 *error = (struct error){0};
                 status = MR_OK;
             }
@@ -156,7 +186,8 @@ static enum mr_status collect(struct collector *collector, struct link *const li
     return status;
 }
 
-static enum mr_status take_answers(const struct paths *paths, struct store *store, struct error *error)
+static enum mr_status take_answers(const struct paths *paths, struct store *store,
+                                   struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
     struct collector *collector = NULL;
@@ -179,8 +210,8 @@ static enum mr_status take_answers(const struct paths *paths, struct store *stor
     return status;
 }
 
-enum mr_status replay_board_run(const struct replay_board *board, const char *directory, struct store **answers,
-                                int64_t *run, struct error *error)
+enum mr_status replay_board_run(const struct replay_board *board, const char *directory,
+                                struct store **answers, int64_t *run, struct error *error)
 {
     struct paths paths;
     struct store *store = NULL;
@@ -192,16 +223,20 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
         status = store_open(":memory:", STORE_CREATE, &store, error);
     if (status == MR_OK)
         status = take_answers(&paths, store, error);
-    if (status == MR_TRUNCATED) { /* the board ended well, so its file does not end inside a frame: it never held any */
+    if (status == MR_TRUNCATED) {
+        /* the board ended well, so its file does not end inside a frame: it never held any */
         error->status = MR_OK;
-        status = error_set(error, MR_TRUNCATED, "the board's answers are not matrig's: %s; it is another firmware",
+        status = error_set(error, MR_TRUNCATED,
+                           "the board's answers are not matrig's: %s; it is another firmware",
                            board->elf);
     }
     if (status == MR_OK)
         status = store_landings(store, &landings, &count, error);
     if (status == MR_OK && count == 0)
-        status = error_set(error, MR_TRUNCATED, "the board told of no landing: %s; it is another firmware, or it was not armed",
-                           board->elf);
+        status = error_set(
+            error, MR_TRUNCATED,
+            "the board told of no landing: %s; it is another firmware, or it was not armed",
+            board->elf);
     if (status != MR_OK) {
         store_close(store);
         return status;

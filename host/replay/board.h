@@ -1,5 +1,5 @@
-/* The emulated board as a process: it plays a replay file and leaves what it said, as if logged, in a database in memory.
- * matrig never links the emulator. */
+/* The emulated board as a process: it plays a replay file and leaves what it said, as if logged, in
+ * a database in memory. matrig never links the emulator. */
 #ifndef MATRIG_HOST_REPLAY_BOARD_H
 #define MATRIG_HOST_REPLAY_BOARD_H
 
@@ -10,18 +10,20 @@
 struct replay_board {
     const char *program; /* matrig-board */
     const char *elf;
-    bool real;           /* paced by the wall clock */
-    bool flash;          /* flash.bin is in the directory: what the board's flash holds beside the image */
-    double duration_s;   /* of virtual time, about: bounds the wait */
+    bool real; /* paced by the wall clock */
+    /* flash.bin is in the directory: what the board's flash holds beside the image */
+    bool flash;
+    double duration_s; /* of virtual time, about: bounds the wait */
 };
 
 /* MR_IO: program or image is missing. */
 enum mr_status replay_board_check(const struct replay_board *board, struct error *error);
 
-/* `directory`: for temporary files, which stay the caller's to remove: replay.txt is there, can.log, serial.bin and
- * board.txt will be. `*answers` is a new database with the landing the board told of, `*run` its number.
- * MR_IO: the board stopped; MR_TIMEOUT; MR_TRUNCATED: it told of no landing. */
-enum mr_status replay_board_run(const struct replay_board *board, const char *directory, struct store **answers,
-                                int64_t *run, struct error *error);
+/* `directory`: for temporary files, which stay the caller's to remove: replay.txt is there,
+ * can.log, serial.bin and board.txt will be. `*answers` is a new database with the landing the
+ * board told of, `*run` its number. MR_IO: the board stopped; MR_TIMEOUT; MR_TRUNCATED: it told of
+ * no landing. */
+enum mr_status replay_board_run(const struct replay_board *board, const char *directory,
+                                struct store **answers, int64_t *run, struct error *error);
 
 #endif

@@ -10,8 +10,8 @@
 
 #define DIGITS 15 /* as they were read */
 
-/* A message without a block of its own is placed by the newest block its link had brought; frames of one block can change
- * places on the bus. */
+/* A message without a block of its own is placed by the newest block its link had brought; frames
+ * of one block can change places on the bus. */
 #define PLACE_SLACK_BLOCKS 4
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
@@ -21,10 +21,12 @@ struct comparing {
     const struct diff_options *options;
     struct diff *diff;
     struct diff_row *row;
-    int64_t first_block, end_block; /* of the record; messages beyond it have nothing to be compared with */
+    /* of the record; messages beyond it have nothing to be compared with */
+    int64_t first_block, end_block;
     double queued_recorded, queued_replayed; /* of the first message; NaN: none yet */
     bool links_faultless;
-    bool broken_off; /* the record ends before its landing does: one link may have gone on without the other */
+    /* the record ends before its landing does: one link may have gone on without the other */
+    bool broken_off;
 };
 
 static void note(struct comparing *c, struct difference difference)
@@ -38,9 +40,11 @@ static void note(struct comparing *c, struct difference difference)
     }
 }
 
-static void note_value(struct comparing *c, const char *field, int64_t block, double recorded, double replayed)
+static void note_value(struct comparing *c, const char *field, int64_t block, double recorded,
+                       double replayed)
 {
-    note(c, (struct difference){DIFF_VALUE, c->row->link, c->row->message, field, block, recorded, replayed});
+    note(c, (struct difference){DIFF_VALUE, c->row->link, c->row->message, field, block, recorded,
+                                replayed});
     c->row->differ++;
 }
 
@@ -60,13 +64,15 @@ static bool near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* Rows of the slow log come when their minute is full, and when asked for: no function of the record. */
+/* Rows of the slow log come when their minute is full, and when asked for: no function of the
+ * record. */
 static bool is_slow_log(uint16_t id)
 {
     return id >= MR_ID_SLOW_ROW && id <= MR_ID_SLOW_END;
 }
 
-/* Frames queued so far, those dropped included: they were made all the same. Not those of the slow log. */
+/* Frames queued so far, those dropped included: they were made all the same. Not those of the slow
+ * log. */
 static double queued(const struct answers *answers, int link, const struct answer *answer)
 {
     double others = 0.0;
@@ -76,20 +82,16 @@ static double queued(const struct answers *answers, int link, const struct answe
 }
 
 /* The two values of a field brought to one footing; false: it is not compared. */
-static bool footing(struct comparing *c, const struct mr_field_info *field, const struct answer *a, const struct answer *b,
-                    double *recorded, double *replayed, double *tolerance)
+static bool footing(struct comparing *c, const struct mr_field_info *field, const struct answer *a,
+                    const struct answer *b, double *recorded, double *replayed, double *tolerance)
 {
     int64_t shift = c->options->shift_blocks;
     *recorded = mr_field_value(field, a->data);
     *replayed = mr_field_value(field, b->data);
     *tolerance = c->options->exact ? 0.0 : field_tolerance(field->unit);
     switch (field_rule(a->info, field)) {
-    case FIELD_BLOCK:
-        *replayed += (double)shift;
-        return true;
-    case FIELD_BLOCK16:
-        *replayed = (uint16_t)((int64_t)*replayed + shift);
-        return true;
+    case FIELD_BLOCK: *replayed += (double)shift; return true;
+    case FIELD_BLOCK16: *replayed = (uint16_t)((int64_t)*replayed + shift); return true;
     case FIELD_TICK:
         *replayed = (uint32_t)((uint32_t)*replayed + (uint32_t)shift * MR_TICKS_PER_BLOCK);
         *tolerance = 0.0;
@@ -107,11 +109,10 @@ static bool footing(struct comparing *c, const struct mr_field_info *field, cons
         *replayed = (uint32_t)*replayed & field_record_faults();
         return true;
     case FIELD_IMAGE:
-        return c->options->exact && c->recorded->landing.image_crc == c->replayed->landing.image_crc;
-    case FIELD_CIRCUMSTANCE:
-        return false;
-    case FIELD_PLAIN:
-        break;
+        return c->options->exact &&
+               c->recorded->landing.image_crc == c->replayed->landing.image_crc;
+    case FIELD_CIRCUMSTANCE: return false;
+    case FIELD_PLAIN: break;
     }
     return true;
 }
@@ -130,8 +131,8 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
     }
 }
 
-/* Faults of links, clocks and converters come and go with the circumstances; answers to commands before arming may still
- * have been on their way. */
+/* Faults of links, clocks and converters come and go with the circumstances; answers to commands
+ * before arming may still have been on their way. */
 static bool follows_from_record(const struct answer *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK && value_of(answer, "code") == (double)MR_COMMAND_BACKLOG)
@@ -153,7 +154,8 @@ static int64_t reaches_back(uint16_t id)
 
 static bool has_own_block(const struct mr_message_info *info)
 {
-    return info->id == MR_ID_BLOCK || strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
+    return info->id == MR_ID_BLOCK ||
+           strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
 }
 
 /* Walks over the messages of one kind in one list. */
@@ -175,7 +177,8 @@ static const struct answer *next(struct walk *walk, const struct mr_message_info
 static void only_one(struct comparing *c, const struct answer *answer, int64_t block, bool recorded)
 {
     /* The record may end between two messages of its last block. */
-    if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block >= c->end_block))
+    if ((has_own_block(answer->info) && block < c->first_block) ||
+        (!recorded && block >= c->end_block))
         return;
     if (!recorded && c->broken_off && block == c->end_block)
         return; /* what was said of the last block may not have got out */
@@ -185,23 +188,26 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
         c->diff->not_recorded++;
         return;
     }
-    note(c, (struct difference){recorded ? DIFF_ONLY_RECORDED : DIFF_ONLY_REPLAYED, c->row->link, answer->info->name, "",
-                                block, (double)NAN, (double)NAN});
+    note(c, (struct difference){recorded ? DIFF_ONLY_RECORDED : DIFF_ONLY_REPLAYED, c->row->link,
+                                answer->info->name, "", block, (double)NAN, (double)NAN});
     if (recorded)
         c->row->only_recorded++;
     else
         c->row->only_replayed++;
 }
 
-/* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command, and of what is said of it. */
+/* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command, and
+ * of what is said of it. */
 static bool same_subject(const struct answer *a, const struct answer *b)
 {
-    static const char *const subjects[] = {"index", "position", "segment", "count", "tag", "code", "band", "gage"};
+    static const char *const subjects[] = {"index", "position", "segment", "count",
+                                           "tag",   "code",     "band",    "gage"};
     const char *first = a->info->fields[0].name;
     for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
         if (strcmp(first, subjects[i]) == 0)
             return value_of(a, first) == value_of(b, first) &&
-                   (strcmp(a->info->fields[1].name, "item") != 0 || value_of(a, "item") == value_of(b, "item"));
+                   (strcmp(a->info->fields[1].name, "item") != 0 ||
+                    value_of(a, "item") == value_of(b, "item"));
     }
     return true;
 }
@@ -209,8 +215,10 @@ static bool same_subject(const struct answer *a, const struct answer *b)
 static void compare_messages(struct comparing *c, int link, const struct mr_message_info *info)
 {
     int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
-    struct walk old = {c->recorded->message[link], c->recorded->message[link] + c->recorded->messages[link], 0, armed};
-    struct walk new = {c->replayed->message[link], c->replayed->message[link] + c->replayed->messages[link], shift,
+    struct walk old = {c->recorded->message[link],
+                       c->recorded->message[link] + c->recorded->messages[link], 0, armed};
+    struct walk new = {c->replayed->message[link],
+                       c->replayed->message[link] + c->replayed->messages[link], shift,
                        armed - shift};
     int64_t slack = has_own_block(info) && c->options->exact ? 0 : PLACE_SLACK_BLOCKS;
     c->queued_recorded = c->queued_replayed = (double)NAN;
@@ -218,7 +226,8 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
         const struct answer *a = next(&old, info), *b = next(&new, info);
         if (!a && !b)
             return;
-        int64_t at = a ? a->block : INT64_MAX / 2, replayed_at = b ? b->block + new.shift : INT64_MAX / 2;
+        int64_t at = a ? a->block : INT64_MAX / 2,
+                replayed_at = b ? b->block + new.shift : INT64_MAX / 2;
         if (c->broken_off && a && at > c->end_block) {
             c->diff->after_record++;
             old.at++;
@@ -229,7 +238,8 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
             only_one(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
-            if (has_own_block(info) && at > c->end_block) /* CAN told of it when its record was still on its way on serial */
+            /* CAN told of it when its record was still on its way on serial */
+            if (has_own_block(info) && at > c->end_block)
                 c->diff->after_record++;
             else if (reaches_back(info->id) && at < c->first_block + reaches_back(info->id))
                 c->diff->before_record++;
@@ -249,7 +259,8 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
 
 /* ---- block records: what was given must come back ---- */
 
-static void compare_number(struct comparing *c, const char *field, int64_t block, double a, double b)
+static void compare_number(struct comparing *c, const char *field, int64_t block, double a,
+                           double b)
 {
     c->row->fields++;
     if (a != b)
@@ -259,10 +270,11 @@ static void compare_number(struct comparing *c, const char *field, int64_t block
 static void compare_block(struct comparing *c, const struct mr_block *a, const struct mr_block *b)
 {
     c->row->pairs++;
-    compare_number(c, "tick", a->index, a->tick, b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
+    compare_number(c, "tick", a->index, a->tick,
+                   b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
     compare_number(c, "absent", a->index, a->absent, b->absent);
-#define COMPARE(field)                                                                \
-    for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++)                  \
+#define COMPARE(field)                                                \
+    for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++) \
         compare_number(c, #field, a->index, a->field[i], b->field[i]);
     COMPARE(plus)
     COMPARE(minus)
@@ -279,8 +291,9 @@ static void compare_blocks(struct comparing *c)
     size_t i = 0, k = 0;
     while (i < c->recorded->blocks || k < c->replayed->blocks) {
         int64_t at = i < c->recorded->blocks ? (int64_t)c->recorded->block[i].index : INT64_MAX;
-        int64_t replayed_at =
-            k < c->replayed->blocks ? (int64_t)c->replayed->block[k].index + c->options->shift_blocks : INT64_MAX;
+        int64_t replayed_at = k < c->replayed->blocks
+                                ? (int64_t)c->replayed->block[k].index + c->options->shift_blocks
+                                : INT64_MAX;
         if (at == replayed_at)
             compare_block(c, &c->recorded->block[i++], &c->replayed->block[k++]);
         else if (at < replayed_at)
@@ -296,13 +309,16 @@ static int64_t faults_of_circumstances(const struct answers *answers, int link)
 {
     int64_t count = 0;
     for (size_t i = 0; i < answers->messages[link]; i++)
-        count += answers->message[link][i].info->id == MR_ID_FAULT && !follows_from_record(&answers->message[link][i], 0);
+        count += answers->message[link][i].info->id == MR_ID_FAULT &&
+                 !follows_from_record(&answers->message[link][i], 0);
     return count;
 }
 
 static bool mentions_link_faults(const struct answers *answers)
 {
-    return faults_of_circumstances(answers, LINK_CAN) + faults_of_circumstances(answers, LINK_SERIAL) > 0;
+    return faults_of_circumstances(answers, LINK_CAN) +
+               faults_of_circumstances(answers, LINK_SERIAL) >
+           0;
 }
 
 static void begin_row(struct comparing *c, const char *message, int link)
@@ -317,7 +333,8 @@ static void end_row(struct comparing *c)
     c->diff->messages += row->pairs;
     c->diff->fields += row->fields;
     c->diff->differ += row->differ + row->only_recorded + row->only_replayed;
-    if ((row->pairs || row->only_recorded || row->only_replayed) && c->diff->rows + 1 < DIFF_MESSAGES_MAX)
+    if ((row->pairs || row->only_recorded || row->only_replayed) &&
+        c->diff->rows + 1 < DIFF_MESSAGES_MAX)
         c->diff->rows++;
 }
 
@@ -329,10 +346,11 @@ static int64_t count_of(const struct answers *answers, int link, const struct mr
     return count;
 }
 
-void diff_answers(const struct answers *recorded, const struct answers *replayed, const struct diff_options *options,
-                  struct diff *diff)
+void diff_answers(const struct answers *recorded, const struct answers *replayed,
+                  const struct diff_options *options, struct diff *diff)
 {
-    struct comparing c = {.recorded = recorded, .replayed = replayed, .options = options, .diff = diff};
+    struct comparing c = {
+        .recorded = recorded, .replayed = replayed, .options = options, .diff = diff};
     size_t count;
     const struct mr_message_info *info = mr_catalogue(&count);
     *diff = (struct diff){.exact = options->exact};
@@ -361,8 +379,9 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
 /* "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed 35.6" */
 static void difference_text(const struct difference *d, char *out, size_t size)
 {
-    int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link], (double)d->block / 1e3,
-                          (long long)d->block, d->message, d->field[0] ? "." : "", d->field);
+    int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link],
+                          (double)d->block / 1e3, (long long)d->block, d->message,
+                          d->field[0] ? "." : "", d->field);
     if (length < 0 || (size_t)length >= size)
         return;
     out += length;
@@ -370,7 +389,9 @@ static void difference_text(const struct difference *d, char *out, size_t size)
     if (d->kind == DIFF_VALUE)
         snprintf(out, size, "recorded %.10g, replayed %.10g", d->recorded, d->replayed);
     else
-        snprintf(out, size, "%s", d->kind == DIFF_ONLY_RECORDED ? "recorded, not replayed" : "replayed, not recorded");
+        snprintf(out, size, "%s",
+                 d->kind == DIFF_ONLY_RECORDED ? "recorded, not replayed"
+                                               : "replayed, not recorded");
 }
 
 static void difference_answer(const struct difference *d, struct answer *answer)
@@ -413,7 +434,8 @@ static void row_answer(const struct diff_row *row, struct answer *answer)
     answer_close(answer);
 }
 
-static void uncompared(struct answer *answer, const char *name, int64_t messages, const char *label, const char *end)
+static void uncompared(struct answer *answer, const char *name, int64_t messages, const char *label,
+                       const char *end)
 {
     answer_count(answer, name, messages ? label : NULL, messages)->end = end;
 }
@@ -421,7 +443,8 @@ static void uncompared(struct answer *answer, const char *name, int64_t messages
 void diff_answer(const struct diff *diff, struct answer *answer)
 {
     char text[300];
-    answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : field_tolerances_text());
+    answer_words(answer, "compared", "compared", "%s",
+                 diff->exact ? "exactly" : field_tolerances_text());
     difference_answer(diff->found ? &diff->first : NULL, answer);
     if (diff->found) {
         difference_text(&diff->first, text, sizeof text);
@@ -431,12 +454,16 @@ void diff_answer(const struct diff *diff, struct answer *answer)
     for (size_t i = 0; i < diff->rows; i++)
         row_answer(&diff->row[i], answer);
     answer_close(answer);
-    uncompared(answer, "after_record", diff->after_record, "not compared", " messages of blocks after the last record");
-    uncompared(answer, "before_record", diff->before_record, "not compared", " messages that rest on blocks before the record");
-    uncompared(answer, "circumstances", diff->circumstances, "not compared", " messages about links, clock and chip, which no record foretells");
-    uncompared(answer, "not_recorded", diff->not_recorded, "not recorded", " messages of the replay: the log lost frames");
-    answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages", (long long)diff->differ, (long long)diff->fields,
-                 (long long)diff->messages);
+    uncompared(answer, "after_record", diff->after_record, "not compared",
+               " messages of blocks after the last record");
+    uncompared(answer, "before_record", diff->before_record, "not compared",
+               " messages that rest on blocks before the record");
+    uncompared(answer, "circumstances", diff->circumstances, "not compared",
+               " messages about links, clock and chip, which no record foretells");
+    uncompared(answer, "not_recorded", diff->not_recorded, "not recorded",
+               " messages of the replay: the log lost frames");
+    answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
+                 (long long)diff->differ, (long long)diff->fields, (long long)diff->messages);
     answer_count(answer, "differ", NULL, diff->differ);
     answer_count(answer, "fields", NULL, diff->fields);
     answer_count(answer, "messages", NULL, diff->messages);

@@ -11,7 +11,8 @@ struct rule {
     enum field_rule rule;
 };
 
-/* The rows of the catalogue; what is not there is compared by the name that times have everywhere, or as it stands. */
+/* The rows of the catalogue; what is not there is compared by the name that times have everywhere,
+ * or as it stands. */
 static const struct rule rules[] = {
 #define REPLAY(name, NAME, field, rule) {MR_ID_##NAME, #field, FIELD_##rule},
 #include "common/catalogue.def"
@@ -22,22 +23,27 @@ static const struct rule rules[] = {
 };
 
 /* A row of a field that is not there would say nothing. */
-#define REPLAY(name, NAME, field, rule) _Static_assert(offsetof(struct mr_##name, field) < sizeof(struct mr_##name), #field);
+#define REPLAY(name, NAME, field, rule) \
+    _Static_assert(offsetof(struct mr_##name, field) < sizeof(struct mr_##name), #field);
 #include "common/catalogue.def"
 
-/* An image that computes a little otherwise: ten times the resolution of the message, or what the estimate's own error
- * allows. Counts, states, names of switches and ticks must be equal whatever the image. */
+/* An image that computes a little otherwise: ten times the resolution of the message, or what the
+ * estimate's own error allows. Counts, states, names of switches and ticks must be equal whatever
+ * the image. */
 static const struct {
     const char *unit;
     double tolerance;
 } tolerances[] = {
-    {"in", 0.002}, {"lb", 0.2}, {"ft", 0.05}, {"ft/s", 0.02}, {"ft/s2", 0.1}, {"s", 0.05}, {"codes", 1.0}, {"ms", 5.0}, {"%", 5.0},
+    {"in", 0.002}, {"lb", 0.2},    {"ft", 0.05}, {"ft/s", 0.02}, {"ft/s2", 0.1},
+    {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
 };
 
 bool field_circumstance(const struct mr_message_info *info)
 {
     switch (info->id) {
+/* clang-format off */
 #define CIRCUMSTANCE(name, NAME) case MR_ID_##NAME: return true;
+/* clang-format on */
 #include "common/catalogue.def"
     default: return false;
     }
@@ -46,7 +52,8 @@ bool field_circumstance(const struct mr_message_info *info)
 enum field_rule field_rule(const struct mr_message_info *info, const struct mr_field_info *field)
 {
     for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
-        if ((rules[i].id == 0 || rules[i].id == info->id) && strcmp(rules[i].field, field->name) == 0)
+        if ((rules[i].id == 0 || rules[i].id == info->id) &&
+            strcmp(rules[i].field, field->name) == 0)
             return rules[i].rule;
     }
     return FIELD_PLAIN;
@@ -68,5 +75,6 @@ double field_tolerance(const char *unit)
 
 const char *field_tolerances_text(void)
 {
-    return "0.002 in, 0.2 lb, 0.05 ft, 0.02 ft/s, 0.1 ft/s2, 0.05 s, 1 code, 5 ms, 5 %; counts, states, switches and ticks equal";
+    return "0.002 in, 0.2 lb, 0.05 ft, 0.02 ft/s, 0.1 ft/s2, 0.05 s, 1 code, 5 ms, 5 %; counts, "
+           "states, switches and ticks equal";
 }

@@ -13,22 +13,27 @@
 #include "common/crc32.h"
 #include "host/store/store_predict.h"
 
-#define LATE_BLOCKS 20000 /* a record that is armed later than this is moved back ... */
-#define EARLY_BLOCKS 450  /* and one that is armed before this forth: zeros, survey and runway go first */
-#define BLOCKS_PER_S 1000 /* whatever the board does by its block index repeats every second */
-#define FIRST_COMMAND 40  /* block of the first zero, then one in each; and then a segment of the survey every second block; and a word of */
-                          /* the runway in each */
+#define LATE_BLOCKS        20000 /* a record that is armed later than this is moved back ... */
+/* and one that is armed before this forth: zeros, survey and runway go first */
+#define EARLY_BLOCKS       450
+/* whatever the board does by its block index repeats every second */
+#define BLOCKS_PER_S       1000
+/* block of the first zero, then one in each; and then a segment of the survey every second block;
+ * and a word of */
+#define FIRST_COMMAND      40
+/* the runway in each */
 #define COMMANDS_PER_BLOCK 4u
-#define HOLES_NAMED 3
-#define CLOCK_INTERNAL 1  /* of the message hello */
-#define RUNWAY_TAG 10000u
+#define HOLES_NAMED        3
+#define CLOCK_INTERNAL     1 /* of the message hello */
+#define RUNWAY_TAG         10000u
 
 struct writer {
     FILE *file;
     uint32_t crc;
 };
 
-__attribute__((format(printf, 2, 3))) static void put(struct writer *writer, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void put(struct writer *writer, const char *format,
+                                                      ...)
 {
     char line[2 * MR_BLOCK_BYTES_MAX + 40];
     va_list arguments;
@@ -52,35 +57,43 @@ static void add_hole(struct holes *holes, int64_t from, int64_t to)
 {
     holes->blocks += to - from + 1;
     if (holes->count++ < HOLES_NAMED)
-        holes->length += (size_t)snprintf(holes->text + holes->length, sizeof holes->text - holes->length,
-                                          "%sblocks %lld to %lld (%.3f s to %.3f s)", holes->count > 1 ? ", " : "",
-                                          (long long)from, (long long)to, (double)from / 1e3, (double)(to + 1) / 1e3);
+        holes->length += (size_t)snprintf(
+            holes->text + holes->length, sizeof holes->text - holes->length,
+            "%sblocks %lld to %lld (%.3f s to %.3f s)", holes->count > 1 ? ", " : "",
+            (long long)from, (long long)to, (double)from / 1e3, (double)(to + 1) / 1e3);
 }
 
-static enum mr_status check_whole(const struct answers *recorded, const char *path, struct error *error)
+static enum mr_status check_whole(const struct answers *recorded, const char *path,
+                                  struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
     struct holes holes = {0};
     if (recorded->blocks == 0)
-        return error_set(error, MR_TRUNCATED,
-                         "no block records: RUN %lld of %s; only a landing logged over serial can be replayed",
-                         (long long)landing->id, path);
+        return error_set(
+            error, MR_TRUNCATED,
+            "no block records: RUN %lld of %s; only a landing logged over serial can be replayed",
+            (long long)landing->id, path);
     if (landing->armed_block == STORE_NONE)
         return error_set(error, MR_TRUNCATED,
-                         "the record begins after arming: RUN %lld of %s; log from before the board is armed to replay it",
+                         "the record begins after arming: RUN %lld of %s; log from before the "
+                         "board is armed to replay it",
                          (long long)landing->id, path);
     if (landing->clock_source > CLOCK_INTERNAL)
-        return error_set(error, MR_NOT_NOW, "recorded without PLL, nothing was measured: RUN %lld of %s; there is nothing to replay",
+        return error_set(error, MR_NOT_NOW,
+                         "recorded without PLL, nothing was measured: RUN %lld of %s; there is "
+                         "nothing to replay",
                          (long long)landing->id, path);
     if ((int64_t)recorded->block[0].index > landing->armed_block)
         add_hole(&holes, landing->armed_block, (int64_t)recorded->block[0].index - 1);
     for (size_t i = 1; i < recorded->blocks; i++) {
         if (recorded->block[i].index != recorded->block[i - 1].index + 1u)
-            add_hole(&holes, (int64_t)recorded->block[i - 1].index + 1, (int64_t)recorded->block[i].index - 1);
+            add_hole(&holes, (int64_t)recorded->block[i - 1].index + 1,
+                     (int64_t)recorded->block[i].index - 1);
     }
     if (holes.count)
         return error_set(error, MR_TRUNCATED,
-                         "cannot be replayed, %lld blocks are lost: RUN %lld of %s, %s%s; what the board made of them is not known",
+                         "cannot be replayed, %lld blocks are lost: RUN %lld of %s, %s%s; what the "
+                         "board made of them is not known",
                          (long long)holes.blocks, (long long)landing->id, path, holes.text,
                          holes.count > HOLES_NAMED ? " and more" : "");
     return MR_OK;
@@ -117,8 +130,10 @@ static enum link_kind link_of_acks(const struct answers *recorded)
     return acks[LINK_CAN] > acks[LINK_SERIAL] ? LINK_CAN : LINK_SERIAL;
 }
 
-/* The argument a command must have had for what the board said to it. A mark's number came just before its answer. */
-static int32_t argument_of(const struct answers *recorded, const struct mr_ack *ack, const struct mr_mark *mark)
+/* The argument a command must have had for what the board said to it. A mark's number came just
+ * before its answer. */
+static int32_t argument_of(const struct answers *recorded, const struct mr_ack *ack,
+                           const struct mr_mark *mark)
 {
     if (ack->status == MR_USAGE)
         return -1;
@@ -127,7 +142,8 @@ static int32_t argument_of(const struct answers *recorded, const struct mr_ack *
     return ack->code == MR_COMMAND_MARK ? (int32_t)mark->number : 0;
 }
 
-/* The board says who it is and what it does before it answers, so a landing that a command ends has no answer to it. */
+/* The board says who it is and what it does before it answers, so a landing that a command ends has
+ * no answer to it. */
 static bool take_commands(const struct answers *recorded, struct commands *commands)
 {
     enum link_kind link = link_of_acks(recorded);
@@ -143,7 +159,10 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
         if (answer->info->id == MR_ID_BACKLOG) {
             struct mr_backlog backlog;
             mr_backlog_get(&backlog, answer->data, answer->info->length);
-            fits = add_command(commands, backlog.block, (struct mr_command){.code = MR_COMMAND_BACKLOG, .argument = backlog.waiting}) && fits;
+            fits = add_command(commands, backlog.block,
+                               (struct mr_command){.code = MR_COMMAND_BACKLOG,
+                                                   .argument = backlog.waiting}) &&
+                   fits;
         }
         if (answer->info->id != MR_ID_ACK)
             continue;
@@ -156,13 +175,17 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
         commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;
     }
-    if (last.state == MR_LANDING_IDLE && last.cause == MR_LANDING_BY_COMMAND && recorded->messages[link])
-        fits = add_command(commands, last.block, (struct mr_command){.code = MR_COMMAND_DISARM}) && fits;
+    if (last.state == MR_LANDING_IDLE && last.cause == MR_LANDING_BY_COMMAND &&
+        recorded->messages[link])
+        fits = add_command(commands, last.block, (struct mr_command){.code = MR_COMMAND_DISARM}) &&
+               fits;
     return fits;
 }
 
-/* Zeros that were measured before the landing, each given by its very bits; the configured ones are the image's own. */
-static void put_zeros(struct writer *writer, const struct answers *recorded, struct replay_input *input)
+/* Zeros that were measured before the landing, each given by its very bits; the configured ones are
+ * the image's own. */
+static void put_zeros(struct writer *writer, const struct answers *recorded,
+                      struct replay_input *input)
 {
     struct mr_channel_zero zero[MR_CHANNELS] = {{0}};
     for (int link = 0; link < LINK_KINDS; link++) {
@@ -170,7 +193,8 @@ static void put_zeros(struct writer *writer, const struct answers *recorded, str
             const struct answer *answer = &recorded->message[link][i];
             struct mr_channel_zero each;
             if (answer->info->id == MR_ID_CHANNEL_ZERO &&
-                mr_channel_zero_get(&each, answer->data, answer->info->length) == MR_OK && each.index < MR_CHANNELS)
+                mr_channel_zero_get(&each, answer->data, answer->info->length) == MR_OK &&
+                each.index < MR_CHANNELS)
                 zero[each.index] = each;
         }
     }
@@ -179,34 +203,39 @@ static void put_zeros(struct writer *writer, const struct answers *recorded, str
         memcpy(&bits, &zero[i].zero_code, sizeof bits);
         if (!zero[i].measured)
             continue;
-        put(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND + input->zeros, MR_COMMAND_ZERO, i + 1,
-            MR_SEGMENTS + 1u + input->zeros, bits);
+        put(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND + input->zeros,
+            MR_COMMAND_ZERO, i + 1, MR_SEGMENTS + 1u + input->zeros, bits);
         input->zeros++;
     }
 }
 
-/* The runway that the landing was armed with, whatever the survey made of it. None in the database: the one of a new board, surveyed. */
-static enum mr_status put_runway(struct writer *writer, struct store *store, const struct answers *recorded, struct replay_input *input,
+/* The runway that the landing was armed with, whatever the survey made of it. None in the database:
+ * the one of a new board, surveyed. */
+static enum mr_status put_runway(struct writer *writer, struct store *store,
+                                 const struct answers *recorded, struct replay_input *input,
                                  struct error *error)
 {
     struct mr_predictor_state state;
     int64_t source;
-    enum mr_status status = store_runway_get(store, recorded->landing.id, &state, &source, &input->runway, error);
+    enum mr_status status = store_runway_get(store, recorded->landing.id, &state, &source,
+                                             &input->runway, error);
     if (status != MR_OK || !input->runway)
         return status;
     size_t block = FIRST_COMMAND + input->zeros + 2 * input->surveyed;
     for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
-        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i, RUNWAY_TAG + i,
-            mr_runway_word_argument(&state, i));
+        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
+            RUNWAY_TAG + i, mr_runway_word_argument(&state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
-        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i, RUNWAY_TAG + MR_RUNWAY_WORDS + i,
-            mr_runway_joints_argument(&state, i));
-    put(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE, RUNWAY_TAG - 1u, (int32_t)mr_runway_crc(&state));
+        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
+            RUNWAY_TAG + MR_RUNWAY_WORDS + i, mr_runway_joints_argument(&state, i));
+    put(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE, RUNWAY_TAG - 1u,
+        (int32_t)mr_runway_crc(&state));
     return MR_OK;
 }
 
-static enum mr_status put_commands(struct writer *writer, struct store *store, const struct answers *recorded,
-                                   struct replay_input *input, struct error *error)
+static enum mr_status put_commands(struct writer *writer, struct store *store,
+                                   const struct answers *recorded, struct replay_input *input,
+                                   struct error *error)
 {
     struct commands commands = {0};
     struct store_segment *segment;
@@ -218,8 +247,10 @@ static enum mr_status put_commands(struct writer *writer, struct store *store, c
     for (size_t i = 0; i < segments; i++) {
         if (isnan(segment[i].slack_in))
             continue;
-        put(writer, "command %zu %d %lld %zu %ld\n", FIRST_COMMAND + input->zeros + 2 * input->surveyed, MR_COMMAND_SURVEY,
-            (long long)segment[i].segment, input->surveyed + 1, lround(segment[i].slack_in * 10000.0));
+        put(writer, "command %zu %d %lld %zu %ld\n",
+            FIRST_COMMAND + input->zeros + 2 * input->surveyed, MR_COMMAND_SURVEY,
+            (long long)segment[i].segment, input->surveyed + 1,
+            lround(segment[i].slack_in * 10000.0));
         input->surveyed++;
     }
     free(segment);
@@ -228,52 +259,66 @@ static enum mr_status put_commands(struct writer *writer, struct store *store, c
         return status;
     bool fits = take_commands(recorded, &commands);
     if (!commands.armed)
-        put(writer, "command %lld %d 0 0 %lld\n", (long long)(input->armed_block - input->shift_blocks),
-            MR_COMMAND_ARM, (long long)recorded->landing.board_landing);
+        put(writer, "command %lld %d 0 0 %lld\n",
+            (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
+            (long long)recorded->landing.board_landing);
     for (size_t i = 0; i < commands.count; i++) {
         const struct mr_command *message = &commands.row[i].message;
-        put(writer, "command %lld %u %u %u %" PRId32 "\n", (long long)(commands.row[i].block - input->shift_blocks),
-            message->code, message->index, message->tag, message->argument);
-        fits = fits && (i < COMMANDS_PER_BLOCK || commands.row[i - COMMANDS_PER_BLOCK].block != commands.row[i].block);
+        put(writer, "command %lld %u %u %u %" PRId32 "\n",
+            (long long)(commands.row[i].block - input->shift_blocks), message->code, message->index,
+            message->tag, message->argument);
+        fits = fits && (i < COMMANDS_PER_BLOCK ||
+                        commands.row[i - COMMANDS_PER_BLOCK].block != commands.row[i].block);
     }
     input->commands = commands.count;
     return fits ? MR_OK
-                : error_set(error, MR_MALFORMED, "more commands than the board takes: RUN %lld of %s; the record is damaged",
-                            (long long)recorded->landing.id, store_path(store));
+                : error_set(
+                      error, MR_MALFORMED,
+                      "more commands than the board takes: RUN %lld of %s; the record is damaged",
+                      (long long)recorded->landing.id, store_path(store));
 }
 
 /* ---- edges ---- */
 
-/* Ticks since TIM2 began in the replay. The board time of a capture says which wrap of the counter it was in. */
-static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_block *first, int64_t shift_blocks)
+/* Ticks since TIM2 began in the replay. The board time of a capture says which wrap of the counter
+ * it was in. */
+static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_block *first,
+                             int64_t shift_blocks)
 {
     uint32_t origin = mr_boardtime_origin(first->index, first->tick);
     uint32_t near_block = isnan(board_us) ? first->index : (uint32_t)(board_us / 1000.0);
-    int64_t ticks = mr_boardtime_ticks(origin, near_block, (uint32_t)tick) - shift_blocks * (int64_t)MR_TICKS_PER_BLOCK;
+    int64_t ticks = mr_boardtime_ticks(origin, near_block, (uint32_t)tick) -
+                    shift_blocks * (int64_t)MR_TICKS_PER_BLOCK;
     return (uint64_t)(origin + ticks); /* TIM2 is at the origin when block 0 begins */
 }
 
-static enum mr_status put_edges(struct writer *writer, struct store *store, const struct answers *recorded,
-                                struct replay_input *input, struct error *error)
+static enum mr_status put_edges(struct writer *writer, struct store *store,
+                                const struct answers *recorded, struct replay_input *input,
+                                struct error *error)
 {
     struct store_edge *edge;
     enum mr_status status = store_edges(store, recorded->landing.id, &edge, &input->edges, error);
     for (size_t i = 0; status == MR_OK && i < input->edges; i++)
-        put(writer, "edge %" PRIu64 "\n", capture_tick(edge[i].board_us, edge[i].tick, &recorded->block[0], input->shift_blocks));
+        put(writer, "edge %" PRIu64 "\n",
+            capture_tick(edge[i].board_us, edge[i].tick, &recorded->block[0], input->shift_blocks));
     if (status == MR_OK)
         free(edge);
     return status;
 }
 
-/* Film frames are numbered from arming on, so their times rise; what was refused as noise is not among them. */
-static enum mr_status put_frames(struct writer *writer, struct store *store, const struct answers *recorded,
-                                 struct replay_input *input, struct error *error)
+/* Film frames are numbered from arming on, so their times rise; what was refused as noise is not
+ * among them. */
+static enum mr_status put_frames(struct writer *writer, struct store *store,
+                                 const struct answers *recorded, struct replay_input *input,
+                                 struct error *error)
 {
     struct store_film_frame *frame;
-    enum mr_status status = store_film_frames(store, recorded->landing.id, &frame, &input->frames, error);
+    enum mr_status status = store_film_frames(store, recorded->landing.id, &frame, &input->frames,
+                                              error);
     for (size_t i = 0; status == MR_OK && i < input->frames; i++)
         put(writer, "frame %" PRIu64 "\n",
-            capture_tick(frame[i].board_us, frame[i].tick, &recorded->block[0], input->shift_blocks));
+            capture_tick(frame[i].board_us, frame[i].tick, &recorded->block[0],
+                         input->shift_blocks));
     if (status == MR_OK)
         free(frame);
     return status;
@@ -297,17 +342,20 @@ static int64_t shift_of(int64_t armed_block)
 {
     if (armed_block < EARLY_BLOCKS)
         return -BLOCKS_PER_S;
-    return armed_block > LATE_BLOCKS ? (armed_block - EARLY_BLOCKS) / BLOCKS_PER_S * BLOCKS_PER_S : 0;
+    return armed_block > LATE_BLOCKS ? (armed_block - EARLY_BLOCKS) / BLOCKS_PER_S * BLOCKS_PER_S
+                                     : 0;
 }
 
-static enum mr_status put_all(struct writer *writer, struct store *store, const struct answers *recorded,
-                              struct replay_input *input, struct error *error)
+static enum mr_status put_all(struct writer *writer, struct store *store,
+                              const struct answers *recorded, struct replay_input *input,
+                              struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
     fputs("matrig-replay 1\n", writer->file);
     writer->crc = mr_crc32(0, (const uint8_t *)"matrig-replay 1\n", 16);
     if (strlen(landing->board_uid) == 24)
-        put(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8, landing->board_uid + 16);
+        put(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8,
+            landing->board_uid + 16);
     put(writer, "crystal %d\n", input->crystal);
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
@@ -320,8 +368,8 @@ static enum mr_status put_all(struct writer *writer, struct store *store, const 
     return status;
 }
 
-enum mr_status replay_input_write(struct store *store, const struct answers *recorded, const char *path,
-                                  struct replay_input *input, struct error *error)
+enum mr_status replay_input_write(struct store *store, const struct answers *recorded,
+                                  const char *path, struct replay_input *input, struct error *error)
 {
     enum mr_status status = check_whole(recorded, store_path(store), error);
     if (status != MR_OK)
@@ -335,7 +383,8 @@ enum mr_status replay_input_write(struct store *store, const struct answers *rec
     };
     struct writer writer = {.file = fopen(path, "w")};
     if (!writer.file)
-        return error_set(error, MR_IO, "cannot write: %s; check the directory for temporary files", path);
+        return error_set(error, MR_IO, "cannot write: %s; check the directory for temporary files",
+                         path);
     status = put_all(&writer, store, recorded, input, error);
     int failed = ferror(writer.file);
     failed |= fclose(writer.file);

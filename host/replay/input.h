@@ -1,10 +1,12 @@
-/* What a board took in during a recorded landing, put together from what it said: its block records, the edges and film frames it reported,
- * and the commands it acknowledged. Written as a replay file for the emulated board (`matrig-replay 1`: a line for each
- * command, edge, film frame and block; hil/rig/replayfile.h draws it).
+/* What a board took in during a recorded landing, put together from what it said: its block
+ * records, the edges and film frames it reported, and the commands it acknowledged. Written as a
+ * replay file for the emulated board (`matrig-replay 1`: a line for each command, edge, film frame
+ * and block; hil/rig/replayfile.h draws it).
  *
- * Not recorded, and so made up: the survey is given again before arming, segment by segment, and zeros that were measured
- * (channel_zero of the landing says which, and what they were), and the predictor's runway as it was when armed; blocks before the first record
- * repeat it. A record that begins late after the board's start is moved back by whole seconds, in which everything that the
+ * Not recorded, and so made up: the survey is given again before arming, segment by segment, and
+ * zeros that were measured (channel_zero of the landing says which, and what they were), and the
+ * predictor's runway as it was when armed; blocks before the first record repeat it. A record that
+ * begins late after the board's start is moved back by whole seconds, in which everything that the
  * board does by the clock repeats. */
 #ifndef MATRIG_HOST_REPLAY_INPUT_H
 #define MATRIG_HOST_REPLAY_INPUT_H
@@ -19,7 +21,7 @@ struct replay_input {
     int64_t last_block;
     int64_t armed_block;
     size_t edges;
-    size_t frames; /* of the film */
+    size_t frames;   /* of the film */
     size_t commands; /* given again in the block that took them */
     size_t surveyed; /* segments given before arming */
     bool runway;     /* the predictor's, of the time of arming, is given */
@@ -27,9 +29,10 @@ struct replay_input {
     bool crystal;
 };
 
-/* Writes the file. MR_TOO_FEW: no block records, or the landing was joined late; MR_TRUNCATED: the record has holes, named
- * with their times; MR_NOT_NOW: a board without a time base. */
-enum mr_status replay_input_write(struct store *store, const struct answers *recorded, const char *path,
-                                  struct replay_input *input, struct error *error);
+/* Writes the file. MR_TOO_FEW: no block records, or the landing was joined late; MR_TRUNCATED: the
+ * record has holes, named with their times; MR_NOT_NOW: a board without a time base. */
+enum mr_status replay_input_write(struct store *store, const struct answers *recorded,
+                                  const char *path, struct replay_input *input,
+                                  struct error *error);
 
 #endif

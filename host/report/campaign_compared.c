@@ -1,4 +1,5 @@
-/* Measured against simulated, a row for each landing: their newest comparisons, as the campaign keeps them. */
+/* Measured against simulated, a row for each landing: their newest comparisons, as the campaign
+ * keeps them. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -9,7 +10,9 @@
 
 static void overlap_cell(FILE *out, const struct compare_zone_moment *moment, bool board)
 {
-    const struct compare_overlap *overlap = !moment ? NULL : board ? &moment->board : &moment->simulated;
+    const struct compare_overlap *overlap = !moment ? NULL
+                                          : board   ? &moment->board
+                                                    : &moment->simulated;
     if (!overlap || !overlap->known)
         html_cell(out, "-");
     else if (overlap->all_mats > 0.0)
@@ -24,7 +27,8 @@ static void row(FILE *out, const struct compare_figures *figures, bool si)
     const int d = si ? 2 : 4;
     const struct compare_mean mean = compare_mean_of(figures);
     const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false);
-    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td><td>", (long long)figures->run, (long long)figures->run);
+    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td><td>", (long long)figures->run,
+            (long long)figures->run);
     html_text(out, figures->against);
     fputs("</td>", out);
     html_cell(out, "%zu of %zu", mean.channels, figures->channels);
@@ -57,9 +61,12 @@ static void head(FILE *out, bool si)
     static const char *const names[] = {"bias", "rms", "worst rms", "own error"};
     char heads[4][60];
     for (int i = 0; i < 4; i++)
-        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i], unit_of(UNIT_DISPLACEMENT, si)->text);
-    html_table(out, (const char *const[]){"RUN", "against", "channels", heads[0], heads[1], heads[2], "worst En of a peak", "longest zone, mats",
-                                          "of the board, mats", "zone at rest, mats", heads[3], NULL});
+        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i],
+                 unit_of(UNIT_DISPLACEMENT, si)->text);
+    html_table(out,
+               (const char *const[]){"RUN", "against", "channels", heads[0], heads[1], heads[2],
+                                     "worst En of a peak", "longest zone, mats",
+                                     "of the board, mats", "zone at rest, mats", heads[3], NULL});
 }
 
 enum mr_status campaign_compared(const struct report *report, FILE *out, struct error *error)
@@ -68,7 +75,8 @@ enum mr_status campaign_compared(const struct report *report, FILE *out, struct 
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t rows = 0;
     if (!figures)
-        return error_set(error, MR_FULL, "no memory: comparisons of %s; close other programs", report->path);
+        return error_set(error, MR_FULL, "no memory: comparisons of %s; close other programs",
+                         report->path);
     for (size_t i = 0; i < report->landings && error->status == MR_OK; i++) {
         const struct report_landing *landing = &report->landing[i];
         if (!landing_compared(landing, figures, error))
@@ -86,8 +94,10 @@ enum mr_status campaign_compared(const struct report *report, FILE *out, struct 
     if (rows > 1)
         last_row(out, samples, sum, squares, report->si);
     if (rows)
-        fputs("</tbody></table></div>\n<p>Each landing with the newest comparison that the campaign keeps. Differences are measured less simulated, over "
-              "all samples of all channels. Zones: mats that measured and simulated (or what the board said) both have, of those that either has. "
+        fputs("</tbody></table></div>\n<p>Each landing with the newest comparison that the "
+              "campaign keeps. Differences are measured less simulated, over "
+              "all samples of all channels. Zones: mats that measured and simulated (or what the "
+              "board said) both have, of those that either has. "
               "Own error: what the simulation says of itself.</p>\n",
               out);
     free(figures);

@@ -1,4 +1,5 @@
-/* Displacement against station: what each landing added, what it came to by then, and its peak (report figs. 4.5, 4.6, 5.2). */
+/* Displacement against station: what each landing added, what it came to by then, and its peak
+ * (report figs. 4.5, 4.6, 5.2). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,9 +8,9 @@
 #include "host/base/html.h"
 #include "host/report/report.h"
 
-#define NAMED_MAX 8u /* so many lines of a picture are named and told apart, the others thin */
-#define HEIGHT 210.0
-#define NAME_PX 90.0
+#define NAMED_MAX    8u /* so many lines of a picture are named and told apart, the others thin */
+#define HEIGHT       210.0
+#define NAME_PX      90.0
 #define NAME_STEP_PX 12.0
 
 /* A line of a picture: a value for each transducer. NaN: not known. */
@@ -19,7 +20,8 @@ struct profile {
 };
 
 /* In the unit shown, added to what `before` had come to (NULL: nothing). */
-static void add_landing(const struct report_landing *landing, const struct profile *before, bool si, struct profile *profile)
+static void add_landing(const struct report_landing *landing, const struct profile *before, bool si,
+                        struct profile *profile)
 {
     const struct measured *measured = &landing->summary.measured;
     double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
@@ -27,9 +29,13 @@ static void add_landing(const struct report_landing *landing, const struct profi
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, i + 1);
         const struct measured_channel *channel = c < 0 ? NULL : &measured->channel[c];
-        profile->station[i] = channel ? unit_of(UNIT_STATION, si)->factor * (double)channel->config.station_ft : (double)NAN;
-        profile->value[i] = (before ? before->value[i] : 0.0) + (channel ? length * channel->end : (double)NAN);
-        profile->error[i] = hypot(before ? before->error[i] : 0.0, channel ? length * channel->end_error : (double)NAN);
+        profile->station[i] = channel ? unit_of(UNIT_STATION, si)->factor *
+                                            (double)channel->config.station_ft
+                                      : (double)NAN;
+        profile->value[i] = (before ? before->value[i] : 0.0) +
+                            (channel ? length * channel->end : (double)NAN);
+        profile->error[i] = hypot(before ? before->error[i] : 0.0,
+                                  channel ? length * channel->end_error : (double)NAN);
     }
 }
 
@@ -91,11 +97,13 @@ static void draw_names(const struct svg_plot *plot, const struct profile *profil
         const struct profile *profile = &profiles[order[k]];
         int last = last_known(profile);
         double dy = at_px[k] - svg_y(plot, profile->value[last]);
-        svg_text(plot, "label", "start", profile->station[last], profile->value[last], 9.0, dy + 4.0, profile->name);
+        svg_text(plot, "label", "start", profile->station[last], profile->value[last], 9.0,
+                 dy + 4.0, profile->name);
     }
 }
 
-static void draw_profile(const struct svg_plot *plot, const struct profile *profile, unsigned look, bool named)
+static void draw_profile(const struct svg_plot *plot, const struct profile *profile, unsigned look,
+                         bool named)
 {
     char class[16];
     if (!named) {
@@ -105,21 +113,29 @@ static void draw_profile(const struct svg_plot *plot, const struct profile *prof
     snprintf(class, sizeof class, "line s%u", look % 6);
     chart_line(plot, look, profile->station, profile->value, MR_TRANSDUCERS, 1);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        chart_whisker(plot, class, profile->station[i], profile->value[i] - SUMMARY_95 * profile->error[i],
+        chart_whisker(plot, class, profile->station[i],
+                      profile->value[i] - SUMMARY_95 * profile->error[i],
                       profile->value[i] + SUMMARY_95 * profile->error[i]);
 }
 
 /* A picture with a line for each. */
-static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what, const char *title, bool si)
+static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
+                          const char *title, bool si)
 {
-    struct chart_text x_label = chart_label("station", UNIT_STATION, si), y_label = chart_label(what, UNIT_DISPLACEMENT, si);
-    struct svg_plot plot = {.out = out, .left = CHART_LEFT, .top = 10.0, .width = CHART_WIDTH - CHART_LEFT - NAME_PX, .height = HEIGHT};
+    struct chart_text x_label = chart_label("station", UNIT_STATION, si),
+                      y_label = chart_label(what, UNIT_DISPLACEMENT, si);
+    struct svg_plot plot = {.out = out,
+                            .left = CHART_LEFT,
+                            .top = 10.0,
+                            .width = CHART_WIDTH - CHART_LEFT - NAME_PX,
+                            .height = HEIGHT};
     double low = 0.0, high = 0.0;
     unsigned look = 0;
     for (size_t i = 0; i < count; i++)
         chart_extend(profiles[i].value, MR_TRANSDUCERS, &low, &high);
     svg_widen(&low, &high, 0.02 * unit_of(UNIT_DISPLACEMENT, si)->factor);
-    plot.x = (struct svg_axis){0.0, CHART_RUNWAY_FT * unit_of(UNIT_STATION, si)->factor, x_label.text, true};
+    plot.x = (struct svg_axis){0.0, CHART_RUNWAY_FT * unit_of(UNIT_STATION, si)->factor,
+                               x_label.text, true};
     plot.y = (struct svg_axis){low, high, y_label.text, true};
     svg_open(out, CHART_WIDTH, HEIGHT + 52.0, title);
     svg_axes(&plot);
@@ -138,7 +154,8 @@ static void table(FILE *out, const struct profile *profiles, size_t count, bool 
     const char *list[MR_TRANSDUCERS + 2] = {"after"};
     size_t columns = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        snprintf(heads[i], sizeof heads[i], "%.*f %s", si ? 1 : 0, profiles[0].station[i], unit_of(UNIT_STATION, si)->text);
+        snprintf(heads[i], sizeof heads[i], "%.*f %s", si ? 1 : 0, profiles[0].station[i],
+                 unit_of(UNIT_STATION, si)->text);
         list[++columns] = isnan(profiles[0].station[i]) ? "not fitted" : heads[i];
     }
     html_table(out, list);
@@ -156,7 +173,8 @@ static void table(FILE *out, const struct profile *profiles, size_t count, bool 
 static size_t in_series(const struct report *report, size_t first)
 {
     size_t count = 1;
-    while (first + count < report->landings && report->landing[first + count].series.id == report->landing[first].series.id)
+    while (first + count < report->landings &&
+           report->landing[first + count].series.id == report->landing[first].series.id)
         count++;
     return count;
 }
@@ -166,7 +184,8 @@ static const char *series_name(const struct report_landing *landing)
     return landing->series.id ? landing->series.name : "none named";
 }
 
-static void write_series(const struct report *report, size_t first, const struct profile *cumulative, size_t count, bool heading, FILE *out)
+static void write_series(const struct report *report, size_t first,
+                         const struct profile *cumulative, size_t count, bool heading, FILE *out)
 {
     if (heading) {
         fputs("<h3>Series: ", out);
@@ -174,42 +193,56 @@ static void write_series(const struct report *report, size_t first, const struct
         fputs("</h3>\n", out);
     }
     fputs("<figure>", out);
-    draw_profiles(out, cumulative, count, "cumulative displacement", "cumulative displacement against station, after each landing", report->si);
-    fprintf(out, "<figcaption>Downfield is positive; the sum of what each landing left, with 95 %% errors; where a reading is missing it is not known from then on.%s As report figs. 4.5 and 4.6.</figcaption></figure>\n",
+    draw_profiles(out, cumulative, count, "cumulative displacement",
+                  "cumulative displacement against station, after each landing", report->si);
+    fprintf(out,
+            "<figcaption>Downfield is positive; the sum of what each landing left, with 95 %% "
+            "errors; where a reading is missing it is not known from then on.%s As report figs. "
+            "4.5 and 4.6.</figcaption></figure>\n",
             count > NAMED_MAX ? " Not every line is named." : "");
-    fprintf(out, "<p>Cumulative displacement by station, %s; &plusmn; is one standard error.</p>\n", unit_of(UNIT_DISPLACEMENT, report->si)->text);
+    fprintf(out, "<p>Cumulative displacement by station, %s; &plusmn; is one standard error.</p>\n",
+            unit_of(UNIT_DISPLACEMENT, report->si)->text);
     table(out, cumulative, count, report->si);
 }
 
 enum mr_status campaign_cumulative(const struct report *report, FILE *out, struct error *error)
 {
-    struct profile *profile = calloc(report->landings + 1, sizeof *profile), *last = calloc(report->landings + 1, sizeof *last);
+    struct profile *profile = calloc(report->landings + 1, sizeof *profile),
+                   *last = calloc(report->landings + 1, sizeof *last);
     size_t series = 0;
     if (!profile || !last) {
         free(profile);
         free(last);
-        return error_set(error, MR_FULL, "no memory: %zu landings; close other programs", report->landings);
+        return error_set(error, MR_FULL, "no memory: %zu landings; close other programs",
+                         report->landings);
     }
     for (size_t first = 0, count; first < report->landings; first += count) {
         count = in_series(report, first);
         for (size_t i = 0; i < count; i++)
-            add_landing(&report->landing[first + i], i ? &profile[i - 1] : NULL, report->si, &profile[i]);
+            add_landing(&report->landing[first + i], i ? &profile[i - 1] : NULL, report->si,
+                        &profile[i]);
         write_series(report, first, profile, count, count < report->landings, out);
         last[series] = profile[count - 1];
-        snprintf(last[series].name, sizeof last[series].name, "%.15s", series_name(&report->landing[first]));
+        snprintf(last[series].name, sizeof last[series].name, "%.15s",
+                 series_name(&report->landing[first]));
         series++;
     }
     if (series > 1) {
         fputs("<h3>Series against each other</h3>\n<figure>", out);
-        draw_profiles(out, last, series, "cumulative displacement", "cumulative displacement against station, of each series", report->si);
-        fputs("<figcaption>What each series came to. As report fig. 5.2.</figcaption></figure>\n", out);
+        draw_profiles(out, last, series, "cumulative displacement",
+                      "cumulative displacement against station, of each series", report->si);
+        fputs("<figcaption>What each series came to. As report fig. 5.2.</figcaption></figure>\n",
+              out);
     }
     for (size_t i = 0; i < report->landings; i++)
         peaks_of(&report->landing[i], report->si, &profile[i]);
     if (report->landings) {
         fputs("<h3>Peak movement</h3>\n<figure>", out);
-        draw_profiles(out, profile, report->landings, "peak movement", "peak movement against station, a line per landing", report->si);
-        fputs("<figcaption>Largest movement within each landing, by station.</figcaption></figure>\n", out);
+        draw_profiles(out, profile, report->landings, "peak movement",
+                      "peak movement against station, a line per landing", report->si);
+        fputs(
+            "<figcaption>Largest movement within each landing, by station.</figcaption></figure>\n",
+            out);
     }
     free(profile);
     free(last);

@@ -1,11 +1,13 @@
-/* What people said of the landings: series, notes, corrections, voided landings, waves and breaks. */
+/* What people said of the landings: series, notes, corrections, voided landings, waves and
+ * breaks. */
 #include <stdlib.h>
 
 #include "host/analyse/journal.h"
 #include "host/report/report.h"
 #include "host/store/store_recalibrate.h"
 
-static enum mr_status series_answer(struct store *store, const struct store_landing *landing, struct answer *answer, struct error *error)
+static enum mr_status series_answer(struct store *store, const struct store_landing *landing,
+                                    struct answer *answer, struct error *error)
 {
     struct store_series series;
     char reason[STORE_JOURNAL_TEXT];
@@ -15,7 +17,8 @@ static enum mr_status series_answer(struct store *store, const struct store_land
         status = store_is_void(store, landing->id, &is_void, reason, error);
     if (status == MR_OK)
         status = store_is_recalibrated(store, landing->id, &recalibrated, error);
-    if (status != MR_OK || (!series.name[0] && !series.pattern[0] && !series.runway[0] && !series.modification[0] && !is_void && !recalibrated))
+    if (status != MR_OK || (!series.name[0] && !series.pattern[0] && !series.runway[0] &&
+                            !series.modification[0] && !is_void && !recalibrated))
         return status;
     answer_open(answer, NULL, NULL);
     answer_count(answer, NULL, "RUN", landing->id);
@@ -27,12 +30,14 @@ static enum mr_status series_answer(struct store *store, const struct store_land
     if (is_void)
         answer_words(answer, NULL, "counts", "void: %s", reason)->warn = true;
     else
-        answer_words(answer, NULL, "counts", recalibrated ? "yes; with a corrected calibration" : "yes");
+        answer_words(answer, NULL, "counts",
+                     recalibrated ? "yes; with a corrected calibration" : "yes");
     answer_close(answer);
     return status;
 }
 
-static enum mr_status observations_answer(struct store *store, const struct store_landing *landing, struct answer *answer, struct error *error)
+static enum mr_status observations_answer(struct store *store, const struct store_landing *landing,
+                                          struct answer *answer, struct error *error)
 {
     struct store_observation *rows = NULL;
     size_t count = 0;
@@ -49,7 +54,8 @@ static enum mr_status observations_answer(struct store *store, const struct stor
     return status;
 }
 
-static enum mr_status changes_answer(struct store *store, const struct store_landing *landing, struct answer *answer, struct error *error)
+static enum mr_status changes_answer(struct store *store, const struct store_landing *landing,
+                                     struct answer *answer, struct error *error)
 {
     struct store_change *rows = NULL;
     size_t count = 0;
@@ -66,8 +72,11 @@ static enum mr_status changes_answer(struct store *store, const struct store_lan
 
 static const struct {
     const char *title;
-    enum mr_status (*rows)(struct store *store, const struct store_landing *landing, struct answer *answer, struct error *error);
-} tables[] = {{"Series and validity", series_answer}, {"Waves and breaks", observations_answer}, {"Notes and corrections", changes_answer}};
+    enum mr_status (*rows)(struct store *store, const struct store_landing *landing,
+                           struct answer *answer, struct error *error);
+} tables[] = {{"Series and validity", series_answer},
+              {"Waves and breaks", observations_answer},
+              {"Notes and corrections", changes_answer}};
 
 /* Leaves one landing, where the page is of one; how many there are then. */
 static size_t only(struct store_landing *landings, size_t count, int64_t run)

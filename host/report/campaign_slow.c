@@ -1,4 +1,5 @@
-/* The slow log as three plots over one another: how far the mat has moved since the first row, mean tension of the gages, temperature. */
+/* The slow log as three plots over one another: how far the mat has moved since the first row, mean
+ * tension of the gages, temperature. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,8 +7,8 @@
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
-#define HEIGHT 120.0
-#define STEP (HEIGHT + 14.0)
+#define HEIGHT  120.0
+#define STEP    (HEIGHT + 14.0)
 #define HOUR_US 3600e6
 
 /* Whose time is known, else those of the boot that has most of them. */
@@ -29,7 +30,8 @@ static int64_t longest_boot(const struct store_slow *rows, size_t count)
 }
 
 /* The rows that are drawn, of the first board among them, with their hours. */
-static size_t choose(const struct store_slow *rows, size_t count, const struct store_slow **chosen, double *hours, bool *dated)
+static size_t choose(const struct store_slow *rows, size_t count, const struct store_slow **chosen,
+                     double *hours, bool *dated)
 {
     size_t n = 0, with_time = 0;
     for (size_t i = 0; i < count; i++)
@@ -37,7 +39,8 @@ static size_t choose(const struct store_slow *rows, size_t count, const struct s
     *dated = with_time >= 2;
     int64_t boot = longest_boot(rows, count);
     for (size_t i = 0; i < count; i++) {
-        if (!belongs(&rows[i], *dated, boot) || (n && strcmp(rows[i].board_uid, chosen[0]->board_uid) != 0))
+        if (!belongs(&rows[i], *dated, boot) ||
+            (n && strcmp(rows[i].board_uid, chosen[0]->board_uid) != 0))
             continue;
         chosen[n] = &rows[i];
         hours[n] = *dated ? (double)(rows[i].time_us - chosen[0]->time_us) / HOUR_US
@@ -60,13 +63,17 @@ static double mean_tension(const struct store_slow *row)
     return count ? sum / count : (double)NAN;
 }
 
-static struct svg_plot panel(FILE *out, unsigned place, const double *hours, size_t count, double low, double high, double least,
-                             const char *y_label, const char *x_label)
+static struct svg_plot panel(FILE *out, unsigned place, const double *hours, size_t count,
+                             double low, double high, double least, const char *y_label,
+                             const char *x_label)
 {
     if (!(low <= high))
         low = high = 0.0;
     svg_widen(&low, &high, least);
-    struct svg_plot plot = {.out = out, .left = CHART_LEFT, .top = 26.0 + STEP * place, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
+    struct svg_plot plot = {.out = out,
+                            .left = CHART_LEFT,
+                            .top = 26.0 + STEP * place,
+                            .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
                             .height = HEIGHT};
     plot.x = (struct svg_axis){0.0, hours[count - 1], x_label, x_label != NULL};
     plot.y = (struct svg_axis){low, high, y_label, true};
@@ -74,14 +81,16 @@ static struct svg_plot panel(FILE *out, unsigned place, const double *hours, siz
     return plot;
 }
 
-static void draw_movement(FILE *out, const struct store_slow *const *rows, const double *hours, size_t count, double *values, bool si)
+static void draw_movement(FILE *out, const struct store_slow *const *rows, const double *hours,
+                          size_t count, double *values, bool si)
 {
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, si);
     char label[60];
     double low = INFINITY, high = -INFINITY;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
         for (size_t i = 0; i < count; i++)
-            values[c * count + i] = unit->factor * (rows[i]->displacement_in[c] - rows[0]->displacement_in[c]);
+            values[c * count + i] = unit->factor *
+                                    (rows[i]->displacement_in[c] - rows[0]->displacement_in[c]);
         chart_extend(values + c * count, count, &low, &high);
     }
     snprintf(label, sizeof label, "moved, %s", unit->text);
@@ -95,8 +104,8 @@ static void draw_movement(FILE *out, const struct store_slow *const *rows, const
     }
 }
 
-static void draw_one(FILE *out, unsigned place, const double *hours, const double *values, size_t count, double least, const char *label,
-                     const char *x_label)
+static void draw_one(FILE *out, unsigned place, const double *hours, const double *values,
+                     size_t count, double least, const char *label, const char *x_label)
 {
     double low = INFINITY, high = -INFINITY;
     chart_extend(values, count, &low, &high);
@@ -109,7 +118,8 @@ static bool draw(FILE *out, const struct store_slow *rows, size_t count, bool si
 {
     const struct unit *unit = unit_of(UNIT_TENSION, si);
     const struct store_slow **chosen = calloc(count + 1, sizeof *chosen);
-    double *hours = calloc(count + 1, sizeof *hours), *values = calloc(MR_TRANSDUCERS * (count + 1), sizeof *values);
+    double *hours = calloc(count + 1, sizeof *hours),
+           *values = calloc(MR_TRANSDUCERS * (count + 1), sizeof *values);
     char label[60];
     bool dated;
     if (!chosen || !hours || !values)
@@ -117,7 +127,8 @@ static bool draw(FILE *out, const struct store_slow *rows, size_t count, bool si
     size_t n = choose(rows, count, chosen, hours, &dated);
     bool draws = n >= 2 && hours[n - 1] > 0.0;
     if (draws) {
-        svg_open(out, CHART_WIDTH, 26.0 + 3 * STEP + 26.0, "movement, tension and temperature against time");
+        svg_open(out, CHART_WIDTH, 26.0 + 3 * STEP + 26.0,
+                 "movement, tension and temperature against time");
         draw_movement(out, chosen, hours, n, values, si);
         for (size_t i = 0; i < n; i++)
             values[i] = unit->factor * mean_tension(chosen[i]);
@@ -125,7 +136,8 @@ static bool draw(FILE *out, const struct store_slow *rows, size_t count, bool si
         draw_one(out, 1, hours, values, n, unit->factor, label, NULL);
         for (size_t i = 0; i < n; i++)
             values[i] = chosen[i]->temperature_c;
-        draw_one(out, 2, hours, values, n, 0.5, "temperature, C", dated ? "time since the first row, h" : "board time since the first row, h");
+        draw_one(out, 2, hours, values, n, 0.5, "temperature, C",
+                 dated ? "time since the first row, h" : "board time since the first row, h");
         svg_close(out);
     }
     free(chosen);
@@ -145,8 +157,11 @@ enum mr_status campaign_slow(const struct report *report, FILE *out, struct erro
     bool drawn = draw(into, report->slow, report->slow_rows, report->si);
     fclose(into);
     if (drawn)
-        fprintf(out, "<figure>%s<figcaption>The slow log, a row a minute: each transducer (its number at the right) against its first row, the mean of the "
-                "gages, the mat's temperature.</figcaption></figure>\n", picture);
+        fprintf(out,
+                "<figure>%s<figcaption>The slow log, a row a minute: each transducer (its number "
+                "at the right) against its first row, the mean of the "
+                "gages, the mat's temperature.</figcaption></figure>\n",
+                picture);
     free(picture);
     return MR_OK;
 }

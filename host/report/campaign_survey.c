@@ -9,9 +9,9 @@
 #include "host/survey/show.h"
 #include "host/base/units.h"
 
-#define HEIGHT 150.0
-#define STEP (HEIGHT + 16.0)
-#define TOP 26.0
+#define HEIGHT        150.0
+#define STEP          (HEIGHT + 16.0)
+#define TOP           26.0
 #define SURVEYS_DRAWN 6u /* bows of the newest ones */
 
 struct panel {
@@ -19,7 +19,8 @@ struct panel {
     double x[SURVEY_POINTS];
 };
 
-static void axes(struct panel *panel, FILE *out, unsigned place, double low, double high, double least, const char *label, bool last, bool si)
+static void axes(struct panel *panel, FILE *out, unsigned place, double low, double high,
+                 double least, const char *label, bool last, bool si)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     static char x_label[2][40];
@@ -27,15 +28,21 @@ static void axes(struct panel *panel, FILE *out, unsigned place, double low, dou
     if (!(low <= high))
         low = high = 0.0;
     svg_widen(&low, &high, least);
-    panel->plot = (struct svg_plot){.out = out, .left = CHART_LEFT, .top = TOP + STEP * place, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
-                                    .height = HEIGHT, .x = {0.0, 120.0 * station->factor, last ? x_label[si] : NULL, last},
-                                    .y = {low, high, label, true}};
+    panel->plot =
+        (struct svg_plot){.out = out,
+                          .left = CHART_LEFT,
+                          .top = TOP + STEP * place,
+                          .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
+                          .height = HEIGHT,
+                          .x = {0.0, 120.0 * station->factor, last ? x_label[si] : NULL, last},
+                          .y = {low, high, label, true}};
     for (unsigned k = 0; k < SURVEY_POINTS; k++)
         panel->x[k] = SURVEY_SPAN_FT * k * station->factor;
     svg_axes(&panel->plot);
 }
 
-static void draw_lines(struct panel *panel, FILE *out, unsigned place, const struct survey_found *found, bool moved, bool si)
+static void draw_lines(struct panel *panel, FILE *out, unsigned place,
+                       const struct survey_found *found, bool moved, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     double y[SURVEY_LINES][SURVEY_POINTS], middle[SURVEY_SPANS], low = INFINITY, high = -INFINITY;
@@ -44,8 +51,8 @@ static void draw_lines(struct panel *panel, FILE *out, unsigned place, const str
     char label[60];
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned k = 0; k < count; k++)
-            y[line][k] = length->factor *
-                         (moved ? found->since_previous.moved[line][k].value_in : found->since_previous.change.gap_in[line][k]);
+            y[line][k] = length->factor * (moved ? found->since_previous.moved[line][k].value_in
+                                                 : found->since_previous.change.gap_in[line][k]);
         chart_extend(y[line], count, &low, &high);
     }
     snprintf(label, sizeof label, moved ? "moved, %s" : "opened, %s", length->text);
@@ -59,8 +66,9 @@ static void draw_lines(struct panel *panel, FILE *out, unsigned place, const str
 }
 
 /* In-plane bow since the first survey, of the newest ones, between the limits. */
-static enum mr_status draw_bows(struct panel *panel, FILE *out, unsigned place, struct store *store, const struct store_gage_survey *rows,
-                                size_t count, const char *pattern, bool si, struct error *error)
+static enum mr_status draw_bows(struct panel *panel, FILE *out, unsigned place, struct store *store,
+                                const struct store_gage_survey *rows, size_t count,
+                                const char *pattern, bool si, struct error *error)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     double limit = SURVEY_BOW_LIMIT_IN * length->factor, y[SURVEY_POINTS];
@@ -74,7 +82,8 @@ static enum mr_status draw_bows(struct panel *panel, FILE *out, unsigned place, 
         abort();
     snprintf(label, sizeof label, "bow, %s", length->text);
     axes(panel, out, place, -limit, limit, limit, label, true, si);
-    const double ends[2] = {panel->plot.x.low, panel->plot.x.high}, up[2] = {limit, limit}, down[2] = {-limit, -limit};
+    const double ends[2] = {panel->plot.x.low, panel->plot.x.high}, up[2] = {limit, limit},
+                 down[2] = {-limit, -limit};
     svg_line(&panel->plot, "mark", ends, up, 2);
     svg_line(&panel->plot, "mark", ends, down, 2);
     for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN && status == MR_OK;) {
@@ -98,12 +107,14 @@ static enum mr_status draw_bows(struct panel *panel, FILE *out, unsigned place, 
 
 static void rows_table(FILE *out, const struct store_gage_survey *rows, size_t count)
 {
-    html_table(out, (const char *const[]){"survey", "begun", "pattern", "after RUN", "by", "note", NULL});
+    html_table(
+        out, (const char *const[]){"survey", "begun", "pattern", "after RUN", "by", "note", NULL});
     for (size_t i = 0; i < count; i++) {
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
         fputs("<tr>", out);
-        html_cell(out, "%lld%s", (long long)rows[i].id, rows[i].ended_us == STORE_NONE ? ", goes on" : "");
+        html_cell(out, "%lld%s", (long long)rows[i].id,
+                  rows[i].ended_us == STORE_NONE ? ", goes on" : "");
         html_cell(out, "%s", when);
         html_cell(out, "%s", rows[i].pattern);
         if (rows[i].after_run == STORE_NONE)
@@ -119,14 +130,21 @@ static void rows_table(FILE *out, const struct store_gage_survey *rows, size_t c
 
 static void words(FILE *out, const struct survey *survey, const struct survey_found *found, bool si)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    fprintf(out, "<p class=\"say\">Survey %lld: %zu of %zu places read, %zu confirmed; %zu of %u segments have an opening.",
-            (long long)survey->row.id, survey_desk_read(&survey->desk), survey->desk.plan.count, survey->confirmed, found->slack.surveyed,
-            SURVEY_SPANS);
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
+                      *station = unit_of(UNIT_STATION, si);
+    fprintf(out,
+            "<p class=\"say\">Survey %lld: %zu of %zu places read, %zu confirmed; %zu of %u "
+            "segments have an opening.",
+            (long long)survey->row.id, survey_desk_read(&survey->desk), survey->desk.plan.count,
+            survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))
-        fprintf(out, " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f %s</span> at %.1f %s, %s the limit of %.3f %s.",
-                (long long)found->first, fabs(found->worst_bow_in) > SURVEY_BOW_LIMIT_IN ? "warn" : "say", found->worst_bow_in * length->factor,
-                found->worst_bow_error_in * length->factor, length->text, found->worst_bow_ft * station->factor, station->text,
+        fprintf(out,
+                " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f "
+                "%s</span> at %.1f %s, %s the limit of %.3f %s.",
+                (long long)found->first,
+                fabs(found->worst_bow_in) > SURVEY_BOW_LIMIT_IN ? "warn" : "say",
+                found->worst_bow_in * length->factor, found->worst_bow_error_in * length->factor,
+                length->text, found->worst_bow_ft * station->factor, station->text,
                 survey_bow_verdict(found), SURVEY_BOW_LIMIT_IN * length->factor, length->text);
     fputs("</p>\n", out);
 }
@@ -154,13 +172,17 @@ enum mr_status campaign_survey(const struct report *report, FILE *out, struct er
     }
     if (status == MR_OK && count && found->previous) {
         fputs("<figure>", out);
-        svg_open(out, CHART_WIDTH, TOP + 3 * STEP + 30.0, "opening of joints, movement and in-plane bow against station");
+        svg_open(out, CHART_WIDTH, TOP + 3 * STEP + 30.0,
+                 "opening of joints, movement and in-plane bow against station");
         draw_lines(&panel, out, 0, found, false, si);
         draw_lines(&panel, out, 1, found, true, si);
         status = draw_bows(&panel, out, 2, store, rows, count, survey->row.pattern, si, error);
         svg_close(out);
-        fprintf(out, "<figcaption>Survey %lld against %lld, by gage line: opening (+) and closing (-) of ten mats; movement downfield; in-plane bow of the "
-                "newest surveys since survey %lld, between the limits (dotted).</figcaption></figure>\n",
+        fprintf(out,
+                "<figcaption>Survey %lld against %lld, by gage line: opening (+) and closing (-) "
+                "of ten mats; movement downfield; in-plane bow of the "
+                "newest surveys since survey %lld, between the limits "
+                "(dotted).</figcaption></figure>\n",
                 (long long)survey->row.id, (long long)found->previous, (long long)found->first);
     }
     free(rows);

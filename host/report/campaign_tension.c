@@ -8,10 +8,12 @@
 
 #define BANDS_MAX 4u
 #define NAMED_MAX 8u /* more landings than these are not named in the picture */
-#define NAME_PX 44.0
+#define NAME_PX   44.0
 
 struct change {
-    double fell, rose; /* mean over the gages of the band of least and most against before, in the unit shown; NaN: none */
+    /* mean over the gages of the band of least and most against before, in the unit shown; NaN:
+     * none */
+    double fell, rose;
     size_t gages;
 };
 
@@ -20,13 +22,15 @@ static struct change change_of(const struct measured *measured, unsigned band, b
     struct change change = {0.0, 0.0, 0};
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
-        if (channel->config.kind != MR_KIND_TENSION || channel->config.band != band || isnan(channel->baseline) || isnan(channel->low))
+        if (channel->config.kind != MR_KIND_TENSION || channel->config.band != band ||
+            isnan(channel->baseline) || isnan(channel->low))
             continue;
         change.fell += channel->low - channel->baseline;
         change.rose += channel->high - channel->baseline;
         change.gages++;
     }
-    double scale = change.gages ? unit_of(UNIT_TENSION, si)->factor / (double)change.gages : (double)NAN;
+    double scale = change.gages ? unit_of(UNIT_TENSION, si)->factor / (double)change.gages
+                                : (double)NAN;
     change.fell *= scale;
     change.rose *= scale;
     return change;
@@ -44,7 +48,8 @@ static double deceleration_of(const struct measured *measured, bool si)
 
 static double half_interval(const struct measured *measured, bool si)
 {
-    return unit_of(UNIT_DECELERATION, si)->factor * SUMMARY_95 * measured->summary.mean_deceleration_ft_s2.error;
+    return unit_of(UNIT_DECELERATION, si)->factor * SUMMARY_95 *
+           measured->summary.mean_deceleration_ft_s2.error;
 }
 
 static void draw_landing(const struct svg_plot *plot, const struct measured *measured, bool si)
@@ -57,7 +62,8 @@ static void draw_landing(const struct svg_plot *plot, const struct measured *mea
             continue;
         const double y[] = {change.fell, change.rose};
         for (unsigned i = 0; i < 2; i++) {
-            fprintf(plot->out, "<path class=\"line s%u\" d=\"M%.1f %.1fh%.1f\"/>", b, svg_x(plot, x) - half_px, svg_y(plot, y[i]), 2.0 * half_px);
+            fprintf(plot->out, "<path class=\"line s%u\" d=\"M%.1f %.1fh%.1f\"/>", b,
+                    svg_x(plot, x) - half_px, svg_y(plot, y[i]), 2.0 * half_px);
             chart_mark(plot, b, x, y[i]);
         }
     }
@@ -74,7 +80,8 @@ static void draw_names(const struct svg_plot *plot, const struct report *report)
         if (!drawable(measured))
             continue;
         double x = deceleration_of(measured, report->si), px = svg_x(plot, x);
-        while (above + 1 < NAMED_MAX && taken_px[above] > 0.0 && fabs(taken_px[above] - px) < NAME_PX)
+        while (above + 1 < NAMED_MAX && taken_px[above] > 0.0 &&
+               fabs(taken_px[above] - px) < NAME_PX)
             above++;
         taken_px[above] = px;
         snprintf(name, sizeof name, "RUN %lld", (long long)measured->landing.id);
@@ -87,12 +94,15 @@ static void table(const struct report *report, unsigned bands, FILE *out)
     char heads[2 + 2 * BANDS_MAX][60];
     const char *list[3 + 2 * BANDS_MAX] = {"RUN", heads[1]};
     size_t n = 2;
-    snprintf(heads[1], sizeof heads[1], "mean deceleration, %s", unit_of(UNIT_DECELERATION, report->si)->text);
+    snprintf(heads[1], sizeof heads[1], "mean deceleration, %s",
+             unit_of(UNIT_DECELERATION, report->si)->text);
     for (unsigned b = 0; b < bands; b++) {
-        snprintf(heads[n], sizeof heads[n], "band %u: least less before, %s", b + 1, unit_of(UNIT_TENSION, report->si)->text);
+        snprintf(heads[n], sizeof heads[n], "band %u: least less before, %s", b + 1,
+                 unit_of(UNIT_TENSION, report->si)->text);
         list[n] = heads[n];
         n++;
-        snprintf(heads[n], sizeof heads[n], "band %u: most less before, %s", b + 1, unit_of(UNIT_TENSION, report->si)->text);
+        snprintf(heads[n], sizeof heads[n], "band %u: most less before, %s", b + 1,
+                 unit_of(UNIT_TENSION, report->si)->text);
         list[n] = heads[n];
         n++;
     }
@@ -104,7 +114,9 @@ static void table(const struct report *report, unsigned bands, FILE *out)
         fputs("<tr>", out);
         html_cell(out, "%lld", (long long)measured->landing.id);
         html_estimate(out, deceleration_of(measured, report->si),
-                      measured->summary.mean_deceleration_ft_s2.error * unit_of(UNIT_DECELERATION, report->si)->factor, 3);
+                      measured->summary.mean_deceleration_ft_s2.error *
+                          unit_of(UNIT_DECELERATION, report->si)->factor,
+                      3);
         for (unsigned b = 0; b < bands; b++) {
             struct change change = change_of(measured, b + 1, report->si);
             html_number(out, change.fell, 2);
@@ -130,7 +142,9 @@ static unsigned ranges(const struct report *report, struct svg_plot *plot)
                 continue;
             bands = b + 1 > bands ? b + 1 : bands;
             chart_extend(both, 2, &low, &high);
-            chart_extend((const double[]){x - half_interval(measured, report->si), x + half_interval(measured, report->si)}, 2, &left, &right);
+            chart_extend((const double[]){x - half_interval(measured, report->si),
+                                          x + half_interval(measured, report->si)},
+                         2, &left, &right);
         }
     }
     svg_widen(&left, &right, unit_of(UNIT_DECELERATION, report->si)->factor);
@@ -144,7 +158,11 @@ enum mr_status campaign_tension(const struct report *report, FILE *out, struct e
 {
     struct chart_text x_label = chart_label("mean deceleration", UNIT_DECELERATION, report->si),
                       y_label = chart_label("average change", UNIT_TENSION, report->si);
-    struct svg_plot plot = {.out = out, .left = CHART_LEFT, .top = 26.0, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT, .height = 240.0};
+    struct svg_plot plot = {.out = out,
+                            .left = CHART_LEFT,
+                            .top = 26.0,
+                            .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
+                            .height = 240.0};
     double key_px = CHART_LEFT;
     unsigned bands = ranges(report, &plot);
     (void)error;
@@ -155,7 +173,8 @@ enum mr_status campaign_tension(const struct report *report, FILE *out, struct e
     fputs("<figure>", out);
     svg_open(out, CHART_WIDTH, 308.0, "average change of band tension against deceleration");
     svg_axes(&plot);
-    svg_line(&plot, "mark", (const double[]){plot.x.low, plot.x.high}, (const double[]){0.0, 0.0}, 2);
+    svg_line(&plot, "mark", (const double[]){plot.x.low, plot.x.high}, (const double[]){0.0, 0.0},
+             2);
     for (size_t i = 0; i < report->landings; i++) {
         if (drawable(&report->landing[i].summary.measured))
             draw_landing(&plot, &report->landing[i].summary.measured, report->si);
@@ -168,8 +187,10 @@ enum mr_status campaign_tension(const struct report *report, FILE *out, struct e
         key_px = chart_key(out, b, key_px, 14.0, name);
     }
     svg_close(out);
-    fputs("<figcaption>Mean over a band's gages of what each fell by (below 0) and rose by (above) after the first switch; across: 95 % of the deceleration. As "
-          "report fig. 5.3.</figcaption></figure>\n", out);
+    fputs("<figcaption>Mean over a band's gages of what each fell by (below 0) and rose by (above) "
+          "after the first switch; across: 95 % of the deceleration. As "
+          "report fig. 5.3.</figcaption></figure>\n",
+          out);
     table(report, bands, out);
     return MR_OK;
 }

@@ -17,7 +17,8 @@ struct rows {
 };
 
 /* A bar in a third of row `row`, 0 the uppermost. */
-static void bar(const struct rows *rows, size_t row, unsigned third, const char *class, double from_ft, double to_ft)
+static void bar(const struct rows *rows, size_t row, unsigned third, const char *class,
+                double from_ft, double to_ft)
 {
     double top = (double)row + 0.12 + 0.26 * third;
     svg_rect(&rows->plot, class, rows->station * from_ft, top + 0.23, rows->station * to_ft, top);
@@ -34,7 +35,8 @@ static void draw_closed(const struct rows *rows, size_t row, const struct report
     zones_closed(measured, &landing->survey, measured->samples - 1, remaining_in, &zone);
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         if (remaining_in[s] < MR_CLOSURE_OPEN_IN)
-            bar(rows, row, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s, (double)MR_SEGMENT_LENGTH_FT * (s + 1));
+            bar(rows, row, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s,
+                (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
 }
 
@@ -53,10 +55,12 @@ static void draw_said(const struct rows *rows, size_t row, const struct report_l
             bar(rows, row, 0, "told", longest->start_ft, longest->end_ft);
     }
     if (zones->count && zones->row[zones->count - 1].mats > 0)
-        bar(rows, row, 2, "behind", zones->row[zones->count - 1].start_ft, zones->row[zones->count - 1].end_ft);
+        bar(rows, row, 2, "behind", zones->row[zones->count - 1].start_ft,
+            zones->row[zones->count - 1].end_ft);
 }
 
-static enum mr_status draw_seen(const struct rows *rows, size_t row, struct store *store, int64_t run, struct error *error)
+static enum mr_status draw_seen(const struct rows *rows, size_t row, struct store *store,
+                                int64_t run, struct error *error)
 {
     struct store_observation *seen = NULL;
     size_t count = 0;
@@ -81,11 +85,12 @@ static void draw_stop(const struct rows *rows, size_t row, const struct measured
     if (measured->fit_status != MR_OK)
         return;
     double x = svg_x(&rows->plot, rows->station * measured->summary.stop_station_ft.value);
-    fprintf(rows->plot.out, "<path class=\"line a\" d=\"M%.1f %.1fV%.1f\"/>\n", x, svg_y(&rows->plot, (double)row + 0.95),
-            svg_y(&rows->plot, (double)row + 0.05));
+    fprintf(rows->plot.out, "<path class=\"line a\" d=\"M%.1f %.1fV%.1f\"/>\n", x,
+            svg_y(&rows->plot, (double)row + 0.95), svg_y(&rows->plot, (double)row + 0.05));
 }
 
-static enum mr_status draw_row(const struct rows *rows, size_t row, const struct report *report, struct error *error)
+static enum mr_status draw_row(const struct rows *rows, size_t row, const struct report *report,
+                               struct error *error)
 {
     const struct report_landing *landing = &report->landing[row];
     const struct measured *measured = &landing->summary.measured;
@@ -95,24 +100,34 @@ static enum mr_status draw_row(const struct rows *rows, size_t row, const struct
     draw_closed(rows, row, landing);
     draw_said(rows, row, landing);
     draw_stop(rows, row, measured);
-    fprintf(rows->plot.out, "<path class=\"grid\" d=\"M%.1f %.1fh%.1f\"/>\n", rows->plot.left, svg_y(&rows->plot, (double)row + 1.0),
-            rows->plot.width);
+    fprintf(rows->plot.out, "<path class=\"grid\" d=\"M%.1f %.1fh%.1f\"/>\n", rows->plot.left,
+            svg_y(&rows->plot, (double)row + 1.0), rows->plot.width);
     return draw_seen(rows, row, report->store, measured->landing.id, error);
 }
 
 enum mr_status campaign_zones(const struct report *report, FILE *out, struct error *error)
 {
     struct chart_text label = chart_label("station", UNIT_STATION, report->si);
-    const struct svg_key keys[] = {{"key warned", "longest zone while it warned"}, {"key told", "longest zone told, no warning"}, {"key closed", "found closed at the end"},
-                                   {"key behind", "told of last"}, {"line a", "the stop"}};
-    double station = unit_of(UNIT_STATION, report->si)->factor, height = ROW_PX * (double)report->landings;
-    struct rows rows = {.plot = {.out = out, .left = CHART_LEFT, .top = TOP_PX, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT, .height = height},
-                        .station = station, .si = report->si};
+    const struct svg_key keys[] = {{"key warned", "longest zone while it warned"},
+                                   {"key told", "longest zone told, no warning"},
+                                   {"key closed", "found closed at the end"},
+                                   {"key behind", "told of last"},
+                                   {"line a", "the stop"}};
+    double station = unit_of(UNIT_STATION, report->si)->factor,
+           height = ROW_PX * (double)report->landings;
+    struct rows rows = {.plot = {.out = out,
+                                 .left = CHART_LEFT,
+                                 .top = TOP_PX,
+                                 .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
+                                 .height = height},
+                        .station = station,
+                        .si = report->si};
     enum mr_status status = MR_OK;
     if (report->landings == 0)
         return MR_OK;
     rows.plot.x = (struct svg_axis){0.0, CHART_RUNWAY_FT * station, label.text, true};
-    rows.plot.y = (struct svg_axis){(double)report->landings, 0.0, NULL, false}; /* the first landing uppermost */
+    /* the first landing uppermost */
+    rows.plot.y = (struct svg_axis){(double)report->landings, 0.0, NULL, false};
     fputs("<figure>", out);
     svg_open(out, CHART_WIDTH, TOP_PX + height + 42.0, "zones of each landing against station");
     svg_axes(&rows.plot);
@@ -120,9 +135,12 @@ enum mr_status campaign_zones(const struct report *report, FILE *out, struct err
         status = draw_row(&rows, i, report, error);
     svg_legend(out, CHART_LEFT, CHART_WIDTH - CHART_RIGHT, 14.0, keys, 5);
     svg_mark(out, "open", 3, CHART_LEFT + 10.0, 27.0, 4.5);
-    fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"31\">wave or break seen, with its panels</text>\n", CHART_LEFT + 25.0);
+    fprintf(out,
+            "<text class=\"tick\" x=\"%.1f\" y=\"31\">wave or break seen, with its panels</text>\n",
+            CHART_LEFT + 25.0);
     svg_close(out);
-    fputs("<figcaption>Told of: what the board's predictor said. Found: from survey and transducers (no bar: not surveyed, or open).</figcaption></figure>\n",
+    fputs("<figcaption>Told of: what the board's predictor said. Found: from survey and "
+          "transducers (no bar: not surveyed, or open).</figcaption></figure>\n",
           out);
     return status;
 }

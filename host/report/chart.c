@@ -7,7 +7,7 @@
 #include "host/base/html.h"
 #include "host/base/svg_words.h"
 
-#define LOOKS 6u /* classes s0 to s5 of style.c */
+#define LOOKS   6u /* classes s0 to s5 of style.c */
 #define BETWEEN 14.0
 
 struct chart_text chart_label(const char *what, enum unit_kind kind, bool si)
@@ -34,7 +34,8 @@ void chart_mark(const struct svg_plot *plot, unsigned number, double x, double y
     svg_mark(plot->out, class, number % SVG_SHAPES, svg_x(plot, x), svg_y(plot, y), 3.0);
 }
 
-void chart_line(const struct svg_plot *plot, unsigned number, const double *x, const double *y, size_t count, size_t every)
+void chart_line(const struct svg_plot *plot, unsigned number, const double *x, const double *y,
+                size_t count, size_t every)
 {
     char class[16];
     snprintf(class, sizeof class, "line s%u", number % LOOKS);
@@ -43,11 +44,12 @@ void chart_line(const struct svg_plot *plot, unsigned number, const double *x, c
         chart_mark(plot, number, x[i], y[i]);
 }
 
-void chart_whisker(const struct svg_plot *plot, const char *class, double x, double low, double high)
+void chart_whisker(const struct svg_plot *plot, const char *class, double x, double low,
+                   double high)
 {
     if (isfinite(x) && isfinite(low) && isfinite(high))
-        fprintf(plot->out, "<path class=\"%s\" d=\"M%.1f %.1fV%.1f\"/>\n", class, svg_x(plot, x), svg_y(plot, fmax(low, plot->y.low)),
-                svg_y(plot, fmin(high, plot->y.high)));
+        fprintf(plot->out, "<path class=\"%s\" d=\"M%.1f %.1fV%.1f\"/>\n", class, svg_x(plot, x),
+                svg_y(plot, fmax(low, plot->y.low)), svg_y(plot, fmin(high, plot->y.high)));
 }
 
 double chart_key(FILE *out, unsigned number, double left, double y, const char *text)
@@ -63,7 +65,8 @@ double chart_key(FILE *out, unsigned number, double left, double y, const char *
     return left + 48.0 + svg_text_width(text, SVG_KEY_SIZE_PX);
 }
 
-void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y, const char *text)
+void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y,
+                    const char *text)
 {
     svg_mark(out, class, shape, left, y - 4.0, 3.0);
     fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 9.0, y);
@@ -74,12 +77,16 @@ void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, d
 struct svg_plot chart_small(FILE *out, size_t place, double top, double height)
 {
     double width = (CHART_WIDTH - CHART_LEFT - CHART_RIGHT - 3.0 * BETWEEN) / 4.0;
-    return (struct svg_plot){.out = out, .left = CHART_LEFT + (double)(place % 4) * (width + BETWEEN),
-                             .top = top + (double)(place / 4) * (height + 24.0), .width = width, .height = height,
+    return (struct svg_plot){.out = out,
+                             .left = CHART_LEFT + (double)(place % 4) * (width + BETWEEN),
+                             .top = top + (double)(place / 4) * (height + 24.0),
+                             .width = width,
+                             .height = height,
                              .column_px = CHART_COLUMN_PX};
 }
 
-struct chart_trace chart_trace(const struct measured *measured, const struct measured_channel *channel, double from_s, double to_s,
+struct chart_trace chart_trace(const struct measured *measured,
+                               const struct measured_channel *channel, double from_s, double to_s,
                                double factor)
 {
     struct chart_trace trace = {.t_s = malloc(2 * (measured->samples + 1) * sizeof(double))};

@@ -10,7 +10,8 @@
 static bool is_picture(const char *name)
 {
     const char *dot = strrchr(name, '.');
-    return dot && (strcasecmp(dot, ".jpg") == 0 || strcasecmp(dot, ".jpeg") == 0 || strcasecmp(dot, ".png") == 0);
+    return dot && (strcasecmp(dot, ".jpg") == 0 || strcasecmp(dot, ".jpeg") == 0 ||
+                   strcasecmp(dot, ".png") == 0);
 }
 
 /* The last number before the extension; -1: there is none. */
@@ -27,11 +28,13 @@ static int64_t number_of(const char *name)
 
 static int by_number(const void *a, const void *b)
 {
-    int64_t x = ((const struct film_picture *)a)->number, y = ((const struct film_picture *)b)->number;
+    int64_t x = ((const struct film_picture *)a)->number,
+            y = ((const struct film_picture *)b)->number;
     return (x > y) - (x < y);
 }
 
-static enum mr_status add(struct film_pictures *pictures, const char *folder, const char *name, struct error *error)
+static enum mr_status add(struct film_pictures *pictures, const char *folder, const char *name,
+                          struct error *error)
 {
     size_t length = strlen(folder) + strlen(name) + 2;
     struct film_picture *more = realloc(pictures->picture, (pictures->count + 1) * sizeof *more);
@@ -47,7 +50,8 @@ static enum mr_status add(struct film_pictures *pictures, const char *folder, co
     return MR_OK;
 }
 
-enum mr_status film_pictures_list(const char *folder, int64_t run, bool alone, struct film_pictures *pictures, struct error *error)
+enum mr_status film_pictures_list(const char *folder, int64_t run, bool alone,
+                                  struct film_pictures *pictures, struct error *error)
 {
     char path[1000];
     enum mr_status status = MR_OK;
@@ -63,8 +67,10 @@ enum mr_status film_pictures_list(const char *folder, int64_t run, bool alone, s
         }
     }
     if (!open)
-        return error_set(error, MR_IO, "cannot read the film's folder: %s (%s); --film names a folder with a folder of pictures for each RUN", path,
-                         strerror(errno));
+        return error_set(error, MR_IO,
+                         "cannot read the film's folder: %s (%s); --film names a folder with a "
+                         "folder of pictures for each RUN",
+                         path, strerror(errno));
     for (struct dirent *entry; status == MR_OK && (entry = readdir(open)) != NULL;) {
         if (is_picture(entry->d_name) && number_of(entry->d_name) >= 0)
             status = add(pictures, path, entry->d_name, error);
@@ -86,7 +92,9 @@ void film_pictures_free(struct film_pictures *pictures)
 const struct film_picture *film_pictures_find(const struct film_pictures *pictures, int64_t number)
 {
     const struct film_picture key = {number, NULL};
-    return pictures->count ? bsearch(&key, pictures->picture, pictures->count, sizeof key, by_number) : NULL;
+    return pictures->count
+             ? bsearch(&key, pictures->picture, pictures->count, sizeof key, by_number)
+             : NULL;
 }
 
 static void write_base64(const unsigned char *bytes, size_t count, FILE *out)
@@ -94,7 +102,9 @@ static void write_base64(const unsigned char *bytes, size_t count, FILE *out)
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     for (size_t i = 0; i < count; i += 3) {
         unsigned have = count - i < 3 ? (unsigned)(count - i) : 3u;
-        unsigned long word = (unsigned long)bytes[i] << 16 | (have > 1 ? (unsigned long)bytes[i + 1] << 8 : 0) | (have > 2 ? bytes[i + 2] : 0);
+        unsigned long word = (unsigned long)bytes[i] << 16 |
+                             (have > 1 ? (unsigned long)bytes[i + 1] << 8 : 0) |
+                             (have > 2 ? bytes[i + 2] : 0);
         fputc(digits[word >> 18], out);
         fputc(digits[word >> 12 & 63], out);
         fputc(have > 1 ? digits[word >> 6 & 63] : '=', out);
@@ -110,7 +120,8 @@ static const char *type_of(const unsigned char *bytes, size_t count)
     return count > 8 && memcmp(bytes, "\x89PNG\r\n\x1a\n", 8) == 0 ? "png" : "";
 }
 
-enum mr_status film_picture_write(const struct film_picture *picture, FILE *out, struct error *error)
+enum mr_status film_picture_write(const struct film_picture *picture, FILE *out,
+                                  struct error *error)
 {
     FILE *file = fopen(picture->path, "rb");
     unsigned char *bytes = malloc(FILM_PICTURE_BYTES + 1);
@@ -118,15 +129,19 @@ enum mr_status film_picture_write(const struct film_picture *picture, FILE *out,
     size_t count = file && bytes ? fread(bytes, 1, FILM_PICTURE_BYTES + 1, file) : 0;
     const char *type = bytes ? type_of(bytes, count) : "";
     if (!file || ferror(file))
-        status = error_set(error, MR_IO, "cannot read a picture of the film: %s (%s)", picture->path, strerror(errno));
+        status = error_set(error, MR_IO, "cannot read a picture of the film: %s (%s)",
+                           picture->path, strerror(errno));
     else if (!bytes)
         status = error_set(error, MR_FULL, "no memory: %s; close other programs", picture->path);
     else if (count > FILM_PICTURE_BYTES)
-        status = error_set(error, MR_LIMIT, "the picture is larger than %u MB: %s; scale it down", FILM_PICTURE_BYTES >> 20, picture->path);
+        status = error_set(error, MR_LIMIT, "the picture is larger than %u MB: %s; scale it down",
+                           FILM_PICTURE_BYTES >> 20, picture->path);
     else if (!type[0])
-        status = error_set(error, MR_MALFORMED, "no JPEG and no PNG: %s; save it as one of them", picture->path);
+        status = error_set(error, MR_MALFORMED, "no JPEG and no PNG: %s; save it as one of them",
+                           picture->path);
     if (status == MR_OK) {
-        fprintf(out, "<img alt=\"frame %lld\" src=\"data:image/%s;base64,", (long long)picture->number, type);
+        fprintf(out, "<img alt=\"frame %lld\" src=\"data:image/%s;base64,",
+                (long long)picture->number, type);
         write_base64(bytes, count, out);
         fputs("\">", out);
     }

@@ -1,7 +1,9 @@
-/* Bands of a landing: figures, findings, shunt calibrations. Nothing where the board told nothing. */
+/* Bands of a landing: figures, findings, shunt calibrations. Nothing where the board told
+ * nothing. */
 #include "host/report/report.h"
 
-enum mr_status landing_bands(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+enum mr_status landing_bands(const struct report *report, const struct report_landing *landing,
+                             FILE *out, struct error *error)
 {
     const struct bands_summary *bands = &landing->summary.bands;
     struct answer *answer = answer_new(report->si);

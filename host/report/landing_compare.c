@@ -33,22 +33,27 @@ static void words(FILE *out, const struct compare_figures *figures, bool si)
     if (!isnan(figures->run_ms))
         fprintf(out, "simulated in %.0f ms, ", figures->run_ms);
     if (!isnan(figures->error_in))
-        fprintf(out, "the simulation's own error estimate %.*f %s, ", si ? 2 : 4, figures->error_in * length->factor, length->text);
+        fprintf(out, "the simulation's own error estimate %.*f %s, ", si ? 2 : 4,
+                figures->error_in * length->factor, length->text);
     if (figures->edges > 0)
         fprintf(out, "aligned on %lld switch edges, ", (long long)figures->edges);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
 }
 
 /* From what is measured now: a calibration may have changed since. */
-bool landing_compared(const struct report_landing *landing, struct compare_figures *figures, struct error *error)
+bool landing_compared(const struct report_landing *landing, struct compare_figures *figures,
+                      struct error *error)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct compare_said said = {.zone = landing->summary.zones.row, .zones = landing->summary.zones.count};
+    const struct compare_said said = {.zone = landing->summary.zones.row,
+                                      .zones = landing->summary.zones.count};
     return landing->simulations > 0 && measured->fit_status == MR_OK && measured->samples > 0 &&
-           compare_figures(measured, &landing->survey, &said, &landing->head, landing->simulation, landing->simulations, figures, error) == MR_OK;
+           compare_figures(measured, &landing->survey, &said, &landing->head, landing->simulation,
+                           landing->simulations, figures, error) == MR_OK;
 }
 
-enum mr_status landing_compare(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+enum mr_status landing_compare(const struct report *report, const struct report_landing *landing,
+                               FILE *out, struct error *error)
 {
     const bool si = report->si;
     const struct measured *measured = &landing->summary.measured;
@@ -64,9 +69,13 @@ enum mr_status landing_compare(const struct report *report, const struct report_
     html_text(out, sentence);
     fputs(".</strong></p>\n", out);
     if (!tables(&figures, si, out))
-        return error_set(error, MR_FULL, "no memory: the comparison of RUN %lld; close other programs", (long long)landing->summary.measured.landing.id);
+        return error_set(error, MR_FULL,
+                         "no memory: the comparison of RUN %lld; close other programs",
+                         (long long)landing->summary.measured.landing.id);
     fputs("<figure>", out);
-    compare_draw(out, measured, &landing->head, landing->simulation, landing->simulations, false, si, error);
-    fputs("<figcaption>Movement against time, each with its 95 % band.</figcaption></figure>\n", out);
+    compare_draw(out, measured, &landing->head, landing->simulation, landing->simulations, false,
+                 si, error);
+    fputs("<figcaption>Movement against time, each with its 95 % band.</figcaption></figure>\n",
+          out);
     return error->status;
 }

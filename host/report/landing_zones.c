@@ -5,11 +5,11 @@
 #include "host/report/report.h"
 #include "host/base/svg_words.h"
 
-#define STEP 20 /* blocks between looks at the closure */
+#define STEP         20 /* blocks between looks at the closure */
 #define AFTER_STOP_S 0.8
 
-/* Segments that are closed from one look to the next become one rectangle each; what the wheel has not
- * reached yet is drawn stronger than what lies behind it. */
+/* Segments that are closed from one look to the next become one rectangle each; what the wheel has
+ * not reached yet is drawn stronger than what lies behind it. */
 static void draw_run(const struct svg_plot *plot, const struct measured *measured, unsigned segment,
                      double from_s, double to_s, double station)
 {
@@ -26,7 +26,8 @@ static void draw_run(const struct svg_plot *plot, const struct measured *measure
     svg_rect(plot, "behind", station * start_ft, passed_s, station * end_ft, to_s);
 }
 
-static void draw_closed(const struct svg_plot *plot, const struct report_landing *landing, double station)
+static void draw_closed(const struct svg_plot *plot, const struct report_landing *landing,
+                        double station)
 {
     const struct measured *measured = &landing->summary.measured;
     double since_s[MR_SEGMENTS];
@@ -56,7 +57,8 @@ static void draw_closed(const struct svg_plot *plot, const struct report_landing
     }
 }
 
-static void draw_warned(const struct svg_plot *plot, const struct report_landing *landing, double station)
+static void draw_warned(const struct svg_plot *plot, const struct report_landing *landing,
+                        double station)
 {
     const struct summary *summary = &landing->summary;
     for (size_t i = 0; i < summary->zones.count; i++) {
@@ -65,8 +67,8 @@ static void draw_warned(const struct svg_plot *plot, const struct report_landing
         if (row->warning != 1)
             continue;
         double until_s = i + 1 < summary->zones.count
-                             ? zones_time_s(&summary->measured, &summary->zones.row[i + 1])
-                             : t_s + 0.05;
+                           ? zones_time_s(&summary->measured, &summary->zones.row[i + 1])
+                           : t_s + 0.05;
         svg_rect(plot, "warned", station * row->start_ft, t_s, station * row->end_ft,
                  fmin(until_s, t_s + 0.1));
     }
@@ -79,12 +81,14 @@ static void draw_first_warning(const struct svg_plot *plot, const struct report_
     char text[80];
     if (!warning->warned)
         return;
-    /* A warning raised while still armed lies below the picture; its words stand at the lower edge. */
+    /* A warning raised while still armed lies below the picture; its words stand at the lower
+     * edge. */
     double t_s = fmax(warning->t_s, plot->y.low + 0.02 * (plot->y.high - plot->y.low));
     double wheel_ft = measured_station_ft(&landing->summary.measured, warning->t_s);
     double from_ft = isnan(wheel_ft) ? warning->start_ft : wheel_ft;
-    fprintf(plot->out, "<path class=\"line c\" d=\"M%.1f %.1fH%.1f\"/>", svg_x(plot, station * from_ft),
-            svg_y(plot, t_s), svg_x(plot, station * warning->end_ft));
+    fprintf(plot->out, "<path class=\"line c\" d=\"M%.1f %.1fH%.1f\"/>",
+            svg_x(plot, station * from_ft), svg_y(plot, t_s),
+            svg_x(plot, station * warning->end_ft));
     if (warning->reached)
         snprintf(text, sizeof text, "first warning: %lld mats, %.2f s before the wheel",
                  (long long)warning->mats, warning->true_lead_s);
@@ -108,14 +112,16 @@ static void draw_wheel(const struct svg_plot *plot, const struct measured *measu
     }
 }
 
-static void draw_transducers(const struct svg_plot *plot, const struct measured *measured, double station)
+static void draw_transducers(const struct svg_plot *plot, const struct measured *measured,
+                             double station)
 {
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_DISPLACEMENT)
             continue;
         double x = svg_x(plot, station * (double)channel->config.station_ft);
-        fprintf(plot->out, "<path class=\"sensor\" d=\"M%.1f %.1fl-5 -9h10Z\"/>\n", x, plot->top - 1.0);
+        fprintf(plot->out, "<path class=\"sensor\" d=\"M%.1f %.1fl-5 -9h10Z\"/>\n", x,
+                plot->top - 1.0);
     }
 }
 
@@ -129,11 +135,13 @@ static void draw_map(FILE *out, const struct report_landing *landing, bool si)
                                    {"key warned", "zone warned of"},
                                    {"key sensor", "transducers"}};
     struct chart_text label = chart_label("station", UNIT_STATION, si);
-    struct svg_plot plot = {.out = out, .left = 58.0, .top = 40.0, .width = CHART_WIDTH - 70.0, .height = 330.0};
+    struct svg_plot plot = {
+        .out = out, .left = 58.0, .top = 40.0, .width = CHART_WIDTH - 70.0, .height = 330.0};
     plot.x = (struct svg_axis){0.0, CHART_RUNWAY_FT * station, label.text, true};
     plot.y = (struct svg_axis){-0.2, measured->summary.stop_t_s.value + AFTER_STOP_S,
                                "time since touchdown, s", true};
-    svg_open(out, CHART_WIDTH, 412.0, "zone map: closed segments, wheel and warning over station and time");
+    svg_open(out, CHART_WIDTH, 412.0,
+             "zone map: closed segments, wheel and warning over station and time");
     svg_axes(&plot);
     draw_closed(&plot, landing, station);
     draw_warned(&plot, landing, station);
@@ -144,7 +152,8 @@ static void draw_map(FILE *out, const struct report_landing *landing, bool si)
     svg_close(out);
 }
 
-enum mr_status landing_zones(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+enum mr_status landing_zones(const struct report *report, const struct report_landing *landing,
+                             FILE *out, struct error *error)
 {
     const struct measured *measured = &landing->summary.measured;
     (void)error;
@@ -152,7 +161,8 @@ enum mr_status landing_zones(const struct report *report, const struct report_la
         return MR_OK;
     fputs("<figure>", out);
     draw_map(out, landing, report->si);
-    fputs("<figcaption>Closed segments are found here from survey and transducers, the zone warned of is what the board said.</figcaption></figure>\n",
+    fputs("<figcaption>Closed segments are found here from survey and transducers, the zone warned "
+          "of is what the board said.</figcaption></figure>\n",
           out);
     return MR_OK;
 }

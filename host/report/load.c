@@ -5,7 +5,8 @@
 #include "host/report/report.h"
 
 /* The configuration that the landing was armed with, when its text is there and can be read. */
-static enum mr_status load_config(struct store *store, struct report_landing *landing, struct error *error)
+static enum mr_status load_config(struct store *store, struct report_landing *landing,
+                                  struct error *error)
 {
     int64_t crc = landing->summary.measured.landing.config_crc;
     struct error ignored = {0}; /* of a text that another matrig wrote: what it says is not known */
@@ -15,7 +16,8 @@ static enum mr_status load_config(struct store *store, struct report_landing *la
     enum mr_status status = store_configuration_get(store, (uint32_t)crc, &text, error);
     if (status == MR_OK && text) {
         landing->config = malloc(sizeof *landing->config);
-        if (landing->config && configtext_read(text, "configuration", landing->config, &ignored) != MR_OK) {
+        if (landing->config &&
+            configtext_read(text, "configuration", landing->config, &ignored) != MR_OK) {
             free(landing->config);
             landing->config = NULL;
         }
@@ -24,7 +26,8 @@ static enum mr_status load_config(struct store *store, struct report_landing *la
     return status;
 }
 
-static enum mr_status load_landing(struct store *store, const struct store_landing *row, struct report_landing *landing, struct error *error)
+static enum mr_status load_landing(struct store *store, const struct store_landing *row,
+                                   struct report_landing *landing, struct error *error)
 {
     enum mr_status status = summary_load(store, row->id, &landing->summary, error);
     if (status == MR_OK)
@@ -34,9 +37,11 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
     if (status == MR_OK)
         status = store_motions(store, row->id, &landing->motion, &landing->motions, error);
     if (status == MR_OK)
-        status = store_predictions(store, row->id, &landing->prediction, &landing->predictions, error);
+        status = store_predictions(store, row->id, &landing->prediction, &landing->predictions,
+                                   error);
     if (status == MR_OK)
-        status = store_simulations(store, row->id, &landing->simulation, &landing->simulations, error);
+        status = store_simulations(store, row->id, &landing->simulation, &landing->simulations,
+                                   error);
     if (status == MR_OK)
         status = store_simulation_head(store, row->id, &landing->head, error);
     return status == MR_OK ? load_config(store, landing, error) : status;
@@ -61,10 +66,13 @@ enum mr_status report_load(struct report *report, bool voided, struct error *err
         if (is_void && !voided)
             report->voided++;
         else if (status == MR_OK)
-            status = load_landing(report->store, &rows[i], &report->landing[report->landings++], error);
+            status = load_landing(report->store, &rows[i], &report->landing[report->landings++],
+                                  error);
     }
     free(rows);
-    return status == MR_OK ? store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error) : status;
+    return status == MR_OK
+             ? store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error)
+             : status;
 }
 
 void report_free(struct report *report)

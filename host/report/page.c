@@ -59,8 +59,8 @@ static char *collected(FILE *into, char **text, const size_t *size)
     return NULL;
 }
 
-static enum mr_status write_part(const struct report *report, const struct report_landing *landing, const struct part *part, FILE *out,
-                                 struct error *error)
+static enum mr_status write_part(const struct report *report, const struct report_landing *landing,
+                                 const struct part *part, FILE *out, struct error *error)
 {
     char *text = NULL;
     size_t size = 0;
@@ -77,13 +77,16 @@ static enum mr_status write_part(const struct report *report, const struct repor
     return status;
 }
 
-static enum mr_status write_landing(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+static enum mr_status write_landing(const struct report *report,
+                                    const struct report_landing *landing, FILE *out,
+                                    struct error *error)
 {
     const struct store_landing *row = &landing->summary.measured.landing;
     enum mr_status status = MR_OK;
     char heading[SUMMARY_HEADING];
     summary_heading(&landing->summary, heading);
-    fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n", (long long)row->id, heading);
+    fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n", (long long)row->id,
+            heading);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0] && status == MR_OK; i++)
         status = write_part(report, landing, &parts[i], out, error);
     fputs("</section>\n", out);
@@ -91,7 +94,8 @@ static enum mr_status write_landing(const struct report *report, const struct re
 }
 
 /* Sections into `body`, their names into `contents`. */
-static enum mr_status write_sections(const struct report *report, FILE *contents, FILE *body, struct error *error)
+static enum mr_status write_sections(const struct report *report, FILE *contents, FILE *body,
+                                     struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < sizeof sections / sizeof sections[0] && status == MR_OK; i++) {
@@ -106,25 +110,29 @@ static enum mr_status write_sections(const struct report *report, FILE *contents
         if (!text)
             continue;
         fprintf(contents, "<li><a href=\"#%s\">%s</a></li>\n", sections[i].id, sections[i].title);
-        fprintf(body, "<section id=\"%s\"><h2>%s</h2>\n%s</section>\n", sections[i].id, sections[i].title, text);
+        fprintf(body, "<section id=\"%s\"><h2>%s</h2>\n%s</section>\n", sections[i].id,
+                sections[i].title, text);
         free(text);
     }
     for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
         const struct store_landing *row = &report->landing[i].summary.measured.landing;
-        fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld</a></li>\n", (long long)row->id, (long long)row->id,
-                (long long)row->board_landing);
+        fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld</a></li>\n",
+                (long long)row->id, (long long)row->id, (long long)row->board_landing);
         status = write_landing(report, &report->landing[i], body, error);
     }
     return status;
 }
 
-/* Hatching for what must be seen without colour too; one for all pictures of the page (style.c fills with it). */
+/* Hatching for what must be seen without colour too; one for all pictures of the page (style.c
+ * fills with it). */
 static const char hatch[] =
-    "<svg class=\"none\" aria-hidden=\"true\"><defs><pattern id=\"hatch\" width=\"5\" height=\"5\" patternUnits=\"userSpaceOnUse\" "
+    "<svg class=\"none\" aria-hidden=\"true\"><defs><pattern id=\"hatch\" width=\"5\" height=\"5\" "
+    "patternUnits=\"userSpaceOnUse\" "
     "patternTransform=\"rotate(45)\"><path class=\"hatch\" d=\"M0 0V5\"/></pattern></defs></svg>\n";
 
 /* How far the hash of the provenance reaches: <main> to </main>, both with it. */
-static void write_main(const struct report *report, FILE *out, const char *contents, const char *body)
+static void write_main(const struct report *report, FILE *out, const char *contents,
+                       const char *body)
 {
     const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
     bool one = report->run != 0;
@@ -132,20 +140,28 @@ static void write_main(const struct report *report, FILE *out, const char *conte
     fputs(one ? "Landing report" : "Campaign report", out);
     fputs("</h1>\n<p>", out);
     html_text(out, name);
-    fprintf(out, ": %zu landing%s on the model landing-mat runway", report->landings, report->landings == 1 ? "" : "s");
+    fprintf(out, ": %zu landing%s on the model landing-mat runway", report->landings,
+            report->landings == 1 ? "" : "s");
     if (report->voided)
-        fprintf(out, "; %zu that %s void left out", report->voided, report->voided == 1 ? "is" : "are");
-    fprintf(out, ".</p>\n<p>Lines are thinned to what can be seen: of a column of at most 5/1040 of a picture's width the least and the greatest value stay, drawn "
-            "where they were measured.</p>\n<nav aria-label=\"contents\"><ul>\n%s<li><a href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n", contents);
+        fprintf(out, "; %zu that %s void left out", report->voided,
+                report->voided == 1 ? "is" : "are");
+    fprintf(out,
+            ".</p>\n<p>Lines are thinned to what can be seen: of a column of at most 5/1040 of a "
+            "picture's width the least and the greatest value stay, drawn "
+            "where they were measured.</p>\n<nav aria-label=\"contents\"><ul>\n%s<li><a "
+            "href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n",
+            contents);
     fputs(body, out);
     fputs("</main>", out);
 }
 
-enum mr_status page_write(const struct report *report, char **text, size_t *length, struct error *error)
+enum mr_status page_write(const struct report *report, char **text, size_t *length,
+                          struct error *error)
 {
     char *contents = NULL, *body = NULL;
     size_t contents_size = 0, body_size = 0;
-    FILE *list = open_memstream(&contents, &contents_size), *into = open_memstream(&body, &body_size), *out = open_memstream(text, length);
+    FILE *list = open_memstream(&contents, &contents_size),
+         *into = open_memstream(&body, &body_size), *out = open_memstream(text, length);
     if (!list || !into || !out)
         abort();
     enum mr_status status = write_sections(report, list, into, error);

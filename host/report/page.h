@@ -10,6 +10,7 @@
 void page_head(FILE *out, const char *title);
 
 /* All of it, in memory: the caller frees *text. Fails with a section's error. */
-enum mr_status page_write(const struct report *report, char **text, size_t *length, struct error *error);
+enum mr_status page_write(const struct report *report, char **text, size_t *length,
+                          struct error *error);
 
 #endif

@@ -1,4 +1,5 @@
-/* The picture of an error study: error against run time, log-log, a line of marks for each solver. */
+/* The picture of an error study: error against run time, log-log, a line of marks for each
+ * solver. */
 #ifndef MATRIG_HOST_REPORT_PLOT_ERROR_H
 #define MATRIG_HOST_REPORT_PLOT_ERROR_H
 

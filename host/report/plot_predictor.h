@@ -1,5 +1,5 @@
-/* The picture of a predictor study: error of u against cycles on the board, log-log; a shape for each variant, a colour and a line for
- * each landing. */
+/* The picture of a predictor study: error of u against cycles on the board, log-log; a shape for
+ * each variant, a colour and a line for each landing. */
 #ifndef MATRIG_HOST_REPORT_PLOT_PREDICTOR_H
 #define MATRIG_HOST_REPORT_PLOT_PREDICTOR_H
 

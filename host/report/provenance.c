@@ -1,4 +1,5 @@
-/* Where it all comes from: tool, database, boards, configurations, calibrations, links, records, and a hash of what was drawn. */
+/* Where it all comes from: tool, database, boards, configurations, calibrations, links, records,
+ * and a hash of what was drawn. */
 #include <sha2.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,7 +41,8 @@ static void general(const struct report *report, const char *page, size_t length
     fputs("<dl>\n", out);
     html_fact(out, "made by", "matrig %d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
     html_fact(out, "made", "%s", when);
-    html_fact(out, "database", "%s, version %lld%s", name, (long long)version, older ? ", of an older matrig" : "");
+    html_fact(out, "database", "%s, version %lld%s", name, (long long)version,
+              older ? ", of an older matrig" : "");
     if (stat(report->path, &file) == 0)
         html_fact(out, "its size", "%lld bytes", (long long)file.st_size);
     html_fact(out, "SHA-256 of what was drawn, <main> to </main>", "%s", hash);
@@ -54,7 +56,8 @@ static enum mr_status add_record(void *context, const uint8_t *record, size_t le
     return MR_OK;
 }
 
-static enum mr_status landing_row(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+static enum mr_status landing_row(const struct report *report, const struct report_landing *landing,
+                                  FILE *out, struct error *error)
 {
     const struct store_landing *row = &landing->summary.measured.landing;
     const struct store_session_row *session = &landing->summary.session;
@@ -68,15 +71,19 @@ static enum mr_status landing_row(const struct report *report, const struct repo
     html_cell(out, "%lld", (long long)row->id);
     html_cell(out, "%s", when);
     html_cell(out, "%s", row->board_uid[0] ? row->board_uid : "unknown");
-    html_cell(out, "%s, %08llx, %s", row->firmware[0] ? row->firmware : "unknown", row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
+    html_cell(out, "%s, %08llx, %s", row->firmware[0] ? row->firmware : "unknown",
+              row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
               row->image_commit[0] ? row->image_commit : "unknown");
     if (row->config_crc == STORE_NONE)
         html_cell(out, "unknown");
     else
-        html_cell(out, "%08llx%s", (unsigned long long)row->config_crc, landing->config ? "" : ", not read");
-    html_cell(out, "CAN %s; serial %s", session->can_link[0] ? session->can_link : "not used", session->serial_link[0] ? session->serial_link : "not used");
+        html_cell(out, "%08llx%s", (unsigned long long)row->config_crc,
+                  landing->config ? "" : ", not read");
+    html_cell(out, "CAN %s; serial %s", session->can_link[0] ? session->can_link : "not used",
+              session->serial_link[0] ? session->serial_link : "not used");
     html_cell(out, "%zu of %u segments", landing->survey.surveyed, MR_SEGMENTS);
-    fprintf(out, "<td class=\"hash\">%s</td></tr>\n", landing->summary.measured.source == MEASURED_SERIAL ? hash : "no block records");
+    fprintf(out, "<td class=\"hash\">%s</td></tr>\n",
+            landing->summary.measured.source == MEASURED_SERIAL ? hash : "no block records");
     return status;
 }
 
@@ -86,7 +93,9 @@ static enum mr_status landings(const struct report *report, FILE *out, struct er
     if (report->landings == 0)
         return MR_OK;
     fputs("<h3>Landings</h3>\n", out);
-    html_table(out, (const char *const[]){"RUN", "armed", "board", "firmware, CRC-32 of its image, commit", "configuration, CRC-32", "links", "survey",
+    html_table(out, (const char *const[]){"RUN", "armed", "board",
+                                          "firmware, CRC-32 of its image, commit",
+                                          "configuration, CRC-32", "links", "survey",
                                           "SHA-256 of its block records", NULL});
     for (size_t i = 0; i < report->landings && status == MR_OK; i++)
         status = landing_row(report, &report->landing[i], out, error);
@@ -105,7 +114,8 @@ static void day_cell(FILE *out, uint32_t day, bool expired)
     }
     gmtime_r(&second, &utc);
     strftime(text, sizeof text, "%Y-%m-%d", &utc);
-    fprintf(out, "<td%s>%s%s</td>", expired ? " class=\"warn\"" : "", text, expired ? ", before the landing" : "");
+    fprintf(out, "<td%s>%s%s</td>", expired ? " class=\"warn\"" : "", text,
+            expired ? ", before the landing" : "");
 }
 
 /* Sensor and dates are in the configuration that the board was asked for, if it was. */
@@ -124,14 +134,18 @@ static void sensor_cells(FILE *out, const struct mr_channel_config *told, int64_
 static void calibrations(const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
-    html_table(out, (const char *const[]){"channel", "sensor", "calibrated", "expires", "in or lb per code", "its error, %", "error of the zero, in or lb", NULL});
+    html_table(out, (const char *const[]){"channel", "sensor", "calibrated", "expires",
+                                          "in or lb per code", "its error, %",
+                                          "error of the zero, in or lb", NULL});
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &measured->channel[i].config;
         if (!mr_channel_measures(channel))
             continue;
         fputs("<tr>", out);
-        html_cell(out, "%s %u", channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage", channel->number);
-        sensor_cells(out, landing->config ? &landing->config->channel[i] : NULL, measured->landing.armed_us / 1000000 / DAY_S);
+        html_cell(out, "%s %u", channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
+                  channel->number);
+        sensor_cells(out, landing->config ? &landing->config->channel[i] : NULL,
+                     measured->landing.armed_us / 1000000 / DAY_S);
         html_cell(out, "%.9g", (double)channel->unit_per_code);
         html_number(out, 100.0 * (double)channel->gain_error, 3);
         html_number(out, (double)channel->zero_error, 4);
@@ -144,7 +158,8 @@ static void calibrations(const struct report_landing *landing, FILE *out)
 static bool same_calibration(const struct report_landing *a, const struct report_landing *b)
 {
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        double one = (double)a->summary.measured.channel[i].config.unit_per_code, other = (double)b->summary.measured.channel[i].config.unit_per_code;
+        double one = (double)a->summary.measured.channel[i].config.unit_per_code,
+               other = (double)b->summary.measured.channel[i].config.unit_per_code;
         if (one < other || one > other)
             return false;
     }
@@ -161,7 +176,8 @@ static void configurations(const struct report *report, FILE *out)
             told = same_calibration(&report->landing[k], landing);
         if (told)
             continue;
-        fprintf(out, "<h3>Calibration from RUN %lld on</h3>\n<p>", (long long)landing->summary.measured.landing.id);
+        fprintf(out, "<h3>Calibration from RUN %lld on</h3>\n<p>",
+                (long long)landing->summary.measured.landing.id);
         if (landing->config) {
             const struct mr_site_config *site = &landing->config->site[0];
             char name[sizeof site->name + 1];
@@ -170,7 +186,9 @@ static void configurations(const struct report *report, FILE *out)
             html_text(out, name);
             fprintf(out, ", revision %u.</p>\n", site->revision);
         } else {
-            fputs("The board's configuration was not read (matrig log asks for it, where the link goes both ways).</p>\n", out);
+            fputs("The board's configuration was not read (matrig log asks for it, where the link "
+                  "goes both ways).</p>\n",
+                  out);
         }
         calibrations(landing, out);
     }
@@ -185,12 +203,16 @@ static enum mr_status recalibrated(const struct report *report, FILE *out, struc
         int64_t run = report->landing[i].summary.measured.landing.id;
         status = store_is_recalibrated(report->store, run, &is, error);
         if (is)
-            fprintf(out, "<p class=\"say\">RUN %lld is read with a corrected calibration; what was in force is kept in the campaign.</p>\n", (long long)run);
+            fprintf(out,
+                    "<p class=\"say\">RUN %lld is read with a corrected calibration; what was in "
+                    "force is kept in the campaign.</p>\n",
+                    (long long)run);
     }
     return status;
 }
 
-enum mr_status provenance_write(const struct report *report, const char *page, size_t length, FILE *out, struct error *error)
+enum mr_status provenance_write(const struct report *report, const char *page, size_t length,
+                                FILE *out, struct error *error)
 {
     fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
     general(report, page, length, out);

@@ -1,4 +1,5 @@
-/* What a report is made from, and where its sections come from. page.c lists them; each is a file of its own. */
+/* What a report is made from, and where its sections come from. page.c lists them; each is a file
+ * of its own. */
 #ifndef MATRIG_HOST_REPORT_REPORT_H
 #define MATRIG_HOST_REPORT_REPORT_H
 
@@ -36,29 +37,36 @@ struct report {
     bool si;
 };
 
-/* Landing report->run, or all of the campaign that count, or with `voided` all there are. The caller frees with report_free, also after an error. */
+/* Landing report->run, or all of the campaign that count, or with `voided` all there are. The
+ * caller frees with report_free, also after an error. */
 enum mr_status report_load(struct report *report, bool voided, struct error *error);
 void report_free(struct report *report);
 
-/* A section writes what is to be read under its heading; one that writes nothing is left out of the page and its contents. */
+/* A section writes what is to be read under its heading; one that writes nothing is left out of the
+ * page and its contents. */
 typedef enum mr_status report_section(const struct report *report, FILE *out, struct error *error);
-typedef enum mr_status report_part(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error);
+typedef enum mr_status report_part(const struct report *report,
+                                   const struct report_landing *landing, FILE *out,
+                                   struct error *error);
 
 /* An answer on the page; frees the answer. */
 void report_answer(struct answer *answer, FILE *out);
 
 /* Of the campaign (campaign_*.c): */
-report_section campaign_summary, campaign_compared, campaign_cumulative, campaign_zones, campaign_tension, campaign_predictor, campaign_slow, campaign_journal,
-    campaign_survey;
+report_section campaign_summary, campaign_compared, campaign_cumulative, campaign_zones,
+    campaign_tension, campaign_predictor, campaign_slow, campaign_journal, campaign_survey;
 /* Of a landing (landing_*.c): */
-report_part landing_facts, landing_speed, landing_movement, landing_wheel, landing_zones, landing_tensions, landing_along, landing_bands,
-    landing_predictor, landing_film, landing_channels, landing_compare, landing_health;
+report_part landing_facts, landing_speed, landing_movement, landing_wheel, landing_zones,
+    landing_tensions, landing_along, landing_bands, landing_predictor, landing_film,
+    landing_channels, landing_compare, landing_health;
 
 /* The newest comparison's figures, from what is measured now; false: there is none, or an error. */
 struct compare_figures;
-bool landing_compared(const struct report_landing *landing, struct compare_figures *figures, struct error *error);
+bool landing_compared(const struct report_landing *landing, struct compare_figures *figures,
+                      struct error *error);
 
 /* The last section, which says what was drawn and by what: of all that was written so far. */
-enum mr_status provenance_write(const struct report *report, const char *page, size_t length, FILE *out, struct error *error);
+enum mr_status provenance_write(const struct report *report, const char *page, size_t length,
+                                FILE *out, struct error *error);
 
 #endif

@@ -36,18 +36,28 @@ struct scaled_key {
 };
 
 static const struct scaled_key scaled_keys[] = {
-    {"L", {0, 1, 0}},     {"W", {1, 0, 0}},       {"g", {0, 1, -2}},      {"I", {1, 1, 2}},
-    {"KV", {1, -1, 0}},   {"CV", {1, -1, 1}},     {"KL", {1, -1, 0}},     {"CL", {1, -1, 1}},
-    {"KT", {1, 1, 0}},    {"CT", {1, 1, 1}},      {"slack", {0, 1, 0}},   {"F", {1, 0, 0}},
-    {"Vac", {0, 1, -1}},  {"s0", {0, 1, 0}},      {"F_tstop", {0, 0, 1}}, {"wheel_load", {1, 0, 0}},
-    {"veps", {0, 1, -1}}, {"V", {1, 0, 0}},       {"Q1", {1, 0, 0}},      {"bump", {0, 1, 0}},
-    {"v0", {0, 1, -1}},   {"tend", {0, 0, 1}},    {"t_out", {0, 0, 1}},   {"gap0", {0, 1, 0}},
-    {"grit", {1, 0, 0}},  {"t_dwell", {0, 0, 1}},
-    {"band_area", {0, 2, 0}}, {"band_E", {1, -2, 0}}, {"band_T0", {1, 0, 0}}, {"band_K", {1, -1, 0}},
-    {"band_grip", {1, 0, 0}}, {"band_pull", {1, 0, 0}}, {"band_wear", {0, 1, 0}}, {"band_slipped", {0, 1, 0}},
-    {"cleat_hold", {1, 0, 0}}, {"cleat_travel", {0, 1, 0}}, {"cleat_depth", {0, 1, 0}}, {"stiff_K", {1, -1, 0}},
-    {"stiff_grip", {1, 0, 0}}, {"stiff_KT", {1, 1, 0}}, {"stiff_yield", {1, 1, 0}}, {"stiff_gap0", {0, 1, 0}},
-    {"lay_slide", {1, 0, 0}}, {"tear", {1, 0, 0}},
+    {"L", {0, 1, 0}},           {"W", {1, 0, 0}},
+    {"g", {0, 1, -2}},          {"I", {1, 1, 2}},
+    {"KV", {1, -1, 0}},         {"CV", {1, -1, 1}},
+    {"KL", {1, -1, 0}},         {"CL", {1, -1, 1}},
+    {"KT", {1, 1, 0}},          {"CT", {1, 1, 1}},
+    {"slack", {0, 1, 0}},       {"F", {1, 0, 0}},
+    {"Vac", {0, 1, -1}},        {"s0", {0, 1, 0}},
+    {"F_tstop", {0, 0, 1}},     {"wheel_load", {1, 0, 0}},
+    {"veps", {0, 1, -1}},       {"V", {1, 0, 0}},
+    {"Q1", {1, 0, 0}},          {"bump", {0, 1, 0}},
+    {"v0", {0, 1, -1}},         {"tend", {0, 0, 1}},
+    {"t_out", {0, 0, 1}},       {"gap0", {0, 1, 0}},
+    {"grit", {1, 0, 0}},        {"t_dwell", {0, 0, 1}},
+    {"band_area", {0, 2, 0}},   {"band_E", {1, -2, 0}},
+    {"band_T0", {1, 0, 0}},     {"band_K", {1, -1, 0}},
+    {"band_grip", {1, 0, 0}},   {"band_pull", {1, 0, 0}},
+    {"band_wear", {0, 1, 0}},   {"band_slipped", {0, 1, 0}},
+    {"cleat_hold", {1, 0, 0}},  {"cleat_travel", {0, 1, 0}},
+    {"cleat_depth", {0, 1, 0}}, {"stiff_K", {1, -1, 0}},
+    {"stiff_grip", {1, 0, 0}},  {"stiff_KT", {1, 1, 0}},
+    {"stiff_yield", {1, 1, 0}}, {"stiff_gap0", {0, 1, 0}},
+    {"lay_slide", {1, 0, 0}},   {"tear", {1, 0, 0}},
     {"ground", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
@@ -71,7 +81,8 @@ static json_t *scaled_path(const struct scale_request *request, const json_t *pa
         const json_t *row = json_array_get(path, i);
         json_t *scaled = json_array();
         for (size_t c = 0; c < 3; c++)
-            json_array_append_new(scaled, times(json_array_get(row, c), scale_factor(request, path_columns[c])));
+            json_array_append_new(
+                scaled, times(json_array_get(row, c), scale_factor(request, path_columns[c])));
         json_array_append_new(rows, scaled);
     }
     return rows;
@@ -95,13 +106,15 @@ static void complete_mods(const json_t *scene, json_t *complete)
     for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
         double number;
         memcpy(&number, (const char *)&plain + defaults[i].offset, sizeof number);
-        if (json_object_get(scene, defaults[i].with) && !json_object_get(complete, defaults[i].name))
+        if (json_object_get(scene, defaults[i].with) &&
+            !json_object_get(complete, defaults[i].name))
             json_object_set_new(complete, defaults[i].name, json_real(number));
     }
 }
 
 /* A scene key's value on the other side. */
-static json_t *scaled_entry(const struct scale_request *request, const char *key, const json_t *value)
+static json_t *scaled_entry(const struct scale_request *request, const char *key,
+                            const json_t *value)
 {
     double by = scale_lay_factor(key, request->lay_deg);
     char first[32] = ""; /* the second group of bands as the first */
@@ -117,25 +130,35 @@ static json_t *scaled_entry(const struct scale_request *request, const char *key
     double number;
     if (known)
         by *= scale_factor(request, known->dimension);
-    if (known && known->kind == SIM_KEY_REAL && json_is_string(value) && sim_unit_read(known, json_string_value(value), &number))
+    if (known && known->kind == SIM_KEY_REAL && json_is_string(value) &&
+        sim_unit_read(known, json_string_value(value), &number))
         return json_real(number * by);
     return by != 1.0 ? times(value, by) : json_deep_copy(value);
 }
 
-/* Keys as written, scaled; defaults that change with scale are written out, as the other side's differ. */
-static json_t *scaled_scene(const struct scale_request *request, const json_t *scene, struct error *error)
+/* Keys as written, scaled; defaults that change with scale are written out, as the other side's
+ * differ. */
+static json_t *scaled_scene(const struct scale_request *request, const json_t *scene,
+                            struct error *error)
 {
     static const struct {
         const char *name;
         size_t offset;
     } defaults[] = {
-        {"L", offsetof(struct sim_scene, length_ft)},        {"W", offsetof(struct sim_scene, weight_lb)},
-        {"I", offsetof(struct sim_scene, inertia_slug_ft2)}, {"KV", offsetof(struct sim_scene, kv_lb_ft)},
-        {"CV", offsetof(struct sim_scene, cv_lb_s_ft)},      {"KL", offsetof(struct sim_scene, kl_lb_ft)},
-        {"CL", offsetof(struct sim_scene, cl_lb_s_ft)},      {"KT", offsetof(struct sim_scene, kt_lb_ft_rad)},
-        {"CT", offsetof(struct sim_scene, ct_lb_ft_s_rad)},  {"F", offsetof(struct sim_scene, force_lb)},
-        {"Vac", offsetof(struct sim_scene, vac_ft_s)},       {"veps", offsetof(struct sim_scene, veps_ft_s)},
-        {"V", offsetof(struct sim_scene, shear_lb)},         {"v0", offsetof(struct sim_scene, v0_ft_s)},
+        {"L", offsetof(struct sim_scene, length_ft)},
+        {"W", offsetof(struct sim_scene, weight_lb)},
+        {"I", offsetof(struct sim_scene, inertia_slug_ft2)},
+        {"KV", offsetof(struct sim_scene, kv_lb_ft)},
+        {"CV", offsetof(struct sim_scene, cv_lb_s_ft)},
+        {"KL", offsetof(struct sim_scene, kl_lb_ft)},
+        {"CL", offsetof(struct sim_scene, cl_lb_s_ft)},
+        {"KT", offsetof(struct sim_scene, kt_lb_ft_rad)},
+        {"CT", offsetof(struct sim_scene, ct_lb_ft_s_rad)},
+        {"F", offsetof(struct sim_scene, force_lb)},
+        {"Vac", offsetof(struct sim_scene, vac_ft_s)},
+        {"veps", offsetof(struct sim_scene, veps_ft_s)},
+        {"V", offsetof(struct sim_scene, shear_lb)},
+        {"v0", offsetof(struct sim_scene, v0_ft_s)},
         {"TAD_deg", offsetof(struct sim_scene, tad_deg)},
     };
     struct sim_scene plain;
@@ -144,9 +167,11 @@ static json_t *scaled_scene(const struct scale_request *request, const json_t *s
     sim_scene_defaults(&plain);
     json_object_update(complete, (json_t *)scene);
     for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
-        bool replaced = (strcmp(defaults[i].name, "F") == 0 || strcmp(defaults[i].name, "Vac") == 0) &&
+        bool replaced = (strcmp(defaults[i].name, "F") == 0 ||
+                         strcmp(defaults[i].name, "Vac") == 0) &&
                         json_object_get(scene, "path");
-        bool stays = request->n == 1.0 && scale_lay_factor(defaults[i].name, request->lay_deg) == 1.0;
+        bool stays = request->n == 1.0 &&
+                     scale_lay_factor(defaults[i].name, request->lay_deg) == 1.0;
         if (!replaced && !stays && !json_object_get(complete, defaults[i].name)) {
             double number;
             memcpy(&number, (const char *)&plain + defaults[i].offset, sizeof number);
@@ -166,61 +191,74 @@ static json_t *scaled_scene(const struct scale_request *request, const json_t *s
     return result;
 }
 
-static json_t *scaled_range(const struct scale_request *request, struct campaign_range range, struct mr_dimension dimension)
+static json_t *scaled_range(const struct scale_request *request, struct campaign_range range,
+                            struct mr_dimension dimension)
 {
     double by = scale_factor(request, dimension);
-    return range.low == range.high ? json_real(range.low * by) : json_pack("[f,f]", range.low * by, range.high * by);
+    return range.low == range.high ? json_real(range.low * by)
+                                   : json_pack("[f,f]", range.low * by, range.high * by);
 }
 
 /* Runway, aircraft and engine, every key written out: the defaults are a model's. */
-static void scaled_parts(const struct scale_request *request, const struct campaign *c, json_t *result)
+static void scaled_parts(const struct scale_request *request, const struct campaign *c,
+                         json_t *result)
 {
-    static const struct mr_dimension inches = {0, 1, 0}, lb = {1, 0, 0}, s = {0, 0, 1}, speed = {0, 1, -1}, drag = {0, 1, -2},
-                                     strength = {1, -1, 0};
+    static const struct mr_dimension inches = {0, 1, 0}, lb = {1, 0, 0}, s = {0, 0, 1},
+                                     speed = {0, 1, -1}, drag = {0, 1, -2}, strength = {1, -1, 0};
     static const char *const engines[] = {"auto", "chain", "planar"};
     double opened = scale_lay_factor("gap0", request->lay_deg);
     const struct campaign_range laid_gap_in = {opened * c->gap_in.low, opened * c->gap_in.high};
     json_object_set_new(
         result, "runway",
-        json_pack("{s:o,s:o,s:o,s:s,s:f,s:f,s:f,s:f,s:f}", "gap_in", scaled_range(request, laid_gap_in, inches), "closing_lb",
-                  scaled_range(request, c->closing_lb, lb), "irregularity_in", scaled_range(request, c->irregularity_in, inches),
-                  "irregularity_along", c->along == CAMPAIGN_GROUND ? "ground" : "mats", "joint_lb_in",
-                  c->strength_lb_in * scale_factor(request, strength), "strip_ft", c->strip_ft * scale_factor(request, inches), "unhinge_deg",
-                  c->unhinge_deg, "wave_in", c->wave_in * scale_factor(request, inches), "buckle_in",
+        json_pack("{s:o,s:o,s:o,s:s,s:f,s:f,s:f,s:f,s:f}", "gap_in",
+                  scaled_range(request, laid_gap_in, inches), "closing_lb",
+                  scaled_range(request, c->closing_lb, lb), "irregularity_in",
+                  scaled_range(request, c->irregularity_in, inches), "irregularity_along",
+                  c->along == CAMPAIGN_GROUND ? "ground" : "mats", "joint_lb_in",
+                  c->strength_lb_in * scale_factor(request, strength), "strip_ft",
+                  c->strip_ft * scale_factor(request, inches), "unhinge_deg", c->unhinge_deg,
+                  "wave_in", c->wave_in * scale_factor(request, inches), "buckle_in",
                   c->buckle_in * scale_factor(request, inches)));
     json_object_set_new(result, "aircraft",
-                        json_pack("{s:f,s:f,s:f,s:f,s:f,s:f}", "weight_lb", c->weight_lb * scale_factor(request, lb), "axles", c->axles,
-                                  "onset_s", c->onset_s * scale_factor(request, s), "dwell_s", c->dwell_s * scale_factor(request, s),
-                                  "back_ft_s", c->back_ft_s * scale_factor(request, speed), "back_drag_ft_s2",
+                        json_pack("{s:f,s:f,s:f,s:f,s:f,s:f}", "weight_lb",
+                                  c->weight_lb * scale_factor(request, lb), "axles", c->axles,
+                                  "onset_s", c->onset_s * scale_factor(request, s), "dwell_s",
+                                  c->dwell_s * scale_factor(request, s), "back_ft_s",
+                                  c->back_ft_s * scale_factor(request, speed), "back_drag_ft_s2",
                                   c->back_drag_ft_s2 * scale_factor(request, drag)));
     json_object_set_new(result, "engine",
                         json_pack("{s:s,s:f,s:f,s:f}", "use", engines[c->engine], "chain_dt_s",
-                                  c->chain_dt_s * scale_factor(request, s), "planar_dt_s", c->planar_dt_s * scale_factor(request, s),
-                                  "skip_share", c->skip_share));
+                                  c->chain_dt_s * scale_factor(request, s), "planar_dt_s",
+                                  c->planar_dt_s * scale_factor(request, s), "skip_share",
+                                  c->skip_share));
 }
 
 /* One entry of the file's landings; `scene` takes the defaults of what it applies. */
-static json_t *scaled_landing(const struct scale_request *request, const json_t *entry, const struct campaign_landing *landing,
-                              json_t *scene)
+static json_t *scaled_landing(const struct scale_request *request, const json_t *entry,
+                              const struct campaign_landing *landing, json_t *scene)
 {
     static const struct mr_dimension ft = {0, 1, 0}, speed = {0, 1, -1}, drag = {0, 1, -2};
     json_t *result = json_deep_copy(entry), *apply = json_object_get(entry, "apply"), *value;
-    json_t *drag_entry = json_object_get(entry, "deceleration_ft_s2"), *profile = json_object_get(entry, "profile");
+    json_t *drag_entry = json_object_get(entry, "deceleration_ft_s2"),
+           *profile = json_object_get(entry, "profile");
     const char *key;
     size_t i;
     json_object_set_new(result, "touchdown_ft", scaled_range(request, landing->touchdown_ft, ft));
     json_object_set_new(result, "speed_ft_s", scaled_range(request, landing->speed_ft_s, speed));
     if (drag_entry)
-        json_object_set_new(result, "deceleration_ft_s2", times(drag_entry, scale_factor(request, drag)));
+        json_object_set_new(result, "deceleration_ft_s2",
+                            times(drag_entry, scale_factor(request, drag)));
     json_array_foreach(profile, i, value)
     {
-        json_t *row = json_pack("[f,f]", json_number_value(json_array_get(value, 0)) * scale_factor(request, ft),
-                                json_number_value(json_array_get(value, 1)) * scale_factor(request, drag));
+        json_t *row = json_pack(
+            "[f,f]", json_number_value(json_array_get(value, 0)) * scale_factor(request, ft),
+            json_number_value(json_array_get(value, 1)) * scale_factor(request, drag));
         json_array_set_new(json_object_get(result, "profile"), i, row);
     }
     json_object_foreach(apply, key, value)
     {
-        json_object_set_new(json_object_get(result, "apply"), key, scaled_entry(request, key, value));
+        json_object_set_new(json_object_get(result, "apply"), key,
+                            scaled_entry(request, key, value));
     }
     if (apply)
         complete_mods(apply, scene);
@@ -228,21 +266,25 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
 }
 
 /* Movements and their stations change; mats, landings and ratios do not. */
-static json_t *scaled_fact(const struct scale_request *request, const json_t *entry, const struct campaign_fact *fact)
+static json_t *scaled_fact(const struct scale_request *request, const json_t *entry,
+                           const struct campaign_fact *fact)
 {
     static const struct mr_dimension ft = {0, 1, 0};
     static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
     json_t *result = json_deep_copy(entry);
-    bool length = (fact->quantity <= CAMPAIGN_MOST_IN || fact->quantity == CAMPAIGN_APART_FT) && fact->against_first == 0;
+    bool length = (fact->quantity <= CAMPAIGN_MOST_IN || fact->quantity == CAMPAIGN_APART_FT) &&
+                  fact->against_first == 0;
     for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
-            json_object_set_new(result, lengths[i], times(json_object_get(entry, lengths[i]), scale_factor(request, ft)));
+            json_object_set_new(
+                result, lengths[i],
+                times(json_object_get(entry, lengths[i]), scale_factor(request, ft)));
     }
     return result;
 }
 
-static json_t *scaled_campaign(const struct scale_request *request, const char *path, const json_t *source,
-                               const struct campaign *c, struct error *error)
+static json_t *scaled_campaign(const struct scale_request *request, const char *path,
+                               const json_t *source, const struct campaign *c, struct error *error)
 {
     static const struct mr_dimension ft = {0, 1, 0};
     json_t *held = campaign_scene_json(path, source, error), *scene = json_deep_copy(held);
@@ -252,14 +294,18 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
     json_array_foreach(json_object_get(source, "landings"), i, entry)
     {
         json_array_append_new(list, scaled_landing(request, entry, &c->landings[at], scene));
-        double number = json_object_get(entry, "times") ? json_number_value(json_object_get(entry, "times")) : 1.0;
+        double number = json_object_get(entry, "times")
+                          ? json_number_value(json_object_get(entry, "times"))
+                          : 1.0;
         at += (size_t)number;
     }
     if (request->lay_deg > 0.0)
-        snprintf(note, sizeof note, "Joints at %g degrees by matrig scale --lay.", request->lay_deg);
+        snprintf(note, sizeof note, "Joints at %g degrees by matrig scale --lay.",
+                 request->lay_deg);
     else
-        snprintf(note, sizeof note, "To %s scale by matrig scale: n %g, %s kept.", request->to_model ? "model" : "prototype",
-                 request->n, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+        snprintf(note, sizeof note, "To %s scale by matrig scale: n %g, %s kept.",
+                 request->to_model ? "model" : "prototype", request->n,
+                 request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
     strcat(note, " Texts (name, observed) are the original's.");
     json_object_set_new(result, "_scaled", json_string(note));
     json_t *scaled = scaled_scene(request, scene, error);
@@ -269,10 +315,13 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
     json_object_set_new(result, "landings", list);
     scaled_parts(request, c, result);
     if (json_object_get(source, "stations_ft"))
-        json_object_set_new(result, "stations_ft", times(json_object_get(source, "stations_ft"), scale_factor(request, ft)));
+        json_object_set_new(
+            result, "stations_ft",
+            times(json_object_get(source, "stations_ft"), scale_factor(request, ft)));
     json_array_foreach(json_object_get(source, "facts"), i, entry)
     {
-        json_array_set_new(json_object_get(result, "facts"), i, scaled_fact(request, entry, &c->facts[i]));
+        json_array_set_new(json_object_get(result, "facts"), i,
+                           scaled_fact(request, entry, &c->facts[i]));
     }
     json_decref(scene);
     json_decref(held);
@@ -305,7 +354,8 @@ static json_t *scene_numbers(const struct sim_scene *s)
     return object;
 }
 
-static enum mr_status write_scene(const struct scale_request *request, const json_t *scene, struct error *error)
+static enum mr_status write_scene(const struct scale_request *request, const json_t *scene,
+                                  struct error *error)
 {
     struct output output;
     if (output_begin(&output, request->output_path, request->force, error) != MR_OK)
@@ -315,10 +365,11 @@ static enum mr_status write_scene(const struct scale_request *request, const jso
     return output_end(&output, error);
 }
 
-/* The file on the other side, and for a scene the numbers that both share. What is no scene is refused as `sim` does, what is no
- * campaign as `campaign` does; so is what came out, as joints laid anew may not fit what else the file says. */
-static json_t *scaled_file(const struct scale_request *request, const json_t *source, bool is_campaign, json_t **numbers,
-                           struct error *error)
+/* The file on the other side, and for a scene the numbers that both share. What is no scene is
+ * refused as `sim` does, what is no campaign as `campaign` does; so is what came out, as joints
+ * laid anew may not fit what else the file says. */
+static json_t *scaled_file(const struct scale_request *request, const json_t *source,
+                           bool is_campaign, json_t **numbers, struct error *error)
 {
     const char *path = request->words[0];
     struct sim_scene scene;
@@ -352,8 +403,10 @@ static void tell(const struct scale_request *request, const json_t *scaled, cons
     if (request->lay_deg == 0.0 || request->n != 1.0)
         printf("%s at n = %g\n", request->to_model ? "model" : "prototype", request->n);
     if (request->lay_deg > 0.0)
-        printf("joints at %g degrees: %lld mats of %.6g ft\nsliding along them is not in it: give lay_slide and lay_mu\n", request->lay_deg,
-               (long long)json_integer_value(json_object_get(scene, "N")), json_number_value(json_object_get(scene, "L")));
+        printf("joints at %g degrees: %lld mats of %.6g ft\nsliding along them is not in it: give "
+               "lay_slide and lay_mu\n",
+               request->lay_deg, (long long)json_integer_value(json_object_get(scene, "N")),
+               json_number_value(json_object_get(scene, "L")));
     if (!numbers || request->lay_deg > 0.0)
         return;
     printf("numbers that both scenes share:\n");

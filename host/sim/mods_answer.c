@@ -26,7 +26,8 @@ static json_t *flagged(const double *flags, const double *names, size_t count)
 }
 
 /* One group of bands: its part of the arrays begins at `segment` and `connection`. */
-static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment, size_t connection, size_t count)
+static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment,
+                      size_t connection, size_t count)
 {
     const struct {
         const char *name;
@@ -57,22 +58,27 @@ static size_t extreme(const double *values, size_t count, double sign)
 
 static void add_bands(struct answer *answer, const struct mods_state *s)
 {
-    size_t least = extreme(s->band_least_lb, s->segments, -1.0), most = extreme(s->band_most_lb, s->segments, 1.0);
-    size_t load = extreme(s->band_load_lb, s->connections, 1.0), slip = extreme(s->band_slip_ft, s->connections, 1.0);
+    size_t least = extreme(s->band_least_lb, s->segments, -1.0),
+           most = extreme(s->band_most_lb, s->segments, 1.0);
+    size_t load = extreme(s->band_load_lb, s->connections, 1.0),
+           slip = extreme(s->band_slip_ft, s->connections, 1.0);
     size_t slack = 0, out = 0;
     for (size_t i = 0; i < s->segments; i++)
         slack += s->band_least_lb[i] < 0.0;
     for (size_t i = 0; i < s->connections; i++)
         out += s->band_out[i] != 0.0;
-    answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_least_lb[least]), -4);
+    answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_least_lb[least]),
+                 -4);
     answer_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1, s->segments, slack);
     answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_most_lb[most], -4);
     answer_remark(answer, ", in segment %zu", most + 1);
-    answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits = DIGITS;
+    answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
+        DIGITS;
     answer_value(answer, NULL, "most carried", UNIT_TENSION, s->band_load_lb[load], -4);
     answer_remark(answer, ", by the connection at mat %.0f", s->band_mat[load]);
     answer_value(answer, NULL, "most slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
-    answer_remark(answer, ", of the connection at mat %.0f; %zu of %zu pulled out", s->band_mat[slip], out, s->connections);
+    answer_remark(answer, ", of the connection at mat %.0f; %zu of %zu pulled out",
+                  s->band_mat[slip], out, s->connections);
 }
 
 static void add_cleats(struct answer *answer, const struct mods_state *s)
@@ -83,7 +89,8 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
         sum += s->cleat_left[i];
     answer_json_value(answer, "cleat_left", numbers(s->cleat_left, s->cleats));
     answer_value(answer, NULL, "hold of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
-    answer_remark(answer, " of it is left on average, %.3g on mat %.0f", s->cleat_left[worst], s->cleat_mat[worst]);
+    answer_remark(answer, " of it is left on average, %.3g on mat %.0f", s->cleat_left[worst],
+                  s->cleat_mat[worst]);
 }
 
 void mods_answer(struct answer *answer, const struct sim_scene *scene, const struct mods_state *s)

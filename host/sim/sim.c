@@ -11,26 +11,32 @@ bool sim_solver_elsewhere(const char *solver)
     return strcmp(solver, "cvode") == 0 && !planar_has_solver(solver);
 }
 
-static enum mr_status check_options(const struct sim_scene *scene, const struct sim_options *options,
-                                    struct error *error)
+static enum mr_status check_options(const struct sim_scene *scene,
+                                    const struct sim_options *options, struct error *error)
 {
     double runway_ft = scene->mats * scene->length_ft;
     bool chain = scene->model == SIM_CHAIN;
-    if (chain && options->solver && strcmp(options->solver, "fixed") != 0 && strcmp(options->solver, "auto") != 0)
-        return error_set(error, MR_USAGE, "solver not available: %s for model chain; give fixed, or leave it out",
+    if (chain && options->solver && strcmp(options->solver, "fixed") != 0 &&
+        strcmp(options->solver, "auto") != 0)
+        return error_set(error, MR_USAGE,
+                         "solver not available: %s for model chain; give fixed, or leave it out",
                          options->solver);
     if (!chain && options->solver && !planar_has_solver(options->solver))
         return error_set(error, MR_USAGE,
-                         "solver not available: %s for model %s; give auto, event, implicit, cvode, rk4, rkgs or hamming",
+                         "solver not available: %s for model %s; give auto, event, implicit, "
+                         "cvode, rk4, rkgs or hamming",
                          options->solver, sim_model_name(scene->model));
     if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
-        return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step", options->dt_s);
-    if (options->rtol != 0.0 && !(options->rtol >= (chain ? 1e-9 : 1e-13) && options->rtol <= (chain ? 1.0 : 0.01)))
+        return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step",
+                         options->dt_s);
+    if (options->rtol != 0.0 &&
+        !(options->rtol >= (chain ? 1e-9 : 1e-13) && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
                          chain ? "1e-9 to 1" : "1e-13 to 0.01");
     if (!(options->sample_dt_s >= 0.0) ||
         (options->sample_dt_s > 0.0 && sim_scene_end_s(scene) / options->sample_dt_s > 1e7))
-        return error_set(error, MR_USAGE, "sampling out of range: every %g s; give at most 1e7 samples",
+        return error_set(error, MR_USAGE,
+                         "sampling out of range: every %g s; give at most 1e7 samples",
                          options->sample_dt_s);
     for (size_t i = 0; i < options->station_count; i++) {
         if (!(options->station_ft[i] >= 0.0 && options->station_ft[i] <= runway_ft * (1.0 + 1e-9)))
@@ -40,30 +46,38 @@ static enum mr_status check_options(const struct sim_scene *scene, const struct 
     return MR_OK;
 }
 
-static void fail_text(const struct sim_result *result, const struct sim_scene *scene, struct error *error)
+static void fail_text(const struct sim_result *result, const struct sim_scene *scene,
+                      struct error *error)
 {
     const char *name = scene->name[0] ? scene->name : "scene";
-    bool given = result->solver && (strcmp(result->solver, "fixed") == 0 || strcmp(result->solver, "rk4") == 0);
+    bool given = result->solver &&
+                 (strcmp(result->solver, "fixed") == 0 || strcmp(result->solver, "rk4") == 0);
     if (result->status == SIM_INTERRUPTED)
-        error_set(error, MR_NUMERICS, "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
+        error_set(error, MR_NUMERICS,
+                  "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
                   result->t_s, result->t_end_s);
     else if (result->status == SIM_FOLDED)
         error_set(error, MR_NUMERICS,
-                  "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an earlier tend", name,
-                  result->mat, result->t_s);
-    else if (!given && result->status == SIM_STEP_UNDERFLOW && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+                  "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an "
+                  "earlier tend",
+                  name, result->mat, result->t_s);
+    else if (!given && result->status == SIM_STEP_UNDERFLOW && scene->friction_law == SIM_SIGN &&
+             scene->friction > 0.0)
         error_set(error, MR_NUMERICS,
-                  "step_underflow: %s: mat %d at %.9g s: friction sign chatters around rest; give friction stick, its "
+                  "step_underflow: %s: mat %d at %.9g s: friction sign chatters around rest; give "
+                  "friction stick, its "
                   "exact form",
                   name, result->mat, result->t_s);
     else if (!given && result->status == SIM_STEP_UNDERFLOW)
         error_set(error, MR_NUMERICS,
-                  "step_underflow: %s: mat %d at %.9g s: solver %s makes no progress; give another solver, a looser "
+                  "step_underflow: %s: mat %d at %.9g s: solver %s makes no progress; give another "
+                  "solver, a looser "
                   "rtol or an earlier tend",
                   name, result->mat, result->t_s, result->solver);
     else if (!given)
         error_set(error, MR_NUMERICS,
-                  "%s: %s: mat %d at %.9g s: solver %s contradicts itself at two tolerances; give a smaller rtol or "
+                  "%s: %s: mat %d at %.9g s: solver %s contradicts itself at two tolerances; give "
+                  "a smaller rtol or "
                   "another solver",
                   sim_status_name(result->status), name, result->mat, result->t_s, result->solver);
     else if (result->status == SIM_STEP_UNDERFLOW)
@@ -72,16 +86,18 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
                   "larger rtol or an earlier tend",
                   name, result->mat, result->t_s, result->dt_s);
     else if (result->dt_s > result->dt_limit_s)
-        error_set(error, MR_NUMERICS,
-                  "%s: %s: mat %d at %.9g s: the step of %g s is beyond the stability limit of %g s; "
-                  "give a smaller dt",
-                  sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s,
-                  result->dt_limit_s);
+        error_set(
+            error, MR_NUMERICS,
+            "%s: %s: mat %d at %.9g s: the step of %g s is beyond the stability limit of %g s; "
+            "give a smaller dt",
+            sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s,
+            result->dt_limit_s);
     else
-        error_set(error, MR_NUMERICS,
-                  "%s: %s: mat %d at %.9g s: the step of %g s fails its check; give a smaller dt, or "
-                  "rtol",
-                  sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s);
+        error_set(
+            error, MR_NUMERICS,
+            "%s: %s: mat %d at %.9g s: the step of %g s fails its check; give a smaller dt, or "
+            "rtol",
+            sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s);
 }
 
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
@@ -89,7 +105,8 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
 {
     const char *where = scene->name[0] ? scene->name : "scene";
     *result = (struct sim_result){0};
-    if (sim_scene_check(scene, where, error) != MR_OK || check_options(scene, options, error) != MR_OK)
+    if (sim_scene_check(scene, where, error) != MR_OK ||
+        check_options(scene, options, error) != MR_OK)
         return error->status;
     if (scene->model != SIM_CHAIN) {
         if (planar_run(scene, options, result, error) == MR_OK && result->status != SIM_OK)
@@ -97,8 +114,8 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
         return error->status;
     }
     if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
-        return error_set(error, MR_USAGE, "no soil in model chain: %s: friction_normal soil; give weight",
-                         where);
+        return error_set(error, MR_USAGE,
+                         "no soil in model chain: %s: friction_normal soil; give weight", where);
     if (fixed_run(scene, options, result, error) == MR_OK && result->status != SIM_OK)
         fail_text(result, scene, error);
     return error->status;

@@ -6,14 +6,16 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Whether this program lacks a solver that matrig-study has: true for cvode in matrig, which is not linked with SUNDIALS. */
+/* Whether this program lacks a solver that matrig-study has: true for cvode in matrig, which is not
+ * linked with SUNDIALS. */
 bool sim_solver_elsewhere(const char *solver);
 
-/* Run a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the numerics were refused or failed, or the run was
- * interrupted; the result says how and the error names mat and time. An interrupted result holds what was computed:
- * outputs and samples up to t_s, from the pass under way, without an error estimate. MR_USAGE: the model, the solver or an option is not
- * available. MR_MALFORMED: the scene is wrong. The result is written in every case; the caller frees it.
- * Scene and options are only read. */
+/* Run a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the numerics were refused or failed, or
+ * the run was interrupted; the result says how and the error names mat and time. An interrupted
+ * result holds what was computed: outputs and samples up to t_s, from the pass under way, without
+ * an error estimate. MR_USAGE: the model, the solver or an option is not available. MR_MALFORMED:
+ * the scene is wrong. The result is written in every case; the caller frees it. Scene and options
+ * are only read. */
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error);
 

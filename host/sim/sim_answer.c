@@ -30,15 +30,17 @@ static json_t *outputs_json(const struct sim_scene *scene, const struct sim_resu
             snprintf(key, sizeof key, "%d", mat);
             json_object_set_new(u, key, cli_json_number(output->u_ft[mat], 12));
         }
-        json_array_append_new(outputs, json_pack("{s:o,s:o,s:o,s:i}", "t_s", cli_json_number(output->t_s, 12),
-                                                 "u_ft", u, "lift_ft", cli_json_number(output->lift_ft, 12),
+        json_array_append_new(outputs, json_pack("{s:o,s:o,s:o,s:i}", "t_s",
+                                                 cli_json_number(output->t_s, 12), "u_ft", u,
+                                                 "lift_ft", cli_json_number(output->lift_ft, 12),
                                                  "lift_node", output->lift_node));
     }
     return outputs;
 }
 
 /* People see every so many of a long runway's mats. */
-static void add_outputs(struct answer *answer, const struct sim_scene *scene, const struct sim_result *result)
+static void add_outputs(struct answer *answer, const struct sim_scene *scene,
+                        const struct sim_result *result)
 {
     int every = scene->u_mats.count == 0 ? (scene->mats + ROWS_MAX - 1) / ROWS_MAX : 1;
     answer_json_value(answer, "outputs", outputs_json(scene, result));
@@ -63,28 +65,38 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene, co
 /* NaN, null: a failed run that has none. */
 static double estimate(const struct sim_result *result, double error)
 {
-    return result->status == SIM_OK || (result->status != SIM_INTERRUPTED && error > 0.0) ? error : (double)NAN;
+    return result->status == SIM_OK || (result->status != SIM_INTERRUPTED && error > 0.0)
+             ? error
+             : (double)NAN;
 }
 
-/* A run that failed has no verdict; one that was interrupted can only say that there is a wave already. */
-static void add_extremes(struct answer *answer, const struct sim_scene *scene, const struct sim_result *result)
+/* A run that failed has no verdict; one that was interrupted can only say that there is a wave
+ * already. */
+static void add_extremes(struct answer *answer, const struct sim_scene *scene,
+                         const struct sim_result *result)
 {
-    bool interrupted = result->status == SIM_INTERRUPTED, seen = result->status == SIM_OK || interrupted;
+    bool interrupted = result->status == SIM_INTERRUPTED,
+         seen = result->status == SIM_OK || interrupted;
     bool lifts = scene->model != SIM_CHAIN;
     answer_value(answer, NULL, "largest movement", UNIT_MOVEMENT, result->peak_u_ft, 4);
     answer_remark(answer, ", of mat %d", result->peak_mat);
-    answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT, seen ? result->max_lift_ft : (double)NAN, 4)->digits = 12;
+    answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
+                 seen ? result->max_lift_ft : (double)NAN, 4)
+        ->digits = 12;
     if (result->status == SIM_OK || (interrupted && result->bow_wave))
         answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
         answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL, "none yet");
     answer_open(answer, "error_estimate", interrupted ? NULL : "");
-    answer_value(answer, "u", "error of movement", UNIT_MOVEMENT, estimate(result, result->error_u_ft), -2);
+    answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
+                 estimate(result, result->error_u_ft), -2);
     answer_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
-    answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT, estimate(result, result->error_lift_ft), -2);
+    answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
+                 estimate(result, result->error_lift_ft), -2);
     answer_close(answer);
     if (result->speed_end_ft_s > 0.0)
-        answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)->end = " at most";
+        answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
+            ->end = " at most";
 }
 
 static void add_active(struct answer *answer, const struct sim_result *result)
@@ -93,7 +105,8 @@ static void add_active(struct answer *answer, const struct sim_result *result)
     answer_value(answer, "mats_mean", "mats on average", UNIT_NUMBER, result->mats_mean, 1);
     answer_count(answer, "mats_max", "mats at most", result->mats_max);
     answer_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
-    answer_value(answer, "dt_limit", "explicit limit", UNIT_TIME, result->dt_limit_s, -4)->digits = 9;
+    answer_value(answer, "dt_limit", "explicit limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
+        9;
     answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
     answer_value(answer, "pass_ms", "this pass took", UNIT_NUMBER, result->pass_ms, 1)->end = " ms";
     answer_list(answer, "left_out", "left out");
@@ -116,7 +129,8 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
     answer_words(answer, "solver", "solver", "%s", result->solver);
     answer_words(answer, "status", "status", "%s", sim_status_name(result->status));
     if (result->status == SIM_INTERRUPTED)
-        answer_remark(answer, " at %.6g s: what follows is unchecked and goes that far only", result->t_s);
+        answer_remark(answer, " at %.6g s: what follows is unchecked and goes that far only",
+                      result->t_s);
     if (result->status != SIM_OK) {
         answer_count(answer, "mat", NULL, result->mat);
         answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -6)->digits = 12;

@@ -9,7 +9,8 @@
 size_t sim_shown_count(const struct sim_scene *scene);
 int sim_shown_mat(const struct sim_scene *scene, size_t i);
 
-/* A new answer, whatever the status; the caller frees. For programs lengths in ft, times in s, forces in lb, also with `si`. */
+/* A new answer, whatever the status; the caller frees. For programs lengths in ft, times in s,
+ * forces in lb, also with `si`. */
 struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si);
 
 #endif

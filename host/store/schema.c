@@ -8,7 +8,8 @@ static void say_columns(sqlite3_str *sql, const struct store_table *table)
         const struct store_column *column = &table->columns[i];
         if (!column->name)
             continue;
-        sqlite3_str_appendf(sql, "%s%s %s%s%s", first ? "" : ", ", column->name, column->type, column->constraint[0] ? " " : "", column->constraint);
+        sqlite3_str_appendf(sql, "%s%s %s%s%s", first ? "" : ", ", column->name, column->type,
+                            column->constraint[0] ? " " : "", column->constraint);
         first = false;
     }
 }
@@ -29,12 +30,12 @@ static int make_table(sqlite3 *database, enum store_table_number which)
 int store_tables_make(sqlite3 *database)
 {
     int code = SQLITE_OK;
-#define TABLE(row, table)    \
-    if (code == SQLITE_OK)   \
+#define TABLE(row, table)  \
+    if (code == SQLITE_OK) \
         code = make_table(database, STORE_TABLE_##row);
 #define NO_VIEWS
-#define ALSO(sql)            \
-    if (code == SQLITE_OK)   \
+#define ALSO(sql)          \
+    if (code == SQLITE_OK) \
         code = sqlite3_exec(database, sql, NULL, NULL, NULL);
 #include "host/store/tables.def"
     return code;

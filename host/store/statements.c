@@ -14,26 +14,31 @@ static const struct {
     bool listed;
 } statements[STORE_STATEMENT_COUNT] = {
 #define LISTED(NAME, row, sql) {#NAME, sql, STORE_TABLE_##row, true},
-#define GIVEN(NAME, row, sql) {#NAME, sql, STORE_TABLE_##row, false},
-#define STATEMENT(NAME, sql) {#NAME, sql, NO_ROW, false},
+#define GIVEN(NAME, row, sql)  {#NAME, sql, STORE_TABLE_##row, false},
+#define STATEMENT(NAME, sql)   {#NAME, sql, NO_ROW, false},
 #include "host/store/queries.def"
 };
 
-/* A statement that does not fit what is said of it: nothing that is read or written by it could be trusted. */
+/* A statement that does not fit what is said of it: nothing that is read or written by it could be
+ * trusted. */
 static void refuse(const char *name, const char *why)
 {
     fprintf(stderr, "matrig: statement %s of host/store: %s\n", name, why);
     abort();
 }
 
-static enum mr_status prepare(struct store *store, char *sql, sqlite3_stmt **statement, struct error *error)
+static enum mr_status prepare(struct store *store, char *sql, sqlite3_stmt **statement,
+                              struct error *error)
 {
-    int code = sql ? sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT, statement, NULL) : SQLITE_NOMEM;
+    int code = sql ? sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT,
+                                        statement, NULL)
+                   : SQLITE_NOMEM;
     sqlite3_free(sql);
     return code == SQLITE_OK ? MR_OK : store_failed(store, "use", error);
 }
 
-static void check_columns(sqlite3_stmt *statement, const struct store_table *table, const char *name)
+static void check_columns(sqlite3_stmt *statement, const struct store_table *table,
+                          const char *name)
 {
     int at = 0;
     for (unsigned i = 0; i < table->count; i++) {
@@ -48,14 +53,18 @@ static void check_columns(sqlite3_stmt *statement, const struct store_table *tab
         refuse(name, "it has more columns than its struct");
 }
 
-static enum mr_status prepare_named(struct store *store, struct error *error, enum store_statement which)
+static enum mr_status prepare_named(struct store *store, struct error *error,
+                                    enum store_statement which)
 {
     sqlite3_stmt **statement = &store->statement[which];
-    const struct store_table *row = statements[which].row == NO_ROW ? NULL : store_table(statements[which].row);
+    const struct store_table *row = statements[which].row == NO_ROW
+                                      ? NULL
+                                      : store_table(statements[which].row);
     if (*statement)
         return MR_OK;
     char *list = statements[which].listed ? store_read_text(row) : NULL;
-    char *sql = list ? sqlite3_mprintf("SELECT %s FROM %s", list, statements[which].sql) : sqlite3_mprintf("%s", statements[which].sql);
+    char *sql = list ? sqlite3_mprintf("SELECT %s FROM %s", list, statements[which].sql)
+                     : sqlite3_mprintf("%s", statements[which].sql);
     sqlite3_free(list);
     enum mr_status status = prepare(store, sql, statement, error);
     if (status == MR_OK && row)
@@ -63,14 +72,20 @@ static enum mr_status prepare_named(struct store *store, struct error *error, en
     return status;
 }
 
-static enum mr_status prepare_insert(struct store *store, struct error *error, enum store_table_number which)
+static enum mr_status prepare_insert(struct store *store, struct error *error,
+                                     enum store_table_number which)
 {
-    return store->insert[which] ? MR_OK : prepare(store, store_insert_text(store_table(which), 1), &store->insert[which], error);
+    return store->insert[which] ? MR_OK
+                                : prepare(store, store_insert_text(store_table(which), 1),
+                                          &store->insert[which], error);
 }
 
-static enum mr_status prepare_update(struct store *store, struct error *error, enum store_table_number which)
+static enum mr_status prepare_update(struct store *store, struct error *error,
+                                     enum store_table_number which)
 {
-    return store->update[which] ? MR_OK : prepare(store, store_update_text(store_table(which)), &store->update[which], error);
+    return store->update[which]
+             ? MR_OK
+             : prepare(store, store_update_text(store_table(which)), &store->update[which], error);
 }
 
 enum mr_status store_prepare_all(struct store *store, struct error *error)
@@ -97,7 +112,8 @@ void store_each_statement(struct store *store, int (*each)(sqlite3_stmt *stateme
 }
 
 /* One that gives no rows. */
-static enum mr_status run_bound(struct store *store, struct error *error, sqlite3_stmt *statement, int bound)
+static enum mr_status run_bound(struct store *store, struct error *error, sqlite3_stmt *statement,
+                                int bound)
 {
     enum mr_status status = MR_OK;
     if (bound != SQLITE_OK)
@@ -110,7 +126,8 @@ static enum mr_status run_bound(struct store *store, struct error *error, sqlite
 
 /* ---- rows in ---- */
 
-enum mr_status store_insert(struct store *store, struct error *error, enum store_table_number which, const void *row, const int64_t *owners)
+enum mr_status store_insert(struct store *store, struct error *error, enum store_table_number which,
+                            const void *row, const int64_t *owners)
 {
     int at = 1;
     store_guard_renew(store);
@@ -118,10 +135,13 @@ enum mr_status store_insert(struct store *store, struct error *error, enum store
     if (status != MR_OK)
         return status;
     sqlite3_stmt *statement = store->insert[which];
-    return run_bound(store, error, statement, store_bind_row(statement, store_table(which), owners, row, STORE_ALL_RULES, &at));
+    return run_bound(
+        store, error, statement,
+        store_bind_row(statement, store_table(which), owners, row, STORE_ALL_RULES, &at));
 }
 
-enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which, const void *row, int64_t id)
+enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which,
+                            const void *row, int64_t id)
 {
     int at = 1;
     store_guard_renew(store);
@@ -130,12 +150,14 @@ enum mr_status store_update(struct store *store, struct error *error, enum store
         return status;
     sqlite3_stmt *statement = store->update[which];
     int code = store_bind_row(statement, store_table(which), NULL, row, 1u << STORE_TAKE, &at);
-    return run_bound(store, error, statement, code == SQLITE_OK ? sqlite3_bind_int64(statement, at, id) : code);
+    return run_bound(store, error, statement,
+                     code == SQLITE_OK ? sqlite3_bind_int64(statement, at, id) : code);
 }
 
 /* ---- statements by name ---- */
 
-static enum mr_status bind_named(struct store *store, struct error *error, enum store_statement which, const struct store_value *values,
+static enum mr_status bind_named(struct store *store, struct error *error,
+                                 enum store_statement which, const struct store_value *values,
                                  size_t count)
 {
     store_guard_renew(store);
@@ -144,17 +166,20 @@ static enum mr_status bind_named(struct store *store, struct error *error, enum 
         return status;
     if (sqlite3_bind_parameter_count(store->statement[which]) != (int)count)
         refuse(statements[which].name, "it takes another number of values");
-    return store_bind_values(store->statement[which], values, count) == SQLITE_OK ? MR_OK : store_failed(store, "use", error);
+    return store_bind_values(store->statement[which], values, count) == SQLITE_OK
+             ? MR_OK
+             : store_failed(store, "use", error);
 }
 
-enum mr_status store_run(struct store *store, struct error *error, enum store_statement which, const struct store_value *values, size_t count)
+enum mr_status store_run(struct store *store, struct error *error, enum store_statement which,
+                         const struct store_value *values, size_t count)
 {
     enum mr_status status = bind_named(store, error, which, values, count);
     return status == MR_OK ? run_bound(store, error, store->statement[which], SQLITE_OK) : status;
 }
 
-enum mr_status store_query(struct store *store, struct error *error, enum store_statement which, sqlite3_stmt **statement,
-                           const struct store_value *values, size_t count)
+enum mr_status store_query(struct store *store, struct error *error, enum store_statement which,
+                           sqlite3_stmt **statement, const struct store_value *values, size_t count)
 {
     enum mr_status status = store_frames_flush(store, error);
     if (status == MR_OK)
@@ -169,15 +194,19 @@ enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct e
     bool fits = code != SQLITE_ROW || store_guard_row(store);
     if (code == SQLITE_ROW && fits)
         return MR_OK;
-    enum mr_status status = !fits ? error_set(error, MR_MALFORMED, "more rows than the file can hold: %s; it is damaged, take a copy of before",
-                                              store->path)
-                            : code == SQLITE_DONE ? MR_TOO_FEW
-                                                  : store_failed(store, "read", error);
+    enum mr_status status =
+        !fits ? error_set(
+                    error, MR_MALFORMED,
+                    "more rows than the file can hold: %s; it is damaged, take a copy of before",
+                    store->path)
+        : code == SQLITE_DONE ? MR_TOO_FEW
+                              : store_failed(store, "read", error);
     sqlite3_reset(statement);
     return status;
 }
 
-enum mr_status store_next(struct store *store, struct error *error, enum store_statement which, sqlite3_stmt *statement, void *row)
+enum mr_status store_next(struct store *store, struct error *error, enum store_statement which,
+                          sqlite3_stmt *statement, void *row)
 {
     enum mr_status status = store_step(store, statement, error);
     if (status == MR_OK)
@@ -191,12 +220,13 @@ static void refuse_pointers(enum store_statement which)
     const struct store_table *table = store_table(statements[which].row);
     for (unsigned i = 0; i < table->count; i++) {
         if (table->columns[i].kind == STORE_POINTER || table->columns[i].kind == STORE_BLOB)
-            refuse(statements[which].name, "its rows have pointers, which hold until the next one only");
+            refuse(statements[which].name,
+                   "its rows have pointers, which hold until the next one only");
     }
 }
 
-enum mr_status store_one(struct store *store, struct error *error, enum store_statement which, void *row, const struct store_value *values,
-                         size_t count)
+enum mr_status store_one(struct store *store, struct error *error, enum store_statement which,
+                         void *row, const struct store_value *values, size_t count)
 {
     sqlite3_stmt *statement;
     refuse_pointers(which);
@@ -208,8 +238,8 @@ enum mr_status store_one(struct store *store, struct error *error, enum store_st
     return status;
 }
 
-enum mr_status store_number(struct store *store, struct error *error, enum store_statement which, int64_t *value,
-                            const struct store_value *values, size_t count)
+enum mr_status store_number(struct store *store, struct error *error, enum store_statement which,
+                            int64_t *value, const struct store_value *values, size_t count)
 {
     sqlite3_stmt *statement;
     enum mr_status status = store_query(store, error, which, &statement, values, count);
@@ -232,8 +262,9 @@ static bool grow(void **rows, size_t count, size_t size)
     return true;
 }
 
-enum mr_status store_all(struct store *store, struct error *error, enum store_statement which, void **rows, size_t *count,
-                         const struct store_value *values, size_t values_count)
+enum mr_status store_all(struct store *store, struct error *error, enum store_statement which,
+                         void **rows, size_t *count, const struct store_value *values,
+                         size_t values_count)
 {
     size_t size = store_table(statements[which].row)->row_size;
     sqlite3_stmt *statement;
@@ -244,8 +275,10 @@ enum mr_status store_all(struct store *store, struct error *error, enum store_st
     while (status == MR_OK) {
         if (!grow(rows, *count, size)) {
             sqlite3_reset(statement);
-            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs", store->path);
-        } else if ((status = store_next(store, error, which, statement, (char *)*rows + *count * size)) == MR_OK) {
+            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                               store->path);
+        } else if ((status = store_next(store, error, which, statement,
+                                        (char *)*rows + *count * size)) == MR_OK) {
             ++*count;
         }
     }

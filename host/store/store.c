@@ -16,7 +16,8 @@
 #include "host/store/store_migrate.h"
 #include "host/store/store_sql.h"
 
-#define BUSY_WAIT_MS 30000 /* another program may hold the file; what comes meanwhile waits in the links */
+/* another program may hold the file; what comes meanwhile waits in the links */
+#define BUSY_WAIT_MS 30000
 
 #define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
 
@@ -30,36 +31,43 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
     case SQLITE_CORRUPT:
         return error_set(
             error, MR_MALFORMED,
-            "no campaign database, or a damaged one (%s): %s; name a database that matrig log made", text,
-            store->path);
+            "no campaign database, or a damaged one (%s): %s; name a database that matrig log made",
+            text, store->path);
     case SQLITE_INTERRUPT:
-        return error_set(error, MR_MALFORMED, "no end of what is to be read, more than the file can hold: %s; it is damaged, take a copy of "
-                         "before", store->path);
-    case SQLITE_TOOBIG:
-        return error_set(error, MR_MALFORMED, "a value longer than matrig writes any (%s): %s; it is damaged, take a copy of before", text,
+        return error_set(error, MR_MALFORMED,
+                         "no end of what is to be read, more than the file can hold: %s; it is "
+                         "damaged, take a copy of "
+                         "before",
                          store->path);
+    case SQLITE_TOOBIG:
+        return error_set(
+            error, MR_MALFORMED,
+            "a value longer than matrig writes any (%s): %s; it is damaged, take a copy of before",
+            text, store->path);
     case SQLITE_FULL:
         return error_set(error, MR_FULL, "cannot %s (%s): %s; make room on the disk", doing, text,
                          store->path);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return error_set(error, MR_IO, "cannot %s (%s): %s; another program is writing to it", doing, text,
-                         store->path);
+        return error_set(error, MR_IO, "cannot %s (%s): %s; another program is writing to it",
+                         doing, text, store->path);
     default:
-        return error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk", doing, text,
-                         store->path);
+        return error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk", doing,
+                         text, store->path);
     }
 }
 
-static enum mr_status execute(struct store *store, const char *sql, const char *doing, struct error *error)
+static enum mr_status execute(struct store *store, const char *sql, const char *doing,
+                              struct error *error)
 {
     store_guard_renew(store);
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
-               ? MR_OK
-               : store_failed(store, doing, error);
+             ? MR_OK
+             : store_failed(store, doing, error);
 }
 
-static enum mr_status pragma(struct store *store, const char *sql, int64_t *value, struct error *error)
+static enum mr_status pragma(struct store *store, const char *sql, int64_t *value,
+                             struct error *error)
 {
     sqlite3_stmt *statement;
     if (sqlite3_prepare_v2(store->database, sql, -1, &statement, NULL) != SQLITE_OK)
@@ -71,19 +79,21 @@ static enum mr_status pragma(struct store *store, const char *sql, int64_t *valu
     return status;
 }
 
-/* Sets up a new, empty file. All of it or nothing: another process never sees half a schema, and of two that set up the same
- * file at once the second finds it done. */
+/* Sets up a new, empty file. All of it or nothing: another process never sees half a schema, and of
+ * two that set up the same file at once the second finds it done. */
 static enum mr_status create_tables(struct store *store, struct error *error)
 {
     char numbers[120];
     int64_t tables = 0;
-    snprintf(numbers, sizeof numbers, "PRAGMA application_id=%d; PRAGMA user_version=%d;", STORE_APPLICATION,
-             STORE_VERSION);
+    snprintf(numbers, sizeof numbers, "PRAGMA application_id=%d; PRAGMA user_version=%d;",
+             STORE_APPLICATION, STORE_VERSION);
     enum mr_status status = execute(store, "BEGIN IMMEDIATE", "set up", error);
     if (status == MR_OK)
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
     if (status == MR_OK && tables == 0)
-        status = store_tables_make(store->database) == SQLITE_OK ? MR_OK : store_failed(store, "set up", error);
+        status = store_tables_make(store->database) == SQLITE_OK
+                   ? MR_OK
+                   : store_failed(store, "set up", error);
     if (status == MR_OK && tables == 0)
         status = execute(store, numbers, "set up", error);
     if (status == MR_OK)
@@ -91,7 +101,8 @@ static enum mr_status create_tables(struct store *store, struct error *error)
     return status;
 }
 
-static enum mr_status bring_forward(struct store *store, enum store_mode mode, int64_t version, struct error *error)
+static enum mr_status bring_forward(struct store *store, enum store_mode mode, int64_t version,
+                                    struct error *error)
 {
     bool due = false;
     enum mr_status status = store_migrate_due(store, &due, error);
@@ -109,8 +120,11 @@ static enum mr_status refuse_foreign(struct store *store, struct error *error)
     char what[STORE_FOREIGN_TEXT];
     if (store_guard_schema(store->database, what) == MR_OK)
         return MR_OK;
-    return error_set(error, MR_MALFORMED, "a campaign with what matrig does not put into one (%s): %s; if you did, drop it with sqlite3, else take "
-                     "a copy of before", what, store->path);
+    return error_set(error, MR_MALFORMED,
+                     "a campaign with what matrig does not put into one (%s): %s; if you did, drop "
+                     "it with sqlite3, else take "
+                     "a copy of before",
+                     what, store->path);
 }
 
 /* What a file says of itself. */
@@ -139,28 +153,32 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
     enum mr_status status = read_header(store, &header, error);
     if (status != MR_OK)
         return status;
-    if (mode == STORE_CREATE && header.application == 0 && header.version == 0 && header.tables == 0) {
+    if (mode == STORE_CREATE && header.application == 0 && header.version == 0 &&
+        header.tables == 0) {
         status = create_tables(store, error);
         return status == MR_OK ? check_version(store, STORE_OPEN, error) : status;
     }
     if (header.application != STORE_APPLICATION)
         return error_set(error, MR_MALFORMED,
-                         "no campaign database: %s; name a database that matrig log made", store->path);
+                         "no campaign database: %s; name a database that matrig log made",
+                         store->path);
     if (header.version > STORE_VERSION || header.version < 1)
-        return error_set(
-            error, MR_VERSION,
-            "campaign database of version %lld, this matrig has version %d: %s; use the matrig that made it",
-            (long long)header.version, STORE_VERSION, store->path);
+        return error_set(error, MR_VERSION,
+                         "campaign database of version %lld, this matrig has version %d: %s; use "
+                         "the matrig that made it",
+                         (long long)header.version, STORE_VERSION, store->path);
     if (refuse_foreign(store, error) != MR_OK)
         return error->status;
     return bring_forward(store, mode, header.version, error);
 }
 
-enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error)
+enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
+                          struct error *error)
 {
     struct stat info;
     if (mode != STORE_CREATE && stat(path, &info) != 0)
-        return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made", path);
+        return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made",
+                         path);
     if (mode == STORE_CREATE && output_not_beside_database(path, error) != MR_OK)
         return error->status;
     struct store *made = calloc(1, sizeof *made);
@@ -186,10 +204,11 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     }
     if (status == MR_OK && mode == STORE_READ)
         status = execute(made, "PRAGMA query_only=1", "open", error);
-    /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that refuses
-     * writing leaves the journal as it is; reading goes on. */
+    /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that
+     * refuses writing leaves the journal as it is; reading goes on. */
     if (status == MR_OK && mode == STORE_CREATE)
-        status = execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up", error);
+        status = execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up",
+                         error);
     if (status != MR_OK) {
         store_close(made);
         return status;
@@ -198,16 +217,19 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     return MR_OK;
 }
 
-/* The lock of flock(2) has nothing to do with those that SQLite takes, but those are of the process and go when it closes any
- * descriptor of the file: this one is closed after the database. */
+/* The lock of flock(2) has nothing to do with those that SQLite takes, but those are of the process
+ * and go when it closes any descriptor of the file: this one is closed after the database. */
 enum mr_status store_take_alone(struct store *store, struct error *error)
 {
     int fd = open(store->path, O_RDONLY | O_CLOEXEC);
     if (fd < 0)
-        return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights", strerror(errno), store->path);
+        return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights",
+                         strerror(errno), store->path);
     store->alone = fd;
     if (flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(error, MR_IO, "another matrig log writes to this campaign: %s; end it first, or name another database",
+        return error_set(error, MR_IO,
+                         "another matrig log writes to this campaign: %s; end it first, or name "
+                         "another database",
                          store->path);
     return MR_OK;
 }
@@ -246,8 +268,9 @@ enum mr_status store_commit(struct store *store, struct error *error)
     return status == MR_OK ? execute(store, "COMMIT", "write", error) : status;
 }
 
-/* A value of another kind than matrig writes there is absent, as one that was never written. It is looked at where it lies, which costs half
- * of asking SQLite for kind and value: a statement is one thread's at a time. */
+/* A value of another kind than matrig writes there is absent, as one that was never written. It is
+ * looked at where it lies, which costs half of asking SQLite for kind and value: a statement is one
+ * thread's at a time. */
 int64_t store_integer(sqlite3_stmt *statement, int column)
 {
     sqlite3_value *value = sqlite3_column_value(statement, column);
@@ -262,7 +285,8 @@ double store_real(sqlite3_stmt *statement, int column)
 {
     sqlite3_value *value = sqlite3_column_value(statement, column);
     int type = sqlite3_value_type(value);
-    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_value_double(value) : (double)NAN;
+    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_value_double(value)
+                                                                 : (double)NAN;
     return isfinite(real) ? real : (double)NAN;
 }
 
@@ -276,7 +300,9 @@ void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)
             cut--;
         out[cut] = '\0';
     }
-    for (char *p = out; *p; p++) { /* somebody else may have written it: nothing that a terminal takes for an order (C0, DEL, C1 as UTF-8) */
+    for (char *p = out; *p; p++) {
+        /* somebody else may have written it: nothing that a terminal takes for an order (C0, DEL,
+         * C1 as UTF-8) */
         if ((unsigned char)*p < 0x20 || *p == 0x7f)
             *p = ' ';
         else if ((unsigned char)*p == 0xc2 && ((unsigned char)p[1] & 0xe0) == 0x80)

@@ -1,12 +1,14 @@
-/* The campaign database: one SQLite file (WAL) that holds what was received, and what was made of it.
+/* The campaign database: one SQLite file (WAL) that holds what was received, and what was made of
+ * it.
  *
- * Board time is microseconds since the board's scans began; host time is Unix time in microseconds. A landing
- * is known by RUN, its id here, from 1; it also has the board's identity and own number, so copies can be
- * told apart. Absent values are NULL in the file, NaN or STORE_NONE here. Text handed to a function is
- * copied; arrays that a read returns are the caller's to free().
+ * Board time is microseconds since the board's scans began; host time is Unix time in microseconds.
+ * A landing is known by RUN, its id here, from 1; it also has the board's identity and own number,
+ * so copies can be told apart. Absent values are NULL in the file, NaN or STORE_NONE here. Text
+ * handed to a function is copied; arrays that a read returns are the caller's to free().
  *
- * Writing goes through one transaction at a time: store_begin, any number of puts, store_commit. A commit is
- * on disk when it returns. Every function returns MR_OK or sets `error` and returns its status. */
+ * Writing goes through one transaction at a time: store_begin, any number of puts, store_commit. A
+ * commit is on disk when it returns. Every function returns MR_OK or sets `error` and returns its
+ * status. */
 #ifndef MATRIG_HOST_STORE_STORE_H
 #define MATRIG_HOST_STORE_STORE_H
 
@@ -21,8 +23,8 @@
 #include "host/base/error.h"
 #include "host/store/rows.h"
 
-#define STORE_VERSION 4              /* of the tables: PRAGMA user_version */
-#define STORE_APPLICATION 0x4d545247 /* "MTRG": PRAGMA application_id */
+#define STORE_VERSION      4          /* of the tables: PRAGMA user_version */
+#define STORE_APPLICATION  0x4d545247 /* "MTRG": PRAGMA application_id */
 #define STORE_SWITCHES_MAX 64u
 
 enum store_mode {
@@ -34,16 +36,18 @@ enum store_mode {
 
 struct store;
 
-/* A campaign of an older version is brought forward when it is opened for writing, in one transaction, after a copy PATH.vN was
- * made beside it (host/store/store_migrate.h); STORE_READ reads it as it is. MR_IO: cannot be opened; MR_MALFORMED: no campaign
- * database; MR_VERSION: a newer version's, named in the error. */
-enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error);
+/* A campaign of an older version is brought forward when it is opened for writing, in one
+ * transaction, after a copy PATH.vN was made beside it (host/store/store_migrate.h); STORE_READ
+ * reads it as it is. MR_IO: cannot be opened; MR_MALFORMED: no campaign database; MR_VERSION: a
+ * newer version's, named in the error. */
+enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
+                          struct error *error);
 /* Of the file as it was found; `older`: it lacked tables or columns of this version. */
 int64_t store_version(const struct store *store, bool *older);
 /* From now on `tell` (NULL: nobody) is told when a campaign was brought forward, in one line. */
 void store_on_migration(void (*tell)(const char *line));
-/* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes, surveys and reports go on beside it.
- * MR_IO: another one does. */
+/* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes,
+ * surveys and reports go on beside it. MR_IO: another one does. */
 enum mr_status store_take_alone(struct store *store, struct error *error);
 void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
 const char *store_path(const struct store *store);
@@ -52,12 +56,13 @@ enum mr_status store_begin(struct store *store, struct error *error);
 enum mr_status store_commit(struct store *store, struct error *error);
 
 /* One run of `matrig log`. */
-enum mr_status store_session_add(struct store *store, struct store_session *session, struct error *error);
-enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us, const char *ended_by,
+enum mr_status store_session_add(struct store *store, struct store_session *session,
                                  struct error *error);
+enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us,
+                                 const char *ended_by, struct error *error);
 
-enum mr_status store_session_get(struct store *store, int64_t session, struct store_session_row *row,
-                                 struct error *error);
+enum mr_status store_session_get(struct store *store, int64_t session,
+                                 struct store_session_row *row, struct error *error);
 
 /* What a session counted on one of its links so far; `link` is an enum link_kind. */
 enum mr_status store_link_put(struct store *store, int64_t session, int link,
@@ -66,10 +71,11 @@ enum mr_status store_link_get(struct store *store, int64_t session, int link,
                               struct store_link_counts *counts, bool *found, struct error *error);
 
 /* How many of a message the session missed on a link so far. */
-enum mr_status store_missing_put(struct store *store, int64_t session, int link, const char *message, int64_t missing,
-                                 struct error *error);
+enum mr_status store_missing_put(struct store *store, int64_t session, int link,
+                                 const char *message, int64_t missing, struct error *error);
 
-enum mr_status store_landing_add(struct store *store, struct store_landing *landing, struct error *error);
+enum mr_status store_landing_add(struct store *store, struct store_landing *landing,
+                                 struct error *error);
 enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,
                                  struct error *error);
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
@@ -77,45 +83,53 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
                               struct error *error);
 
-/* A whole configuration as text (host/board/configtext.h), by the CRC that landings name. One that is there already stays as it is. */
-enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text, struct error *error);
+/* A whole configuration as text (host/board/configtext.h), by the CRC that landings name. One that
+ * is there already stays as it is. */
+enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
+                                       struct error *error);
 /* *text: NULL: it was never read; else the caller frees it. */
-enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text, struct error *error);
+enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text,
+                                       struct error *error);
 
 /* Configuration of a landing as the board reported it. */
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
                                  const struct mr_channel_config *channel, struct error *error);
 /* One value of a channel's calibration: item is an enum mr_calibration_item. */
-enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item, double value,
-                                     struct error *error);
+enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item,
+                                     double value, struct error *error);
 /* What the board last said a channel is worth. */
-enum mr_status store_quality_put(struct store *store, int64_t run, const struct store_quality *quality, struct error *error);
+enum mr_status store_quality_put(struct store *store, int64_t run,
+                                 const struct store_quality *quality, struct error *error);
 enum mr_status store_switch_put(struct store *store, int64_t run, const struct store_switch *place,
                                 struct error *error);
-enum mr_status store_segment_put(struct store *store, int64_t run, const struct store_segment *segment,
-                                 struct error *error);
-/* `channels` has MR_CHANNELS places; those not reported have kind MR_KIND_NONE. `*found`: how many were
- * reported. Calibration included. */
+enum mr_status store_segment_put(struct store *store, int64_t run,
+                                 const struct store_segment *segment, struct error *error);
+/* `channels` has MR_CHANNELS places; those not reported have kind MR_KIND_NONE. `*found`: how many
+ * were reported. Calibration included. */
 enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
                               size_t *found, struct error *error);
-enum mr_status store_switches(struct store *store, int64_t run, struct store_switch **rows, size_t *count,
-                              struct error *error);
-enum mr_status store_segments(struct store *store, int64_t run, struct store_segment **rows, size_t *count,
-                              struct error *error);
+enum mr_status store_switches(struct store *store, int64_t run, struct store_switch **rows,
+                              size_t *count, struct error *error);
+enum mr_status store_segments(struct store *store, int64_t run, struct store_segment **rows,
+                              size_t *count, struct error *error);
 
-/* Block records as they came, over serial (LINK_SERIAL) or from the black box (STORE_LINK_BOX); `run` STORE_NONE outside landings. A
- * block that is there already is left as it is. */
+/* Block records as they came, over serial (LINK_SERIAL) or from the black box (STORE_LINK_BOX);
+ * `run` STORE_NONE outside landings. A block that is there already is left as it is. */
 #define STORE_LINK_BOX 2
-enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run, int link, int64_t index,
-                               int64_t host_us, const uint8_t *record, size_t length, struct error *error);
+enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run,
+                               int link, int64_t index, int64_t host_us, const uint8_t *record,
+                               size_t length, struct error *error);
 /* Calls `each` for the blocks of a landing in order of their index; it returns MR_OK to go on. */
 enum mr_status store_blocks_each(struct store *store, int64_t run,
-                                 enum mr_status (*each)(void *context, const uint8_t *record, size_t length),
+                                 enum mr_status (*each)(void *context, const uint8_t *record,
+                                                        size_t length),
                                  void *context, struct error *error);
 /* By which link each of them came. */
-enum mr_status store_block_links_each(struct store *store, int64_t run, void (*each)(void *context, int64_t index, int link),
+enum mr_status store_block_links_each(struct store *store, int64_t run,
+                                      void (*each)(void *context, int64_t index, int link),
                                       void *context, struct error *error);
-enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count, struct error *error);
+enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
+                                  struct error *error);
 
 struct store_frame {
     int64_t run;      /* STORE_NONE outside landings */
@@ -128,39 +142,47 @@ struct store_frame {
     size_t length;
     const uint8_t *data;
 };
-/* Frames wait for others and are written together (store_frames.c), at a commit or before anything is read at the latest: an error of
- * writing may come from a later call. */
-/* The newest row of the frames, 0: none; and the later ones of a link of a session, of one landing, become another one's (STORE_NONE:
- * none's). */
+/* Frames wait for others and are written together (store_frames.c), at a commit or before anything
+ * is read at the latest: an error of writing may come from a later call. */
+/* The newest row of the frames, 0: none; and the later ones of a link of a session, of one landing,
+ * become another one's (STORE_NONE: none's). */
 enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error);
-enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark, int64_t from_run, int64_t to_run,
-                                 struct error *error);
-enum mr_status store_frame_put(struct store *store, int64_t session, const struct store_frame *frame,
-                               struct error *error);
+enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark,
+                                 int64_t from_run, int64_t to_run, struct error *error);
+enum mr_status store_frame_put(struct store *store, int64_t session,
+                               const struct store_frame *frame, struct error *error);
 /* Frames of a landing on one link, in order of reception. */
 enum mr_status store_frames_each(struct store *store, int64_t run, int link,
-                                 enum mr_status (*each)(void *context, const struct store_frame *frame),
+                                 enum mr_status (*each)(void *context,
+                                                        const struct store_frame *frame),
                                  void *context, struct error *error);
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error);
 
-/* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for each that
- * brought it. */
+/* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for
+ * each that brought it. */
 /* Mat temperature: a second of a landing. */
-enum mr_status store_mat_temperature_put(struct store *store, int64_t run, const struct store_mat_temperature *row, struct error *error);
+enum mr_status store_mat_temperature_put(struct store *store, int64_t run,
+                                         const struct store_mat_temperature *row,
+                                         struct error *error);
 /* A quantity over a landing; told 0: the campaign keeps no column of it. */
-enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity, struct store_mean *mean, struct error *error);
+enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
+                              struct store_mean *mean, struct error *error);
 /* A row that is there already gets its time when it had none, no more. */
-enum mr_status store_slow_put(struct store *store, const struct store_slow *row, struct error *error);
+enum mr_status store_slow_put(struct store *store, const struct store_slow *row,
+                              struct error *error);
 /* Rows of a board, or of all (NULL), in order. */
-enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows, size_t *count,
-                               struct error *error);
+enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
+                               size_t *count, struct error *error);
 
 enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
                               struct error *error);
-/* The board found that an edge it told of is no gate of the landing: its row loses its switch; the event keeps it. */
-enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count, struct error *error);
-enum mr_status store_event_put(struct store *store, const struct store_event *event, struct error *error);
+/* The board found that an edge it told of is no gate of the landing: its row loses its switch; the
+ * event keeps it. */
+enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count,
+                                 struct error *error);
+enum mr_status store_event_put(struct store *store, const struct store_event *event,
+                               struct error *error);
 enum mr_status store_motion_put(struct store *store, int64_t run, const struct store_motion *motion,
                                 struct error *error);
 enum mr_status store_zone_put(struct store *store, int64_t run, const struct store_zone *zone,
@@ -168,62 +190,68 @@ enum mr_status store_zone_put(struct store *store, int64_t run, const struct sto
 /* Fields that are NaN or STORE_NONE leave what is there. */
 enum mr_status store_result_put(struct store *store, int64_t run, const struct store_result *result,
                                 struct error *error);
-enum mr_status store_edges(struct store *store, int64_t run, struct store_edge **rows, size_t *count,
-                           struct error *error);
-enum mr_status store_motions(struct store *store, int64_t run, struct store_motion **rows, size_t *count,
-                             struct error *error);
-enum mr_status store_zones(struct store *store, int64_t run, struct store_zone **rows, size_t *count,
-                           struct error *error);
-enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result, bool *found,
-                                struct error *error);
-/* Faults of the landing's board and session up to the landing's end: the newest row of each fault. */
+enum mr_status store_edges(struct store *store, int64_t run, struct store_edge **rows,
+                           size_t *count, struct error *error);
+enum mr_status store_motions(struct store *store, int64_t run, struct store_motion **rows,
+                             size_t *count, struct error *error);
+enum mr_status store_zones(struct store *store, int64_t run, struct store_zone **rows,
+                           size_t *count, struct error *error);
+enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
+                                bool *found, struct error *error);
+/* Faults of the landing's board and session up to the landing's end: the newest row of each
+ * fault. */
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
 
-/* What the board found wrong with switches in the landing: code is the reason (common/switches.h), detail the switch, 0 when
- * not known, count how many times. */
-enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
-                                   struct error *error);
+/* What the board found wrong with switches in the landing: code is the reason (common/switches.h),
+ * detail the switch, 0 when not known, count how many times. */
+enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows,
+                                   size_t *count, struct error *error);
 
-/* What the board found of channels in the landing, in order of time: code is the validity (common/channels.h), detail the channel,
- * board_us since when. */
-enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
-                                    struct error *error);
+/* What the board found of channels in the landing, in order of time: code is the validity
+ * (common/channels.h), detail the channel, board_us since when. */
+enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows,
+                                    size_t *count, struct error *error);
 
-/* Copies one landing, with all that belongs to it, into the empty campaign database at `path`, as its RUN 1: tables of this version, of
- * one moment, also while the campaign is being written. */
+/* Copies one landing, with all that belongs to it, into the empty campaign database at `path`, as
+ * its RUN 1: tables of this version, of one moment, also while the campaign is being written. */
 enum mr_status store_slice(struct store *store, int64_t run, const char *path, struct error *error);
 
 /* Troubles that the links themselves saw in a landing (enum link_trouble), summed. */
-enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
-                              size_t *count, struct error *error);
-/* The kind of their events: code is the trouble, detail how often it happened since the event before, value how
- * often in the session so far. */
+enum mr_status store_troubles(struct store *store, int64_t run, int link,
+                              struct store_trouble **rows, size_t *count, struct error *error);
+/* The kind of their events: code is the trouble, detail how often it happened since the event
+ * before, value how often in the session so far. */
 const char *store_trouble_kind(int link);
-/* What is doubted of a landing (host/collect/doubt.h), summed likewise: code is cause and identifier. */
-enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows, size_t *count, struct error *error);
+/* What is doubted of a landing (host/collect/doubt.h), summed likewise: code is cause and
+ * identifier. */
+enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows,
+                            size_t *count, struct error *error);
 #define STORE_DOUBT_KIND "doubt" /* of their events */
 
-/* Lost data. message "frame" counts frames of the link; a message's name says which of them, where that is
- * known. */
-enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run, const struct store_gap *gap,
-                             struct error *error);
+/* Lost data. message "frame" counts frames of the link; a message's name says which of them, where
+ * that is known. */
+enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
+                             const struct store_gap *gap, struct error *error);
 enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **rows, size_t *count,
                           struct error *error);
 
-/* The board's clock against this computer's, by one link: of a landing, or of all that was heard of the board until it began
- * again or the session ended (run STORE_NONE). host/link/timemap.h says how it comes about. */
-enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map, struct error *error);
-enum mr_status store_time_maps(struct store *store, int64_t run, struct store_time_map **rows, size_t *count,
-                               struct error *error);
+/* The board's clock against this computer's, by one link: of a landing, or of all that was heard of
+ * the board until it began again or the session ended (run STORE_NONE). host/link/timemap.h says
+ * how it comes about. */
+enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map,
+                                  struct error *error);
+enum mr_status store_time_maps(struct store *store, int64_t run, struct store_time_map **rows,
+                               size_t *count, struct error *error);
 
 /* A frame pulse of the film camera. */
-enum mr_status store_film_frame_put(struct store *store, int64_t run, const struct store_film_frame *frame,
-                                    struct error *error);
-enum mr_status store_film_frames(struct store *store, int64_t run, struct store_film_frame **rows, size_t *count,
-                                 struct error *error);
+enum mr_status store_film_frame_put(struct store *store, int64_t run,
+                                    const struct store_film_frame *frame, struct error *error);
+enum mr_status store_film_frames(struct store *store, int64_t run, struct store_film_frame **rows,
+                                 size_t *count, struct error *error);
 
-/* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown, aligned with the measured. */
+/* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown,
+ * aligned with the measured. */
 struct store_simulation {
     int64_t number; /* transducer */
     double station_ft;
@@ -242,19 +270,22 @@ struct store_simulation_head {
     int64_t seeds, edges;    /* runways; switch edges that it was aligned by */
     double offset_s, scatter_s;
     double segments_dt_s;
-    float *segments_in;      /* what is left of each segment's openings, MR_SEGMENTS a row; a read allocates it */
+    /* what is left of each segment's openings, MR_SEGMENTS a row; a read allocates it */
+    float *segments_in;
     size_t segment_rows;
-    char file[120];          /* scene or campaign */
+    char file[120]; /* scene or campaign */
 };
-enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json, int64_t made_us,
-                                    const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
+enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json,
+                                    int64_t made_us, const struct store_simulation_head *head,
+                                    const struct store_simulation *rows, size_t count,
                                     struct error *error);
-/* The newest comparison of a landing, none: *count 0. store_simulations_free releases rows and their series.
- */
+/* The newest comparison of a landing, none: *count 0. store_simulations_free releases rows and
+ * their series. */
 enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
                                  size_t *count, struct error *error);
 /* Of the same; the caller frees segments_in. */
-enum mr_status store_simulation_head(struct store *store, int64_t run, struct store_simulation_head *head, struct error *error);
+enum mr_status store_simulation_head(struct store *store, int64_t run,
+                                     struct store_simulation_head *head, struct error *error);
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
 #endif

@@ -3,13 +3,15 @@
 
 #include "host/store/store_sql.h"
 
-enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text, struct error *error)
+enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
+                                       struct error *error)
 {
     const struct store_configuration row = {.crc = crc, .text = text};
     return STORE_PUT(store, error, configuration, &row);
 }
 
-enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text, struct error *error)
+enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text,
+                                       struct error *error)
 {
     sqlite3_stmt *statement;
     struct store_configuration row;
@@ -21,5 +23,7 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
         return status == MR_TOO_FEW ? MR_OK : status;
     *text = strdup(row.text ? row.text : "");
     sqlite3_reset(statement);
-    return *text ? MR_OK : error_set(error, MR_FULL, "no memory: reading %s; close other programs", store->path);
+    return *text ? MR_OK
+                 : error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                             store->path);
 }

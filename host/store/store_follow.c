@@ -4,7 +4,8 @@
 
 #define BLOCKS_A_TURN 5000
 
-enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count, struct error *error)
+enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count,
+                             struct error *error)
 {
     return STORE_NUMBER(store, error, DOUBTED, count, BIND(session));
 }
@@ -14,7 +15,8 @@ enum mr_status store_newest_session(struct store *store, int64_t *session, struc
     return STORE_NUMBER(store, error, SESSION_NEWEST, session);
 }
 
-enum mr_status store_follow_from(struct store *store, int64_t frames, struct store_place *place, struct error *error)
+enum mr_status store_follow_from(struct store *store, int64_t frames, struct store_place *place,
+                                 struct error *error)
 {
     int64_t last = 0;
     struct store_frame_moment frame;
@@ -25,9 +27,11 @@ enum mr_status store_follow_from(struct store *store, int64_t frames, struct sto
         return status;
     place->frame = last - frames;
     status = STORE_ONE(store, error, FRAME_FROM, &frame, BIND(place->frame));
-    /* The newest block before then: backwards from the session's end, so that a long session is not gone through. */
+    /* The newest block before then: backwards from the session's end, so that a long session is not
+     * gone through. */
     if (status == MR_OK)
-        status = STORE_ONE(store, error, BLOCK_BEFORE, &block, BIND(frame.session), BIND(frame.host_us));
+        status = STORE_ONE(store, error, BLOCK_BEFORE, &block, BIND(frame.session),
+                           BIND(frame.host_us));
     if (status != MR_OK && status != MR_TOO_FEW)
         return status;
     place->session = frame.session;
@@ -55,12 +59,14 @@ static void next_block(struct rows *rows, struct error *error)
     rows->block_status = STORE_NEXT(rows->store, error, BLOCKS_AFTER, rows->blocks, &rows->block);
 }
 
-static enum mr_status open_rows(struct rows *rows, const struct store_place *place, int64_t most, struct error *error)
+static enum mr_status open_rows(struct rows *rows, const struct store_place *place, int64_t most,
+                                struct error *error)
 {
-    enum mr_status status = STORE_QUERY(rows->store, error, FRAMES_AFTER, &rows->frames, BIND(place->frame), BIND(most));
+    enum mr_status status = STORE_QUERY(rows->store, error, FRAMES_AFTER, &rows->frames,
+                                        BIND(place->frame), BIND(most));
     if (status == MR_OK)
-        status = STORE_QUERY(rows->store, error, BLOCKS_AFTER, &rows->blocks, BIND(place->session), BIND(place->boot), BIND(place->index),
-                             BIND(BLOCKS_A_TURN));
+        status = STORE_QUERY(rows->store, error, BLOCKS_AFTER, &rows->blocks, BIND(place->session),
+                             BIND(place->boot), BIND(place->index), BIND(BLOCKS_A_TURN));
     if (status != MR_OK)
         return status;
     next_frame(rows, error);
@@ -79,31 +85,38 @@ static enum mr_status close_rows(struct rows *rows)
 }
 
 /* Gives the blocks that were received until then. */
-static void give_blocks(struct rows *rows, struct store_place *place, int64_t until_us, const struct store_follower *follower,
-                        int64_t *count, struct error *error)
+static void give_blocks(struct rows *rows, struct store_place *place, int64_t until_us,
+                        const struct store_follower *follower, int64_t *count, struct error *error)
 {
-    for (; rows->block_status == MR_OK && rows->block.host_us <= until_us; next_block(rows, error)) {
+    for (; rows->block_status == MR_OK && rows->block.host_us <= until_us;
+         next_block(rows, error)) {
         place->session = rows->block.session;
         place->boot = rows->block.boot;
         place->index = rows->block.index;
-        follower->record(follower->context, rows->block.record.data, rows->block.record.length, rows->block.host_us);
+        follower->record(follower->context, rows->block.record.data, rows->block.record.length,
+                         rows->block.host_us);
         ++*count;
     }
 }
 
-static void give_frame(const struct rows *rows, struct store_place *place, const struct store_follower *follower)
+static void give_frame(const struct rows *rows, struct store_place *place,
+                       const struct store_follower *follower)
 {
     const struct store_frame_row *row = &rows->frame;
-    const struct store_frame frame = {.link = (int)row->link, .direction = (int)row->direction, .host_us = row->host_us,
-                                      .id = (uint32_t)row->can_id, .data = row->data.data, .length = row->data.length,
+    const struct store_frame frame = {.link = (int)row->link,
+                                      .direction = (int)row->direction,
+                                      .host_us = row->host_us,
+                                      .id = (uint32_t)row->can_id,
+                                      .data = row->data.data,
+                                      .length = row->data.length,
                                       .board_us = row->board_us};
     place->frame = row->id;
     if (frame.direction == 0)
         follower->frame(follower->context, &frame);
 }
 
-enum mr_status store_follow(struct store *store, struct store_place *place, int64_t most, const struct store_follower *follower,
-                            bool *more, struct error *error)
+enum mr_status store_follow(struct store *store, struct store_place *place, int64_t most,
+                            const struct store_follower *follower, bool *more, struct error *error)
 {
     struct rows rows = {.store = store};
     int64_t frames = 0, blocks = 0;

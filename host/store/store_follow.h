@@ -1,4 +1,5 @@
-/* Reading a campaign database while another process writes it: what has come since the last look, in order of reception. */
+/* Reading a campaign database while another process writes it: what has come since the last look,
+ * in order of reception. */
 #ifndef MATRIG_HOST_STORE_STORE_FOLLOW_H
 #define MATRIG_HOST_STORE_STORE_FOLLOW_H
 
@@ -11,20 +12,23 @@ struct store_place {
 };
 
 /* The place `frames` before the end, or the beginning. */
-enum mr_status store_follow_from(struct store *store, int64_t frames, struct store_place *place, struct error *error);
+enum mr_status store_follow_from(struct store *store, int64_t frames, struct store_place *place,
+                                 struct error *error);
 
-/* Gives up to `most` frames that the board sent after the place, and the blocks received until then, to `frame` and `record`, and moves
- * the place. `*more`: there are more. */
+/* Gives up to `most` frames that the board sent after the place, and the blocks received until
+ * then, to `frame` and `record`, and moves the place. `*more`: there are more. */
 struct store_follower {
     void (*frame)(void *context, const struct store_frame *frame);
     void (*record)(void *context, const uint8_t *record, size_t length, int64_t host_us);
     void *context;
 };
-enum mr_status store_follow(struct store *store, struct store_place *place, int64_t most, const struct store_follower *follower,
-                            bool *more, struct error *error);
+enum mr_status store_follow(struct store *store, struct store_place *place, int64_t most,
+                            const struct store_follower *follower, bool *more, struct error *error);
 
-/* Frames of a session that are not the board's: those recognised, or those in excess when they are more (host/collect/doubt.h). */
-enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count, struct error *error);
+/* Frames of a session that are not the board's: those recognised, or those in excess when they are
+ * more (host/collect/doubt.h). */
+enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count,
+                             struct error *error);
 /* The newest session; 0: none. */
 enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error);
 

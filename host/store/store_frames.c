@@ -1,19 +1,29 @@
-/* Frames on their way into the database. A row of its own costs half as much as the rest of a frame's way through matrig, most of it
- * to find again where the index goes on; rows of one statement do that once. So frames wait until STORE_FRAMES_A_STATEMENT of them
- * are there, or the transaction is committed, or anything is read. */
+/* Frames on their way into the database. A row of its own costs half as much as the rest of a
+ * frame's way through matrig, most of it to find again where the index goes on; rows of one
+ * statement do that once. So frames wait until STORE_FRAMES_A_STATEMENT of them are there, or the
+ * transaction is committed, or anything is read. */
 #include <string.h>
 
 #include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
-static struct store_frame_row row_of(int64_t session, const struct store_frame *frame, const uint8_t *data)
+static struct store_frame_row row_of(int64_t session, const struct store_frame *frame,
+                                     const uint8_t *data)
 {
-    return (struct store_frame_row){.session = session, .run = frame->run, .link = frame->link, .direction = frame->direction, .seq = frame->seq,
-                                    .board_us = frame->board_us, .host_us = frame->host_us, .can_id = frame->id,
-                                    .dlc = (int64_t)frame->length, .data = {data, frame->length}};
+    return (struct store_frame_row){.session = session,
+                                    .run = frame->run,
+                                    .link = frame->link,
+                                    .direction = frame->direction,
+                                    .seq = frame->seq,
+                                    .board_us = frame->board_us,
+                                    .host_us = frame->host_us,
+                                    .can_id = frame->id,
+                                    .dlc = (int64_t)frame->length,
+                                    .data = {data, frame->length}};
 }
 
-static enum mr_status put_one(struct store *store, int64_t session, const struct store_frame *frame, const uint8_t *data, struct error *error)
+static enum mr_status put_one(struct store *store, int64_t session, const struct store_frame *frame,
+                              const uint8_t *data, struct error *error)
 {
     const struct store_frame_row row = row_of(session, frame, data);
     return STORE_PUT(store, error, frame_row, &row);
@@ -24,7 +34,9 @@ static enum mr_status prepare(struct store *store, struct error *error)
     if (store->frames_put)
         return MR_OK;
     char *sql = store_insert_text(store_table(STORE_TABLE_frame_row), STORE_FRAMES_A_STATEMENT);
-    int code = sql ? sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT, &store->frames_put, NULL) : SQLITE_NOMEM;
+    int code = sql ? sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT,
+                                        &store->frames_put, NULL)
+                   : SQLITE_NOMEM;
     sqlite3_free(sql);
     return code == SQLITE_OK ? MR_OK : store_failed(store, "use", error);
 }
@@ -36,7 +48,8 @@ static enum mr_status put_all(struct store *store, struct error *error)
     for (unsigned i = 0; i < STORE_FRAMES_A_STATEMENT && status == MR_OK; i++) {
         const struct store_waiting *waiting = &store->waiting[i];
         const struct store_frame_row row = row_of(waiting->session, &waiting->frame, waiting->data);
-        if (store_bind_row(store->frames_put, store_table(STORE_TABLE_frame_row), NULL, &row, STORE_ALL_RULES, &at) != SQLITE_OK)
+        if (store_bind_row(store->frames_put, store_table(STORE_TABLE_frame_row), NULL, &row,
+                           STORE_ALL_RULES, &at) != SQLITE_OK)
             status = store_failed(store, "use", error);
     }
     if (status != MR_OK)
@@ -62,7 +75,8 @@ enum mr_status store_frames_flush(struct store *store, struct error *error)
     return status;
 }
 
-enum mr_status store_frame_put(struct store *store, int64_t session, const struct store_frame *frame, struct error *error)
+enum mr_status store_frame_put(struct store *store, int64_t session,
+                               const struct store_frame *frame, struct error *error)
 {
     if (frame->length > sizeof store->waiting[0].data) { /* only serial has such frames, few */
         enum mr_status status = store_frames_flush(store, error);
@@ -74,7 +88,8 @@ enum mr_status store_frame_put(struct store *store, int64_t session, const struc
     row->frame.data = NULL;
     if (frame->length)
         memcpy(row->data, frame->data, frame->length);
-    return store->waiting_count == STORE_FRAMES_A_STATEMENT ? store_frames_flush(store, error) : MR_OK;
+    return store->waiting_count == STORE_FRAMES_A_STATEMENT ? store_frames_flush(store, error)
+                                                            : MR_OK;
 }
 
 enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error)
@@ -83,11 +98,11 @@ enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct erro
     return STORE_NUMBER(store, error, FRAMES_NEWEST, mark);
 }
 
-enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark, int64_t from_run, int64_t to_run,
-                                 struct error *error)
+enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark,
+                                 int64_t from_run, int64_t to_run, struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error);
-    return status == MR_OK
-               ? STORE_RUN(store, error, FRAMES_MOVE, BIND(to_run), BIND(mark), BIND(session), BIND(link), BIND(from_run))
-               : status;
+    return status == MR_OK ? STORE_RUN(store, error, FRAMES_MOVE, BIND(to_run), BIND(mark),
+                                       BIND(session), BIND(link), BIND(from_run))
+                           : status;
 }

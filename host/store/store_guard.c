@@ -8,13 +8,15 @@
 
 #include "host/store/store_sql.h"
 
-/* A scan takes below 2 steps a byte of the file; sorting and what is looked up for each row do not make it ten times as many. */
-#define STEPS_ALWAYS 20000000
-#define STEPS_A_BYTE 32
-#define STEPS_EACH 10000
-#define ROWS_ALWAYS 100000      /* and one for each byte: the shortest row takes six */
-#define VALUE_BYTES_MAX 268435456 /* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
-#define WORD_MAX 64
+/* A scan takes below 2 steps a byte of the file; sorting and what is looked up for each row do not
+ * make it ten times as many. */
+#define STEPS_ALWAYS    20000000
+#define STEPS_A_BYTE    32
+#define STEPS_EACH      10000
+#define ROWS_ALWAYS     100000 /* and one for each byte: the shortest row takes six */
+/* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
+#define VALUE_BYTES_MAX 268435456
+#define WORD_MAX        64
 
 void store_guard_settings(sqlite3 *database)
 {
@@ -27,7 +29,8 @@ void store_guard_settings(sqlite3 *database)
 
 /* ---- the schema ---- */
 
-/* The next word of SQL: a name without its quotes, a number, or one character of another kind. False: the end. */
+/* The next word of SQL: a name without its quotes, a number, or one character of another kind.
+ * False: the end. */
 static bool next_word(const char **at, char word[WORD_MAX])
 {
     static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
@@ -74,11 +77,13 @@ static bool has_word(const char *sql, const char *wanted)
 
 static bool is_name(const char *word)
 {
-    return (word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z') || word[0] == '_';
+    return (word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z') ||
+           word[0] == '_';
 }
 
-/* Whether a table's text is names of columns, types and keys: nothing in it is worked out when a row is read or written, or says what
- * becomes of other rows. What matrig's own text for the table has is allowed. A column that is not known is store_migrate's to judge. */
+/* Whether a table's text is names of columns, types and keys: nothing in it is worked out when a
+ * row is read or written, or says what becomes of other rows. What matrig's own text for the table
+ * has is allowed. A column that is not known is store_migrate's to judge. */
 static bool plain_table(const char *sql, const char *wanted)
 {
     static const char *const works[] = {"CHECK", "DEFAULT", "AS", "GENERATED", "COLLATE", "ON"};
@@ -99,8 +104,10 @@ static bool plain_columns(const char *sql)
     char word[WORD_MAX];
     bool begun = false, ended = false;
     while (next_word(&sql, word)) {
-        bool opens = strcmp(word, "(") == 0, closes = strcmp(word, ")") == 0, comma = strcmp(word, ",") == 0;
-        if (ended || begun == opens || !(opens || closes || comma || is_name(word)) || strcasecmp(word, "COLLATE") == 0)
+        bool opens = strcmp(word, "(") == 0, closes = strcmp(word, ")") == 0,
+             comma = strcmp(word, ",") == 0;
+        if (ended || begun == opens || !(opens || closes || comma || is_name(word)) ||
+            strcasecmp(word, "COLLATE") == 0)
             return false;
         begun |= opens;
         ended |= closes;
@@ -149,7 +156,9 @@ static bool allowed(const struct object *object, sqlite3_stmt *own)
         return table_allowed(object, own);
     if (strcmp(object->type, "index") == 0)
         return index_allowed(object, own);
-    const char *wanted = strcmp(object->type, "trigger") == 0 ? own_text(own, "trigger", object->name) : NULL;
+    const char *wanted = strcmp(object->type, "trigger") == 0
+                           ? own_text(own, "trigger", object->name)
+                           : NULL;
     return wanted && strcmp(wanted, object->sql) == 0;
 }
 
@@ -161,8 +170,9 @@ static const char *text_or_none(sqlite3_stmt *row, int column)
 
 static void describe(const struct object *object, char what[STORE_FOREIGN_TEXT])
 {
-    snprintf(what, STORE_FOREIGN_TEXT, "%s%s %.80s", strcmp(object->type, "table") == 0 && object->root <= 0 ? "virtual " : "", object->type,
-             object->name);
+    snprintf(what, STORE_FOREIGN_TEXT, "%s%s %.80s",
+             strcmp(object->type, "table") == 0 && object->root <= 0 ? "virtual " : "",
+             object->type, object->name);
     for (char *p = what; *p; p++) {
         if ((unsigned char)*p < 0x20 || (unsigned char)*p >= 0x7f)
             *p = '?';
@@ -173,7 +183,8 @@ static int look_through(sqlite3_stmt *theirs, sqlite3_stmt *own, char what[STORE
 {
     int code;
     while ((code = sqlite3_step(theirs)) == SQLITE_ROW) {
-        const struct object object = {text_or_none(theirs, 0), text_or_none(theirs, 1), text_or_none(theirs, 2), text_or_none(theirs, 3),
+        const struct object object = {text_or_none(theirs, 0), text_or_none(theirs, 1),
+                                      text_or_none(theirs, 2), text_or_none(theirs, 3),
                                       sqlite3_column_int(theirs, 4)};
         if (!allowed(&object, own)) {
             describe(&object, what);
@@ -192,9 +203,14 @@ enum mr_status store_guard_schema(sqlite3 *database, char what[STORE_FOREIGN_TEX
     if (code == SQLITE_OK)
         code = store_tables_make(model);
     if (code == SQLITE_OK)
-        code = sqlite3_prepare_v2(model, "SELECT sql FROM sqlite_schema WHERE type=? AND name=? COLLATE NOCASE", -1, &own, NULL);
+        code = sqlite3_prepare_v2(
+            model, "SELECT sql FROM sqlite_schema WHERE type=? AND name=? COLLATE NOCASE", -1, &own,
+            NULL);
     if (code == SQLITE_OK)
-        code = sqlite3_prepare_v2(database, "SELECT type, name, tbl_name, sql, rootpage FROM main.sqlite_schema ORDER BY type DESC", -1, &theirs, NULL);
+        code = sqlite3_prepare_v2(
+            database,
+            "SELECT type, name, tbl_name, sql, rootpage FROM main.sqlite_schema ORDER BY type DESC",
+            -1, &theirs, NULL);
     if (code == SQLITE_OK)
         code = look_through(theirs, own, what);
     if (code != SQLITE_ROW && code != SQLITE_DONE)
@@ -233,12 +249,14 @@ void store_guard_steps(struct store *store)
     sqlite3_progress_handler(store->database, STEPS_EACH, too_many_steps, store);
 }
 
-/* Statements that begin while another one gives rows count with that one: what it does for each row belongs to it. */
+/* Statements that begin while another one gives rows count with that one: what it does for each row
+ * belongs to it. */
 void store_guard_renew(struct store *store)
 {
     if (store->steps == 0 && store->rows < ROWS_ALWAYS)
         return;
-    for (sqlite3_stmt *s = sqlite3_next_stmt(store->database, NULL); s; s = sqlite3_next_stmt(store->database, s)) {
+    for (sqlite3_stmt *s = sqlite3_next_stmt(store->database, NULL); s;
+         s = sqlite3_next_stmt(store->database, s)) {
         if (sqlite3_stmt_busy(s))
             return;
     }
@@ -247,5 +265,6 @@ void store_guard_renew(struct store *store)
 
 bool store_guard_row(struct store *store)
 {
-    return ++store->rows <= ROWS_ALWAYS + store->guarded_bytes || store->rows <= ROWS_ALWAYS + (store->guarded_bytes = file_bytes(store));
+    return ++store->rows <= ROWS_ALWAYS + store->guarded_bytes ||
+           store->rows <= ROWS_ALWAYS + (store->guarded_bytes = file_bytes(store));
 }

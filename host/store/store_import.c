@@ -5,9 +5,11 @@
 
 #include "host/store/store_sql.h"
 
-enum mr_status store_import_put(struct store *store, const struct store_import *import, struct error *error)
+enum mr_status store_import_put(struct store *store, const struct store_import *import,
+                                struct error *error)
 {
-    struct store_import_row row = {.bytes = import->bytes, .mapping = import->mapping, .made_us = import->made_us};
+    struct store_import_row row = {
+        .bytes = import->bytes, .mapping = import->mapping, .made_us = import->made_us};
     memcpy(row.file, import->file, sizeof row.file);
     memcpy(row.sha256, import->sha256, sizeof row.sha256);
     memcpy(row.format, import->format, sizeof row.format);
@@ -15,7 +17,8 @@ enum mr_status store_import_put(struct store *store, const struct store_import *
     return STORE_PUT(store, error, import_row, &row, import->session);
 }
 
-enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import, bool *found, struct error *error)
+enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
+                                bool *found, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_import_row row;
@@ -38,22 +41,28 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
     return MR_OK;
 }
 
-enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping, int64_t *session, struct error *error)
+enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
+                                 int64_t *session, struct error *error)
 {
     *session = 0;
-    enum mr_status status = STORE_NUMBER(store, error, IMPORT_FIND, session, BIND(sha256), BIND(mapping));
+    enum mr_status status = STORE_NUMBER(store, error, IMPORT_FIND, session, BIND(sha256),
+                                         BIND(mapping));
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_imported_put(struct store *store, int64_t run, const struct store_imported *readings, struct error *error)
+enum mr_status store_imported_put(struct store *store, int64_t run,
+                                  const struct store_imported *readings, struct error *error)
 {
-    const struct store_imported_row row = {.index = readings->index, .first_block = readings->first_block, .stride = readings->stride,
-                                           .readings = {readings->reading, readings->count * sizeof *readings->reading}};
+    const struct store_imported_row row = {
+        .index = readings->index,
+        .first_block = readings->first_block,
+        .stride = readings->stride,
+        .readings = {readings->reading, readings->count * sizeof *readings->reading}};
     return STORE_PUT(store, error, imported_row, &row, run);
 }
 
-static enum mr_status take_row(struct store *store, const struct store_imported_row *row, struct store_imported **rows, size_t *count,
-                               struct error *error)
+static enum mr_status take_row(struct store *store, const struct store_imported_row *row,
+                               struct store_imported **rows, size_t *count, struct error *error)
 {
     size_t bytes = row->readings.length;
     if (bytes == 0 || bytes % sizeof(float) != 0)
@@ -64,15 +73,20 @@ static enum mr_status take_row(struct store *store, const struct store_imported_
         *rows = larger;
     if (!larger || !reading) {
         free(reading);
-        return error_set(error, MR_FULL, "no memory: reading %s; close other programs", store->path);
+        return error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                         store->path);
     }
     memcpy(reading, row->readings.data, bytes);
-    (*rows)[(*count)++] = (struct store_imported){.index = row->index, .first_block = row->first_block, .stride = row->stride,
-                                                  .count = bytes / sizeof(float), .reading = reading};
+    (*rows)[(*count)++] = (struct store_imported){.index = row->index,
+                                                  .first_block = row->first_block,
+                                                  .stride = row->stride,
+                                                  .count = bytes / sizeof(float),
+                                                  .reading = reading};
     return MR_OK;
 }
 
-enum mr_status store_imported(struct store *store, int64_t run, struct store_imported **rows, size_t *count, struct error *error)
+enum mr_status store_imported(struct store *store, int64_t run, struct store_imported **rows,
+                              size_t *count, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_imported_row row;

@@ -8,32 +8,37 @@
 #include "host/store/store_sql.h"
 
 /* What held before: the newest value said, or what the board said. */
-static enum mr_status find_was(struct store *store, const struct store_change *change, char was[STORE_JOURNAL_TEXT], struct error *error)
+static enum mr_status find_was(struct store *store, const struct store_change *change,
+                               char was[STORE_JOURNAL_TEXT], struct error *error)
 {
     struct store_landing landing;
     enum mr_status status = store_landing_get(store, change->run, &landing, error);
     was[0] = '\0';
     if (status == MR_OK && strcmp(change->field, "note") != 0)
         status = store_change_get(store, change->run, change->field, was, NULL, error);
-    if (status == MR_OK && !was[0] && strcmp(change->field, "touchdown_ft") == 0 && !isnan(landing.touchdown_ft))
+    if (status == MR_OK && !was[0] && strcmp(change->field, "touchdown_ft") == 0 &&
+        !isnan(landing.touchdown_ft))
         snprintf(was, STORE_JOURNAL_TEXT, "%.10g", landing.touchdown_ft);
     return status;
 }
 
-enum mr_status store_change_add(struct store *store, const struct store_change *change, struct error *error)
+enum mr_status store_change_add(struct store *store, const struct store_change *change,
+                                struct error *error)
 {
     struct store_change row = *change;
     enum mr_status status = find_was(store, change, row.was, error);
     return status == MR_OK ? STORE_PUT(store, error, change, &row) : status;
 }
 
-enum mr_status store_changes(struct store *store, int64_t run, struct store_change **rows, size_t *count, struct error *error)
+enum mr_status store_changes(struct store *store, int64_t run, struct store_change **rows,
+                             size_t *count, struct error *error)
 {
     STORE_ROWS(CHANGES, BIND(run));
 }
 
-enum mr_status store_change_get(struct store *store, int64_t run, const char *field, char value[STORE_JOURNAL_TEXT],
-                                char reason[STORE_JOURNAL_TEXT], struct error *error)
+enum mr_status store_change_get(struct store *store, int64_t run, const char *field,
+                                char value[STORE_JOURNAL_TEXT], char reason[STORE_JOURNAL_TEXT],
+                                struct error *error)
 {
     struct store_change row;
     value[0] = '\0';
@@ -48,7 +53,8 @@ enum mr_status store_change_get(struct store *store, int64_t run, const char *fi
     return MR_OK;
 }
 
-enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void, char reason[STORE_JOURNAL_TEXT], struct error *error)
+enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void,
+                             char reason[STORE_JOURNAL_TEXT], struct error *error)
 {
     char value[STORE_JOURNAL_TEXT];
     enum mr_status status = store_change_get(store, run, "void", value, reason, error);
@@ -56,25 +62,30 @@ enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void, ch
     return status;
 }
 
-enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed, struct error *error)
+enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed,
+                                 struct error *error)
 {
     char reason[STORE_JOURNAL_TEXT];
     bool is_void;
     enum mr_status status = store_is_void(store, run, &is_void, reason, error);
     if (status != MR_OK || !is_void || allowed)
         return status;
-    return error_set(error, MR_NOT_NOW, "RUN %lld is void (%s): %s; --void takes it all the same", (long long)run, reason, store->path);
+    return error_set(error, MR_NOT_NOW, "RUN %lld is void (%s): %s; --void takes it all the same",
+                     (long long)run, reason, store->path);
 }
 
-enum mr_status store_observation_add(struct store *store, const struct store_observation *observation, struct error *error)
+enum mr_status store_observation_add(struct store *store,
+                                     const struct store_observation *observation,
+                                     struct error *error)
 {
     struct store_observation row = *observation;
     row.withdraws = STORE_NONE;
     return STORE_PUT(store, error, observation, &row);
 }
 
-enum mr_status store_observation_withdraw(struct store *store, int64_t run, int64_t id, int64_t made_us, const char *who,
-                                          const char *reason, struct error *error)
+enum mr_status store_observation_withdraw(struct store *store, int64_t run, int64_t id,
+                                          int64_t made_us, const char *who, const char *reason,
+                                          struct error *error)
 {
     struct store_observation *rows;
     size_t count;
@@ -86,37 +97,51 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
     }
     free(rows);
     if (status == MR_OK && (!there || gone))
-        status = error_set(error, MR_UNKNOWN, "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN lists them", (long long)id,
-                           (long long)run, store->path);
+        status = error_set(
+            error, MR_UNKNOWN,
+            "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN lists them",
+            (long long)id, (long long)run, store->path);
     if (status == MR_OK && strlen(reason) >= STORE_JOURNAL_TEXT)
-        status = error_set(error, MR_TOO_LONG, "reason too long: withdrawal of observation %lld of RUN %lld; %d characters at most", (long long)id,
-                           (long long)run, STORE_JOURNAL_TEXT - 1);
+        status = error_set(
+            error, MR_TOO_LONG,
+            "reason too long: withdrawal of observation %lld of RUN %lld; %d characters at most",
+            (long long)id, (long long)run, STORE_JOURNAL_TEXT - 1);
     if (status != MR_OK)
         return status;
-    struct store_observation row = {.run = run, .made_us = made_us, .kind = "withdrawal", .withdraws = id, .panels = STORE_NONE,
-                                    .station_ft = (double)NAN, .height_in = (double)NAN, .time_s = (double)NAN};
+    struct store_observation row = {.run = run,
+                                    .made_us = made_us,
+                                    .kind = "withdrawal",
+                                    .withdraws = id,
+                                    .panels = STORE_NONE,
+                                    .station_ft = (double)NAN,
+                                    .height_in = (double)NAN,
+                                    .time_s = (double)NAN};
     snprintf(row.who, sizeof row.who, "%s", who);
     snprintf(row.note, sizeof row.note, "%s", reason);
     return STORE_PUT(store, error, observation, &row);
 }
 
-enum mr_status store_observations(struct store *store, int64_t run, struct store_observation **rows, size_t *count, struct error *error)
+enum mr_status store_observations(struct store *store, int64_t run, struct store_observation **rows,
+                                  size_t *count, struct error *error)
 {
     STORE_ROWS(OBSERVATIONS, BIND(run));
 }
 
-enum mr_status store_series_add(struct store *store, const struct store_series *series, struct error *error)
+enum mr_status store_series_add(struct store *store, const struct store_series *series,
+                                struct error *error)
 {
     return STORE_PUT(store, error, series, series);
 }
 
-enum mr_status store_series_all(struct store *store, struct store_series **rows, size_t *count, struct error *error)
+enum mr_status store_series_all(struct store *store, struct store_series **rows, size_t *count,
+                                struct error *error)
 {
     STORE_ROWS(SERIES);
 }
 
 /* Its own corrections stand for the landing alone. */
-static enum mr_status overlay(struct store *store, int64_t run, const char *field, char *into, size_t size, struct error *error)
+static enum mr_status overlay(struct store *store, int64_t run, const char *field, char *into,
+                              size_t size, struct error *error)
 {
     char value[STORE_JOURNAL_TEXT];
     enum mr_status status = store_change_get(store, run, field, value, NULL, error);
@@ -125,7 +150,8 @@ static enum mr_status overlay(struct store *store, int64_t run, const char *fiel
     return status;
 }
 
-enum mr_status store_series_of(struct store *store, const struct store_landing *landing, struct store_series *series, struct error *error)
+enum mr_status store_series_of(struct store *store, const struct store_landing *landing,
+                               struct store_series *series, struct error *error)
 {
     struct store_series *rows;
     size_t count;
@@ -140,10 +166,13 @@ enum mr_status store_series_of(struct store *store, const struct store_landing *
     }
     free(rows);
     if (status == MR_OK)
-        status = overlay(store, landing->id, "runway", series->runway, sizeof series->runway, error);
+        status = overlay(store, landing->id, "runway", series->runway, sizeof series->runway,
+                         error);
     if (status == MR_OK)
-        status = overlay(store, landing->id, "pattern", series->pattern, sizeof series->pattern, error);
+        status = overlay(store, landing->id, "pattern", series->pattern, sizeof series->pattern,
+                         error);
     if (status == MR_OK)
-        status = overlay(store, landing->id, "modification", series->modification, sizeof series->modification, error);
+        status = overlay(store, landing->id, "modification", series->modification,
+                         sizeof series->modification, error);
     return status;
 }

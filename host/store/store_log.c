@@ -9,7 +9,7 @@
 
 #include "host/store/store_sql.h"
 
-#define JOURNAL "-wal"
+#define JOURNAL   "-wal"
 #define PATH_MOST 4096
 
 void store_patience(struct store *store, int wait_ms)
@@ -46,7 +46,8 @@ void store_roll_back(struct store *store)
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
 }
 
-enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held, struct error *error)
+enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held,
+                              struct error *error)
 {
     sqlite3_stmt *s;
     struct store_held_part row;
@@ -62,7 +63,8 @@ enum mr_status store_held_get(struct store *store, int64_t run, struct store_hel
 
 const char *store_held_text(enum store_held_cause cause)
 {
-    static const char *const texts[STORE_HELD_CAUSES] = {"another program held the campaign", "the disk was slow", "the disk was full",
+    static const char *const texts[STORE_HELD_CAUSES] = {"another program held the campaign",
+                                                         "the disk was slow", "the disk was full",
                                                          "the disk took nothing"};
     return cause < STORE_HELD_CAUSES ? texts[cause] : "unknown";
 }
@@ -92,17 +94,21 @@ enum store_place store_find(const char *path, const struct store_identity *ident
 {
     struct stat info;
     if (!stat_of(path, "", &info))
-        return errno == ENOENT || errno == ENOTDIR ? STORE_MISSING : STORE_IN_PLACE; /* one that cannot be asked may still be there */
+        /* one that cannot be asked may still be there */
+        return errno == ENOENT || errno == ENOTDIR ? STORE_MISSING : STORE_IN_PLACE;
     if (info.st_ino != identity->file || info.st_dev != identity->device)
         return STORE_REPLACED;
     if (identity->journal == 0)
         return STORE_IN_PLACE;
     if (!stat_of(path, JOURNAL, &info))
         return errno == ENOENT ? STORE_NO_JOURNAL : STORE_IN_PLACE;
-    return info.st_ino != identity->journal || info.st_dev != identity->journal_device ? STORE_NO_JOURNAL : STORE_IN_PLACE;
+    return info.st_ino != identity->journal || info.st_dev != identity->journal_device
+             ? STORE_NO_JOURNAL
+             : STORE_IN_PLACE;
 }
 
-static enum mr_status copy_pages(struct store *store, sqlite3 *copy, const char *path, struct error *error)
+static enum mr_status copy_pages(struct store *store, sqlite3 *copy, const char *path,
+                                 struct error *error)
 {
     sqlite3_backup *backup = sqlite3_backup_init(copy, "main", store->database, "main");
     if (backup) {
@@ -110,7 +116,8 @@ static enum mr_status copy_pages(struct store *store, sqlite3 *copy, const char 
         sqlite3_backup_finish(backup);
     }
     if (sqlite3_errcode(copy) != SQLITE_OK)
-        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; make room on the disk", sqlite3_errmsg(copy), path);
+        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; make room on the disk",
+                         sqlite3_errmsg(copy), path);
     return MR_OK;
 }
 
@@ -120,11 +127,13 @@ enum mr_status store_copy_to(struct store *store, const char *path, struct error
     struct store *check = NULL;
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (fd < 0)
-        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights", strerror(errno), path);
+        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights",
+                         strerror(errno), path);
     close(fd);
     enum mr_status status = MR_OK;
     if (sqlite3_open_v2(path, &copy, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK)
-        status = error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights", sqlite3_errmsg(copy), path);
+        status = error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights",
+                           sqlite3_errmsg(copy), path);
     if (status == MR_OK)
         status = copy_pages(store, copy, path, error);
     sqlite3_close(copy);
@@ -150,7 +159,8 @@ void store_whereabouts(const struct store *store, char *out, size_t size)
 
 void store_leave(struct store *store)
 {
-    /* Closing would else write the journal back, and delete by its path what may be another campaign's. */
+    /* Closing would else write the journal back, and delete by its path what may be another
+     * campaign's. */
     if (store)
         sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     store_close(store);
@@ -160,11 +170,14 @@ void store_journal_away(const char *path, const char *now, const struct store_id
 {
     char journal[PATH_MOST], index[PATH_MOST], moved[PATH_MOST];
     struct stat info;
-    bool ours = stat_of(path, JOURNAL, &info) && info.st_ino == identity->journal && info.st_dev == identity->journal_device;
-    if (!ours || (stat_of(path, "", &info) && info.st_ino == identity->file && info.st_dev == identity->device))
+    bool ours = stat_of(path, JOURNAL, &info) && info.st_ino == identity->journal &&
+                info.st_dev == identity->journal_device;
+    if (!ours || (stat_of(path, "", &info) && info.st_ino == identity->file &&
+                  info.st_dev == identity->device))
         return;
-    if (snprintf(journal, sizeof journal, "%s" JOURNAL, path) >= PATH_MOST || snprintf(index, sizeof index, "%s-shm", path) >= PATH_MOST
-        || snprintf(moved, sizeof moved, "%s" JOURNAL, now) >= PATH_MOST)
+    if (snprintf(journal, sizeof journal, "%s" JOURNAL, path) >= PATH_MOST ||
+        snprintf(index, sizeof index, "%s-shm", path) >= PATH_MOST ||
+        snprintf(moved, sizeof moved, "%s" JOURNAL, now) >= PATH_MOST)
         return;
     if (now[0])
         (void)link(journal, moved); /* never over one that is there */

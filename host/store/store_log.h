@@ -1,5 +1,6 @@
-/* What matrig log, which must not lose what comes, needs of the store beyond writing: to know whether waiting helps, to write a
- * transaction again, and to go on elsewhere when somebody has taken the file away. Conventions as in store.h. */
+/* What matrig log, which must not lose what comes, needs of the store beyond writing: to know
+ * whether waiting helps, to write a transaction again, and to go on elsewhere when somebody has
+ * taken the file away. Conventions as in store.h. */
 #ifndef MATRIG_HOST_STORE_STORE_LOG_H
 #define MATRIG_HOST_STORE_STORE_LOG_H
 
@@ -23,20 +24,34 @@ enum store_refusal store_refusal_of(int sqlite_code);
 /* Takes back what was put since store_begin. Without a transaction nothing happens. */
 void store_roll_back(struct store *store);
 
-/* What kept a campaign from being written. The numbers are in campaigns: `code` of events of kind `held`, whose `value` is microseconds
- * and `detail` how full the queue was, in thousandths. */
-enum store_held_cause { STORE_HELD_LOCK, STORE_HELD_SLOW_DISK, STORE_HELD_FULL_DISK, STORE_HELD_FAILING, STORE_HELD_CAUSES };
+/* What kept a campaign from being written. The numbers are in campaigns: `code` of events of kind
+ * `held`, whose `value` is microseconds and `detail` how full the queue was, in thousandths. */
+enum store_held_cause {
+    STORE_HELD_LOCK,
+    STORE_HELD_SLOW_DISK,
+    STORE_HELD_FULL_DISK,
+    STORE_HELD_FAILING,
+    STORE_HELD_CAUSES
+};
 struct store_held {
     int64_t us[STORE_HELD_CAUSES];
     int64_t permille; /* at most */
 };
 /* In a landing, summed. */
-enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held, struct error *error);
+enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held,
+                              struct error *error);
 /* "another program held the campaign" */
 const char *store_held_text(enum store_held_cause cause);
 
 /* Where the file is, by its path, and what the store has open. */
-enum store_place { STORE_IN_PLACE, STORE_MISSING, STORE_REPLACED, STORE_NO_JOURNAL, STORE_WRITTEN_OVER, STORE_EMPTIED };
+enum store_place {
+    STORE_IN_PLACE,
+    STORE_MISSING,
+    STORE_REPLACED,
+    STORE_NO_JOURNAL,
+    STORE_WRITTEN_OVER,
+    STORE_EMPTIED
+};
 struct store_identity {
     dev_t device, journal_device;
     ino_t file, journal;
@@ -45,35 +60,40 @@ struct store_identity {
 void store_identify(const char *path, struct store_identity *identity);
 enum store_place store_find(const char *path, const struct store_identity *identity);
 
-/* Copies all that is committed, from the open file wherever it is, into the new file at `path`, and opens that to check it. MR_IO: also
- * when something is there already. */
+/* Copies all that is committed, from the open file wherever it is, into the new file at `path`, and
+ * opens that to check it. MR_IO: also when something is there already. */
 enum mr_status store_copy_to(struct store *store, const char *path, struct error *error);
 /* The path where the open file is now, as far as the system knows; "": deleted. */
 void store_whereabouts(const struct store *store, char *out, size_t size);
-/* As store_close, of a store whose file was taken away: what is at its path belongs to somebody else, and is not touched. */
+/* As store_close, of a store whose file was taken away: what is at its path belongs to somebody
+ * else, and is not touched. */
 void store_leave(struct store *store);
-/* After it. The journal of the file that was at `path` goes to where that file is `now`, or away with it (""): SQLite would write it into
- * whatever is put at the path. Nothing is done while the file itself, or another journal, is there. */
+/* After it. The journal of the file that was at `path` goes to where that file is `now`, or away
+ * with it (""): SQLite would write it into whatever is put at the path. Nothing is done while the
+ * file itself, or another journal, is there. */
 void store_journal_away(const char *path, const char *now, const struct store_identity *identity);
 
 /* ---- whether what is in the file is what was logged: store_written_over.c ---- */
 
-/* Looked at from now on; after store_take_alone. The store then writes its journal back itself, and not into a file of somebody else's. */
+/* Looked at from now on; after store_take_alone. The store then writes its journal back itself, and
+ * not into a file of somebody else's. */
 void store_watch_file(struct store *store);
-/* Somebody wrote into the file itself, past SQLite: over it (cp), into it (dd), or made it shorter. Takes no lock. Once true, it stays so. */
+/* Somebody wrote into the file itself, past SQLite: over it (cp), into it (dd), or made it shorter.
+ * Takes no lock. Once true, it stays so. */
 bool store_written_over(struct store *store);
 /* Before a commit: what is the newest of the session now. After it: whether it was committed. */
 enum mr_status store_note_newest(struct store *store, int64_t session, struct error *error);
 void store_newest_committed(struct store *store);
-/* In a transaction, when somebody else has committed since the last one: `*there` false: what was committed of the session is no longer in
- * the campaign. */
+/* In a transaction, when somebody else has committed since the last one: `*there` false: what was
+ * committed of the session is no longer in the campaign. */
 enum mr_status store_session_there(struct store *store, bool *there, struct error *error);
-/* The same, looked for by a connection of its own, which knows only what is in the file and its journal; true also when that is not
- * possible for another reason than what is in the file. */
+/* The same, looked for by a connection of its own, which knows only what is in the file and its
+ * journal; true also when that is not possible for another reason than what is in the file. */
 bool store_session_there_afresh(struct store *store);
 /* The first page of the file is no longer the one that the journal belongs to. */
 bool store_is_anothers(const struct store *store);
-/* After store_leave of such a file: its journal gets the name `kept`, because SQLite would write it into what is in the file now. */
+/* After store_leave of such a file: its journal gets the name `kept`, because SQLite would write it
+ * into what is in the file now. */
 void store_journal_aside(const char *path, const char *kept);
 
 #endif

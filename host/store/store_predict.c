@@ -11,17 +11,23 @@ STORE_ROWS_OF_LANDING(store_predictions, PREDICTIONS)
 STORE_ROWS_OF_LANDING(store_backlogs, BACKLOGS)
 STORE_ROWS_OF_LANDING(store_trusts, TRUSTS)
 
-enum mr_status store_runway_put(struct store *store, int64_t run, const struct mr_predictor_state *state, int64_t source, struct error *error)
+enum mr_status store_runway_put(struct store *store, int64_t run,
+                                const struct mr_predictor_state *state, int64_t source,
+                                struct error *error)
 {
     uint8_t image[MR_RUNWAY_IMAGE];
     mr_runway_write(state, 0, image);
-    const struct store_runway row = {.mats = state->mats, .landings = state->landings, .resistance = (double)state->scale, .source = source,
-                                     .crc = mr_runway_crc(state), .state = {image, sizeof image}};
+    const struct store_runway row = {.mats = state->mats,
+                                     .landings = state->landings,
+                                     .resistance = (double)state->scale,
+                                     .source = source,
+                                     .crc = mr_runway_crc(state),
+                                     .state = {image, sizeof image}};
     return STORE_PUT(store, error, runway, &row, run);
 }
 
-enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state, int64_t *source, bool *there,
-                                struct error *error)
+enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
+                                int64_t *source, bool *there, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_runway row;
@@ -33,24 +39,31 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     *source = row.source;
-    *there = row.state.length == MR_RUNWAY_IMAGE && mr_runway_read(state, &sequence, row.state.data) == MR_OK;
+    *there = row.state.length == MR_RUNWAY_IMAGE &&
+             mr_runway_read(state, &sequence, row.state.data) == MR_OK;
     sqlite3_reset(s);
     return *there ? MR_OK
-                  : error_set(error, MR_MALFORMED, "the runway of RUN %lld is damaged: %s; take another copy", (long long)run, store->path);
+                  : error_set(error, MR_MALFORMED,
+                              "the runway of RUN %lld is damaged: %s; take another copy",
+                              (long long)run, store->path);
 }
 
-enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t item, double value, struct error *error)
+enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t item, double value,
+                                      struct error *error)
 {
     const struct store_predict_item row = {.item = item, .value = value};
     return STORE_PUT(store, error, predict_item, &row, run);
 }
 
-static enum mr_status predict_items(struct store *store, int64_t run, struct store_predict_item **rows, size_t *count, struct error *error)
+static enum mr_status predict_items(struct store *store, int64_t run,
+                                    struct store_predict_item **rows, size_t *count,
+                                    struct error *error)
 {
     STORE_ROWS(PREDICT_ITEMS, BIND(run));
 }
 
-enum mr_status store_predict_config(struct store *store, int64_t run, struct mr_predictor_config *config, size_t *items,
+enum mr_status store_predict_config(struct store *store, int64_t run,
+                                    struct mr_predictor_config *config, size_t *items,
                                     struct error *error)
 {
     struct store_predict_item *rows;

@@ -13,18 +13,20 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
                                  struct error *error)
 {
     enum mr_status status = STORE_ONE(store, error, LANDING_GET, landing, BIND(run));
-    return status != MR_TOO_FEW ? status
-                                : error_set(error, MR_UNKNOWN,
-                                            "no such landing: RUN %lld in %s; matrig report lists the landings",
-                                            (long long)run, store->path);
+    return status != MR_TOO_FEW
+             ? status
+             : error_set(error, MR_UNKNOWN,
+                         "no such landing: RUN %lld in %s; matrig report lists the landings",
+                         (long long)run, store->path);
 }
 
-enum mr_status store_session_get(struct store *store, int64_t session, struct store_session_row *row,
-                                 struct error *error)
+enum mr_status store_session_get(struct store *store, int64_t session,
+                                 struct store_session_row *row, struct error *error)
 {
     enum mr_status status = STORE_ONE(store, error, SESSION_GET, row, BIND(session));
     return status != MR_TOO_FEW ? status
-                                : error_set(error, MR_MALFORMED, "session %lld is missing: %s; the database is damaged",
+                                : error_set(error, MR_MALFORMED,
+                                            "session %lld is missing: %s; the database is damaged",
                                             (long long)session, store->path);
 }
 
@@ -36,14 +38,15 @@ enum mr_status store_link_get(struct store *store, int64_t session, int link,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-static enum mr_status read_calibration(struct store *store, int64_t run, struct mr_channel_config *channels,
-                                       struct error *error)
+static enum mr_status read_calibration(struct store *store, int64_t run,
+                                       struct mr_channel_config *channels, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_calibration row;
     enum mr_status status = STORE_QUERY(store, error, CALIBRATION, &s, BIND(run));
     while (status == MR_OK && (status = STORE_NEXT(store, error, CALIBRATION, s, &row)) == MR_OK) {
-        if (row.index >= 0 && row.index < (int64_t)MR_CHANNELS && row.item >= 0 && row.item < MR_CALIBRATION_ITEMS)
+        if (row.index >= 0 && row.index < (int64_t)MR_CHANNELS && row.item >= 0 &&
+            row.item < MR_CALIBRATION_ITEMS)
             mr_channel_item_set(&channels[row.index], (unsigned)row.item, (float)row.value);
     }
     return status == MR_TOO_FEW ? MR_OK : status;
@@ -90,13 +93,14 @@ enum mr_status store_faults(struct store *store, const struct store_landing *lan
     STORE_ROWS(FAULTS, BIND(landing->session), BIND(landing->boot), BIND(landing->id));
 }
 
-enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
-                              size_t *count, struct error *error)
+enum mr_status store_troubles(struct store *store, int64_t run, int link,
+                              struct store_trouble **rows, size_t *count, struct error *error)
 {
     STORE_ROWS(TROUBLES, BIND(store_trouble_kind(link)), BIND(run));
 }
 
-enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows, size_t *count, struct error *error)
+enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows,
+                            size_t *count, struct error *error)
 {
     STORE_ROWS(TROUBLES, BIND(STORE_DOUBT_KIND), BIND(run));
 }
@@ -106,15 +110,16 @@ const char *store_trouble_kind(int link)
     return link == 0 ? "can-link" : "serial-link";
 }
 
-enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result, bool *found,
-                                struct error *error)
+enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
+                                bool *found, struct error *error)
 {
     enum mr_status status = STORE_ONE(store, error, RESULT_GET, result, BIND(run));
     *found = status == MR_OK;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count, struct error *error)
+enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
+                                  struct error *error)
 {
     return STORE_NUMBER(store, error, BLOCKS_COUNT, count, BIND(run));
 }
@@ -126,7 +131,8 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 }
 
 enum mr_status store_blocks_each(struct store *store, int64_t run,
-                                 enum mr_status (*each)(void *context, const uint8_t *record, size_t length),
+                                 enum mr_status (*each)(void *context, const uint8_t *record,
+                                                        size_t length),
                                  void *context, struct error *error)
 {
     sqlite3_stmt *s;
@@ -140,7 +146,8 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_block_links_each(struct store *store, int64_t run, void (*each)(void *context, int64_t index, int link),
+enum mr_status store_block_links_each(struct store *store, int64_t run,
+                                      void (*each)(void *context, int64_t index, int link),
                                       void *context, struct error *error)
 {
     sqlite3_stmt *s;
@@ -152,7 +159,8 @@ enum mr_status store_block_links_each(struct store *store, int64_t run, void (*e
 }
 
 enum mr_status store_frames_each(struct store *store, int64_t run, int link,
-                                 enum mr_status (*each)(void *context, const struct store_frame *frame),
+                                 enum mr_status (*each)(void *context,
+                                                        const struct store_frame *frame),
                                  void *context, struct error *error)
 {
     sqlite3_stmt *s;

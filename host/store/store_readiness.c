@@ -10,23 +10,26 @@
 
 #define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */
 
-enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind, const struct store_readiness *row,
-                                   struct error *error)
+enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
+                                   const struct store_readiness *row, struct error *error)
 {
-    struct store_readiness_row kept = {.made_us = row->made_us, .board_uid = board_uid, .kind = kind, .checks = row->checks};
+    struct store_readiness_row kept = {
+        .made_us = row->made_us, .board_uid = board_uid, .kind = kind, .checks = row->checks};
     memcpy(kept.verdict, row->verdict, sizeof kept.verdict);
     return STORE_PUT(store, error, readiness_row, &kept);
 }
 
-enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind, int64_t until_us, bool hours,
-                                   struct store_readiness *row, bool *found, struct error *error)
+enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind,
+                                   int64_t until_us, bool hours, struct store_readiness *row,
+                                   bool *found, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_readiness_row kept;
     int64_t from_us = hours ? until_us - STORE_READINESS_US : 0;
     *row = (struct store_readiness){0};
     *found = false;
-    enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, BIND(board_uid), BIND(kind), BIND(from_us), BIND(until_us));
+    enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, BIND(board_uid),
+                                        BIND(kind), BIND(from_us), BIND(until_us));
     if (status == MR_OK)
         status = STORE_NEXT(store, error, READINESS_GET, s, &kept);
     if (status != MR_OK)
@@ -42,8 +45,9 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
 }
 
 enum mr_status store_readiness_all(struct store *store, const char *board_uid,
-                                   void (*each)(void *context, int64_t made_us, const char *kind, const char *checks), void *context,
-                                   struct error *error)
+                                   void (*each)(void *context, int64_t made_us, const char *kind,
+                                                const char *checks),
+                                   void *context, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_readiness_row row;
@@ -61,8 +65,8 @@ enum mr_status store_board_newest(struct store *store, char board_uid[25], struc
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_board_spans(struct store *store, const char *board_uid, float span_lb[MR_GAGES], int64_t *started_us,
-                                 struct error *error)
+enum mr_status store_board_spans(struct store *store, const char *board_uid,
+                                 float span_lb[MR_GAGES], int64_t *started_us, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_board_span row;
@@ -78,7 +82,8 @@ enum mr_status store_board_spans(struct store *store, const char *board_uid, flo
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings, struct error *error)
+enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings,
+                          struct error *error)
 {
     enum mr_status status = STORE_NUMBER(store, error, PAGES, bytes);
     return status == MR_OK ? STORE_NUMBER(store, error, LANDINGS_COUNT, landings) : status;
@@ -115,7 +120,8 @@ enum mr_status store_check(struct store *store, double most_s, bool *whole, stru
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *whole = text && strcmp(text, "ok") == 0;
     if (text && !*whole)
-        status = error_set(error, MR_MALFORMED, "damaged (%s): %s; begin a new campaign", text, store->path);
+        status = error_set(error, MR_MALFORMED, "damaged (%s): %s; begin a new campaign", text,
+                           store->path);
     else if (step != SQLITE_ROW && step != SQLITE_INTERRUPT)
         status = store_failed(store, "check", error);
     sqlite3_finalize(s);

@@ -6,12 +6,14 @@
 
 struct store_same {
     int64_t cut; /* RUN of the landing that was cut off; 0: none */
-    bool whole;  /* the other one has all of it, and the one that was cut off is void now; else that one goes on with it, and a note at
-                    each says so */
+    /* the other one has all of it, and the one that was cut off is void now; else that one goes on
+     * with it, and a note at each says so */
+    bool whole;
 };
 
-/* Of the landing `run`: whether an earlier session was ended in the middle of it. `now_us`: Unix time, of what is said of that in the
- * journal. */
-enum mr_status store_find_same(struct store *store, int64_t run, int64_t now_us, struct store_same *same, struct error *error);
+/* Of the landing `run`: whether an earlier session was ended in the middle of it. `now_us`: Unix
+ * time, of what is said of that in the journal. */
+enum mr_status store_find_same(struct store *store, int64_t run, int64_t now_us,
+                               struct store_same *same, struct error *error);
 
 #endif

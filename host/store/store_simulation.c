@@ -6,7 +6,8 @@
 
 #include "host/store/store_sql.h"
 
-static enum mr_status put_channel(struct store *store, int64_t simulation, const struct store_simulation *from, struct error *error)
+static enum mr_status put_channel(struct store *store, int64_t simulation,
+                                  const struct store_simulation *from, struct error *error)
 {
     const size_t bytes = from->length * sizeof *from->series_in;
     const struct store_simulation_channel row = {
@@ -27,8 +28,9 @@ static enum mr_status put_channel(struct store *store, int64_t simulation, const
     return STORE_PUT(store, error, simulation_channel, &row, simulation);
 }
 
-enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json, int64_t made_us,
-                                    const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
+enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json,
+                                    int64_t made_us, const struct store_simulation_head *head,
+                                    const struct store_simulation *rows, size_t count,
                                     struct error *error)
 {
     const struct store_simulation_row row = {
@@ -41,7 +43,8 @@ enum mr_status store_simulation_put(struct store *store, int64_t run, const char
         .offset_s = head->offset_s,
         .scatter_s = head->scatter_s,
         .segments_dt_s = head->segments_dt_s,
-        .segments_in = {head->segments_in, head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in},
+        .segments_in = {head->segments_in,
+                        head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in},
     };
     enum mr_status status = STORE_PUT(store, error, simulation_row, &row, run);
     int64_t id = sqlite3_last_insert_rowid(store->database);
@@ -97,7 +100,8 @@ enum mr_status store_simulations(struct store *store, int64_t run, struct store_
         struct store_simulation *larger = realloc(*rows, (*count + 1) * sizeof **rows);
         if (!larger) {
             sqlite3_reset(s);
-            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs", store->path);
+            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                               store->path);
             break;
         }
         *rows = larger;
@@ -120,12 +124,14 @@ void store_simulations_free(struct store_simulation *rows, size_t count)
     free(rows);
 }
 
-enum mr_status store_simulation_head(struct store *store, int64_t run, struct store_simulation_head *head, struct error *error)
+enum mr_status store_simulation_head(struct store *store, int64_t run,
+                                     struct store_simulation_head *head, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_simulation_row row;
     size_t values;
-    *head = (struct store_simulation_head){.seeds = STORE_NONE, .edges = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
+    *head = (struct store_simulation_head){
+        .seeds = STORE_NONE, .edges = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
     enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, BIND(run));
     if (status == MR_OK)
         status = STORE_NEXT(store, error, SIMULATION_HEAD, s, &row);

@@ -12,22 +12,26 @@
 static enum mr_status execute(struct store *store, const char *sql, struct error *error)
 {
     store_guard_renew(store);
-    return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK ? MR_OK
-                                                                            : store_failed(store, "copy the landing from", error);
+    return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
+             ? MR_OK
+             : store_failed(store, "copy the landing from", error);
 }
 
-#define SLOW_BEFORE_US "86400000000" /* a day of the slow log before the landing, and an hour after */
-#define SLOW_AFTER_US "3600000000"
-#define ARMED_US "(SELECT armed_us FROM main.landings WHERE id=?1)"
-#define BOARD_UID "(SELECT board_uid FROM main.landings WHERE id=?1)"
-/* The first survey, which movement is measured from, the one before the landing and the one after it. */
-#define SURVEYS                                                                                        \
-    "(SELECT min(id) FROM main.gage_surveys UNION SELECT max(id) FROM main.gage_surveys"               \
-    " WHERE made_us<=" ARMED_US " UNION SELECT min(id) FROM main.gage_surveys WHERE made_us>" ARMED_US \
-    ")"
+/* a day of the slow log before the landing, and an hour after */
+#define SLOW_BEFORE_US "86400000000"
+#define SLOW_AFTER_US  "3600000000"
+#define ARMED_US       "(SELECT armed_us FROM main.landings WHERE id=?1)"
+#define BOARD_UID      "(SELECT board_uid FROM main.landings WHERE id=?1)"
+/* The first survey, which movement is measured from, the one before the landing and the one after
+ * it. */
+#define SURVEYS                                                                          \
+    "(SELECT min(id) FROM main.gage_surveys UNION SELECT max(id) FROM main.gage_surveys" \
+    " WHERE made_us<=" ARMED_US                                                          \
+    " UNION SELECT min(id) FROM main.gage_surveys WHERE made_us>" ARMED_US ")"
 
-/* Which rows of a table belong to the landing: ?1 is RUN, ?2 its session, ?3 its boot. Tables that know a landing by way of
- * another one or by its time, and faults of the board from before the landing, are said here; the others have a column for it. */
+/* Which rows of a table belong to the landing: ?1 is RUN, ?2 its session, ?3 its boot. Tables that
+ * know a landing by way of another one or by its time, and faults of the board from before the
+ * landing, are said here; the others have a column for it. */
 static const char *rows_of(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)
@@ -42,29 +46,38 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
     if (strcmp(table, "readiness") == 0) /* that of the landing, and those before it within hours */
-        return "board_uid=" BOARD_UID " AND " ARMED_US " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
-    if (strcmp(table, "series") == 0) /* as store_series_of finds it: the one it was put into, else the newest before it */
-        return "id=(SELECT max(id) FROM main.series AS s WHERE CASE WHEN coalesce((SELECT value FROM main.landing_changes WHERE landing=?1"
-               " AND field='series' ORDER BY id DESC LIMIT 1), '')<>'' THEN s.name=(SELECT value FROM main.landing_changes WHERE"
-               " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE s.made_us<=" ARMED_US " END)";
+        return "board_uid=" BOARD_UID " AND " ARMED_US
+               " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
+    /* as store_series_of finds it: the one it was put into, else the newest before it */
+    if (strcmp(table, "series") == 0)
+        return "id=(SELECT max(id) FROM main.series AS s WHERE CASE WHEN coalesce((SELECT value "
+               "FROM main.landing_changes WHERE landing=?1"
+               " AND field='series' ORDER BY id DESC LIMIT 1), '')<>'' THEN s.name=(SELECT value "
+               "FROM main.landing_changes WHERE"
+               " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE s.made_us<=" ARMED_US
+               " END)";
     if (strcmp(table, "gage_surveys") == 0)
         return "id IN " SURVEYS;
     if (strcmp(table, "gage_readings") == 0 || strcmp(table, "gage_loads") == 0)
         return "survey IN " SURVEYS;
     if (strcmp(table, "slow_log") == 0)
-        return "board_uid=" BOARD_UID " AND time_us BETWEEN " ARMED_US "-" SLOW_BEFORE_US " AND " ARMED_US "+" SLOW_AFTER_US;
+        return "board_uid=" BOARD_UID " AND time_us BETWEEN " ARMED_US "-" SLOW_BEFORE_US
+               " AND " ARMED_US "+" SLOW_AFTER_US;
     if (strcmp(table, "configurations") == 0)
         return "crc=(SELECT config_crc FROM main.landings WHERE id=?1)";
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";
 }
 
-/* INSERT INTO bundle.T(columns) SELECT columns FROM main.T WHERE ..., with the landing as number 1. */
-static enum mr_status copy_statement(struct store *store, const char *table, char sql[SQL_MAX], struct error *error)
+/* INSERT INTO bundle.T(columns) SELECT columns FROM main.T WHERE ..., with the landing as number
+ * 1. */
+static enum mr_status copy_statement(struct store *store, const char *table, char sql[SQL_MAX],
+                                     struct error *error)
 {
     char columns[SQL_MAX / 4] = "", values[SQL_MAX / 4] = "";
     bool has_landing = false, has_session = false;
     sqlite3_stmt *statement;
-    if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?, 'main')", -1, &statement, NULL) != SQLITE_OK)
+    if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?, 'main')", -1,
+                           &statement, NULL) != SQLITE_OK)
         return store_failed(store, "copy the landing from", error);
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     bool fits = true;
@@ -74,25 +87,30 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         bool number = landing || (strcmp(table, "landings") == 0 && strcmp(name, "id") == 0);
         const char *comma = columns[0] ? "," : "";
         size_t at = strlen(columns), to = strlen(values);
-        fits &= snprintf(columns + at, sizeof columns - at, "%s\"%s\"", comma, name) < (int)(sizeof columns - at);
+        fits &= snprintf(columns + at, sizeof columns - at, "%s\"%s\"", comma, name) <
+                (int)(sizeof columns - at);
         if (number) /* an event outside landings stays outside */
-            fits &= snprintf(values + to, sizeof values - to, "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma, name) <
-                    (int)(sizeof values - to);
+            fits &= snprintf(values + to, sizeof values - to,
+                             "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma,
+                             name) < (int)(sizeof values - to);
         else
-            fits &= snprintf(values + to, sizeof values - to, "%s\"%s\"", comma, name) < (int)(sizeof values - to);
+            fits &= snprintf(values + to, sizeof values - to, "%s\"%s\"", comma, name) <
+                    (int)(sizeof values - to);
         has_landing |= landing;
         has_session |= strcmp(name, "session") == 0;
     }
     sqlite3_finalize(statement);
-    fits &= snprintf(sql, SQL_MAX, "INSERT INTO bundle.\"%s\"(%s) SELECT %s FROM main.\"%s\" WHERE %s", table, columns, values,
-                     table, rows_of(table, has_landing, has_session)) < SQL_MAX;
+    fits &= snprintf(sql, SQL_MAX,
+                     "INSERT INTO bundle.\"%s\"(%s) SELECT %s FROM main.\"%s\" WHERE %s", table,
+                     columns, values, table, rows_of(table, has_landing, has_session)) < SQL_MAX;
     return fits ? MR_OK
-                : error_set(error, MR_TOO_LONG, "table %s has too many columns: %s; use the matrig that made it", table,
+                : error_set(error, MR_TOO_LONG,
+                            "table %s has too many columns: %s; use the matrig that made it", table,
                             store->path);
 }
 
-static enum mr_status copy_table(struct store *store, const char *table, const struct store_landing *landing,
-                                 struct error *error)
+static enum mr_status copy_table(struct store *store, const char *table,
+                                 const struct store_landing *landing, struct error *error)
 {
     char sql[SQL_MAX];
     sqlite3_stmt *statement;
@@ -114,17 +132,20 @@ static enum mr_status copy_table(struct store *store, const char *table, const s
     return status;
 }
 
-static enum mr_status copy_tables(struct store *store, const struct store_landing *landing, struct error *error)
+static enum mr_status copy_tables(struct store *store, const struct store_landing *landing,
+                                  struct error *error)
 {
     sqlite3_stmt *tables;
     enum mr_status status = MR_OK;
     /* In the order in which they were made: what refers to a row comes after it. */
-    if (sqlite3_prepare_v2(store->database,
-                           "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
-                           " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')" /* a user's own table is no part of it */
-                           " AND name NOT LIKE 'bundle%'" /* of a bundle that is made of a bundle */
-                           " ORDER BY rowid",
-                           -1, &tables, NULL) != SQLITE_OK)
+    if (sqlite3_prepare_v2(
+            store->database,
+            "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
+            /* a user's own table is no part of it */
+            " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')"
+            " AND name NOT LIKE 'bundle%'" /* of a bundle that is made of a bundle */
+            " ORDER BY rowid",
+            -1, &tables, NULL) != SQLITE_OK)
         return store_failed(store, "copy the landing from", error);
     while (status == MR_OK && sqlite3_step(tables) == SQLITE_ROW)
         status = copy_table(store, (const char *)sqlite3_column_text(tables, 0), landing, error);
@@ -132,7 +153,8 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
     return status;
 }
 
-static enum mr_status fill(struct store *store, const struct store_landing *landing, const char *path, struct error *error)
+static enum mr_status fill(struct store *store, const struct store_landing *landing,
+                           const char *path, struct error *error)
 {
     char *attach = sqlite3_mprintf("ATTACH %Q AS bundle", path);
     if (!attach)

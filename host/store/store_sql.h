@@ -19,7 +19,9 @@ struct store_waiting {
 /* What is known of the file itself, by matrig log (store_written_over.c). */
 #define STORE_FIRST_PAGE 4096u
 struct store_checkpoints {
-    uint32_t salt, done, begun; /* of the journal's index: which journal, its frames that are in the file, and those on their way */
+    /* of the journal's index: which journal, its frames that are in the file, and those on their
+     * way */
+    uint32_t salt, done, begun;
 };
 struct store_newest {
     int64_t session, frame; /* frame 0: none */
@@ -47,7 +49,8 @@ struct store {
     sqlite3_stmt *frames_put;
     struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
     unsigned waiting_count;
-    int64_t steps, rows;   /* since the last statement that began while no other was running (store_guard.h) */
+    /* since the last statement that began while no other was running (store_guard.h) */
+    int64_t steps, rows;
     int64_t guarded_bytes; /* of the file, when it was last looked at */
     struct store_file_look look;
     int refused; /* enum store_refusal, of the last call that failed */

@@ -1,12 +1,15 @@
 /* Whether what is in the campaign's file is what was logged into it.
  *
- * With a journal (WAL), only a checkpoint writes into the file itself, and the index of the journal says of each checkpoint, before it
- * writes, up to where it goes (https://sqlite.org/walformat.html, 2.4). So a file that has changed while neither the log nor the index knows
- * of a checkpoint was written by somebody who went past SQLite: cp over it, dd, a truncation. It keeps its inode, and SQLite would
- * go on as if nothing had happened: pages of two campaigns in one file. What somebody replaces by SQLite (.restore) is found by what was
- * logged and is not there.
+ * With a journal (WAL), only a checkpoint writes into the file itself, and the index of the journal
+ * says of each checkpoint, before it writes, up to where it goes
+ * (https://sqlite.org/walformat.html, 2.4). So a file that has changed while neither the log nor
+ * the index knows of a checkpoint was written by somebody who went past SQLite: cp over it, dd, a
+ * truncation. It keeps its inode, and SQLite would go on as if nothing had happened: pages of two
+ * campaigns in one file. What somebody replaces by SQLite (.restore) is found by what was logged
+ * and is not there.
  *
- * The descriptor that keeps other logs out is read: opening and closing another one would take SQLite's locks away from this process. */
+ * The descriptor that keeps other logs out is read: opening and closing another one would take
+ * SQLite's locks away from this process. */
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -15,8 +18,8 @@
 #include "host/store/store_log.h"
 #include "host/store/store_sql.h"
 
-#define CHECKPOINT_PAGES 1000 /* of the journal, as SQLite's own */
-#define INDEX_BYTES 32768     /* of its first part */
+#define CHECKPOINT_PAGES 1000  /* of the journal, as SQLite's own */
+#define INDEX_BYTES      32768 /* of its first part */
 enum { INDEX_SALT = 32 / 4, INDEX_DONE = 96 / 4, INDEX_BEGUN = 128 / 4 }; /* where its words are */
 
 static struct store_checkpoints checkpoints_of(const struct store_file_look *look)
@@ -24,7 +27,8 @@ static struct store_checkpoints checkpoints_of(const struct store_file_look *loo
     struct store_checkpoints known = {.begun = 0};
     const volatile uint32_t *index = look->index;
     if (index)
-        known = (struct store_checkpoints){index[INDEX_SALT], index[INDEX_DONE], index[INDEX_BEGUN]};
+        known = (struct store_checkpoints){index[INDEX_SALT], index[INDEX_DONE],
+                                           index[INDEX_BEGUN]};
     return known;
 }
 
@@ -45,7 +49,8 @@ static void remember(struct store *store, const struct stat *info, struct store_
 
 static bool as_before(const struct store_file_look *look, const struct stat *info)
 {
-    return info->st_size == look->bytes && info->st_mtim.tv_sec == look->written.tv_sec && info->st_mtim.tv_nsec == look->written.tv_nsec;
+    return info->st_size == look->bytes && info->st_mtim.tv_sec == look->written.tv_sec &&
+           info->st_mtim.tv_nsec == look->written.tv_nsec;
 }
 
 bool store_written_over(struct store *store)
@@ -54,8 +59,10 @@ bool store_written_over(struct store *store)
     struct stat info;
     if (!look->on || look->written_over || fstat(store->alone, &info) != 0)
         return look->written_over;
-    struct store_checkpoints now = checkpoints_of(look), known = look->known; /* after the file: a checkpoint is told before it writes */
-    bool by_sqlite = now.salt != known.salt || now.done != known.done || now.begun != known.begun || now.done < now.begun;
+    /* after the file: a checkpoint is told before it writes */
+    struct store_checkpoints now = checkpoints_of(look), known = look->known;
+    bool by_sqlite = now.salt != known.salt || now.done != known.done || now.begun != known.begun ||
+                     now.done < now.begun;
     if (as_before(look, &info))
         look->known = now;
     else if (by_sqlite)
@@ -65,14 +72,16 @@ bool store_written_over(struct store *store)
     return look->written_over;
 }
 
-/* In place of SQLite's own: the file is looked at before, and what the checkpoint makes of it is known. */
+/* In place of SQLite's own: the file is looked at before, and what the checkpoint makes of it is
+ * known. */
 static int after_commit(void *context, sqlite3 *database, const char *name, int pages)
 {
     struct store *store = context;
     struct stat info;
     if (pages < CHECKPOINT_PAGES || store_written_over(store))
         return SQLITE_OK;
-    sqlite3_wal_checkpoint_v2(database, name, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL); /* what fails is done by the next one */
+    /* what fails is done by the next one */
+    sqlite3_wal_checkpoint_v2(database, name, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
     if (fstat(store->alone, &info) == 0)
         remember(store, &info, checkpoints_of(&store->look));
     return SQLITE_OK;
@@ -83,8 +92,9 @@ static const volatile uint32_t *index_of(sqlite3 *database)
 {
     sqlite3_file *file = NULL;
     void volatile *index = NULL;
-    if (sqlite3_file_control(database, "main", SQLITE_FCNTL_FILE_POINTER, &file) != SQLITE_OK || !file || !file->pMethods ||
-        file->pMethods->iVersion < 2 || file->pMethods->xShmMap(file, 0, INDEX_BYTES, 0, &index) != SQLITE_OK)
+    if (sqlite3_file_control(database, "main", SQLITE_FCNTL_FILE_POINTER, &file) != SQLITE_OK ||
+        !file || !file->pMethods || file->pMethods->iVersion < 2 ||
+        file->pMethods->xShmMap(file, 0, INDEX_BYTES, 0, &index) != SQLITE_OK)
         return NULL;
     return index;
 }
@@ -93,10 +103,13 @@ static const volatile uint32_t *index_of(sqlite3 *database)
 static bool has_journal(sqlite3 *database)
 {
     sqlite3_stmt *s = NULL;
-    bool wal = sqlite3_prepare_v2(database, "PRAGMA journal_mode", -1, &s, NULL) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW &&
+    bool wal = sqlite3_prepare_v2(database, "PRAGMA journal_mode", -1, &s, NULL) == SQLITE_OK &&
+               sqlite3_step(s) == SQLITE_ROW &&
                strcmp((const char *)sqlite3_column_text(s, 0), "wal") == 0;
     sqlite3_finalize(s);
-    return wal && sqlite3_exec(database, "SELECT count(*) FROM sqlite_schema", NULL, NULL, NULL) == SQLITE_OK; /* which opens it */
+    /* which opens it */
+    return wal && sqlite3_exec(database, "SELECT count(*) FROM sqlite_schema", NULL, NULL, NULL) ==
+                      SQLITE_OK;
 }
 
 void store_watch_file(struct store *store)
@@ -117,7 +130,8 @@ bool store_is_anothers(const struct store *store)
 {
     uint8_t page[STORE_FIRST_PAGE];
     const struct store_file_look *look = &store->look;
-    return look->on && (read_first_page(store, page) != look->first_page_bytes || memcmp(page, look->first_page, look->first_page_bytes) != 0);
+    return look->on && (read_first_page(store, page) != look->first_page_bytes ||
+                        memcmp(page, look->first_page, look->first_page_bytes) != 0);
 }
 
 void store_journal_aside(const char *path, const char *kept)
@@ -153,8 +167,9 @@ void store_newest_committed(struct store *store)
     store->look.newest = store->look.next;
 }
 
-#define NEWEST_THERE \
-    "SELECT EXISTS(SELECT 1 FROM sessions WHERE id=?1) AND (?2=0 OR EXISTS(SELECT 1 FROM frames WHERE id=?2 AND session=?1))"
+#define NEWEST_THERE                                                                              \
+    "SELECT EXISTS(SELECT 1 FROM sessions WHERE id=?1) AND (?2=0 OR EXISTS(SELECT 1 FROM frames " \
+    "WHERE id=?2 AND session=?1))"
 
 /* SQLite's code of the query; SQLITE_ROW with `*there`. */
 static int ask(sqlite3 *database, const struct store_newest *newest, bool *there)
@@ -195,5 +210,6 @@ bool store_session_there_afresh(struct store *store)
     if (code == SQLITE_OK)
         code = ask(fresh, &store->look.newest, &there);
     sqlite3_close(fresh);
-    return there || (code != SQLITE_ROW && code != SQLITE_CORRUPT && code != SQLITE_NOTADB && code != SQLITE_ERROR);
+    return there || (code != SQLITE_ROW && code != SQLITE_CORRUPT && code != SQLITE_NOTADB &&
+                     code != SQLITE_ERROR);
 }

@@ -6,50 +6,76 @@
 
 /* ---- the tables, described ---- */
 
-/* What a field is. In an expression an array of characters is a pointer; only its address says what it is. */
-#define KIND(row, field)                                                                                                          \
-    _Generic(((const struct store_##row *)0)->field, int64_t: STORE_INT64, int: STORE_INT, bool: STORE_BOOL, double: STORE_DOUBLE, \
-             const char *: _Generic(&((const struct store_##row *)0)->field, const char *const *: STORE_POINTER,                   \
-                                    default: STORE_CHARACTERS),                                                                   \
+/* What a field is. In an expression an array of characters is a pointer; only its address says what
+ * it is. */
+/* clang-format off */
+#define KIND(row, field)                                                     \
+    _Generic(((const struct store_##row *)0)->field,                         \
+             int64_t: STORE_INT64,                                           \
+             int: STORE_INT,                                                 \
+             bool: STORE_BOOL,                                               \
+             double: STORE_DOUBLE,                                           \
+             const char *: _Generic(&((const struct store_##row *)0)->field, \
+                                    const char *const *: STORE_POINTER,      \
+                                    default: STORE_CHARACTERS),              \
              struct store_bytes: STORE_BLOB)
+/* clang-format on */
 
 /* A field that cannot hold what its column has does not compile. */
 #define IS_INTEGER(kind) ((kind) == STORE_INT64 || (kind) == STORE_INT || (kind) == STORE_BOOL)
-#define IS_REAL(kind) ((kind) == STORE_DOUBLE)
-#define IS_TEXT(kind) ((kind) == STORE_CHARACTERS || (kind) == STORE_POINTER)
-#define IS_BLOB(kind) ((kind) == STORE_BLOB)
+#define IS_REAL(kind)    ((kind) == STORE_DOUBLE)
+#define IS_TEXT(kind)    ((kind) == STORE_CHARACTERS || (kind) == STORE_POINTER)
+#define IS_BLOB(kind)    ((kind) == STORE_BLOB)
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
-    _Static_assert(IS_##type(KIND(row, field)), "the field of column " #column " of struct store_" #row " is no " #type);
+    _Static_assert(IS_##type(KIND(row, field)),                                       \
+                   "the field of column " #column " of struct store_" #row " is no " #type);
 #include "host/store/tables.def"
 
-/* What says nothing: all columns of integers are STORE_NONE, but those that count as one or none. */
-#define BLANK_INTEGER(row, field) .field = _Generic(((const struct store_##row *)0)->field, int64_t: STORE_NONE, default: 0),
+/* What says nothing: all columns of integers are STORE_NONE, but those that count as one or
+ * none. */
+/* clang-format off */
+#define BLANK_INTEGER(row, field) \
+    .field = _Generic(((const struct store_##row *)0)->field, int64_t: STORE_NONE, default: 0),
 #define BLANK_REAL(row, field) .field = (double)NAN,
 #define BLANK_TEXT(row, field)
 #define BLANK_BLOB(row, field)
 #define NO_VIEWS
 #define TABLE(row, table) const struct store_##row store_blank_##row = {
-#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) BLANK_##type(row, field)
+#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
+    BLANK_##type(row, field)
 #define END(row, key, put) };
 #include "host/store/tables.def"
 
 #define EMPTY_TEXT false
 #define EMPTY_NOTHING true
-#define FIELD(row, name) .offset = offsetof(struct store_##row, name), .size = sizeof(((const struct store_##row *)0)->name), .kind = KIND(row, name)
+#define FIELD(row, name)                          \
+    .offset = offsetof(struct store_##row, name), \
+        .size = sizeof(((const struct store_##row *)0)->name), .kind = KIND(row, name)
 #define TABLE(row, table) static const struct store_column columns_of_##row[] = {
-#define OWNER(row, column, words) \
-    {.name = #column, .type = "INTEGER", .constraint = words, .field = #column, .read = "", .kind = STORE_OWNER},
-#define COLUMN(row, column, declaration, member, sql, words, rule, empty, instead)                                                  \
-    {.name = #column, .type = #sql, .constraint = words, .field = #column, .read = instead, .merge = STORE_##rule,                  \
+#define OWNER(row, column, words)                                                           \
+    {.name = #column, .type = "INTEGER", .constraint = words, .field = #column, .read = "", \
+     .kind = STORE_OWNER},
+#define COLUMN(row, column, declaration, member, sql, words, rule, empty, instead)          \
+    {.name = #column, .type = #sql, .constraint = words, .field = #column, .read = instead, \
+     .merge = STORE_##rule,                                                                 \
      .empty_is_null = EMPTY_##empty, FIELD(row, member)},
-#define COMPUTED(row, declaration, member, words) {.field = #member, .read = words, .merge = STORE_GIVEN, FIELD(row, member)},
+#define COMPUTED(row, declaration, member, words) \
+    {.field = #member, .read = words, .merge = STORE_GIVEN, FIELD(row, member)},
 #define END(row, key, put) };
+/* clang-format on */
 #include "host/store/tables.def"
 
 static const struct store_table tables[STORE_TABLE_COUNT] = {
-#define TABLE(row, called) [STORE_TABLE_##row] = {.name = #called, .columns = columns_of_##row, .row_size = sizeof(struct store_##row),
-#define VIEW(row) [STORE_TABLE_##row] = {.columns = columns_of_##row, .row_size = sizeof(struct store_##row),
-#define END(row, key_text, put_rule) .count = sizeof columns_of_##row / sizeof columns_of_##row[0], .key = key_text, .put = STORE_PUT_##put_rule},
+/* clang-format off */
+#define TABLE(row, called)                                               \
+    [STORE_TABLE_##row] = {.name = #called, .columns = columns_of_##row, \
+        .row_size = sizeof(struct store_##row),
+#define VIEW(row) \
+    [STORE_TABLE_##row] = {.columns = columns_of_##row, .row_size = sizeof(struct store_##row),
+#define END(row, key_text, put_rule)                                                \
+    .count = sizeof columns_of_##row / sizeof columns_of_##row[0], .key = key_text, \
+        .put = STORE_PUT_##put_rule},
+/* clang-format on */
 #include "host/store/tables.def"
 };
 
@@ -91,12 +117,15 @@ static void say_places(sqlite3_str *sql, const struct store_table *table)
 
 static void say_merge(sqlite3_str *sql, const struct store_table *table)
 {
-    static const char *const becomes[] = {[STORE_FILL] = "coalesce(%s, excluded.%s)", [STORE_NEWER] = "coalesce(excluded.%s, %s)",
-                                          [STORE_TAKE] = "excluded.%s", [STORE_JOIN] = "%s|excluded.%s"};
+    static const char *const becomes[] = {[STORE_FILL] = "coalesce(%s, excluded.%s)",
+                                          [STORE_NEWER] = "coalesce(excluded.%s, %s)",
+                                          [STORE_TAKE] = "excluded.%s",
+                                          [STORE_JOIN] = "%s|excluded.%s"};
     const char *before = " ON CONFLICT DO UPDATE SET ";
     for (unsigned i = 0; i < table->count; i++) {
         const struct store_column *column = &table->columns[i];
-        if (column->kind == STORE_OWNER || column->merge == STORE_KEEP || column->merge == STORE_GIVEN)
+        if (column->kind == STORE_OWNER || column->merge == STORE_KEEP ||
+            column->merge == STORE_GIVEN)
             continue;
         sqlite3_str_appendf(sql, "%s%s=", before, column->name);
         sqlite3_str_appendf(sql, becomes[column->merge], column->name, column->name);
@@ -106,7 +135,9 @@ static void say_merge(sqlite3_str *sql, const struct store_table *table)
 
 char *store_insert_text(const struct store_table *table, unsigned rows)
 {
-    static const char *const verbs[] = {[STORE_PUT_ADD] = "INSERT", [STORE_PUT_FIRST] = "INSERT OR IGNORE", [STORE_PUT_LAST] = "INSERT OR REPLACE",
+    static const char *const verbs[] = {[STORE_PUT_ADD] = "INSERT",
+                                        [STORE_PUT_FIRST] = "INSERT OR IGNORE",
+                                        [STORE_PUT_LAST] = "INSERT OR REPLACE",
                                         [STORE_PUT_MERGE] = "INSERT"};
     sqlite3_str *sql = sqlite3_str_new(NULL);
     sqlite3_str_appendf(sql, "%s INTO %s(", verbs[table->put], table->name);
@@ -144,7 +175,8 @@ char *store_read_text(const struct store_table *table)
         const struct store_column *column = &table->columns[i];
         if (column->kind == STORE_OWNER)
             continue;
-        sqlite3_str_appendf(sql, column->read[0] ? "%s%s AS %s" : "%s%s", before, column->read[0] ? column->read : column->field, column->field);
+        sqlite3_str_appendf(sql, column->read[0] ? "%s%s AS %s" : "%s%s", before,
+                            column->read[0] ? column->read : column->field, column->field);
         before = ", ";
     }
     return sqlite3_str_finish(sql);
@@ -154,40 +186,48 @@ char *store_read_text(const struct store_table *table)
 
 static int bind_integer(sqlite3_stmt *statement, int at, int64_t value)
 {
-    return value == STORE_NONE ? sqlite3_bind_null(statement, at) : sqlite3_bind_int64(statement, at, value);
+    return value == STORE_NONE ? sqlite3_bind_null(statement, at)
+                               : sqlite3_bind_int64(statement, at, value);
 }
 
 static int bind_real(sqlite3_stmt *statement, int at, double value)
 {
-    return isnan(value) ? sqlite3_bind_null(statement, at) : sqlite3_bind_double(statement, at, value);
+    return isnan(value) ? sqlite3_bind_null(statement, at)
+                        : sqlite3_bind_double(statement, at, value);
 }
 
 static int bind_bytes(sqlite3_stmt *statement, int at, const struct store_bytes *bytes)
 {
-    return sqlite3_bind_blob64(statement, at, bytes->length ? bytes->data : "", bytes->length, SQLITE_STATIC);
+    return sqlite3_bind_blob64(statement, at, bytes->length ? bytes->data : "", bytes->length,
+                               SQLITE_STATIC);
 }
 
-static int bind_field(sqlite3_stmt *statement, int at, const struct store_column *column, const void *field)
+static int bind_field(sqlite3_stmt *statement, int at, const struct store_column *column,
+                      const void *field)
 {
     switch ((enum store_kind)column->kind) {
     case STORE_INT: return sqlite3_bind_int(statement, at, *(const int *)field);
     case STORE_BOOL: return sqlite3_bind_int(statement, at, *(const bool *)field);
     case STORE_DOUBLE: return bind_real(statement, at, *(const double *)field);
-    case STORE_POINTER: return sqlite3_bind_text(statement, at, *(const char *const *)field, -1, SQLITE_STATIC);
+    case STORE_POINTER:
+        return sqlite3_bind_text(statement, at, *(const char *const *)field, -1, SQLITE_STATIC);
     case STORE_BLOB: return bind_bytes(statement, at, field);
     case STORE_CHARACTERS: break;
     case STORE_INT64:
     case STORE_OWNER: abort(); /* store_bind_row binds them */
     }
     const char *text = field;
-    return sqlite3_bind_text(statement, at, column->empty_is_null && !text[0] ? NULL : text, -1, SQLITE_STATIC);
+    return sqlite3_bind_text(statement, at, column->empty_is_null && !text[0] ? NULL : text, -1,
+                             SQLITE_STATIC);
 }
 
-int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners, const void *row, unsigned rules, int *at)
+int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners,
+                   const void *row, unsigned rules, int *at)
 {
     const struct store_column *end = table->columns + table->count;
     int code = SQLITE_OK, place = *at;
-    for (const struct store_column *column = table->columns; column < end && code == SQLITE_OK; column++) {
+    for (const struct store_column *column = table->columns; column < end && code == SQLITE_OK;
+         column++) {
         const void *field = (const char *)row + column->offset;
         if (!is_put(column, rules))
             continue;
@@ -217,13 +257,16 @@ int store_bind_values(sqlite3_stmt *statement, const struct store_value *values,
     return code;
 }
 
-static void take_field(sqlite3_stmt *statement, int at, const struct store_column *column, void *field)
+static void take_field(sqlite3_stmt *statement, int at, const struct store_column *column,
+                       void *field)
 {
     switch ((enum store_kind)column->kind) {
     case STORE_INT: *(int *)field = (int)store_integer(statement, at); break;
     case STORE_BOOL: *(bool *)field = store_integer(statement, at) != 0; break;
     case STORE_DOUBLE: *(double *)field = store_real(statement, at); break;
-    case STORE_POINTER: *(const char **)field = (const char *)sqlite3_column_text(statement, at); break;
+    case STORE_POINTER:
+        *(const char **)field = (const char *)sqlite3_column_text(statement, at);
+        break;
     case STORE_CHARACTERS: store_text(statement, at, field, column->size); break;
     case STORE_BLOB: /* the pointer first: SQLite may make it anew, and then the length */
         ((struct store_bytes *)field)->data = sqlite3_column_blob(statement, at);

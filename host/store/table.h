@@ -1,9 +1,11 @@
-/* Rows in and out of the campaign, by the tables of tables.def and the queries of queries.def. Only host/store/ includes this, and only
- * host/store/ knows SQLite.
+/* Rows in and out of the campaign, by the tables of tables.def and the queries of queries.def. Only
+ * host/store/ includes this, and only host/store/ knows SQLite.
  *
- * The compiler checks that a row is of its table's or query's struct, how many integers say whose it is, and that each value which a
- * statement takes is an integer, a real or a text. That a statement takes so many, and that a query's columns are the fields of its struct,
- * is checked when it is prepared: a mistake ends the program at its first use (tests/host/test_tables.c uses each). */
+ * The compiler checks that a row is of its table's or query's struct, how many integers say whose
+ * it is, and that each value which a statement takes is an integer, a real or a text. That a
+ * statement takes so many, and that a query's columns are the fields of its struct, is checked when
+ * it is prepared: a mistake ends the program at its first use (tests/host/test_tables.c uses
+ * each). */
 #ifndef MATRIG_HOST_STORE_TABLE_H
 #define MATRIG_HOST_STORE_TABLE_H
 
@@ -20,20 +22,31 @@ enum store_table_number {
 };
 
 /* How many integers say whose a row is. */
+/* clang-format off */
 #define TABLE(row, table) enum { STORE_OWNERS_##row = 0
 #define OWNER(row, column, constraint) +1
 #define END(row, key, put) };
+/* clang-format on */
 #include "host/store/tables.def"
 
 enum store_merge { STORE_KEEP, STORE_FILL, STORE_NEWER, STORE_TAKE, STORE_JOIN, STORE_GIVEN };
 enum store_put { STORE_PUT_ADD, STORE_PUT_FIRST, STORE_PUT_LAST, STORE_PUT_MERGE };
-enum store_kind { STORE_OWNER, STORE_INT64, STORE_INT, STORE_BOOL, STORE_DOUBLE, STORE_CHARACTERS, STORE_POINTER, STORE_BLOB };
+enum store_kind {
+    STORE_OWNER,
+    STORE_INT64,
+    STORE_INT,
+    STORE_BOOL,
+    STORE_DOUBLE,
+    STORE_CHARACTERS,
+    STORE_POINTER,
+    STORE_BLOB
+};
 
 struct store_column {
-    const char *name;             /* NULL: computed, of no column */
+    const char *name; /* NULL: computed, of no column */
     const char *type, *constraint;
-    const char *field, *read;     /* SQL that is read instead of the column; "": none */
-    size_t offset, size;          /* of the field in the row */
+    const char *field, *read; /* SQL that is read instead of the column; "": none */
+    size_t offset, size;      /* of the field in the row */
     uint8_t kind, merge;
     bool empty_is_null;
 };
@@ -52,36 +65,47 @@ const struct store_table *store_table(enum store_table_number which);
 /* Makes all tables, indexes and triggers in an empty database. Returns SQLite's code. */
 int store_tables_make(sqlite3 *database);
 
-/* "INSERT ... VALUES(?,...),(?,...)" of so many rows, "UPDATE ...", and the names of what is read; the caller frees them with sqlite3_free. */
+/* "INSERT ... VALUES(?,...),(?,...)" of so many rows, "UPDATE ...", and the names of what is read;
+ * the caller frees them with sqlite3_free. */
 char *store_insert_text(const struct store_table *table, unsigned rows);
 char *store_update_text(const struct store_table *table);
 char *store_read_text(const struct store_table *table);
 
-/* Binds a row from parameter `*at` on, which moves behind it: the columns whose merge rule is in `rules` (1 << enum store_merge). What
- * pointers point to must stay until the statement has run. Returns SQLite's code. */
-int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners, const void *row, unsigned rules, int *at);
+/* Binds a row from parameter `*at` on, which moves behind it: the columns whose merge rule is in
+ * `rules` (1 << enum store_merge). What pointers point to must stay until the statement has run.
+ * Returns SQLite's code. */
+int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners,
+                   const void *row, unsigned rules, int *at);
 #define STORE_ALL_RULES (~(1u << STORE_GIVEN))
 /* The row that a statement made of store_read_text stands at. */
 void store_take_row(sqlite3_stmt *statement, const struct store_table *table, void *row);
 
 /* ---- rows in ---- */
 
-/* STORE_PUT(store, error, edge, &edge, run): a row of the table `edges`; what becomes of one that is there: tables.def. */
-#define STORE_PUT(store, error, row, value, ...)                                                          \
-    store_insert((store), (error), STORE_TABLE_##row, (1 ? (value) : (const struct store_##row *)0),      \
-                 (const int64_t[]){0, __VA_ARGS__} + 1 +                                                  \
-                     0 * sizeof(char[sizeof((const int64_t[]){0, __VA_ARGS__}) / sizeof(int64_t) == 1 + STORE_OWNERS_##row ? 1 : -1]))
+/* STORE_PUT(store, error, edge, &edge, run): a row of the table `edges`; what becomes of one that
+ * is there: tables.def. */
+#define STORE_PUT(store, error, row, value, ...)                                            \
+    store_insert(                                                                           \
+        (store), (error), STORE_TABLE_##row, (1 ? (value) : (const struct store_##row *)0), \
+        (const int64_t[]){0, __VA_ARGS__} + 1 +                                             \
+            0 * sizeof(char[sizeof((const int64_t[]){0, __VA_ARGS__}) / sizeof(int64_t) ==  \
+                                    1 + STORE_OWNERS_##row                                  \
+                                ? 1                                                         \
+                                : -1]))
 /* Writes the columns that can change of the row with the number `id`. */
-#define STORE_CHANGE(store, error, row, value, id) \
-    store_update((store), (error), STORE_TABLE_##row, (1 ? (value) : (const struct store_##row *)0), (id))
+#define STORE_CHANGE(store, error, row, value, id)    \
+    store_update((store), (error), STORE_TABLE_##row, \
+                 (1 ? (value) : (const struct store_##row *)0), (id))
 
-enum mr_status store_insert(struct store *store, struct error *error, enum store_table_number which, const void *row, const int64_t *owners);
-enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which, const void *row, int64_t id);
+enum mr_status store_insert(struct store *store, struct error *error, enum store_table_number which,
+                            const void *row, const int64_t *owners);
+enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which,
+                            const void *row, int64_t id);
 
 /* ---- rows out ---- */
 
 #define LISTED(NAME, row, sql) STORE_##NAME,
-#define STATEMENT(NAME, sql) STORE_##NAME,
+#define STATEMENT(NAME, sql)   STORE_##NAME,
 enum store_statement {
 #include "host/store/queries.def"
     STORE_STATEMENT_COUNT
@@ -111,58 +135,79 @@ static inline struct store_value store_value_text(const char *value)
 }
 int store_bind_values(sqlite3_stmt *statement, const struct store_value *values, size_t count);
 /* STORE_NONE, NaN and NULL are NULL. */
-#define BIND(value)                                                                                                             \
-    _Generic((value), int64_t: store_value_integer, int: store_value_integer, uint32_t: store_value_integer,                    \
-             double: store_value_real, const char *: store_value_text, char *: store_value_text)(value)
-#define STORE_VALUES(...)                                                                           \
-    (const struct store_value[]){{.integer = 0}, __VA_ARGS__} + 1,                                  \
-        sizeof((const struct store_value[]){{.integer = 0}, __VA_ARGS__}) / sizeof(struct store_value) - 1
+/* clang-format off */
+#define BIND(value)                         \
+    _Generic((value),                       \
+             int64_t: store_value_integer,  \
+             int: store_value_integer,      \
+             uint32_t: store_value_integer, \
+             double: store_value_real,      \
+             const char *: store_value_text, \
+             char *: store_value_text)(value)
+/* clang-format on */
+#define STORE_VALUES(...)                                                   \
+    (const struct store_value[]){{.integer = 0}, __VA_ARGS__} + 1,          \
+        sizeof((const struct store_value[]){{.integer = 0}, __VA_ARGS__}) / \
+                sizeof(struct store_value) -                                \
+            1
 
 /* A statement that returns no rows. */
-#define STORE_RUN(store, error, NAME, ...) store_run((store), (error), STORE_##NAME, STORE_VALUES(__VA_ARGS__))
-/* A query; then store_step, or STORE_NEXT into a row, until it returns MR_TOO_FEW (no more rows) or an error. A query that is not stepped to
- * its end is released with sqlite3_reset. */
-#define STORE_QUERY(store, error, NAME, statement, ...) store_query((store), (error), STORE_##NAME, (statement), STORE_VALUES(__VA_ARGS__))
+#define STORE_RUN(store, error, NAME, ...) \
+    store_run((store), (error), STORE_##NAME, STORE_VALUES(__VA_ARGS__))
+/* A query; then store_step, or STORE_NEXT into a row, until it returns MR_TOO_FEW (no more rows) or
+ * an error. A query that is not stepped to its end is released with sqlite3_reset. */
+#define STORE_QUERY(store, error, NAME, statement, ...) \
+    store_query((store), (error), STORE_##NAME, (statement), STORE_VALUES(__VA_ARGS__))
 #define STORE_NEXT(store, error, NAME, statement, row) \
     store_next((store), (error), STORE_##NAME, (statement), (1 ? (row) : (store_row_of_##NAME *)0))
 /* The only or first row, of a struct without pointers; MR_TOO_FEW: none. */
-#define STORE_ONE(store, error, NAME, row, ...) \
-    store_one((store), (error), STORE_##NAME, (1 ? (row) : (store_row_of_##NAME *)0), STORE_VALUES(__VA_ARGS__))
+#define STORE_ONE(store, error, NAME, row, ...)                                       \
+    store_one((store), (error), STORE_##NAME, (1 ? (row) : (store_row_of_##NAME *)0), \
+              STORE_VALUES(__VA_ARGS__))
 /* The integer of a query's only row; MR_TOO_FEW: none. */
-#define STORE_NUMBER(store, error, NAME, value, ...) store_number((store), (error), STORE_##NAME, (value), STORE_VALUES(__VA_ARGS__))
+#define STORE_NUMBER(store, error, NAME, value, ...) \
+    store_number((store), (error), STORE_##NAME, (value), STORE_VALUES(__VA_ARGS__))
 
-enum mr_status store_run(struct store *store, struct error *error, enum store_statement which, const struct store_value *values, size_t count);
-enum mr_status store_query(struct store *store, struct error *error, enum store_statement which, sqlite3_stmt **statement,
-                           const struct store_value *values, size_t count);
+enum mr_status store_run(struct store *store, struct error *error, enum store_statement which,
+                         const struct store_value *values, size_t count);
+enum mr_status store_query(struct store *store, struct error *error, enum store_statement which,
+                           sqlite3_stmt **statement, const struct store_value *values,
+                           size_t count);
 enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error);
-enum mr_status store_next(struct store *store, struct error *error, enum store_statement which, sqlite3_stmt *statement, void *row);
-enum mr_status store_one(struct store *store, struct error *error, enum store_statement which, void *row, const struct store_value *values,
-                         size_t count);
-enum mr_status store_number(struct store *store, struct error *error, enum store_statement which, int64_t *value,
-                            const struct store_value *values, size_t count);
-/* All rows, of a struct without pointers, in an array that the caller frees; STORE_ROWS calls this. */
-enum mr_status store_all(struct store *store, struct error *error, enum store_statement which, void **rows, size_t *count,
-                         const struct store_value *values, size_t values_count);
+enum mr_status store_next(struct store *store, struct error *error, enum store_statement which,
+                          sqlite3_stmt *statement, void *row);
+enum mr_status store_one(struct store *store, struct error *error, enum store_statement which,
+                         void *row, const struct store_value *values, size_t count);
+enum mr_status store_number(struct store *store, struct error *error, enum store_statement which,
+                            int64_t *value, const struct store_value *values, size_t count);
+/* All rows, of a struct without pointers, in an array that the caller frees; STORE_ROWS calls
+ * this. */
+enum mr_status store_all(struct store *store, struct error *error, enum store_statement which,
+                         void **rows, size_t *count, const struct store_value *values,
+                         size_t values_count);
 
 /* Ends a function that has `store`, `rows`, `count` and `error` with all rows of a query. */
-#define STORE_ROWS(NAME, ...)                                                                                                \
-    do {                                                                                                                     \
-        void *made;                                                                                                          \
-        enum mr_status status = store_all(store, error, STORE_##NAME, &made, count, STORE_VALUES(__VA_ARGS__));              \
-        *rows = (store_row_of_##NAME *)made;                                                                                 \
-        return status;                                                                                                       \
+#define STORE_ROWS(NAME, ...)                                                       \
+    do {                                                                            \
+        void *made;                                                                 \
+        enum mr_status status = store_all(store, error, STORE_##NAME, &made, count, \
+                                          STORE_VALUES(__VA_ARGS__));               \
+        *rows = (store_row_of_##NAME *)made;                                        \
+        return status;                                                              \
     } while (0)
 
 /* A landing's rows: defines the function that store.h or its neighbours say. */
-#define STORE_ROWS_OF_LANDING(function, NAME)                                                                                \
-    enum mr_status function(struct store *store, int64_t run, store_row_of_##NAME **rows, size_t *count, struct error *error) \
-    {                                                                                                                        \
-        STORE_ROWS(NAME, BIND(run));                                                                                         \
+#define STORE_ROWS_OF_LANDING(function, NAME)                                             \
+    enum mr_status function(struct store *store, int64_t run, store_row_of_##NAME **rows, \
+                            size_t *count, struct error *error)                           \
+    {                                                                                     \
+        STORE_ROWS(NAME, BIND(run));                                                      \
     }
-#define STORE_PUT_OF_LANDING(row)                                                                                                 \
-    enum mr_status store_##row##_put(struct store *store, int64_t run, const struct store_##row *value, struct error *error)      \
-    {                                                                                                                             \
-        return STORE_PUT(store, error, row, value, run);                                                                           \
+#define STORE_PUT_OF_LANDING(row)                                                          \
+    enum mr_status store_##row##_put(struct store *store, int64_t run,                     \
+                                     const struct store_##row *value, struct error *error) \
+    {                                                                                      \
+        return STORE_PUT(store, error, row, value, run);                                   \
     }
 
 /* Prepares all of them: MR_OK, or the program ends. */

@@ -26,7 +26,9 @@ static void tell_progress(void *ctx, size_t done, size_t of)
     double now_s = steady_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
     if (p->cli->quiet || now_s < p->next_s || done == of)
         return;
-    fprintf(stderr, cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  " : "matrig: study: %zu of %zu runways, about %.0f s left\n",
+    fprintf(stderr,
+            cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  "
+                           : "matrig: study: %zu of %zu runways, about %.0f s left\n",
             done, of, left_s);
     p->drawn = cli_terminal();
     p->next_s = now_s + PROGRESS_S;
@@ -38,12 +40,15 @@ static bool ends_in(const char *path, const char *end)
     return length > part && strcmp(path + length - part, end) == 0;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct campaign_request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct campaign_request *request, struct error *error)
 {
     if (command_parse(&command_campaign, argc, argv, cli, request, &request->path, error) != MR_OK)
         return error->status;
     if (request->page && !ends_in(request->page, ".html") && !ends_in(request->page, ".svg"))
-        return error_set(error, MR_USAGE, "unknown kind of file: -o %s; give one that ends in .html or .svg", request->page);
+        return error_set(error, MR_USAGE,
+                         "unknown kind of file: -o %s; give one that ends in .html or .svg",
+                         request->page);
     if (output_check(request->page, request->force, request->path, error) != MR_OK)
         return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
@@ -52,8 +57,9 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     return MR_OK;
 }
 
-static enum mr_status write_page(const char *path, bool force, const struct campaign *c, const struct campaign_run *runs,
-                                 const struct campaign_summary *s, struct error *error)
+static enum mr_status write_page(const char *path, bool force, const struct campaign *c,
+                                 const struct campaign_run *runs, const struct campaign_summary *s,
+                                 struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, force, error) != MR_OK)
@@ -66,16 +72,19 @@ static enum mr_status write_page(const char *path, bool force, const struct camp
 }
 
 /* Once more with every mat integrated and the planar engine in every landing. */
-static enum mr_status check(const struct campaign *c, const struct campaign_request *request, const struct campaign_run *runs,
-                            const struct cli *cli, struct campaign_difference *apart, struct error *error)
+static enum mr_status check(const struct campaign *c, const struct campaign_request *request,
+                            const struct campaign_run *runs, const struct cli *cli,
+                            struct campaign_difference *apart, struct error *error)
 {
     struct campaign whole = *c;
-    struct progress progress = {.cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
+    struct progress progress = {
+        .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
     struct campaign_run *again = calloc(c->seeds, sizeof *again);
     whole.skip_share = -1.0;
     if (!again)
         return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", c->seeds);
-    if (campaign_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again, error) == MR_OK)
+    if (campaign_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again,
+                          error) == MR_OK)
         *apart = campaign_compare(c, runs, again);
     for (size_t i = 0; i < c->seeds; i++)
         campaign_run_free(&again[i]);
@@ -83,8 +92,8 @@ static enum mr_status check(const struct campaign *c, const struct campaign_requ
     return error->status;
 }
 
-static int finish(const struct campaign *c, const struct campaign_request *request, const struct campaign_run *runs,
-                  const struct cli *cli, struct error *error)
+static int finish(const struct campaign *c, const struct campaign_request *request,
+                  const struct campaign_run *runs, const struct cli *cli, struct error *error)
 {
     struct campaign_summary summary;
     struct campaign_difference apart;
@@ -95,11 +104,13 @@ static int finish(const struct campaign *c, const struct campaign_request *reque
     if (error->status == MR_OK && request->page)
         write_page(request->page, request->force, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
-        error_set(error, MR_NUMERICS, "%zu of %zu runways could not be played to their end: %s; see what failed", summary.failed,
-                  c->seeds, request->path);
+        error_set(error, MR_NUMERICS,
+                  "%zu of %zu runways could not be played to their end: %s; see what failed",
+                  summary.failed, c->seeds, request->path);
     if (error->status != MR_OK)
         code = cli_fail(error);
-    code = answer_show(cli, campaign_answer(c, runs, &summary, checked ? &apart : NULL, cli->si), code);
+    code = answer_show(cli, campaign_answer(c, runs, &summary, checked ? &apart : NULL, cli->si),
+                       code);
     campaign_summary_free(&summary);
     return code;
 }
@@ -109,8 +120,10 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct campaign_request request = {0};
     struct campaign campaign;
-    struct progress progress = {.cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK || campaign_load(&campaign, request.path, &error) != MR_OK)
+    struct progress progress = {
+        .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
+        campaign_load(&campaign, request.path, &error) != MR_OK)
         return cli_fail(&error);
     if (request.seeds)
         campaign.seeds = (size_t)request.seeds;
@@ -119,10 +132,12 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     if (!runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
     else
-        campaign_ensemble(&campaign, (int)request.jobs, request.no_prune, tell_progress, &progress, runs, &error);
+        campaign_ensemble(&campaign, (int)request.jobs, request.no_prune, tell_progress, &progress,
+                          runs, &error);
     if (progress.drawn)
         fputc('\n', stderr);
-    code = error.status == MR_OK ? finish(&campaign, &request, runs, cli, &error) : cli_fail(&error);
+    code = error.status == MR_OK ? finish(&campaign, &request, runs, cli, &error)
+                                 : cli_fail(&error);
     for (size_t i = 0; runs && i < campaign.seeds; i++)
         campaign_run_free(&runs[i]);
     free(runs);

@@ -21,7 +21,8 @@ static double or_null(bool known, double value)
 }
 
 /* People read what is no more than how far the references agree as "less than". */
-static void add_error(struct answer *answer, const char *name, const char *label, const struct error_run *run, double error_ft, double agreement_ft)
+static void add_error(struct answer *answer, const char *name, const char *label,
+                      const struct error_run *run, double error_ft, double agreement_ft)
 {
     answer_value(answer, name, NULL, UNIT_NUMBER, or_null(run->status == SIM_OK, error_ft), 0);
     if (!label)
@@ -34,25 +35,32 @@ static void add_error(struct answer *answer, const char *name, const char *label
         answer_words(answer, NULL, label, "%9.2e", error_ft);
 }
 
-static void add_run(struct answer *answer, const struct error_study *study, const struct error_run *run)
+static void add_run(struct answer *answer, const struct error_study *study,
+                    const struct error_run *run)
 {
     bool fixed = run->dt_s > 0.0;
     answer_open(answer, NULL, NULL);
     answer_words(answer, "solver", "solver", "%s", run->solver);
-    answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e", fixed ? run->dt_s : run->rtol);
+    answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e",
+                 fixed ? run->dt_s : run->rtol);
     answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
     answer_value(answer, "dt", NULL, UNIT_TIME, or_null(fixed, run->dt_s), 0)->digits = 9;
     answer_count(answer, "steps", "steps", (int64_t)run->steps);
     answer_count(answer, "rhs", "rhs", (int64_t)run->rhs);
     answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
     add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->agreement_u_ft);
-    add_error(answer, "err_lift", study->lifts ? "error of|lift, ft" : NULL, run, run->lift_ft, study->agreement_lift_ft);
-    add_error(answer, "err_u_rms", study->lifts ? NULL : "rms error|of u, ft", run, run->rms_u_ft, study->agreement_rms_u_ft);
+    add_error(answer, "err_lift", study->lifts ? "error of|lift, ft" : NULL, run, run->lift_ft,
+              study->agreement_lift_ft);
+    add_error(answer, "err_u_rms", study->lifts ? NULL : "rms error|of u, ft", run, run->rms_u_ft,
+              study->agreement_rms_u_ft);
     answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
-    answer_words(answer, NULL, "status", run->beyond ? "%s, beyond the limit" : "%s", sim_status_name(run->status));
+    answer_words(answer, NULL, "status", run->beyond ? "%s, beyond the limit" : "%s",
+                 sim_status_name(run->status));
     if (run->status != SIM_OK)
         answer_words(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
-    answer_value(answer, "max_lift", NULL, UNIT_STATION, or_null(run->status == SIM_OK && study->lifts, run->max_lift_ft), 0)->digits = 9;
+    answer_value(answer, "max_lift", NULL, UNIT_STATION,
+                 or_null(run->status == SIM_OK && study->lifts, run->max_lift_ft), 0)
+        ->digits = 9;
     answer_flag(answer, "beyond_limit", NULL, run->beyond);
     answer_close(answer);
 }
@@ -67,7 +75,8 @@ static void add_runs(struct answer *answer, const struct error_study *study)
     }
     answer_close(answer);
     if (beyond)
-        answer_sentence(answer, NULL, "beyond the limit: of the stability of the step; `matrig sim` refuses it");
+        answer_sentence(answer, NULL,
+                        "beyond the limit: of the stability of the step; `matrig sim` refuses it");
 }
 
 static json_t *slope_json(const struct error_slope *slope)
@@ -75,19 +84,22 @@ static json_t *slope_json(const struct error_slope *slope)
     if (slope->points == 0)
         return json_null();
     return json_pack("{s:o,s:o,s:o,s:o,s:i}", "slope", cli_json_number(slope->slope, 4), "scatter",
-                     cli_json_number(slope->scatter, 3), "from", cli_json_number(slope->from, 6), "to",
-                     cli_json_number(slope->to, 6), "points", slope->points);
+                     cli_json_number(slope->scatter, 3), "from", cli_json_number(slope->from, 6),
+                     "to", cli_json_number(slope->to, 6), "points", slope->points);
 }
 
-static void slope_text(const char *what, const struct error_slope *slope, const struct error_order *order, char *text, size_t size)
+static void slope_text(const char *what, const struct error_slope *slope,
+                       const struct error_order *order, char *text, size_t size)
 {
     if (slope->points == 0)
         snprintf(text, size, "%s: too few errors to fit, or too alike a cost", what);
     else if (slope->scatter > ERROR_NO_LAW)
-        snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what, slope->points, slope->scatter);
+        snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what,
+                 slope->points, slope->scatter);
     else
-        snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what, slope->slope, slope->points,
-                 error_against_name(order->against), slope->from, slope->to, slope->scatter);
+        snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what,
+                 slope->slope, slope->points, error_against_name(order->against), slope->from,
+                 slope->to, slope->scatter);
 }
 
 static void add_orders(struct answer *answer, const struct error_study *study)
@@ -119,11 +131,13 @@ static void add_cheapest(struct answer *answer, const struct error_study *study)
     for (size_t i = 0; i < error_level_count; i++) {
         const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[i]);
         answer_open(answer, NULL, NULL);
-        answer_value(answer, study->lifts ? "err_lift" : "err_u", NULL, UNIT_NUMBER, error_levels_ft[i], 0);
+        answer_value(answer, study->lifts ? "err_lift" : "err_u", NULL, UNIT_NUMBER,
+                     error_levels_ft[i], 0);
         if (run) {
             answer_words(answer, "solver", NULL, "%s", run->solver);
             answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
-            answer_value(answer, "dt", NULL, UNIT_TIME, or_null(run->dt_s > 0.0, run->dt_s), 0)->digits = 9;
+            answer_value(answer, "dt", NULL, UNIT_TIME, or_null(run->dt_s > 0.0, run->dt_s), 0)
+                ->digits = 9;
             answer_value(answer, "run_ms", NULL, UNIT_NUMBER, run->ms, 0);
         } else
             answer_none(answer, "solver", NULL, NULL);
@@ -137,13 +151,16 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     answer_table(answer, NULL,
-                 study->lifts ? "least ms for an error of lift of at most (fixed steps: of the step and both its neighbours)"
-                              : "least ms for an error of u of at most (fixed steps: of the step and both its neighbours)");
+                 study->lifts ? "least ms for an error of lift of at most (fixed steps: of the "
+                                "step and both its neighbours)"
+                              : "least ms for an error of u of at most (fixed steps: of the step "
+                                "and both its neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_open(answer, NULL, NULL);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
         for (size_t k = 0; k < error_level_count; k++) {
-            const struct error_run *run = error_study_cheapest(study, i < count ? names[i] : NULL, error_levels_ft[k]);
+            const struct error_run *run = error_study_cheapest(study, i < count ? names[i] : NULL,
+                                                               error_levels_ft[k]);
             char level[24];
             snprintf(level, sizeof level, "%.0e ft", error_levels_ft[k]);
             if (i < count)
@@ -168,11 +185,16 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     answer_sentence(answer, "method", "%s", study->method);
     answer_open(answer, "agreement", "");
     answer_value(answer, "u", "agreement of u", UNIT_STATION, study->agreement_u_ft, -2);
-    answer_value(answer, "lift", study->lifts ? "of lift" : NULL, UNIT_STATION, study->agreement_lift_ft, -2);
-    answer_value(answer, "rms_u", study->lifts ? NULL : "rms of u", UNIT_STATION, study->agreement_rms_u_ft, -2);
+    answer_value(answer, "lift", study->lifts ? "of lift" : NULL, UNIT_STATION,
+                 study->agreement_lift_ft, -2);
+    answer_value(answer, "rms_u", study->lifts ? NULL : "rms of u", UNIT_STATION,
+                 study->agreement_rms_u_ft, -2);
     answer_close(answer);
-    answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits = 12;
-    answer_value(answer, "max_lift", study->lifts ? "largest lift" : NULL, UNIT_STATION, study->max_lift_ft, -6)->digits = 12;
+    answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits =
+        12;
+    answer_value(answer, "max_lift", study->lifts ? "largest lift" : NULL, UNIT_STATION,
+                 study->max_lift_ft, -6)
+        ->digits = 12;
     answer_close(answer);
     answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
     add_runs(answer, study);
@@ -186,8 +208,8 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     return answer;
 }
 
-static enum mr_status write_plot(const char *path, bool force, const char *name, const struct error_study *study,
-                                 struct error *error)
+static enum mr_status write_plot(const char *path, bool force, const char *name,
+                                 const struct error_study *study, struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, force, error) != MR_OK)
@@ -208,11 +230,15 @@ int error_command(int argc, char **argv, const struct cli *cli)
     if (command_parse(&command_error, argc, argv, cli, &r, words, &error) != MR_OK)
         return cli_fail(&error);
     if (r.predictor && words[0])
-        error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE", words[0]);
+        error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE",
+                  words[0]);
     else if (!r.predictor && !words[0])
-        error_set(&error, MR_USAGE, "something is missing: matrig error needs SCENE or --predictor; see matrig error --help");
+        error_set(&error, MR_USAGE,
+                  "something is missing: matrig error needs SCENE or --predictor; see matrig error "
+                  "--help");
     if (error.status == MR_OK)
-        output_check(r.plot, r.force, words[0], &error); /* before a minute of computing, not after */
+        /* before a minute of computing, not after */
+        output_check(r.plot, r.force, words[0], &error);
     if (error.status == MR_OK && r.predictor)
         return error_predictor(r.plot, r.force, cli);
     if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)

@@ -14,7 +14,8 @@
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/print.h"
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct fit_request *request, struct error *error)
 {
     if (command_parse(&command_fit, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
@@ -28,7 +29,8 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     if (output_check(request->plot, request->force, request->scene, error) != MR_OK)
         return error->status;
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
-        return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two", request->plot);
+        return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two",
+                         request->plot);
     return output_check(request->out_scene, request->force, request->scene, error);
 }
 
@@ -41,9 +43,12 @@ static int key_of(const char *name, size_t length)
     return -1;
 }
 
-static enum mr_status unknown_key(const char *option, const char *name, size_t length, struct error *error)
+static enum mr_status unknown_key(const char *option, const char *name, size_t length,
+                                  struct error *error)
 {
-    return error_set(error, MR_USAGE, "unknown parameter: '%.*s' for %s; give gap, grit, f, share, KL", (int)length, name, option);
+    return error_set(error, MR_USAGE,
+                     "unknown parameter: '%.*s' for %s; give gap, grit, f, share, KL", (int)length,
+                     name, option);
 }
 
 /* "gap,f": these are fitted, the others stay at their priors' values. */
@@ -72,11 +77,16 @@ static enum mr_status set_priors(const char *text, struct fit_landings *list, st
         double value, spread;
         if (key < 0)
             return unknown_key("--prior", text, length, error);
-        if (text[length] != '=' || sscanf(text + length, "=%lf:%lf%n", &value, &spread, &used) != 2 || length + (size_t)used != whole ||
-            !(value > 0.0) || !(spread > 0.0) || !isfinite(value) || !(spread <= 3.0 * value))
-            return error_set(error, MR_USAGE, "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0, as f=0.5:0.02", (int)whole, text);
+        if (text[length] != '=' ||
+            sscanf(text + length, "=%lf:%lf%n", &value, &spread, &used) != 2 ||
+            length + (size_t)used != whole || !(value > 0.0) || !(spread > 0.0) ||
+            !isfinite(value) || !(spread <= 3.0 * value))
+            return error_set(error, MR_USAGE,
+                             "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0, as f=0.5:0.02",
+                             (int)whole, text);
         if (given[key])
-            return error_set(error, MR_USAGE, "given twice: %s in --prior; leave one out", fit_names[key].key);
+            return error_set(error, MR_USAGE, "given twice: %s in --prior; leave one out",
+                             fit_names[key].key);
         given[key] = true;
         list->parameter[key].value = value;
         list->parameter[key].spread = spread / value;
@@ -86,8 +96,8 @@ static enum mr_status set_priors(const char *text, struct fit_landings *list, st
 }
 
 /* All landings of the campaign, those without a known motion left out with a note. */
-static enum mr_status add_all(struct store *store, const struct fit_request *request, const struct cli *cli, struct fit_landings *list,
-                              struct error *error)
+static enum mr_status add_all(struct store *store, const struct fit_request *request,
+                              const struct cli *cli, struct fit_landings *list, struct error *error)
 {
     struct store_landing *rows;
     size_t count;
@@ -107,15 +117,19 @@ static enum mr_status add_all(struct store *store, const struct fit_request *req
     }
     free(rows);
     if (error->status == MR_OK && list->count == 0)
-        error_set(error, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s", request->words[0],
-                  left_out ? last.text : "it has none; log one with at least 3 switches, a stop and a transducer");
+        error_set(error, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s",
+                  request->words[0],
+                  left_out
+                      ? last.text
+                      : "it has none; log one with at least 3 switches, a stop and a transducer");
     else if (left_out)
         cli_note(cli, "landings left out: %zu; the last one: %s", left_out, last.text);
     return error->status;
 }
 
 /* A landing that counts twice would halve what it says it does not know. */
-static enum mr_status add_named(struct store *store, const struct fit_request *request, struct fit_landings *list, struct error *error)
+static enum mr_status add_named(struct store *store, const struct fit_request *request,
+                                struct fit_landings *list, struct error *error)
 {
     int64_t runs[FIT_RUNS_MAX];
     for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
@@ -123,7 +137,8 @@ static enum mr_status add_named(struct store *store, const struct fit_request *r
             return error->status;
         for (size_t k = 0; k < i; k++) {
             if (runs[k] == runs[i])
-                return error_set(error, MR_USAGE, "given twice: RUN %s; leave one out", request->words[i + 1]);
+                return error_set(error, MR_USAGE, "given twice: RUN %s; leave one out",
+                                 request->words[i + 1]);
         }
         if (fit_campaign_add(store, runs[i], request->scene, list, error) != MR_OK)
             return error->status;
@@ -131,7 +146,8 @@ static enum mr_status add_named(struct store *store, const struct fit_request *r
     return MR_OK;
 }
 
-static enum mr_status load(const struct fit_request *request, const struct cli *cli, struct fit_landings *list, struct error *error)
+static enum mr_status load(const struct fit_request *request, const struct cli *cli,
+                           struct fit_landings *list, struct error *error)
 {
     struct store *store = NULL;
     struct sim_scene scene;
@@ -168,7 +184,8 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     struct fit_answer answer = {0};
     struct error error = {0};
     int exit_code = 0;
-    if (read_request(argc, argv, cli, &request, &error) == MR_OK && load(&request, cli, &list, &error) == MR_OK) {
+    if (read_request(argc, argv, cli, &request, &error) == MR_OK &&
+        load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
         if (cli_terminal() && !cli->quiet)
             request.options.go_on = show_progress;

@@ -1,5 +1,6 @@
-/* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many simulations. People type matrig, which
- * starts this program (host/commands/study_start.h) and answers --help, help and completion itself. */
+/* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many
+ * simulations. People type matrig, which starts this program (host/commands/study_start.h) and
+ * answers --help, help and completion itself. */
 #include <stdio.h>
 #include <string.h>
 
@@ -35,8 +36,10 @@ static enum mr_status check_version(const char *version, const char *matrig, str
     snprintf(own, sizeof own, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
     if (strcmp(version, own) == 0)
         return MR_OK;
-    return error_set(error, MR_USAGE, "matrig-study is of version %s, %s of version %s; install both from one build (make install)", own, matrig,
-                     version);
+    return error_set(error, MR_USAGE,
+                     "matrig-study is of version %s, %s of version %s; install both from one build "
+                     "(make install)",
+                     own, matrig, version);
 }
 
 int main(int argc, char **argv)
@@ -55,7 +58,9 @@ int main(int argc, char **argv)
         return cli_fail(&error);
     int (*run)(int argc, char **argv, const struct cli *cli) = i < argc ? find_run(argv[i]) : NULL;
     if (!run) {
-        error_set(&error, MR_USAGE, "not a study: '%s'; type matrig and a command, which starts matrig-study where it is needed",
+        error_set(&error, MR_USAGE,
+                  "not a study: '%s'; type matrig and a command, which starts matrig-study where "
+                  "it is needed",
                   i < argc ? argv[i] : "matrig-study");
         return cli_fail(&error);
     }

@@ -1,4 +1,5 @@
-/* The commands that matrig-study has: their runs (host/base/command.h). Their options stand in host/commands/, for both programs. */
+/* The commands that matrig-study has: their runs (host/base/command.h). Their options stand in
+ * host/commands/, for both programs. */
 #ifndef MATRIG_HOST_STUDY_STUDIES_H
 #define MATRIG_HOST_STUDY_STUDIES_H
 

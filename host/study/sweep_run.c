@@ -56,7 +56,8 @@ static enum mr_status results_path(struct sweep_request *r, const char *output, 
         return error_set(error, MR_TOO_LONG, "path too long: %.100s...; give a shorter one", from);
     snprintf(r->results, sizeof r->results, "%.*s%s", (int)length, from, output ? "" : ".jsonl");
     if (strcmp(r->results, r->study) == 0)
-        return error_set(error, MR_USAGE, "would overwrite the sweep: %s; give another file with -o", r->study);
+        return error_set(error, MR_USAGE,
+                         "would overwrite the sweep: %s; give another file with -o", r->study);
     return MR_OK;
 }
 
@@ -64,22 +65,29 @@ static enum mr_status check_together(const struct sweep_request *r, struct error
 {
     bool submits = r->slurm || r->parallel;
     if (r->slurm + r->parallel + r->gather + r->list > 1)
-        return error_set(error, MR_USAGE, "too much at once: matrig sweep; give one of --slurm, --parallel, --gather, --list");
+        return error_set(
+            error, MR_USAGE,
+            "too much at once: matrig sweep; give one of --slurm, --parallel, --gather, --list");
     if ((submits || r->gather || r->list) && (r->shard_text || r->retry))
-        return error_set(error, MR_USAGE, "do not go together: --%s with --slurm, --parallel, --gather or --list; run it on its own",
+        return error_set(error, MR_USAGE,
+                         "do not go together: --%s with --slurm, --parallel, --gather or --list; "
+                         "run it on its own",
                          r->shard_text ? "shard" : "retry");
     if (!submits && (r->shards || r->with))
-        return error_set(error, MR_USAGE, "alone: --%s; it goes with --slurm or --parallel", r->shards ? "shards" : "with");
+        return error_set(error, MR_USAGE, "alone: --%s; it goes with --slurm or --parallel",
+                         r->shards ? "shards" : "with");
     if (r->no_wait && !r->slurm)
         return error_set(error, MR_USAGE, "alone: --no-wait; it goes with --slurm");
     if (r->parts && !r->gather)
-        return error_set(error, MR_USAGE, "one word too many: '%s' of sweep; see matrig sweep --help", r->words[1]);
+        return error_set(error, MR_USAGE,
+                         "one word too many: '%s' of sweep; see matrig sweep --help", r->words[1]);
     if (r->with && strchr(r->with, '\n'))
         return error_set(error, MR_USAGE, "more than one line: --with; write the options on one");
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct sweep_request *r, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct sweep_request *r, struct error *error)
 {
     if (command_parse(&command_sweep, argc, argv, cli, r, r->words, error) != MR_OK)
         return error->status;
@@ -113,9 +121,10 @@ static bool same_text(const char *path, const char *text)
     return same;
 }
 
-/* Beside the results, so that they say what they are of, and so that a study edited later does not change what shards run. Put
- * there by a rename: shards that begin together write the same. */
-static enum mr_status keep_study(const struct sweep_study *study, const char *results, bool force, char *path, struct error *error)
+/* Beside the results, so that they say what they are of, and so that a study edited later does not
+ * change what shards run. Put there by a rename: shards that begin together write the same. */
+static enum mr_status keep_study(const struct sweep_study *study, const char *results, bool force,
+                                 char *path, struct error *error)
 {
     sweep_study_path(results, path);
     char *text = json_dumps(study->root, JSON_INDENT(1) | JSON_REAL_PRECISION(17));
@@ -143,7 +152,8 @@ static void show(void *ctx, size_t done, size_t failed)
     if (p->cli->quiet || !cli_terminal() || now < p->next_s)
         return;
     double left_s = (now - p->begun_s) / (double)done * (double)(p->share - p->before - done);
-    fprintf(stderr, "\rmatrig: sweep: %zu of %zu cases, %zu failed, %.0f s left   ", p->before + done, p->share, p->failed + failed, left_s);
+    fprintf(stderr, "\rmatrig: sweep: %zu of %zu cases, %zu failed, %.0f s left   ",
+            p->before + done, p->share, p->failed + failed, left_s);
     p->drawn = true;
     p->next_s = now + PROGRESS_S;
 }
@@ -156,19 +166,24 @@ struct outcome {
     bool gathers;
 };
 
-static int print_outcome(const struct sweep_request *r, const struct sweep_study *study, const struct outcome *o, const struct cli *cli)
+static int print_outcome(const struct sweep_request *r, const struct sweep_study *study,
+                         const struct outcome *o, const struct cli *cli)
 {
     int code = o->missing ? mr_status_exit_code(MR_LIMIT) : 0;
     if (o->torn)
-        cli_note(cli, "%s: a torn last line of %zu bytes was taken off; its case is done again", o->path, o->torn);
+        cli_note(cli, "%s: a torn last line of %zu bytes was taken off; its case is done again",
+                 o->path, o->torn);
     if (o->twice)
         cli_note(cli, "%s: %zu lines repeat a case; the first counts", o->path, o->twice);
     if (o->gathered.differ)
-        cli_note(cli, "%zu cases differ between two files (%s for one): the first is kept", o->gathered.differ, o->gathered.differs);
+        cli_note(cli, "%zu cases differ between two files (%s for one): the first is kept",
+                 o->gathered.differ, o->gathered.differs);
     if (cli->json) {
-        json_t *object = json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:s,s:o}", "study", r->study, "cases", (json_int_t)study->cases, "share",
-                                   (json_int_t)o->share, "before", (json_int_t)o->before, "run", (json_int_t)o->run, "failed",
-                                   (json_int_t)o->failed, "missing", (json_int_t)o->missing, "results", o->path, "took_s",
+        json_t *object = json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:s,s:o}", "study", r->study,
+                                   "cases", (json_int_t)study->cases, "share", (json_int_t)o->share,
+                                   "before", (json_int_t)o->before, "run", (json_int_t)o->run,
+                                   "failed", (json_int_t)o->failed, "missing",
+                                   (json_int_t)o->missing, "results", o->path, "took_s",
                                    cli_json_number(o->took_s, 6));
         if (r->shard.n)
             json_object_set_new(object, "shard", json_sprintf("%u/%u", r->shard.i, r->shard.n));
@@ -201,8 +216,8 @@ static bool is_ok(void *ctx, const json_t *line)
     return strcmp(json_string_value(json_object_get(line, "status")), "ok") == 0;
 }
 
-static size_t *to_do(const struct sweep_request *r, const struct sweep_study *study, const struct sweep_done *done, struct outcome *o,
-                     size_t *count)
+static size_t *to_do(const struct sweep_request *r, const struct sweep_study *study,
+                     const struct sweep_done *done, struct outcome *o, size_t *count)
 {
     size_t *todo = calloc(study->cases, sizeof *todo);
     *count = 0;
@@ -218,11 +233,13 @@ static size_t *to_do(const struct sweep_request *r, const struct sweep_study *st
     return todo;
 }
 
-static enum mr_status run_cases(const struct sweep_request *r, const struct sweep_study *study, struct sweep_results *results,
-                                const struct sweep_done *done, struct outcome *o, const struct cli *cli, struct error *error)
+static enum mr_status run_cases(const struct sweep_request *r, const struct sweep_study *study,
+                                struct sweep_results *results, const struct sweep_done *done,
+                                struct outcome *o, const struct cli *cli, struct error *error)
 {
     size_t count, *todo = to_do(r, study, done, o, &count);
-    struct progress progress = {.cli = cli, .before = o->before, .share = o->share, .begun_s = steady_s()};
+    struct progress progress = {
+        .cli = cli, .before = o->before, .share = o->share, .begun_s = steady_s()};
     struct sweep_pool pool = {.study = study,
                               .simulate = sweep_simulation(study->kind),
                               .results = results,
@@ -247,8 +264,8 @@ static enum mr_status run_cases(const struct sweep_request *r, const struct swee
     return error->status;
 }
 
-static enum mr_status run_share(const struct sweep_request *r, const struct sweep_study *study, struct outcome *o, const struct cli *cli,
-                                struct error *error)
+static enum mr_status run_share(const struct sweep_request *r, const struct sweep_study *study,
+                                struct outcome *o, const struct cli *cli, struct error *error)
 {
     struct sweep_results results;
     struct sweep_done done = {.retry = r->retry};
@@ -259,7 +276,8 @@ static enum mr_status run_share(const struct sweep_request *r, const struct swee
     o->torn = results.torn;
     if (r->retry)
         sweep_results_rewrite(&results, is_ok, NULL, error);
-    if (error->status == MR_OK && sweep_done_load(&done, study, &results, r->results, error) == MR_OK &&
+    if (error->status == MR_OK &&
+        sweep_done_load(&done, study, &results, r->results, error) == MR_OK &&
         keep_study(study, r->results, r->force, copy, error) == MR_OK) {
         o->failed = done.failed;
         o->twice = done.twice;
@@ -270,21 +288,24 @@ static enum mr_status run_share(const struct sweep_request *r, const struct swee
     return error->status;
 }
 
-static enum mr_status gather(const struct sweep_request *r, const struct sweep_study *study, struct outcome *o, struct error *error)
+static enum mr_status gather(const struct sweep_request *r, const struct sweep_study *study,
+                             struct outcome *o, struct error *error)
 {
     struct sweep_results results;
     struct sweep_done done = {0}, after = {0};
     snprintf(o->path, sizeof o->path, "%s", r->results);
     for (size_t i = 0; i < r->parts; i++) {
         if (access(r->words[1 + i], R_OK) != 0)
-            return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights", strerror(errno), r->words[1 + i]);
+            return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights",
+                             strerror(errno), r->words[1 + i]);
     }
     if (sweep_results_open(&results, r->results, error) != MR_OK)
         return error->status;
     o->torn = results.torn;
     o->gathers = true;
     done.study = study;
-    if (sweep_gather(&results, &done, r->results, r->parts ? r->words + 1 : NULL, r->parts, &o->gathered, error) == MR_OK &&
+    if (sweep_gather(&results, &done, r->results, r->parts ? r->words + 1 : NULL, r->parts,
+                     &o->gathered, error) == MR_OK &&
         sweep_done_load(&after, study, &results, r->results, error) == MR_OK) {
         o->share = study->cases;
         o->failed = after.failed;
@@ -296,15 +317,22 @@ static enum mr_status gather(const struct sweep_request *r, const struct sweep_s
     return error->status;
 }
 
-static enum mr_status submit(const struct sweep_request *r, const struct sweep_study *study, struct outcome *o, const struct cli *cli,
-                             struct error *error)
+static enum mr_status submit(const struct sweep_request *r, const struct sweep_study *study,
+                             struct outcome *o, const struct cli *cli, struct error *error)
 {
     char copy[SWEEP_PATH_MAX + 40];
-    unsigned shards = (size_t)r->shards < study->cases ? (unsigned)r->shards : (unsigned)study->cases;
+    unsigned shards = (size_t)r->shards < study->cases ? (unsigned)r->shards
+                                                       : (unsigned)study->cases;
     char timeout[32];
     snprintf(timeout, sizeof timeout, "%.17g", r->timeout_s);
-    struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL, .study = copy, .results = r->results, .shards = shards,
-                                 .jobs = (unsigned)r->jobs, .with = r->with, .timeout = r->timeout_s > 0.0 ? timeout : NULL, .no_wait = r->no_wait,
+    struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL,
+                                 .study = copy,
+                                 .results = r->results,
+                                 .shards = shards,
+                                 .jobs = (unsigned)r->jobs,
+                                 .with = r->with,
+                                 .timeout = r->timeout_s > 0.0 ? timeout : NULL,
+                                 .no_wait = r->no_wait,
                                  .force = r->force};
     double begun_s = steady_s();
     if (gather(r, study, o, error) != MR_OK)
@@ -313,7 +341,8 @@ static enum mr_status submit(const struct sweep_request *r, const struct sweep_s
         cli_note(cli, "nothing is missing: %s", r->results);
         return MR_OK;
     }
-    if (keep_study(study, r->results, r->force, copy, error) != MR_OK || sweep_submit(&s, error) != MR_OK)
+    if (keep_study(study, r->results, r->force, copy, error) != MR_OK ||
+        sweep_submit(&s, error) != MR_OK)
         return error->status;
     if (r->slurm)
         cli_note(cli, "Slurm job %s, %u shards, by %s%s", s.job, shards, s.script,
@@ -321,11 +350,14 @@ static enum mr_status submit(const struct sweep_request *r, const struct sweep_s
     if (r->no_wait)
         return MR_OK;
     if (stopped && r->slurm)
-        cli_note(cli, "no longer waiting; job %s goes on: gather later with --gather, or scancel %s", s.job, s.job);
+        cli_note(cli,
+                 "no longer waiting; job %s goes on: gather later with --gather, or scancel %s",
+                 s.job, s.job);
     gather(r, study, o, error);
     o->took_s = steady_s() - begun_s;
     if (error->status == MR_OK && o->missing)
-        cli_note(cli, "exit %d of %s: see %s; the same command goes on", s.exit_code, r->slurm ? "sbatch" : "parallel", s.script);
+        cli_note(cli, "exit %d of %s: see %s; the same command goes on", s.exit_code,
+                 r->slurm ? "sbatch" : "parallel", s.script);
     return error->status;
 }
 
@@ -361,7 +393,8 @@ int sweep_command(int argc, char **argv, const struct cli *cli)
     struct sweep_study study;
     struct outcome outcome = {0};
     struct error error = {0};
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK || sweep_study_load(&study, request.study, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
+        sweep_study_load(&study, request.study, &error) != MR_OK)
         return cli_fail(&error);
     int code = 0;
     if (request.list) {

@@ -4,9 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Those of a survey by place in the plan; NaN: not read, undone or skipped. `survey` NULL: only the values are wanted. */
-static enum mr_status take_readings(struct store *store, int64_t id, const struct survey_plan *plan, double value_in[SURVEY_ITEMS_MAX],
-                                    struct survey *survey, struct error *error)
+/* Those of a survey by place in the plan; NaN: not read, undone or skipped. `survey` NULL: only the
+ * values are wanted. */
+static enum mr_status take_readings(struct store *store, int64_t id, const struct survey_plan *plan,
+                                    double value_in[SURVEY_ITEMS_MAX], struct survey *survey,
+                                    struct error *error)
 {
     struct store_gage_reading *rows = NULL;
     size_t count = 0;
@@ -30,7 +32,8 @@ static enum mr_status take_readings(struct store *store, int64_t id, const struc
 }
 
 /* Row `i`, and of each place what was read there last before. */
-static enum mr_status fill(struct store *store, const struct store_gage_survey *rows, size_t i, struct survey *survey, struct error *error)
+static enum mr_status fill(struct store *store, const struct store_gage_survey *rows, size_t i,
+                           struct survey *survey, struct error *error)
 {
     const struct store_gage_survey *row = &rows[i];
     double value_in[SURVEY_ITEMS_MAX];
@@ -38,8 +41,10 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     enum survey_edges edges;
     enum mr_status status = MR_OK;
     if (!survey_pattern_parse(row->pattern, &pattern) || !survey_edges_parse(row->edges, &edges))
-        return error_set(error, MR_MALFORMED, "survey %lld has a pattern that is not known, '%s': %s; the database is damaged",
-                         (long long)row->id, row->pattern, store_path(store));
+        return error_set(
+            error, MR_MALFORMED,
+            "survey %lld has a pattern that is not known, '%s': %s; the database is damaged",
+            (long long)row->id, row->pattern, store_path(store));
     memset(survey, 0, sizeof *survey);
     survey->row = *row;
     survey_desk_init(&survey->desk, pattern, edges);
@@ -50,7 +55,8 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
             continue;
         status = take_readings(store, rows[k].id, &survey->desk.plan, value_in, NULL, error);
         for (size_t at = 0; at < survey->desk.plan.count; at++)
-            survey->desk.previous_in[at] = isnan(value_in[at]) ? survey->desk.previous_in[at] : value_in[at];
+            survey->desk.previous_in[at] = isnan(value_in[at]) ? survey->desk.previous_in[at]
+                                                               : value_in[at];
     }
     if (status == MR_OK)
         status = take_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
@@ -69,7 +75,8 @@ static int64_t before(const struct store_gage_survey *rows, size_t i)
     return 0;
 }
 
-enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey, struct error *error)
+enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
+                          struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;
@@ -79,24 +86,28 @@ enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey
     while (i < count && rows[i].id != id)
         i++;
     if (status == MR_OK && count == 0)
-        status = error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s", store_path(store), store_path(store));
+        status = error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",
+                           store_path(store), store_path(store));
     else if (status == MR_OK && i == count)
-        status = error_set(error, MR_UNKNOWN, "no survey %lld: %s; it has %lld to %lld", (long long)id, store_path(store),
-                           (long long)rows[0].id, (long long)rows[count - 1].id);
+        status = error_set(error, MR_UNKNOWN, "no survey %lld: %s; it has %lld to %lld",
+                           (long long)id, store_path(store), (long long)rows[0].id,
+                           (long long)rows[count - 1].id);
     if (status == MR_OK)
         status = fill(store, rows, i, survey, error);
     free(rows);
     return status;
 }
 
-enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern, struct survey *survey, bool *found, struct error *error)
+enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern,
+                               struct survey *survey, bool *found, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     *found = false;
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);
     for (size_t i = count; i-- > 0 && status == MR_OK && !*found;) {
-        if (rows[i].ended_us != STORE_NONE || strcmp(rows[i].pattern, survey_pattern_text(pattern)) != 0)
+        if (rows[i].ended_us != STORE_NONE ||
+            strcmp(rows[i].pattern, survey_pattern_text(pattern)) != 0)
             continue;
         status = fill(store, rows, i, survey, error);
         *found = status == MR_OK;
@@ -118,7 +129,8 @@ static void worst_bow(struct survey_found *found)
     }
 }
 
-enum mr_status survey_find(struct store *store, const struct survey *survey, struct survey_found *found, struct error *error)
+enum mr_status survey_find(struct store *store, const struct survey *survey,
+                           struct survey_found *found, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;

@@ -1,4 +1,5 @@
-/* Surveys of a campaign: which one goes on, its readings at their places, what it is compared with. */
+/* Surveys of a campaign: which one goes on, its readings at their places, what it is compared
+ * with. */
 #ifndef MATRIG_HOST_SURVEY_CAMPAIGN_H
 #define MATRIG_HOST_SURVEY_CAMPAIGN_H
 
@@ -23,9 +24,12 @@ struct survey_found {
 };
 
 /* Survey `id`, 0: the newest. MR_UNKNOWN: no such survey. */
-enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey, struct error *error);
+enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
+                          struct error *error);
 /* The newest one that goes on, of that pattern; *found false: none. */
-enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern, struct survey *survey, bool *found, struct error *error);
-enum mr_status survey_find(struct store *store, const struct survey *survey, struct survey_found *found, struct error *error);
+enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern,
+                               struct survey *survey, bool *found, struct error *error);
+enum mr_status survey_find(struct store *store, const struct survey *survey,
+                           struct survey_found *found, struct error *error);
 
 #endif

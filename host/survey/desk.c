@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define IN_PER_MM (1.0 / 25.4)
-#define AGAIN_IN 0.015    /* three reading errors: a repeated reading is the same */
+#define IN_PER_MM  (1.0 / 25.4)
+#define AGAIN_IN   0.015  /* three reading errors: a repeated reading is the same */
 #define READING_IN 2000.0 /* nobody has a longer caliper or runway */
 
 static const char *skip_space(const char *text)
@@ -34,9 +34,11 @@ static bool parse_number(const char *text, bool si, double *value_in)
         *comma = '.'; /* as some calipers type it */
     double value = strtod(number, &end);
     const char *unit = skip_space(text + length);
-    bool mm = strncmp(unit, "mm", 2) == 0 && is_end(unit + 2), in = strncmp(unit, "in", 2) == 0 && is_end(unit + 2);
+    bool mm = strncmp(unit, "mm", 2) == 0 && is_end(unit + 2),
+         in = strncmp(unit, "in", 2) == 0 && is_end(unit + 2);
     *value_in = value * (mm || (si && !in) ? IN_PER_MM : 1.0);
-    return end != number && *end == '\0' && (*unit == '\0' || mm || in) && fabs(*value_in) <= READING_IN;
+    return end != number && *end == '\0' && (*unit == '\0' || mm || in) &&
+           fabs(*value_in) <= READING_IN;
 }
 
 void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
@@ -44,7 +46,8 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     static const struct {
         char letter;
         enum survey_word word;
-    } words[] = {{'s', SURVEY_SKIP}, {'u', SURVEY_UNDO}, {'b', SURVEY_BACK}, {'f', SURVEY_FORWARD}, {'q', SURVEY_QUIT}, {'?', SURVEY_HELP}};
+    } words[] = {{'s', SURVEY_SKIP},    {'u', SURVEY_UNDO}, {'b', SURVEY_BACK},
+                 {'f', SURVEY_FORWARD}, {'q', SURVEY_QUIT}, {'?', SURVEY_HELP}};
     const char *text = skip_space(line);
     *entry = (struct survey_entry){.word = SURVEY_NONSENSE, .value_in = (double)NAN};
     if (*text == '\0')
@@ -61,7 +64,8 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     }
 }
 
-void survey_desk_init(struct survey_desk *desk, enum survey_pattern pattern, enum survey_edges edges)
+void survey_desk_init(struct survey_desk *desk, enum survey_pattern pattern,
+                      enum survey_edges edges)
 {
     memset(desk, 0, sizeof *desk);
     survey_plan_make(&desk->plan, pattern, edges);
@@ -104,7 +108,8 @@ void survey_desk_next(struct survey_desk *desk, size_t from)
 
 double survey_desk_expected_in(const struct survey_desk *desk, size_t item)
 {
-    return isnan(desk->previous_in[item]) ? survey_item_nominal_in(&desk->plan.item[item]) : desk->previous_in[item];
+    return isnan(desk->previous_in[item]) ? survey_item_nominal_in(&desk->plan.item[item])
+                                          : desk->previous_in[item];
 }
 
 static enum survey_outcome take_number(struct survey_desk *desk, double value_in, size_t *item)
@@ -113,7 +118,8 @@ static enum survey_outcome take_number(struct survey_desk *desk, double value_in
     if (at == desk->plan.count)
         return SURVEY_REFUSED;
     double expected_in = survey_desk_expected_in(desk, at);
-    bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9; /* false: nothing to expect */
+    /* false: nothing to expect */
+    bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9;
     bool again = desk->doubted && fabs(value_in - desk->doubted_in) <= AGAIN_IN;
     *item = at;
     if (beyond && !again) {
@@ -140,20 +146,19 @@ static enum survey_outcome undo(struct survey_desk *desk, size_t *item)
     return SURVEY_UNDONE;
 }
 
-enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct survey_entry *entry, size_t *item)
+enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct survey_entry *entry,
+                                     size_t *item)
 {
     *item = desk->at;
     switch (entry->word) {
-    case SURVEY_NUMBER:
-        return take_number(desk, entry->value_in, item);
+    case SURVEY_NUMBER: return take_number(desk, entry->value_in, item);
     case SURVEY_SKIP:
         if (desk->at == desk->plan.count)
             return SURVEY_REFUSED;
         survey_desk_restore(desk, desk->at, (double)NAN, true);
         survey_desk_next(desk, desk->at);
         return SURVEY_SKIPPED;
-    case SURVEY_UNDO:
-        return undo(desk, item);
+    case SURVEY_UNDO: return undo(desk, item);
     case SURVEY_BACK:
         if (desk->at == 0)
             return SURVEY_REFUSED;
@@ -171,8 +176,7 @@ enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct surv
             return SURVEY_REFUSED;
         *item = desk->last[desk->lasts - 1];
         return SURVEY_NOTED;
-    default:
-        return SURVEY_REFUSED;
+    default: return SURVEY_REFUSED;
     }
 }
 

@@ -6,8 +6,8 @@
 #include "common/command.h"
 #include "host/board/dialogue.h"
 
-#define ANSWER_S 2.0 /* then it is sent again */
-#define TRIES 3
+#define ANSWER_S  2.0 /* then it is sent again */
+#define TRIES     3
 #define DIGITS_IN 1e-4 /* of the command and of the message */
 
 struct talk {
@@ -17,12 +17,15 @@ struct talk {
     double slack_in[SURVEY_SPANS];
 };
 
-static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct talk *talk = context;
     struct mr_slack slack;
     (void)error;
-    if (message->id == MR_ID_SLACK && mr_slack_get(&slack, message->payload, message->length) == MR_OK && slack.segment < SURVEY_SPANS) {
+    if (message->id == MR_ID_SLACK &&
+        mr_slack_get(&slack, message->payload, message->length) == MR_OK &&
+        slack.segment < SURVEY_SPANS) {
         talk->tolds += !talk->told[slack.segment];
         talk->told[slack.segment] = true;
         talk->slack_in[slack.segment] = (double)slack.slack_in;
@@ -35,9 +38,14 @@ static bool all_told(const void *context)
     return ((const struct talk *)context)->tolds == SURVEY_SPANS;
 }
 
-static enum mr_status order(struct talk *talk, unsigned code, unsigned segment, int32_t argument, struct error *error)
+static enum mr_status order(struct talk *talk, unsigned code, unsigned segment, int32_t argument,
+                            struct error *error)
 {
-    const struct dialogue_order order = {.code = (uint8_t)code, .index = (uint8_t)segment, .argument = argument, .answer_s = ANSWER_S, .tries = TRIES};
+    const struct dialogue_order order = {.code = (uint8_t)code,
+                                         .index = (uint8_t)segment,
+                                         .argument = argument,
+                                         .answer_s = ANSWER_S,
+                                         .tries = TRIES};
     struct mr_ack ack;
     enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
@@ -45,10 +53,14 @@ static enum mr_status order(struct talk *talk, unsigned code, unsigned segment, 
     if (status != MR_OK || ack.status == MR_OK)
         return status;
     if (ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW, "the board takes no survey now, a landing is armed or going on: %s; disarm it, or wait",
-                         dialogue_spec(talk->dialogue));
-    return error_set(error, (enum mr_status)ack.status, "the board refuses segment %u of the survey (%s): %s; look at its readings", segment,
-                     mr_status_text((enum mr_status)ack.status), dialogue_spec(talk->dialogue));
+        return error_set(
+            error, MR_NOT_NOW,
+            "the board takes no survey now, a landing is armed or going on: %s; disarm it, or wait",
+            dialogue_spec(talk->dialogue));
+    return error_set(error, (enum mr_status)ack.status,
+                     "the board refuses segment %u of the survey (%s): %s; look at its readings",
+                     segment, mr_status_text((enum mr_status)ack.status),
+                     dialogue_spec(talk->dialogue));
 }
 
 static enum mr_status read_back(struct talk *talk, struct error *error)
@@ -61,12 +73,15 @@ static enum mr_status read_back(struct talk *talk, struct error *error)
         if (status == MR_OK)
             status = dialogue_until(talk->dialogue, all_told, talk, ANSWER_S, error);
     }
-    return status == MR_TIMEOUT ? error_set(error, MR_TIMEOUT, "the board told %u of %u segments of what it holds now: %s; load it again",
-                                            talk->tolds, SURVEY_SPANS, dialogue_spec(talk->dialogue))
-                                : status;
+    return status == MR_TIMEOUT
+             ? error_set(error, MR_TIMEOUT,
+                         "the board told %u of %u segments of what it holds now: %s; load it again",
+                         talk->tolds, SURVEY_SPANS, dialogue_spec(talk->dialogue))
+             : status;
 }
 
-static void compare(const struct talk *talk, const struct survey_slack *slack, struct survey_loaded *loaded)
+static void compare(const struct talk *talk, const struct survey_slack *slack,
+                    struct survey_loaded *loaded)
 {
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double wanted_in = slack->segment[k].value_in;
@@ -78,7 +93,8 @@ static void compare(const struct talk *talk, const struct survey_slack *slack, s
     }
 }
 
-static enum mr_status load(struct talk *talk, const struct survey_slack *slack, struct survey_loaded *loaded, struct error *error)
+static enum mr_status load(struct talk *talk, const struct survey_slack *slack,
+                           struct survey_loaded *loaded, struct error *error)
 {
     enum mr_status status = dialogue_hello(talk->dialogue, NULL, NULL, error);
     for (unsigned k = 0; k < SURVEY_SPANS && status == MR_OK; k++) {
@@ -95,8 +111,8 @@ static enum mr_status load(struct talk *talk, const struct survey_slack *slack, 
     return status;
 }
 
-enum mr_status survey_load(const char *can, const char *serial, const struct survey_slack *slack, struct survey_loaded *loaded,
-                           struct error *error)
+enum mr_status survey_load(const char *can, const char *serial, const struct survey_slack *slack,
+                           struct survey_loaded *loaded, struct error *error)
 {
     struct dialogue dialogue;
     struct talk talk = {.dialogue = &dialogue};

@@ -1,4 +1,5 @@
-/* Giving a board the slack of a survey (command `survey`, common/command.h), and reading back what it holds then. */
+/* Giving a board the slack of a survey (command `survey`, common/command.h), and reading back what
+ * it holds then. */
 #ifndef MATRIG_HOST_SURVEY_LOAD_H
 #define MATRIG_HOST_SURVEY_LOAD_H
 
@@ -8,11 +9,13 @@ struct survey_loaded {
     unsigned sent;                 /* segments */
     double board_in[SURVEY_SPANS]; /* what it says it holds; NaN: not surveyed */
     unsigned different;            /* of those sent */
-    unsigned older;                /* segments that it holds and this survey has not: of an earlier one */
+    /* segments that it holds and this survey has not: of an earlier one */
+    unsigned older;
 };
 
-/* Over one LINK, the other one NULL. MR_NOT_NOW: a landing is armed or going on; else as host/board/dialogue.h has it. */
-enum mr_status survey_load(const char *can, const char *serial, const struct survey_slack *slack, struct survey_loaded *loaded,
-                           struct error *error);
+/* Over one LINK, the other one NULL. MR_NOT_NOW: a landing is armed or going on; else as
+ * host/board/dialogue.h has it. */
+enum mr_status survey_load(const char *can, const char *serial, const struct survey_slack *slack,
+                           struct survey_loaded *loaded, struct error *error);
 
 #endif

@@ -19,10 +19,12 @@ static bool has_stations(enum survey_pattern pattern, enum survey_edges edges, u
 {
     if (pattern == SURVEY_PATTERN_DIAGONAL)
         return true;
-    return (line == 1 && edges != SURVEY_EDGE_NONE) || (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH);
+    return (line == 1 && edges != SURVEY_EDGE_NONE) ||
+           (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH);
 }
 
-static void add_station(struct survey_plan *plan, enum survey_edges edges, unsigned line, unsigned station)
+static void add_station(struct survey_plan *plan, enum survey_edges edges, unsigned line,
+                        unsigned station)
 {
     if (!has_stations(plan->pattern, edges, line))
         return;
@@ -45,7 +47,8 @@ static void walk_down(struct survey_plan *plan, enum survey_edges edges, unsigne
         add_station(plan, edges, line, station++);
 }
 
-void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern, enum survey_edges edges)
+void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern,
+                      enum survey_edges edges)
 {
     plan->pattern = pattern;
     plan->count = 0;
@@ -58,7 +61,8 @@ void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern, enu
             plan->item[j] = item;
         }
     }
-    for (unsigned line = 1; pattern == SURVEY_PATTERN_DIAGONAL && line <= SURVEY_DIAGONALS; line++) {
+    for (unsigned line = 1; pattern == SURVEY_PATTERN_DIAGONAL && line <= SURVEY_DIAGONALS;
+         line++) {
         for (unsigned i = 0; i < SURVEY_DIAGONAL_SPANS; i++)
             add(plan, SURVEY_DIAGONAL, line, line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
     }
@@ -124,27 +128,26 @@ bool survey_edges_parse(const char *text, enum survey_edges *edges)
 
 double survey_line_in(unsigned line)
 {
-    static const double from_left_in[SURVEY_LINES] = {12.0, SURVEY_WIDTH_IN / 2 - 36.0, SURVEY_WIDTH_IN / 2, SURVEY_WIDTH_IN - 12.0};
+    static const double from_left_in[SURVEY_LINES] = {12.0, SURVEY_WIDTH_IN / 2 - 36.0,
+                                                      SURVEY_WIDTH_IN / 2, SURVEY_WIDTH_IN - 12.0};
     return from_left_in[line - 1];
 }
 
 const char *survey_line_text(unsigned line)
 {
-    static const char *const text[SURVEY_LINES] = {"12 in from the left edge", "36 in left of the centreline", "near the centreline",
-                                                   "12 in from the right edge"};
+    static const char *const text[SURVEY_LINES] = {
+        "12 in from the left edge", "36 in left of the centreline", "near the centreline",
+        "12 in from the right edge"};
     return line >= 1 && line <= SURVEY_LINES ? text[line - 1] : "unknown";
 }
 
 double survey_item_ft(const struct survey_item *item)
 {
     switch (item->kind) {
-    case SURVEY_GAP:
-        return SURVEY_SPAN_FT * item->place;
+    case SURVEY_GAP: return SURVEY_SPAN_FT * item->place;
     case SURVEY_STATION:
-    case SURVEY_ACROSS:
-        return SURVEY_STATION_FT * item->place;
-    default:
-        return (double)NAN;
+    case SURVEY_ACROSS: return SURVEY_STATION_FT * item->place;
+    default: return (double)NAN;
     }
 }
 
@@ -153,21 +156,26 @@ void survey_item_text(const struct survey_item *item, bool si, char *out, size_t
     const struct unit *station = unit_of(UNIT_STATION, si);
     double at = survey_item_ft(item) * station->factor;
     if (item->kind == SURVEY_GAP)
-        snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line, survey_line_text(item->line),
-                 item->place * MR_MATS_PER_SEGMENT + 1, (item->place + 1) * MR_MATS_PER_SEGMENT, at, station->text);
+        snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
+                 survey_line_text(item->line), item->place * MR_MATS_PER_SEGMENT + 1,
+                 (item->place + 1) * MR_MATS_PER_SEGMENT, at, station->text);
     else if (item->kind == SURVEY_DIAGONAL)
-        snprintf(out, size, "45 degree line %u, span %u of %u from the left", item->line, item->place + 1, SURVEY_DIAGONAL_SPANS);
+        snprintf(out, size, "45 degree line %u, span %u of %u from the left", item->line,
+                 item->place + 1, SURVEY_DIAGONAL_SPANS);
     else
-        snprintf(out, size, "%s %.1f %s, line %u (%s)", item->kind == SURVEY_STATION ? "station" : "across at station", at, station->text,
+        snprintf(out, size, "%s %.1f %s, line %u (%s)",
+                 item->kind == SURVEY_STATION ? "station" : "across at station", at, station->text,
                  item->line, survey_line_text(item->line));
 }
 
 double survey_item_nominal_in(const struct survey_item *item)
 {
-    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPACING_IN : (double)NAN;
+    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPACING_IN
+                                                                     : (double)NAN;
 }
 
 double survey_item_limit_in(const struct survey_item *item)
 {
-    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPAN_CHANGE_IN : SURVEY_MOVE_IN;
+    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPAN_CHANGE_IN
+                                                                     : SURVEY_MOVE_IN;
 }

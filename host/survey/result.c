@@ -16,18 +16,15 @@ double *survey_reading_at(struct survey_readings *r, const struct survey_item *i
 {
     unsigned l = item->line - 1, p = item->place;
     switch (item->kind) {
-    case SURVEY_GAP:
-        return &r->gap_in[l][p];
-    case SURVEY_STATION:
-        return &r->station_in[l][p];
-    case SURVEY_ACROSS:
-        return &r->across_in[l][p];
-    default:
-        return &r->diagonal_in[l][p];
+    case SURVEY_GAP: return &r->gap_in[l][p];
+    case SURVEY_STATION: return &r->station_in[l][p];
+    case SURVEY_ACROSS: return &r->across_in[l][p];
+    default: return &r->diagonal_in[l][p];
     }
 }
 
-/* The normal equations of a line are tridiagonal: a span ties neighbours, a station the two points around it. */
+/* The normal equations of a line are tridiagonal: a span ties neighbours, a station the two points
+ * around it. */
 struct normal {
     double diagonal[SURVEY_POINTS], beside[SURVEY_POINTS - 1], right[SURVEY_POINTS];
 };
@@ -45,10 +42,12 @@ static void observe(struct normal *n, unsigned k, double a, double b, double val
     }
 }
 
-/* Solution by elimination from both ends; where they meet at k, what is left of the diagonal is the reciprocal variance there. */
+/* Solution by elimination from both ends; where they meet at k, what is left of the diagonal is the
+ * reciprocal variance there. */
 static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POINTS])
 {
-    double down[SURVEY_POINTS], up[SURVEY_POINTS], down_right[SURVEY_POINTS], up_right[SURVEY_POINTS];
+    double down[SURVEY_POINTS], up[SURVEY_POINTS], down_right[SURVEY_POINTS],
+        up_right[SURVEY_POINTS];
     unsigned last = SURVEY_POINTS - 1;
     down[0] = n->diagonal[0];
     down_right[0] = n->right[0];
@@ -72,16 +71,19 @@ static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POIN
 }
 
 /* `anchor`: u of the first point when the line has no stations. False: nothing was read of it. */
-static bool move_line(const struct survey_change *c, unsigned line, const struct survey_estimate *anchor,
+static bool move_line(const struct survey_change *c, unsigned line,
+                      const struct survey_estimate *anchor,
                       struct survey_estimate moved[SURVEY_POINTS])
 {
     struct normal n = {{0}, {0}, {0}};
-    const double unknown_in = SURVEY_SPAN_CHANGE_IN / sqrt(3.0); /* evenly spread over what the joints can do */
+    /* evenly spread over what the joints can do */
+    const double unknown_in = SURVEY_SPAN_CHANGE_IN / sqrt(3.0);
     unsigned gaps = 0, stations = 0;
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double change_in = c->change.gap_in[line][k];
         gaps += isnan(change_in) ? 0u : 1u;
-        observe(&n, k, -1.0, 1.0, isnan(change_in) ? 0.0 : change_in, isnan(change_in) ? unknown_in : c->change.error_in);
+        observe(&n, k, -1.0, 1.0, isnan(change_in) ? 0.0 : change_in,
+                isnan(change_in) ? unknown_in : c->change.error_in);
     }
     for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
         double change_in = c->change.station_in[line][s];
@@ -101,20 +103,24 @@ static bool move_line(const struct survey_change *c, unsigned line, const struct
 static struct survey_estimate bow_of(const struct survey_change *c, unsigned point)
 {
     struct survey_estimate bow = {(double)NAN, (double)NAN};
-    const struct survey_estimate left = c->moved[0][point], right = c->moved[SURVEY_LINES - 1][point];
+    const struct survey_estimate left = c->moved[0][point],
+                                 right = c->moved[SURVEY_LINES - 1][point];
     for (unsigned line = 1; line + 1 < SURVEY_LINES; line++) {
-        double part = (survey_line_in(line + 1) - survey_line_in(1)) / (survey_line_in(SURVEY_LINES) - survey_line_in(1));
+        double part = (survey_line_in(line + 1) - survey_line_in(1)) /
+                      (survey_line_in(SURVEY_LINES) - survey_line_in(1));
         const struct survey_estimate here = c->moved[line][point];
         double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
         if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in)) /* false for the first */
             continue;
         bow.value_in = away_in;
-        bow.error_in = sqrt(here.error_in * here.error_in + pow((1.0 - part) * left.error_in, 2) + pow(part * right.error_in, 2));
+        bow.error_in = sqrt(here.error_in * here.error_in + pow((1.0 - part) * left.error_in, 2) +
+                            pow(part * right.error_in, 2));
     }
     return bow;
 }
 
-static void subtract(const struct survey_readings *now, const struct survey_readings *before, struct survey_change *c)
+static void subtract(const struct survey_readings *now, const struct survey_readings *before,
+                     struct survey_change *c)
 {
     const double *a = (const double *)(const void *)now, *b = (const double *)(const void *)before;
     double *d = (double *)(void *)&c->change;
@@ -126,13 +132,16 @@ static void subtract(const struct survey_readings *now, const struct survey_read
     c->station_error_in = sqrt(2.0) * SURVEY_STATION_ERROR_IN;
 }
 
-void survey_change(const struct survey_readings *now, const struct survey_readings *before, struct survey_change *change)
+void survey_change(const struct survey_readings *now, const struct survey_readings *before,
+                   struct survey_change *change)
 {
     const struct survey_estimate held = {0.0, 0.0};
     memset(change, 0, sizeof *change);
     subtract(now, before, change);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
-        const struct survey_estimate *anchor = line && !isnan(change->moved[0][0].value_in) ? &change->moved[0][0] : &held;
+        const struct survey_estimate *anchor = line && !isnan(change->moved[0][0].value_in)
+                                                 ? &change->moved[0][0]
+                                                 : &held;
         if (move_line(change, line, anchor, change->moved[line]))
             continue;
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
@@ -158,10 +167,13 @@ void survey_slack(const struct survey_readings *now, double closed_in, struct su
         }
         double mean = lines ? sum / lines : (double)NAN;
         /* of the readings, and of the lines' being different */
-        double scatter = lines > 1 ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines : 0.0;
+        double scatter = lines > 1
+                           ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
+                           : 0.0;
         slack->lines[k] = lines;
         slack->surveyed += lines > 0;
         slack->segment[k].value_in = mean;
-        slack->segment[k].error_in = lines ? fmax(sqrt(scatter), now->error_in / sqrt(lines)) : (double)NAN;
+        slack->segment[k].error_in = lines ? fmax(sqrt(scatter), now->error_in / sqrt(lines))
+                                           : (double)NAN;
     }
 }

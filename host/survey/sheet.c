@@ -7,8 +7,8 @@
 
 #include "host/base/units.h"
 
-#define LINE_MAX_BYTES 2000
-#define COLUMNS_MAX 32
+#define LINE_MAX_BYTES  2000
+#define COLUMNS_MAX     32
 #define READING_MOST_IN 2000.0
 
 enum column { KIND, LINE, PLACE, READING, NOTE, COLUMNS };
@@ -66,7 +66,8 @@ static bool whole(const char *text, unsigned *value)
     return text[0] >= '0' && text[0] <= '9' && *end == '\0' && number < 1000;
 }
 
-static enum mr_status find_columns(const char *path, char **cell, size_t cells, int column[COLUMNS], bool *mm, struct error *error)
+static enum mr_status find_columns(const char *path, char **cell, size_t cells, int column[COLUMNS],
+                                   bool *mm, struct error *error)
 {
     static const char *const names[COLUMNS] = {"kind", "line", "place", "reading_in", "note"};
     for (int i = 0; i < COLUMNS; i++)
@@ -81,14 +82,17 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
     }
     for (int i = 0; i < NOTE; i++) {
         if (column[i] < 0)
-            return error_set(error, MR_MALFORMED, "no column %s: %s, line 1; matrig survey DB --sheet writes a sheet as it should be",
-                             names[i], path);
+            return error_set(
+                error, MR_MALFORMED,
+                "no column %s: %s, line 1; matrig survey DB --sheet writes a sheet as it should be",
+                names[i], path);
     }
     return MR_OK;
 }
 
-static enum mr_status take_row(const char *path, size_t line, char **cell, size_t cells, const int column[COLUMNS], bool mm,
-                               const struct survey_plan *plan, struct survey_sheet *sheet, struct error *error)
+static enum mr_status take_row(const char *path, size_t line, char **cell, size_t cells,
+                               const int column[COLUMNS], bool mm, const struct survey_plan *plan,
+                               struct survey_sheet *sheet, struct error *error)
 {
     struct survey_item item;
     const char *text[COLUMNS], *end;
@@ -96,25 +100,31 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
         text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
     if (text[READING][0] == '\0')
         return MR_OK;
-    int at = survey_kind_parse(text[KIND], &item.kind) && whole(text[LINE], &item.line) && whole(text[PLACE], &item.place)
-                 ? survey_plan_find(plan, &item)
-                 : -1;
+    int at = survey_kind_parse(text[KIND], &item.kind) && whole(text[LINE], &item.line) &&
+                     whole(text[PLACE], &item.place)
+               ? survey_plan_find(plan, &item)
+               : -1;
     if (at < 0)
-        return error_set(error, MR_MALFORMED, "no such place, '%s' %s %s: %s, line %zu; matrig survey DB --sheet lists them", text[KIND],
-                         text[LINE], text[PLACE], path, line);
+        return error_set(
+            error, MR_MALFORMED,
+            "no such place, '%s' %s %s: %s, line %zu; matrig survey DB --sheet lists them",
+            text[KIND], text[LINE], text[PLACE], path, line);
     if (!isnan(sheet->value_in[at]))
-        return error_set(error, MR_MALFORMED, "%s %s %s stands twice: %s, line %zu; leave one out", text[KIND], text[LINE], text[PLACE],
-                         path, line);
+        return error_set(error, MR_MALFORMED, "%s %s %s stands twice: %s, line %zu; leave one out",
+                         text[KIND], text[LINE], text[PLACE], path, line);
     double value = strtod(text[READING], (char **)&end) * (mm ? 1.0 / 25.4 : 1.0);
     if (end == text[READING] || *end != '\0' || !(fabs(value) <= READING_MOST_IN))
-        return error_set(error, MR_MALFORMED, "not a reading, '%s': %s, line %zu; write a number, or nothing", text[READING], path, line);
+        return error_set(error, MR_MALFORMED,
+                         "not a reading, '%s': %s, line %zu; write a number, or nothing",
+                         text[READING], path, line);
     sheet->value_in[at] = value;
     snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[NOTE]);
     sheet->count++;
     return MR_OK;
 }
 
-enum mr_status survey_sheet_read(const char *path, const struct survey_plan *plan, struct survey_sheet *sheet, struct error *error)
+enum mr_status survey_sheet_read(const char *path, const struct survey_plan *plan,
+                                 struct survey_sheet *sheet, struct error *error)
 {
     char line[LINE_MAX_BYTES], *cell[COLUMNS_MAX];
     int column[COLUMNS];
@@ -125,19 +135,23 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
         sheet->value_in[i] = (double)NAN;
     FILE *file = fopen(path, "r");
     if (!file)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights", strerror(errno), path);
+        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+                         strerror(errno), path);
     for (size_t number = 1; status == MR_OK && fgets(line, sizeof line, file); number++) {
         if (!strchr(line, '\n') && !feof(file))
-            status = error_set(error, MR_MALFORMED, "line too long: %s, line %zu; is it a sheet?", path, number);
+            status = error_set(error, MR_MALFORMED, "line too long: %s, line %zu; is it a sheet?",
+                               path, number);
         else if (number == 1)
             status = find_columns(path, cell, split(line, cell), column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
-            status = take_row(path, number, cell, split(line, cell), column, mm, plan, sheet, error);
+            status = take_row(path, number, cell, split(line, cell), column, mm, plan, sheet,
+                              error);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read: %s; is it a file?", path);
     fclose(file);
     if (status == MR_OK && sheet->count == 0)
-        status = error_set(error, MR_TOO_FEW, "no reading in it: %s; fill in the column reading_in", path);
+        status = error_set(error, MR_TOO_FEW, "no reading in it: %s; fill in the column reading_in",
+                           path);
     return status;
 }

@@ -23,7 +23,8 @@ const char *survey_bow_verdict(const struct survey_found *found)
         return "not known";
     if (bow_in > SURVEY_BOW_LIMIT_IN)
         return "beyond";
-    return bow_in + Z_95 * found->worst_bow_error_in > SURVEY_BOW_LIMIT_IN ? "perhaps beyond" : "within";
+    return bow_in + Z_95 * found->worst_bow_error_in > SURVEY_BOW_LIMIT_IN ? "perhaps beyond"
+                                                                           : "within";
 }
 
 static void head(const struct survey *survey, struct answer *answer)
@@ -40,21 +41,27 @@ static void head(const struct survey *survey, struct answer *answer)
         answer_none(answer, "after_run", NULL, NULL);
     else
         answer_count(answer, "after_run", "after RUN", row->after_run);
-    answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed", survey_desk_read(&survey->desk), survey->desk.plan.count, survey->confirmed);
+    answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed", survey_desk_read(&survey->desk),
+                 survey->desk.plan.count, survey->confirmed);
     answer_count(answer, "read", NULL, (int64_t)survey_desk_read(&survey->desk));
     answer_count(answer, "of", NULL, (int64_t)survey->desk.plan.count);
     answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed);
     answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
 
-static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4", "line 5", "line 6", "line 7"};
+static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4",
+                                                         "line 5", "line 6", "line 7"};
 
 /* For people; in the JSON are all places, read or not (matrices). */
-static void spans(const struct survey *survey, const struct survey_found *found, struct answer *answer)
+static void spans(const struct survey *survey, const struct survey_found *found,
+                  struct answer *answer)
 {
     bool changed = found->previous != 0;
-    answer_table(answer, NULL, changed ? "opening (+) and closing (-) of ten mats since the survey before, and the opening of their joints"
-                                       : "distance of the gage points of ten mats, and the opening of their joints");
+    answer_table(answer, NULL,
+                 changed
+                     ? "opening (+) and closing (-) of ten mats since the survey before, and the "
+                       "opening of their joints"
+                     : "distance of the gage points of ten mats, and the opening of their joints");
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         bool any = false;
         for (unsigned line = 0; line < SURVEY_LINES; line++)
@@ -64,15 +71,19 @@ static void spans(const struct survey *survey, const struct survey_found *found,
         answer_open(answer, NULL, NULL);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
-            double gap_in = (changed ? found->since_previous.change.gap_in : survey->readings.gap_in)[line][k];
-            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)->plus = changed;
+            double gap_in = (changed ? found->since_previous.change.gap_in
+                                     : survey->readings.gap_in)[line][k];
+            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)->plus =
+                changed;
         }
-        answer_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT, found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
+        answer_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT,
+                        found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
         answer_close(answer);
     }
     answer_close(answer);
     if (changed)
-        answer_value(answer, NULL, "error of a change", UNIT_DISPLACEMENT, found->since_previous.change.error_in, 4);
+        answer_value(answer, NULL, "error of a change", UNIT_DISPLACEMENT,
+                     found->since_previous.change.error_in, 4);
 }
 
 static void stations(const struct survey_found *found, struct answer *answer)
@@ -80,16 +91,19 @@ static void stations(const struct survey_found *found, struct answer *answer)
     answer_table(answer, NULL, "movement at the stations since the survey before");
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
-            double moved_in = found->since_previous.change.station_in[line][s], away_in = found->since_previous.change.across_in[line][s];
+            double moved_in = found->since_previous.change.station_in[line][s],
+                   away_in = found->since_previous.change.across_in[line][s];
             double error_in = found->since_previous.station_error_in;
             if (isnan(moved_in) && isnan(away_in))
                 continue;
             answer_open(answer, NULL, NULL);
             answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_STATION_FT * s, 1);
             answer_words(answer, NULL, "of", "%s", line_names[line]);
-            answer_estimate(answer, NULL, "downfield", UNIT_DISPLACEMENT, moved_in, error_in, 3)->plus = true;
+            answer_estimate(answer, NULL, "downfield", UNIT_DISPLACEMENT, moved_in, error_in, 3)
+                ->plus = true;
             if (!isnan(away_in))
-                answer_estimate(answer, NULL, "across", UNIT_DISPLACEMENT, away_in, error_in, 3)->plus = true;
+                answer_estimate(answer, NULL, "across", UNIT_DISPLACEMENT, away_in, error_in, 3)
+                    ->plus = true;
             answer_close(answer);
         }
     }
@@ -108,7 +122,9 @@ static void diagonals(const struct survey_found *found, struct answer *answer)
         answer_open(answer, NULL, NULL);
         answer_count(answer, NULL, "ten mats", k + 1);
         for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
-            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, found->since_previous.change.diagonal_in[line][k], 4)->plus = true;
+            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
+                         found->since_previous.change.diagonal_in[line][k], 4)
+                ->plus = true;
         answer_close(answer);
     }
     answer_close(answer);
@@ -117,16 +133,20 @@ static void diagonals(const struct survey_found *found, struct answer *answer)
 /* Every 10 ft, the nearest gage point. */
 static void movement(const struct survey_found *found, struct answer *answer)
 {
-    answer_table(answer, NULL, "movement downfield since the survey before, and bow since the first");
+    answer_table(answer, NULL,
+                 "movement downfield since the survey before, and bow since the first");
     for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
         answer_open(answer, NULL, NULL);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.moved[line][k];
-            answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in, u->error_in, 3)->plus = true;
+            answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
+                            u->error_in, 3)
+                ->plus = true;
         }
-        answer_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in, 3)->plus = true;
+        answer_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in, 3)
+            ->plus = true;
         answer_close(answer);
     }
     answer_close(answer);
@@ -136,7 +156,8 @@ static json_t *estimates(const struct survey_estimate *e, size_t count, double f
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
-        json_array_append_new(list, json_pack("[o,o]", cli_json_number(e[i].value_in * factor, 6), cli_json_number(e[i].error_in * factor, 4)));
+        json_array_append_new(list, json_pack("[o,o]", cli_json_number(e[i].value_in * factor, 6),
+                                              cli_json_number(e[i].error_in * factor, 4)));
     return list;
 }
 
@@ -150,16 +171,18 @@ static json_t *numbers(const double *value, size_t count, double factor)
 
 static json_t *readings_json(const struct survey_readings *r, double factor)
 {
-    json_t *gaps = json_array(), *stations = json_array(), *across = json_array(), *diagonals = json_array();
+    json_t *gaps = json_array(), *stations = json_array(), *across = json_array(),
+           *diagonals = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         json_array_append_new(gaps, numbers(r->gap_in[line], SURVEY_SPANS, factor));
         json_array_append_new(stations, numbers(r->station_in[line], SURVEY_STATIONS, factor));
         json_array_append_new(across, numbers(r->across_in[line], SURVEY_STATIONS, factor));
     }
     for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
-        json_array_append_new(diagonals, numbers(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
-    return json_pack("{sososososo}", "gap", gaps, "station", stations, "across", across, "diagonal", diagonals, "error",
-                     cli_json_number(r->error_in * factor, 4));
+        json_array_append_new(diagonals,
+                              numbers(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
+    return json_pack("{sososososo}", "gap", gaps, "station", stations, "across", across, "diagonal",
+                     diagonals, "error", cli_json_number(r->error_in * factor, 4));
 }
 
 static json_t *moved_json(const struct survey_change *change, double factor)
@@ -173,17 +196,24 @@ static json_t *moved_json(const struct survey_change *change, double factor)
 static void worst_bow(const struct survey_found *found, struct answer *answer)
 {
     const bool si = answer_in_si(answer);
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    double worst = found->worst_bow_in * length->factor, error = found->worst_bow_error_in * length->factor;
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
+                      *station = unit_of(UNIT_STATION, si);
+    double worst = found->worst_bow_in * length->factor,
+           error = found->worst_bow_error_in * length->factor;
     double at = found->worst_bow_ft * station->factor, limit = SURVEY_BOW_LIMIT_IN * length->factor;
     const char *verdict = survey_bow_verdict(found);
     if (!found->first)
-        answer_sentence(answer, NULL, "first survey of this pattern: later ones are compared with it");
+        answer_sentence(answer, NULL,
+                        "first survey of this pattern: later ones are compared with it");
     else if (isnan(worst))
-        answer_sentence(answer, NULL, "in-plane bow: not known, it needs lines 1 and 4, and 2 or 3");
+        answer_sentence(answer, NULL,
+                        "in-plane bow: not known, it needs lines 1 and 4, and 2 or 3");
     else
-        answer_sentence(answer, NULL, "in-plane bow since survey %lld: at most %+.3f +- %.3f %s, at %.1f %s: %s the limit of %.3f %s",
-                        (long long)found->first, worst, error, length->text, at, station->text, verdict, limit, length->text);
+        answer_sentence(answer, NULL,
+                        "in-plane bow since survey %lld: at most %+.3f +- %.3f %s, at %.1f %s: %s "
+                        "the limit of %.3f %s",
+                        (long long)found->first, worst, error, length->text, at, station->text,
+                        verdict, limit, length->text);
     if (!found->previous)
         return;
     answer_open(answer, "worst_bow", NULL);
@@ -196,7 +226,8 @@ static void worst_bow(const struct survey_found *found, struct answer *answer)
 }
 
 /* All places, read or not: only in the JSON. */
-static void matrices(const struct survey *survey, const struct survey_found *found, struct answer *answer, double factor)
+static void matrices(const struct survey *survey, const struct survey_found *found,
+                     struct answer *answer, double factor)
 {
     answer_json_value(answer, "readings", readings_json(&survey->readings, factor));
     answer_json_value(answer, "slack", estimates(found->slack.segment, SURVEY_SPANS, factor));
@@ -207,7 +238,8 @@ static void matrices(const struct survey *survey, const struct survey_found *fou
     answer_json_value(answer, "bow", estimates(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
-void survey_answer(const struct survey *survey, const struct survey_found *found, struct answer *answer)
+void survey_answer(const struct survey *survey, const struct survey_found *found,
+                   struct answer *answer)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
     head(survey, answer);

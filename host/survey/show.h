@@ -5,7 +5,8 @@
 #include "host/base/answer.h"
 #include "host/survey/campaign.h"
 
-void survey_answer(const struct survey *survey, const struct survey_found *found, struct answer *answer);
+void survey_answer(const struct survey *survey, const struct survey_found *found,
+                   struct answer *answer);
 /* "within", "perhaps beyond" (its 95 % interval reaches over it), "beyond", "not known" */
 const char *survey_bow_verdict(const struct survey_found *found);
 /* "2026-11-22 01:48 UTC" */

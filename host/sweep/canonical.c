@@ -47,25 +47,21 @@ uint64_t canonical_hash(uint64_t hash, const json_t *value)
 {
     char number[40];
     switch (value ? json_typeof(value) : JSON_NULL) {
-    case JSON_OBJECT:
-        return object_hash(hash, value);
+    case JSON_OBJECT: return object_hash(hash, value);
     case JSON_ARRAY:
         hash = fnv1a(hash, "[", 1);
         for (size_t i = 0; i < json_array_size(value); i++)
             hash = canonical_hash(hash, json_array_get(value, i));
         return fnv1a(hash, "]", 1);
-    case JSON_STRING:
-        return text_hash(fnv1a(hash, "\"", 1), json_string_value(value));
+    case JSON_STRING: return text_hash(fnv1a(hash, "\"", 1), json_string_value(value));
     case JSON_INTEGER:
     case JSON_REAL:
-        snprintf(number, sizeof number, "%.17g", json_number_value(value) + 0.0); /* + 0: no minus before 0 */
+        /* + 0: no minus before 0 */
+        snprintf(number, sizeof number, "%.17g", json_number_value(value) + 0.0);
         return text_hash(fnv1a(hash, "#", 1), number);
-    case JSON_TRUE:
-        return fnv1a(hash, "t", 1);
-    case JSON_FALSE:
-        return fnv1a(hash, "f", 1);
-    case JSON_NULL:
-        break;
+    case JSON_TRUE: return fnv1a(hash, "t", 1);
+    case JSON_FALSE: return fnv1a(hash, "f", 1);
+    case JSON_NULL: break;
     }
     return fnv1a(hash, "n", 1);
 }

@@ -1,8 +1,8 @@
 /* Canonical hashes of JSON values: what makes a case's id.
  *
- * Two values have the same hash when they say the same: order of keys, white space, 12000 or 12000.0, and keys
- * that begin with _ (comments) do not count. FNV-1a, 64 bits (Fowler, Noll, Vo), over a text with sorted keys and numbers of
- * 17 significant digits. */
+ * Two values have the same hash when they say the same: order of keys, white space, 12000 or
+ * 12000.0, and keys that begin with _ (comments) do not count. FNV-1a, 64 bits (Fowler, Noll, Vo),
+ * over a text with sorted keys and numbers of 17 significant digits. */
 #ifndef MATRIG_HOST_SWEEP_CANONICAL_H
 #define MATRIG_HOST_SWEEP_CANONICAL_H
 

@@ -33,7 +33,8 @@ static json_t *child(const json_t *parent, const char *part)
     size_t place;
     if (json_is_object(parent))
         return json_object_get(parent, part);
-    return json_is_array(parent) && place_in(parent, part, &place) ? json_array_get(parent, place) : NULL;
+    return json_is_array(parent) && place_in(parent, part, &place) ? json_array_get(parent, place)
+                                                                   : NULL;
 }
 
 static bool put(json_t *parent, const char *part, json_t *value)

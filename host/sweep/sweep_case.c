@@ -10,7 +10,8 @@
 
 /* ---- one simulation ---- */
 
-static enum mr_status read_scene(struct sim_scene *scene, const json_t *input, const char *where, struct error *error)
+static enum mr_status read_scene(struct sim_scene *scene, const json_t *input, const char *where,
+                                 struct error *error)
 {
     char *text = json_dumps(input, JSON_COMPACT | JSON_REAL_PRECISION(17));
     if (!text)
@@ -36,7 +37,8 @@ static json_t *simulate_scene(const struct sweep_study *study, const json_t *inp
     sim_run(&scene, &options, &result, &error);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);
-    if (tried) /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
+    /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
+    if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
         json_object_set_new(object, "reason", json_string(error.text));
@@ -46,7 +48,8 @@ static json_t *simulate_scene(const struct sweep_study *study, const json_t *inp
 }
 
 /* One runway after the other: a case stays on one core. Its seeds are the campaign's. */
-static json_t *play_campaign(const struct campaign *campaign, struct campaign_run *runs, struct error *error)
+static json_t *play_campaign(const struct campaign *campaign, struct campaign_run *runs,
+                             struct error *error)
 {
     struct campaign_summary summary;
     if (campaign_ensemble(campaign, 1, false, NULL, NULL, runs, error) != MR_OK ||
@@ -56,8 +59,11 @@ static json_t *play_campaign(const struct campaign *campaign, struct campaign_ru
     json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
     for (size_t i = 0; i < campaign->seeds && summary.failed > 0; i++) {
         if (runs[i].error.status != MR_OK) {
-            json_object_set_new(object, "reason", json_sprintf("%zu of %zu runways could not be played; seed %llu: %s", summary.failed,
-                                                               campaign->seeds, (unsigned long long)runs[i].seed, runs[i].error.text));
+            json_object_set_new(
+                object, "reason",
+                json_sprintf("%zu of %zu runways could not be played; seed %llu: %s",
+                             summary.failed, campaign->seeds, (unsigned long long)runs[i].seed,
+                             runs[i].error.text));
             break;
         }
     }
@@ -88,15 +94,14 @@ static json_t *simulate_campaign(const struct sweep_study *study, const json_t *
 sweep_simulate *sweep_simulation(enum sweep_kind kind)
 {
     switch (kind) {
-    case SWEEP_SCENE:
-        return simulate_scene;
-    case SWEEP_CAMPAIGN:
-        return simulate_campaign;
+    case SWEEP_SCENE: return simulate_scene;
+    case SWEEP_CAMPAIGN: return simulate_campaign;
     }
     return NULL;
 }
 
-enum mr_status sweep_case_check(const struct sweep_study *study, const json_t *input, const char *where, struct error *error)
+enum mr_status sweep_case_check(const struct sweep_study *study, const json_t *input,
+                                const char *where, struct error *error)
 {
     struct sim_scene scene;
     struct campaign campaign;
@@ -130,7 +135,8 @@ static json_t *no_field(const struct sweep_study *study, const char *what, const
                                   study->kind == SWEEP_CAMPAIGN ? "study FILE" : "sim SCENE"));
 }
 
-/* status, reason, result of a finished simulation; a field that is missing fails the case: nothing is made up. */
+/* status, reason, result of a finished simulation; a field that is missing fails the case: nothing
+ * is made up. */
 static json_t *kept(const struct sweep_study *study, const json_t *result)
 {
     const json_t *outputs = sweep_study_outputs(study);
@@ -162,7 +168,8 @@ struct search {
     int runs;
     json_t *failed; /* outcome of the run that ended the search */
     json_t *first;  /* result of the lowest value that is beyond so far */
-    json_t *first_field, *last_field; /* the field there, and at the highest value that is not beyond */
+    /* the field there, and at the highest value that is not beyond */
+    json_t *first_field, *last_field;
 };
 
 static bool counts_as_beyond(const struct sweep_find *find, const json_t *result)
@@ -181,20 +188,25 @@ static void keep(json_t **where, json_t *value)
     json_decref(before);
 }
 
-/* Whether the field is beyond its level at a value of the key. False also when the run failed: s->failed is set then. */
+/* Whether the field is beyond its level at a value of the key. False also when the run failed:
+ * s->failed is set then. */
 static bool beyond(struct search *s, double value)
 {
     const struct sweep_find *find = &s->study->find;
     json_t *input = sweep_study_input_at(s->study, s->input, value);
-    json_t *result = input ? s->simulate(s->study, input) : failure("refused", "%s cannot be set", find->key.name);
+    json_t *result = input ? s->simulate(s->study, input)
+                           : failure("refused", "%s cannot be set", find->key.name);
     json_t *field = jsonpath_get(result, find->field);
-    double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0) : json_is_number(field) ? json_number_value(field) : (double)NAN;
+    double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0)
+                  : json_is_number(field)  ? json_number_value(field)
+                                           : (double)NAN;
     bool counts = counts_as_beyond(find, result), is = counts;
     s->runs++;
     if (!counts && !is_ok(result)) {
         s->failed = kept(s->study, result);
-        json_object_set_new(s->failed, "reason", json_sprintf("at %s = %.12g: %s", find->key.name, value,
-                                                              json_string_value(json_object_get(result, "reason"))));
+        json_object_set_new(s->failed, "reason",
+                            json_sprintf("at %s = %.12g: %s", find->key.name, value,
+                                         json_string_value(json_object_get(result, "reason"))));
     } else if (!counts && isnan(number)) {
         s->failed = no_field(s->study, "number", find->field);
     } else if (!counts) {
@@ -217,7 +229,8 @@ static double between(const struct design_range *range, double low, double high)
     return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
 }
 
-/* Upwards through the range until the field is beyond, then halving. False: it is beyond nowhere, or a run failed. */
+/* Upwards through the range until the field is beyond, then halving. False: it is beyond nowhere,
+ * or a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
     const struct sweep_find *find = &s->study->find;
@@ -246,12 +259,18 @@ static json_t *run_search(struct search *s)
     bool found = search_range(s, &low, &high);
     if (s->failed)
         return s->failed;
-    json_t *outcome = found ? counts_as_beyond(&s->study->find, s->first) ? json_pack("{s:s}", "status", "ok") : kept(s->study, s->first)
+    json_t *outcome = found ? counts_as_beyond(&s->study->find, s->first)
+                                ? json_pack("{s:s}", "status", "ok")
+                                : kept(s->study, s->first)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
     json_object_set_new(bracket, "key", json_string(s->study->find.key.name));
-    json_object_set_new(bracket, "verdict", json_string(!found ? "none" : isnan(low) ? "at_most" : "between"));
-    json_object_set_new(bracket, "low", found && isnan(low) ? json_null() : json_real(found ? low : range->to));
+    json_object_set_new(bracket, "verdict",
+                        json_string(!found       ? "none"
+                                    : isnan(low) ? "at_most"
+                                                 : "between"));
+    json_object_set_new(bracket, "low",
+                        found && isnan(low) ? json_null() : json_real(found ? low : range->to));
     json_object_set_new(bracket, "high", found ? json_real(high) : json_null());
     json_object_set(bracket, "field_low", s->last_field ? s->last_field : json_null());
     json_object_set(bracket, "field_high", s->first_field ? s->first_field : json_null());
@@ -264,7 +283,8 @@ json_t *sweep_case_run(const struct sweep_study *study, size_t index, sweep_simu
 {
     json_t *outcome, *input = sweep_study_input(study, index);
     if (!input)
-        return failure("refused", "%s cannot be made", study->kind == SWEEP_CAMPAIGN ? "the campaign" : "the scene");
+        return failure("refused", "%s cannot be made",
+                       study->kind == SWEEP_CAMPAIGN ? "the campaign" : "the scene");
     if (study->find.wanted) {
         struct search s = {.study = study, .input = input, .simulate = simulate};
         outcome = run_search(&s);

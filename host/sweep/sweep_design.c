@@ -18,62 +18,78 @@ static double design_round(double value)
 
 json_t *design_json(double value)
 {
-    return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value) : json_real(value);
+    return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value)
+                                                       : json_real(value);
 }
 
-static enum mr_status read_number(const json_t *object, const char *key, const char *where, double *number, struct error *error)
+static enum mr_status read_number(const json_t *object, const char *key, const char *where,
+                                  double *number, struct error *error)
 {
     const json_t *value = json_object_get(object, key);
     if (!json_is_number(value))
-        return error_set(error, MR_MALFORMED,
-                         "%s: %s has no number \"%s\"; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
-                         value ? "wrong type" : "something is missing", where, key);
+        return error_set(
+            error, MR_MALFORMED,
+            "%s: %s has no number \"%s\"; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
+            value ? "wrong type" : "something is missing", where, key);
     *number = json_number_value(value);
     return MR_OK;
 }
 
-static enum mr_status read_scale(struct design_range *range, const json_t *value, const char *where, struct error *error)
+static enum mr_status read_scale(struct design_range *range, const json_t *value, const char *where,
+                                 struct error *error)
 {
     const json_t *scale = json_object_get(value, "scale");
     const char *name = scale ? json_string_value(scale) : "linear";
     if (!name || (strcmp(name, "linear") != 0 && strcmp(name, "log") != 0))
-        return error_set(error, MR_MALFORMED, "unknown choice: %s: scale; give \"linear\" or \"log\"", where);
+        return error_set(error, MR_MALFORMED,
+                         "unknown choice: %s: scale; give \"linear\" or \"log\"", where);
     range->log = strcmp(name, "log") == 0;
     if (range->log && !(range->from > 0.0 && range->to > 0.0))
-        return error_set(error, MR_MALFORMED, "value out of range: %s goes from %g to %g; a log range lies above 0", where,
-                         range->from, range->to);
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s goes from %g to %g; a log range lies above 0",
+                         where, range->from, range->to);
     return MR_OK;
 }
 
-static enum mr_status read_count(struct design_range *range, const json_t *value, const char *where, struct error *error)
+static enum mr_status read_count(struct design_range *range, const json_t *value, const char *where,
+                                 struct error *error)
 {
     const json_t *count = json_object_get(value, "count");
     if (!count)
         return MR_OK;
-    if (!json_is_integer(count) || json_integer_value(count) < 2 || json_integer_value(count) > LEVELS_MAX)
-        return error_set(error, MR_MALFORMED, "value out of range: %s: count; give a whole number, 2 to %d", where, LEVELS_MAX);
+    if (!json_is_integer(count) || json_integer_value(count) < 2 ||
+        json_integer_value(count) > LEVELS_MAX)
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: count; give a whole number, 2 to %d", where,
+                         LEVELS_MAX);
     range->count = (size_t)json_integer_value(count);
     return MR_OK;
 }
 
-enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where, struct error *error)
+enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where,
+                                 struct error *error)
 {
     *range = (struct design_range){0};
     if (json_is_array(value)) {
         if (json_array_size(value) == 0 || json_array_size(value) > LEVELS_MAX)
-            return error_set(error, MR_MALFORMED, "list of the wrong length: %s has %zu values; give 1 to %d", where,
+            return error_set(error, MR_MALFORMED,
+                             "list of the wrong length: %s has %zu values; give 1 to %d", where,
                              json_array_size(value), LEVELS_MAX);
         range->levels = json_incref((json_t *)(uintptr_t)value);
         return MR_OK;
     }
     if (!json_is_object(value))
-        return error_set(error, MR_MALFORMED, "wrong type: %s; give a list, or {\"from\": A, \"to\": B, \"count\": N}", where);
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
+                         where);
     if (read_number(value, "from", where, &range->from, error) != MR_OK ||
-        read_number(value, "to", where, &range->to, error) != MR_OK || read_scale(range, value, where, error) != MR_OK)
+        read_number(value, "to", where, &range->to, error) != MR_OK ||
+        read_scale(range, value, where, error) != MR_OK)
         return error->status;
     if (range->from == range->to)
-        return error_set(error, MR_MALFORMED, "value out of range: %s goes from %g to %g; give two different ends", where,
-                         range->from, range->to);
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s goes from %g to %g; give two different ends",
+                         where, range->from, range->to);
     return read_count(range, value, where, error);
 }
 
@@ -90,7 +106,8 @@ size_t design_levels(const struct design_range *range)
 
 double design_number(const struct design_range *range, double u)
 {
-    double value = range->log ? range->from * pow(range->to / range->from, u) : range->from + (range->to - range->from) * u;
+    double value = range->log ? range->from * pow(range->to / range->from, u)
+                              : range->from + (range->to - range->from) * u;
     return design_round(u <= 0.0 ? range->from : u >= 1.0 ? range->to : value);
 }
 

@@ -1,7 +1,7 @@
 /* Designs of a study: the levels of a Cartesian product and the samples of a Latin hypercube.
  *
- * Every number is rounded to 12 significant digits, so that a study has the same values, and its cases the same ids, on
- * computers whose exp and log differ in the last bit. */
+ * Every number is rounded to 12 significant digits, so that a study has the same values, and its
+ * cases the same ids, on computers whose exp and log differ in the last bit. */
 #ifndef MATRIG_HOST_SWEEP_DESIGN_H
 #define MATRIG_HOST_SWEEP_DESIGN_H
 
@@ -20,9 +20,10 @@ struct design_range {
     json_t *levels; /* NULL: a range. Owned */
 };
 
-/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"]}; `where` begins the error: "study.json: vary KL". The
- * object may have other keys, which are the caller's. */
-enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where, struct error *error);
+/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"]}; `where` begins the error:
+ * "study.json: vary KL". The object may have other keys, which are the caller's. */
+enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where,
+                                 struct error *error);
 void design_range_free(struct design_range *range);
 
 /* How many levels it has: those of the list, or count. */
@@ -36,8 +37,8 @@ double design_number(const struct design_range *range, double u);
 /* A number as JSON: whole ones as integers. */
 json_t *design_json(double value);
 
-/* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on seed and name
- * alone, so another key more, or another order of the keys, changes nothing. */
+/* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on
+ * seed and name alone, so another key more, or another order of the keys, changes nothing. */
 void design_latin(double *u, size_t n, uint64_t seed, const char *name);
 
 #endif

@@ -7,12 +7,14 @@
 
 #include "host/sweep/canonical.h"
 
-/* What all cases share, beside the base. Outputs count as a set; the name of study or scene, timeouts and labels do not. */
+/* What all cases share, beside the base. Outputs count as a set; the name of study or scene,
+ * timeouts and labels do not. */
 static uint64_t shared_hash(const struct sweep_study *study)
 {
     json_t *outputs = json_object();
     for (size_t i = 0; i < json_array_size(sweep_study_outputs(study)); i++)
-        json_object_set_new(outputs, json_string_value(json_array_get(sweep_study_outputs(study), i)), json_true());
+        json_object_set_new(
+            outputs, json_string_value(json_array_get(sweep_study_outputs(study), i)), json_true());
     uint64_t hash = canonical_hash(FNV_BASIS, outputs);
     hash = canonical_hash(hash, json_object_get(study->root, "find"));
     hash = canonical_hash(hash, json_object_get(study->root, "solver"));
@@ -33,8 +35,8 @@ static int by_key(const void *a, const void *b)
     return strcmp(((const struct hashed_key *)a)->name, ((const struct hashed_key *)b)->name);
 }
 
-/* Every key that a case can have, sorted, with the hash of the base's value: values that a case shares with the base are not hashed
- * again. */
+/* Every key that a case can have, sorted, with the hash of the base's value: values that a case
+ * shares with the base are not hashed again. */
 static struct hashed_key *hash_keys(const json_t *input, const json_t *base, size_t *count)
 {
     struct hashed_key *keys = calloc(json_object_size(input) + 1, sizeof *keys);
@@ -53,11 +55,13 @@ static struct hashed_key *hash_keys(const json_t *input, const json_t *base, siz
     return keys;
 }
 
-static uint64_t case_hash(uint64_t hash, const struct hashed_key *keys, size_t count, const json_t *input)
+static uint64_t case_hash(uint64_t hash, const struct hashed_key *keys, size_t count,
+                          const json_t *input)
 {
     for (size_t i = 0; i < count; i++) {
         const json_t *value = json_object_get(input, keys[i].name);
-        uint64_t own = value && value == keys[i].value ? keys[i].hash : canonical_hash(FNV_BASIS, value);
+        uint64_t own = value && value == keys[i].value ? keys[i].hash
+                                                       : canonical_hash(FNV_BASIS, value);
         hash = fnv1a(hash, keys[i].name, strlen(keys[i].name) + 1);
         hash = fnv1a(hash, &own, sizeof own);
     }
@@ -70,14 +74,16 @@ static int by_id(const void *a, const void *b)
     return p->id != q->id ? (p->id < q->id ? -1 : 1) : p->index < q->index ? -1 : 1;
 }
 
-static enum mr_status check_distinct(const struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status check_distinct(const struct sweep_study *study, const char *path,
+                                     struct error *error)
 {
     for (size_t i = 1; i < study->cases; i++) {
         if (study->order[i].id != study->order[i - 1].id)
             continue;
         json_t *values = sweep_study_values(study, study->order[i].index);
         char *text = json_dumps(values, JSON_COMPACT);
-        error_set(error, MR_MALFORMED, "the same case twice: %s: %.300s (cases %zu and %zu); take one of them out", path,
+        error_set(error, MR_MALFORMED,
+                  "the same case twice: %s: %.300s (cases %zu and %zu); take one of them out", path,
                   text ? text : "", study->order[i - 1].index, study->order[i].index);
         free(text);
         json_decref(values);
@@ -93,11 +99,11 @@ static void drop_searched(const struct sweep_study *study, json_t *input)
     json_t *factor;
     if (!study->find.key.set)
         json_object_del(input, study->find.key.name);
-    json_object_foreach(study->find.key.set, key, factor)
-        json_object_del(input, key);
+    json_object_foreach(study->find.key.set, key, factor) json_object_del(input, key);
 }
 
-enum mr_status sweep_study_make_ids(struct sweep_study *study, const char *path, struct error *error)
+enum mr_status sweep_study_make_ids(struct sweep_study *study, const char *path,
+                                    struct error *error)
 {
     uint64_t shared = shared_hash(study);
     struct hashed_key *keys = NULL;
@@ -105,12 +111,15 @@ enum mr_status sweep_study_make_ids(struct sweep_study *study, const char *path,
     study->ids = calloc(study->cases, sizeof *study->ids);
     study->order = calloc(study->cases, sizeof *study->order);
     if (!study->ids || !study->order)
-        return error_set(error, MR_FULL, "out of memory: %s: %zu cases; split the study", path, study->cases);
+        return error_set(error, MR_FULL, "out of memory: %s: %zu cases; split the study", path,
+                         study->cases);
     json_t *first = NULL; /* owns the names in keys */
     for (size_t i = 0; i < study->cases; i++) {
         json_t *input = sweep_study_input(study, i);
         if (!input) {
-            error_set(error, MR_MALFORMED, "no such place: %s: a dotted key leads nowhere in the base; correct it", path);
+            error_set(error, MR_MALFORMED,
+                      "no such place: %s: a dotted key leads nowhere in the base; correct it",
+                      path);
             break;
         }
         if (study->find.wanted)
@@ -138,7 +147,8 @@ void sweep_id_text(uint64_t id, char text[SWEEP_ID_SIZE])
 
 bool sweep_id_parse(const char *text, uint64_t *id)
 {
-    if (!text || strlen(text) != SWEEP_ID_SIZE - 1 || strspn(text, "0123456789abcdef") != SWEEP_ID_SIZE - 1)
+    if (!text || strlen(text) != SWEEP_ID_SIZE - 1 ||
+        strspn(text, "0123456789abcdef") != SWEEP_ID_SIZE - 1)
         return false;
     *id = strtoull(text, NULL, 16);
     return true;

@@ -3,7 +3,8 @@
 
 #include "host/sweep/jsonpath.h"
 
-/* The value of an axis in a case: the Cartesian part counts fastest in its last key, samples fastest of all. */
+/* The value of an axis in a case: the Cartesian part counts fastest in its last key, samples
+ * fastest of all. */
 static json_t *axis_value(const struct sweep_study *study, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &study->axis[axis];
@@ -31,7 +32,8 @@ static json_t *times(const json_t *factor, double value)
         return design_json(json_number_value(factor) * value);
     json_t *list = json_array();
     for (size_t i = 0; i < json_array_size(factor); i++)
-        json_array_append_new(list, design_json(json_number_value(json_array_get(factor, i)) * value));
+        json_array_append_new(list,
+                              design_json(json_number_value(json_array_get(factor, i)) * value));
     return list;
 }
 

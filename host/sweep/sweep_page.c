@@ -8,10 +8,10 @@
 #include "host/report/page.h"
 #include "host/sweep/sweep_plot.h"
 
-#define ROWS_MAX 2000    /* of the table of all cases */
-#define REASONS_MAX 40   /* different ones that are told */
-#define PIVOT_MAX 16     /* columns */
-#define LEAST_SAMPLES 10 /* for a rank correlation */
+#define ROWS_MAX      2000 /* of the table of all cases */
+#define REASONS_MAX   40   /* different ones that are told */
+#define PIVOT_MAX     16   /* columns */
+#define LEAST_SAMPLES 10   /* for a rank correlation */
 
 /* ---- cells ---- */
 
@@ -41,7 +41,8 @@ static const json_t *find_of(const struct table_row *row, const char *key)
 static void threshold_cell(FILE *out, const struct table_row *row)
 {
     const char *verdict = json_string_value(find_of(row, "verdict"));
-    double low = sweep_table_number(find_of(row, "low")), high = sweep_table_number(find_of(row, "high"));
+    double low = sweep_table_number(find_of(row, "low")),
+           high = sweep_table_number(find_of(row, "high"));
     if (!verdict)
         fputs("<td class=\"n\">&ndash;</td>", out);
     else if (strcmp(verdict, "none") == 0)
@@ -84,10 +85,13 @@ static double core_seconds(const struct sweep_table *table)
 static void search_fact(FILE *out, const struct sweep_study *study)
 {
     const struct sweep_find *f = &study->find;
-    html_fact(out, "search", "smallest %s from %.6g to %.6g at which %s is %s %.6g", f->key.name, f->key.range.from, f->key.range.to,
-              f->field, f->below ? "below" : "above", f->level);
-    html_fact(out, "how it is searched", "%u even parts upwards, then halved to %.3g of the value; a part that is beyond and back again "
-              "is not seen", f->scan, f->tolerance);
+    html_fact(out, "search", "smallest %s from %.6g to %.6g at which %s is %s %.6g", f->key.name,
+              f->key.range.from, f->key.range.to, f->field, f->below ? "below" : "above", f->level);
+    html_fact(out, "how it is searched",
+              "%u even parts upwards, then halved to %.3g of the value; a part that is beyond and "
+              "back again "
+              "is not seen",
+              f->scan, f->tolerance);
 }
 
 static void facts(FILE *out, const struct sweep_table *table)
@@ -100,7 +104,11 @@ static void facts(FILE *out, const struct sweep_table *table)
         const char *base = json_string_value(json_object_get(table->study.root, "_base_file"));
         const char *name = json_string_value(json_object_get(table->study.base, "name"));
         const char *slash = base ? strrchr(base, '/') : NULL;
-        html_fact(out, "base", "%s", slash ? slash + 1 : base ? base : name ? name : "in the sweep");
+        html_fact(out, "base", "%s",
+                  slash  ? slash + 1
+                  : base ? base
+                  : name ? name
+                         : "in the sweep");
         if (table->study.samples > 1)
             html_fact(out, "Latin hypercube", "%zu samples", table->study.samples);
         if (table->study.find.wanted)
@@ -131,7 +139,8 @@ static size_t group_reasons(const struct sweep_table *table, struct reason *reas
         size_t k = 0;
         if (strcmp(status, "ok") == 0)
             continue;
-        while (k < count && (strcmp(reasons[k].status, status) != 0 || strcmp(reasons[k].text, text ? text : "") != 0))
+        while (k < count && (strcmp(reasons[k].status, status) != 0 ||
+                             strcmp(reasons[k].text, text ? text : "") != 0))
             k++;
         if (k == REASONS_MAX)
             continue;
@@ -152,7 +161,8 @@ static void failures(FILE *out, const struct sweep_table *table)
     fputs("<h2>Failed cases</h2>\n", out);
     html_table(out, heads);
     for (size_t k = 0; k < count; k++) {
-        char *values = json_dumps(json_object_get(reasons[k].first->line, "values"), JSON_COMPACT | JSON_REAL_PRECISION(6));
+        char *values = json_dumps(json_object_get(reasons[k].first->line, "values"),
+                                  JSON_COMPACT | JSON_REAL_PRECISION(6));
         fputs("<tr>", out);
         html_cell(out, "%s", reasons[k].status);
         html_cell(out, "%zu", reasons[k].count);
@@ -164,12 +174,14 @@ static void failures(FILE *out, const struct sweep_table *table)
     }
     close_table(out);
     if (told < table->failed)
-        fprintf(out, "<p>%zu more failed for other reasons; see the table of all cases.</p>\n", table->failed - told);
+        fprintf(out, "<p>%zu more failed for other reasons; see the table of all cases.</p>\n",
+                table->failed - told);
 }
 
 /* ---- tables ---- */
 
-static const struct table_row *row_at(const struct sweep_table *table, const struct sweep_levels *levels, size_t i, size_t k)
+static const struct table_row *row_at(const struct sweep_table *table,
+                                      const struct sweep_levels *levels, size_t i, size_t k)
 {
     for (size_t r = 0; r < table->count; r++) {
         if (json_equal(sweep_table_value(&table->rows[r], levels[0].key), levels[0].value[i]) &&
@@ -180,7 +192,8 @@ static const struct table_row *row_at(const struct sweep_table *table, const str
 }
 
 /* Two stepped keys: a quantity across both. */
-static void pivot(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, const struct sweep_quantity *quantity)
+static void pivot(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels,
+                  const struct sweep_quantity *quantity)
 {
     char label[200], corner[200];
     sweep_key_label(table, levels[0].key, corner);
@@ -237,7 +250,8 @@ static void all_cases(FILE *out, const struct sweep_table *table)
     size_t shown = table->count < ROWS_MAX ? table->count : ROWS_MAX;
     fputs("<h2>All cases</h2>\n", out);
     if (shown < table->count)
-        fprintf(out, "<p>The first %zu of %zu; all are in the results file.</p>\n", shown, table->count);
+        fprintf(out, "<p>The first %zu of %zu; all are in the results file.</p>\n", shown,
+                table->count);
     open_table(out);
     head_cell(out, "case");
     for (size_t k = 0; k < json_array_size(table->keys); k++)
@@ -295,14 +309,17 @@ static double correlation(const double *a, const double *b, size_t count)
     return aa > 0.0 && bb > 0.0 ? ab / sqrt(aa * bb) : (double)NAN;
 }
 
-/* Spearman's rank correlation over the cases that have both. `work` has room for 4 numbers and a rank a row. */
-static double spearman(const struct sweep_table *table, const char *key, const struct sweep_quantity *quantity, double *work,
-                       struct ranked *order, size_t *count)
+/* Spearman's rank correlation over the cases that have both. `work` has room for 4 numbers and a
+ * rank a row. */
+static double spearman(const struct sweep_table *table, const char *key,
+                       const struct sweep_quantity *quantity, double *work, struct ranked *order,
+                       size_t *count)
 {
     double *x = work, *y = x + table->count, *rx = y + table->count, *ry = rx + table->count;
     *count = 0;
     for (size_t i = 0; i < table->count; i++) {
-        double a = sweep_table_number(sweep_table_value(&table->rows[i], key)), b = sweep_quantity_of(&table->rows[i], quantity, NULL);
+        double a = sweep_table_number(sweep_table_value(&table->rows[i], key)),
+               b = sweep_quantity_of(&table->rows[i], quantity, NULL);
         if (isnan(a) || isnan(b))
             continue;
         x[*count] = a;
@@ -315,8 +332,8 @@ static double spearman(const struct sweep_table *table, const char *key, const s
     return correlation(rx, ry, *count);
 }
 
-static void influence(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t level_count,
-                      const struct sweep_quantity *quantity)
+static void influence(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels,
+                      size_t level_count, const struct sweep_quantity *quantity)
 {
     static const char *const heads[] = {"key", "rank correlation", "cases", "", NULL};
     double *work = calloc(4 * table->count + 1, sizeof *work);
@@ -337,7 +354,9 @@ static void influence(FILE *out, const struct sweep_table *table, const struct s
         html_cell(out, "%s", levels[k].key);
         html_number(out, r, 3);
         html_cell(out, "%zu", count);
-        html_cell(out, fabs(r) > chance ? "beyond chance (%.3f, 95 %%)" : "within chance (%.3f, 95 %%)", chance);
+        html_cell(out,
+                  fabs(r) > chance ? "beyond chance (%.3f, 95 %%)" : "within chance (%.3f, 95 %%)",
+                  chance);
         fputs("</tr>\n", out);
     }
     if (open)
@@ -357,18 +376,21 @@ static bool is_plottable(const struct sweep_table *table, const char *field)
     return false;
 }
 
-static void quantity_section(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t level_count,
+static void quantity_section(FILE *out, const struct sweep_table *table,
+                             const struct sweep_levels *levels, size_t level_count,
                              const struct sweep_quantity *quantity)
 {
     char label[200];
     sweep_quantity_label(table, quantity, label);
     fputs("<h2>", out);
-    label[0] = (char)(label[0] >= 'a' && label[0] <= 'z' && !quantity->field ? label[0] - 32 : label[0]);
+    label[0] = (char)(label[0] >= 'a' && label[0] <= 'z' && !quantity->field ? label[0] - 32
+                                                                             : label[0]);
     html_text(out, label);
     fputs("</h2>\n", out);
     sweep_plot(out, table, levels, level_count, quantity);
     influence(out, table, levels, level_count, quantity);
-    if (level_count == 2 && !levels[0].sampled && !levels[1].sampled && levels[1].count <= PIVOT_MAX && levels[0].count <= ROWS_MAX)
+    if (level_count == 2 && !levels[0].sampled && !levels[1].sampled &&
+        levels[1].count <= PIVOT_MAX && levels[0].count <= ROWS_MAX)
         pivot(out, table, levels, quantity);
 }
 
@@ -383,8 +405,10 @@ void sweep_page_write(FILE *out, const char *name, const struct sweep_table *tab
     fputs("</h1>\n<p>", out);
     html_text(out, name);
     fputs(table->study.kind == SWEEP_CAMPAIGN
-              ? ": units are those of the campaign's keys (in their names; of its scene ft, lb, s) and of its results.</p>\n"
-              : ": units are those of the scene keys and of the simulation's results (ft, lb, s).</p>\n",
+              ? ": units are those of the campaign's keys (in their names; of its scene ft, lb, s) "
+                "and of its results.</p>\n"
+              : ": units are those of the scene keys and of the simulation's results (ft, lb, "
+                "s).</p>\n",
           out);
     facts(out, table);
     if (table->finds)
@@ -409,6 +433,6 @@ json_t *sweep_table_json(const struct sweep_table *table)
         json_array_append_new(rows, row);
     }
     json_t *missing = table->study.cases ? json_integer((json_int_t)table->missing) : json_null();
-    return json_pack("{s:I,s:I,s:o,s:o}", "cases", (json_int_t)table->count, "failed", (json_int_t)table->failed, "missing", missing, "rows",
-                     rows);
+    return json_pack("{s:I,s:I,s:o,s:o}", "cases", (json_int_t)table->count, "failed",
+                     (json_int_t)table->failed, "missing", missing, "rows", rows);
 }

@@ -8,15 +8,15 @@
 #include "host/base/svg.h"
 #include "host/base/svg_words.h"
 
-#define WIDTH 900.0
-#define RIGHT 14.0
-#define LEFT 74.0
-#define PLOT_HEIGHT 300.0
-#define SMALL_WIDTH 248.0
+#define WIDTH        900.0
+#define RIGHT        14.0
+#define LEFT         74.0
+#define PLOT_HEIGHT  300.0
+#define SMALL_WIDTH  248.0
 #define SMALL_HEIGHT 180.0
-#define ACROSS 3 /* small pictures in a row */
-#define LOG_RATIO 50.0
-#define RADIUS 3.4
+#define ACROSS       3 /* small pictures in a row */
+#define LOG_RATIO    50.0
+#define RADIUS       3.4
 
 /* ---- values ---- */
 
@@ -102,11 +102,13 @@ void sweep_levels_free(struct sweep_levels *levels, size_t count)
 
 static const char *verdict_of(const struct table_row *row)
 {
-    const char *verdict = json_string_value(json_object_get(json_object_get(row->line, "find"), "verdict"));
+    const char *verdict =
+        json_string_value(json_object_get(json_object_get(row->line, "find"), "verdict"));
     return verdict ? verdict : "";
 }
 
-double sweep_quantity_of(const struct table_row *row, const struct sweep_quantity *quantity, double *low)
+double sweep_quantity_of(const struct table_row *row, const struct sweep_quantity *quantity,
+                         double *low)
 {
     const json_t *find = json_object_get(row->line, "find");
     if (quantity->field) {
@@ -115,7 +117,8 @@ double sweep_quantity_of(const struct table_row *row, const struct sweep_quantit
             *low = value;
         return value;
     }
-    double from = sweep_table_number(json_object_get(find, "low")), to = sweep_table_number(json_object_get(find, "high"));
+    double from = sweep_table_number(json_object_get(find, "low")),
+           to = sweep_table_number(json_object_get(find, "high"));
     if (low)
         *low = isnan(from) ? to : from;
     return isnan(to) ? from : to;
@@ -132,7 +135,8 @@ void sweep_key_label(const struct sweep_table *table, const char *key, char *tex
     snprintf(text, 200, "%s", label ? label : key);
 }
 
-void sweep_quantity_label(const struct sweep_table *table, const struct sweep_quantity *quantity, char *text)
+void sweep_quantity_label(const struct sweep_table *table, const struct sweep_quantity *quantity,
+                          char *text)
 {
     const char *key = NULL;
     if (quantity->field) {
@@ -140,7 +144,8 @@ void sweep_quantity_label(const struct sweep_table *table, const struct sweep_qu
         return;
     }
     for (size_t i = 0; i < table->count && !key; i++)
-        key = json_string_value(json_object_get(json_object_get(table->rows[i].line, "find"), "key"));
+        key =
+            json_string_value(json_object_get(json_object_get(table->rows[i].line, "find"), "key"));
     const char *label = key ? label_of(table, key) : NULL;
     snprintf(text, 200, "threshold of %s", label ? label : key ? key : "?");
 }
@@ -162,14 +167,16 @@ static void cover(struct axis_range *range, double value)
     range->high = fmax(range->high, value);
 }
 
-/* Logarithmic when the values lie over decades (two of them to be numbered), unless the study steps through them evenly, or when it
- * steps through them so; else in thousands or millions when they are large. */
+/* Logarithmic when the values lie over decades (two of them to be numbered), unless the study steps
+ * through them evenly, or when it steps through them so; else in thousands or millions when they
+ * are large. */
 static void settle(struct axis_range *range, const char *label, const struct design_range *stepped)
 {
     double low = range->low, high = range->high;
     bool even = stepped && !stepped->levels && !stepped->log, by_ratio = stepped && stepped->log;
     range->scale = 1.0;
-    range->log = low > 0.0 && !even && (by_ratio || high / low >= LOG_RATIO) && floor(log10(high * 1.1)) - ceil(log10(low / 1.1)) >= 1.0;
+    range->log = low > 0.0 && !even && (by_ratio || high / low >= LOG_RATIO) &&
+                 floor(log10(high * 1.1)) - ceil(log10(low / 1.1)) >= 1.0;
     snprintf(range->label, sizeof range->label, "%.200s", label);
     if (range->log) {
         range->low = low / 1.15;
@@ -179,7 +186,8 @@ static void settle(struct axis_range *range, const char *label, const struct des
     double most = fmax(fabs(low), fabs(high));
     if (most >= 1e4) {
         range->scale = most >= 1e7 ? 1e-6 : 1e-3;
-        snprintf(range->label, sizeof range->label, "%.200s, %s", label, most >= 1e7 ? "millions" : "thousands");
+        snprintf(range->label, sizeof range->label, "%.200s, %s", label,
+                 most >= 1e7 ? "millions" : "thousands");
     }
     range->low = low * range->scale;
     range->high = high * range->scale;
@@ -192,7 +200,8 @@ static struct axis_range empty_range(void)
 }
 
 /* The range of a quantity over all cases: pictures of one quantity share it. */
-static bool quantity_range(const struct sweep_table *table, const struct sweep_quantity *quantity, struct axis_range *range)
+static bool quantity_range(const struct sweep_table *table, const struct sweep_quantity *quantity,
+                           struct axis_range *range)
 {
     char label[200];
     *range = empty_range();
@@ -204,11 +213,13 @@ static bool quantity_range(const struct sweep_table *table, const struct sweep_q
     if (!(range->high >= range->low))
         return false;
     sweep_quantity_label(table, quantity, label);
-    settle(range, label, quantity->field || !table->study.find.wanted ? NULL : &table->study.find.key.range);
+    settle(range, label,
+           quantity->field || !table->study.find.wanted ? NULL : &table->study.find.key.range);
     return true;
 }
 
-static void key_range(const struct sweep_table *table, const struct sweep_levels *levels, struct axis_range *range)
+static void key_range(const struct sweep_table *table, const struct sweep_levels *levels,
+                      struct axis_range *range)
 {
     char label[200];
     *range = empty_range();
@@ -247,7 +258,8 @@ static bool has(const struct table_row *row, const struct sweep_levels *levels, 
     return value && compare_values(value, levels->value[level]) == 0;
 }
 
-/* Which levels of a key are drawn when there are more than can be told apart: even steps, the ends among them. */
+/* Which levels of a key are drawn when there are more than can be told apart: even steps, the ends
+ * among them. */
 static size_t shown_level(const struct sweep_levels *levels, size_t k, size_t most)
 {
     if (levels->count <= most)
@@ -260,15 +272,18 @@ static size_t shown_count(const struct sweep_levels *levels, size_t most)
     return levels->count < most ? levels->count : most;
 }
 
-/* A mark, with the bracket of a threshold; where the search met an end of its range a triangle says on which side it lies. */
-static void mark(const struct svg_plot *plot, const struct drawing *d, const struct table_row *row, unsigned series)
+/* A mark, with the bracket of a threshold; where the search met an end of its range a triangle says
+ * on which side it lies. */
+static void mark(const struct svg_plot *plot, const struct drawing *d, const struct table_row *row,
+                 unsigned series)
 {
     char dot[20], line[20];
     double low, value = sweep_quantity_of(row, d->quantity, &low);
     double x = sweep_table_number(sweep_table_value(row, d->levels[0].key));
     if (isnan(value) || isnan(x))
         return;
-    double px = svg_x(plot, x * d->x.scale), py = svg_y(plot, value * d->y.scale), low_py = svg_y(plot, low * d->y.scale);
+    double px = svg_x(plot, x * d->x.scale), py = svg_y(plot, value * d->y.scale),
+           low_py = svg_y(plot, low * d->y.scale);
     snprintf(dot, sizeof dot, "dot s%u", series);
     snprintf(line, sizeof line, "line s%u", series);
     const char *verdict = d->quantity->field ? "" : verdict_of(row);
@@ -282,8 +297,10 @@ static void mark(const struct svg_plot *plot, const struct drawing *d, const str
         fprintf(plot->out, "<path class=\"%s\" d=\"M%.1f %.1fV%.1f\"/>\n", line, px, py, low_py);
 }
 
-/* One line for a series: the mean where several cases share an x (sampled keys). Thresholds beyond the range break it. */
-static void draw_series(const struct svg_plot *plot, const struct drawing *d, const bool *shown, unsigned series)
+/* One line for a series: the mean where several cases share an x (sampled keys). Thresholds beyond
+ * the range break it. */
+static void draw_series(const struct svg_plot *plot, const struct drawing *d, const bool *shown,
+                        unsigned series)
 {
     const struct sweep_levels *x = &d->levels[0];
     double *xs = calloc(x->count, sizeof *xs), *ys = calloc(x->count, sizeof *ys);
@@ -295,7 +312,8 @@ static void draw_series(const struct svg_plot *plot, const struct drawing *d, co
         for (size_t i = 0; i < d->table->count; i++) {
             const struct table_row *row = &d->table->rows[i];
             double value = sweep_quantity_of(row, d->quantity, NULL);
-            if (!shown[i] || !has(row, x, k) || isnan(value) || (!d->quantity->field && strcmp(verdict_of(row), "between") != 0))
+            if (!shown[i] || !has(row, x, k) || isnan(value) ||
+                (!d->quantity->field && strcmp(verdict_of(row), "between") != 0))
                 continue;
             sum += value;
             count++;
@@ -326,7 +344,8 @@ void sweep_value_text(const json_t *value, char *text, size_t size)
     }
 }
 
-/* Of a place deep inside a campaign the last part is the telling one: landings.0.apply.cleat_every. */
+/* Of a place deep inside a campaign the last part is the telling one:
+ * landings.0.apply.cleat_every. */
 static const char *short_key(const char *key)
 {
     const char *dot = strrchr(key, '.');
@@ -347,26 +366,35 @@ static void make_legend(struct legend *legend, const struct sweep_levels *by)
         sweep_value_text(by->value[shown_level(by, k, SWEEP_SERIES_MAX)], value, sizeof value);
         snprintf(legend->text[k], sizeof legend->text[k], "%.16s %s", short_key(by->key), value);
         snprintf(legend->class[k], sizeof legend->class[k], "line s%zu", k);
-        legend->key[k] = (struct svg_key){legend->class[k], legend->text[k]};
+        legend->key[k] = (struct svg_key){legend->class[k], legend -> text[k]};
     }
 }
 
 /* Lines for the cases that `rest` lets through. */
 static void draw_lines(FILE *out, const struct drawing *d, const bool *rest, const char *title)
 {
-    struct svg_plot plot = {.out = out, .left = LEFT, .top = 26.0, .width = WIDTH - LEFT - RIGHT, .height = PLOT_HEIGHT};
+    struct svg_plot plot = {.out = out,
+                            .left = LEFT,
+                            .top = 26.0,
+                            .width = WIDTH - LEFT - RIGHT,
+                            .height = PLOT_HEIGHT};
     struct legend legend = {.count = 0};
     bool *shown = calloc(d->table->count + 1, sizeof *shown);
-    size_t series = d->level_count > 1 && !d->levels[1].sampled ? shown_count(&d->levels[1], SWEEP_SERIES_MAX) : 1;
+    size_t series = d->level_count > 1 && !d->levels[1].sampled
+                      ? shown_count(&d->levels[1], SWEEP_SERIES_MAX)
+                      : 1;
     set_axes(&plot, &d->x, &d->y);
     if (series > 1)
         make_legend(&legend, &d->levels[1]);
-    plot.top += SVG_KEY_ROW_PX * (double)(svg_legend_rows(LEFT, WIDTH - RIGHT, legend.key, legend.count) - 1);
+    plot.top += SVG_KEY_ROW_PX *
+                (double)(svg_legend_rows(LEFT, WIDTH - RIGHT, legend.key, legend.count) - 1);
     svg_open(out, WIDTH, plot.top + PLOT_HEIGHT + 44.0, title);
     svg_axes(&plot);
     for (size_t k = 0; shown && k < series; k++) {
         for (size_t i = 0; i < d->table->count; i++)
-            shown[i] = rest[i] && (series == 1 || has(&d->table->rows[i], &d->levels[1], shown_level(&d->levels[1], k, SWEEP_SERIES_MAX)));
+            shown[i] = rest[i] &&
+                       (series == 1 || has(&d->table->rows[i], &d->levels[1],
+                                           shown_level(&d->levels[1], k, SWEEP_SERIES_MAX)));
         draw_series(&plot, d, shown, (unsigned)k);
     }
     svg_legend(out, LEFT, WIDTH - RIGHT, 14.0, legend.key, legend.count);
@@ -390,7 +418,8 @@ static void caption(FILE *out, const struct drawing *d, const char *panel)
     if (d->level_count > 1 && !d->levels[1].sampled && d->levels[1].count > SWEEP_SERIES_MAX)
         fprintf(out, "; %d of %zu values of the second key", SWEEP_SERIES_MAX, d->levels[1].count);
     if (!d->quantity->field)
-        fputs(". A dot is the upper end of its bracket; a triangle pointing up: not beyond the level in the whole range; pointing down: "
+        fputs(". A dot is the upper end of its bracket; a triangle pointing up: not beyond the "
+              "level in the whole range; pointing down: "
               "beyond it at the low end already",
               out);
     fputs(".</figcaption></figure>\n", out);
@@ -434,7 +463,8 @@ static void draw_panels(FILE *out, const struct drawing *d)
     free(rest);
 }
 
-/* Which of the series a row is of: by its value of a key, of those that are shown. SWEEP_SERIES_MAX: none. */
+/* Which of the series a row is of: by its value of a key, of those that are shown.
+ * SWEEP_SERIES_MAX: none. */
 static unsigned series_of(const struct table_row *row, const struct sweep_levels *by)
 {
     for (size_t k = 0; by && k < shown_count(by, SWEEP_SERIES_MAX); k++) {
@@ -444,12 +474,16 @@ static unsigned series_of(const struct table_row *row, const struct sweep_levels
     return by ? SWEEP_SERIES_MAX : 0;
 }
 
-static void draw_dots(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t place, double top,
-                      const struct sweep_levels *by, const struct sweep_quantity *quantity, const struct axis_range *y)
+static void draw_dots(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels,
+                      size_t place, double top, const struct sweep_levels *by,
+                      const struct sweep_quantity *quantity, const struct axis_range *y)
 {
     struct drawing d = {table, levels, 1, quantity, empty_range(), *y};
-    struct svg_plot plot = {.out = out, .left = 62.0 + (double)(place % ACROSS) * (SMALL_WIDTH + 40.0), .width = SMALL_WIDTH - 20.0,
-                            .top = top + (double)(place / ACROSS) * (SMALL_HEIGHT + 56.0), .height = SMALL_HEIGHT};
+    struct svg_plot plot = {.out = out,
+                            .left = 62.0 + (double)(place % ACROSS) * (SMALL_WIDTH + 40.0),
+                            .width = SMALL_WIDTH - 20.0,
+                            .top = top + (double)(place / ACROSS) * (SMALL_HEIGHT + 56.0),
+                            .height = SMALL_HEIGHT};
     key_range(table, levels, &d.x);
     if (place % ACROSS)
         d.y.label[0] = '\0';
@@ -462,9 +496,12 @@ static void draw_dots(FILE *out, const struct sweep_table *table, const struct s
     }
 }
 
-/* Sampled keys: dots against each of them, pictures in rows, coloured by a stepped key if there is one. */
-static void draw_scatter(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t count,
-                         const struct sweep_levels *by, const struct sweep_quantity *quantity, const struct axis_range *y)
+/* Sampled keys: dots against each of them, pictures in rows, coloured by a stepped key if there is
+ * one. */
+static void draw_scatter(FILE *out, const struct sweep_table *table,
+                         const struct sweep_levels *levels, size_t count,
+                         const struct sweep_levels *by, const struct sweep_quantity *quantity,
+                         const struct axis_range *y)
 {
     char title[200];
     struct legend legend = {.count = 0};
@@ -473,7 +510,9 @@ static void draw_scatter(FILE *out, const struct sweep_table *table, const struc
     fputs("<figure>", out);
     if (by)
         make_legend(&legend, by);
-    double top = 26.0 + SVG_KEY_ROW_PX * (double)(svg_legend_rows(LEFT, WIDTH - RIGHT, legend.key, legend.count) - 1);
+    double top = 26.0 +
+                 SVG_KEY_ROW_PX *
+                     (double)(svg_legend_rows(LEFT, WIDTH - RIGHT, legend.key, legend.count) - 1);
     svg_open(out, WIDTH, top - 2.0 + (double)rows * (SMALL_HEIGHT + 56.0), title);
     svg_legend(out, LEFT, WIDTH - RIGHT, 14.0, legend.key, legend.count);
     for (size_t k = 0; k < count; k++)
@@ -484,10 +523,11 @@ static void draw_scatter(FILE *out, const struct sweep_table *table, const struc
     fputs(" against each sampled key; all of them vary at once.</figcaption></figure>\n", out);
 }
 
-void sweep_plot(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t level_count,
-                const struct sweep_quantity *quantity)
+void sweep_plot(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels,
+                size_t level_count, const struct sweep_quantity *quantity)
 {
-    struct drawing d = {.table = table, .levels = levels, .level_count = level_count, .quantity = quantity};
+    struct drawing d = {
+        .table = table, .levels = levels, .level_count = level_count, .quantity = quantity};
     size_t stepped = 0;
     while (stepped < level_count && !levels[stepped].sampled)
         stepped++;
@@ -501,5 +541,6 @@ void sweep_plot(FILE *out, const struct sweep_table *table, const struct sweep_l
     while (numeric < level_count && levels[numeric].numeric)
         numeric++;
     if (numeric > stepped)
-        draw_scatter(out, table, &levels[stepped], numeric - stepped, stepped > 0 ? &levels[0] : NULL, quantity, &d.y);
+        draw_scatter(out, table, &levels[stepped], numeric - stepped,
+                     stepped > 0 ? &levels[0] : NULL, quantity, &d.y);
 }

@@ -14,8 +14,8 @@
 #include <unistd.h>
 
 #define JOBS_MAX 1024
-#define SYNC_S 1.0
-#define WAKE_MS 500 /* at least so often `stop` and the clock are looked at */
+#define SYNC_S   1.0
+#define WAKE_MS  500 /* at least so often `stop` and the clock are looked at */
 
 struct worker {
     pid_t process; /* 0: free */
@@ -69,17 +69,20 @@ static void run_child(const struct sweep_pool *pool, size_t index, int out, pid_
 
 /* ---- in the parent ---- */
 
-static enum mr_status start(const struct sweep_pool *pool, struct worker *worker, size_t index, struct error *error)
+static enum mr_status start(const struct sweep_pool *pool, struct worker *worker, size_t index,
+                            struct error *error)
 {
     int ends[2];
     pid_t parent = getpid();
     if (pipe2(ends, O_CLOEXEC) != 0)
-        return error_set(error, MR_IO, "cannot make a pipe (%s): case %zu; lower -j", strerror(errno), index);
+        return error_set(error, MR_IO, "cannot make a pipe (%s): case %zu; lower -j",
+                         strerror(errno), index);
     pid_t process = fork();
     if (process < 0) {
         close(ends[0]);
         close(ends[1]);
-        return error_set(error, MR_IO, "cannot start a process (%s): case %zu; lower -j", strerror(errno), index);
+        return error_set(error, MR_IO, "cannot start a process (%s): case %zu; lower -j",
+                         strerror(errno), index);
     }
     if (process == 0) {
         close(ends[0]);
@@ -87,7 +90,8 @@ static enum mr_status start(const struct sweep_pool *pool, struct worker *worker
     }
     close(ends[1]);
     fcntl(ends[0], F_SETFL, O_NONBLOCK);
-    *worker = (struct worker){.process = process, .pipe = ends[0], .index = index, .begun_s = clock_s()};
+    *worker =
+        (struct worker){.process = process, .pipe = ends[0], .index = index, .begun_s = clock_s()};
     return MR_OK;
 }
 
@@ -103,7 +107,8 @@ static bool listen_to(struct worker *worker)
             worker->text = larger;
             worker->room = room;
         }
-        ssize_t got = read(worker->pipe, worker->text + worker->length, worker->room - worker->length - 1);
+        ssize_t got = read(worker->pipe, worker->text + worker->length,
+                           worker->room - worker->length - 1);
         if (got > 0)
             worker->length += (size_t)got;
         else if (got < 0 && errno == EINTR)
@@ -116,8 +121,9 @@ static bool listen_to(struct worker *worker)
 static json_t *crashed(int status)
 {
     if (WIFSIGNALED(status))
-        return json_pack("{s:s,s:o}", "status", "crashed", "reason",
-                         json_sprintf("ended by signal %d (%s)", WTERMSIG(status), strsignal(WTERMSIG(status))));
+        return json_pack(
+            "{s:s,s:o}", "status", "crashed", "reason",
+            json_sprintf("ended by signal %d (%s)", WTERMSIG(status), strsignal(WTERMSIG(status))));
     return json_pack("{s:s,s:o}", "status", "crashed", "reason",
                      json_sprintf("ended without a result, exit code %d", WEXITSTATUS(status)));
 }
@@ -131,20 +137,24 @@ static json_t *outcome_of(struct worker *worker, bool late, double timeout_s)
         kill(worker->process, SIGKILL);
     while (wait4(worker->process, &status, 0, &used) < 0 && errno == EINTR)
         ;
-    worker->cpu_ms = 1e3 * (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-3 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+    worker->cpu_ms = 1e3 * (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+                     1e-3 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
     json_t *outcome = NULL;
     if (late)
-        outcome = json_pack("{s:s,s:o}", "status", "timeout", "reason", json_sprintf("not done after %g s", timeout_s));
+        outcome = json_pack("{s:s,s:o}", "status", "timeout", "reason",
+                            json_sprintf("not done after %g s", timeout_s));
     else if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
         outcome = json_loadb(worker->text ? worker->text : "", worker->length, 0, NULL);
     return outcome ? outcome : crashed(status);
 }
 
-static enum mr_status record(struct sweep_pool *pool, struct worker *worker, json_t *outcome, struct error *error)
+static enum mr_status record(struct sweep_pool *pool, struct worker *worker, json_t *outcome,
+                             struct error *error)
 {
     char id[SWEEP_ID_SIZE];
     sweep_id_text(pool->study->ids[worker->index], id);
-    json_t *line = json_pack("{s:s,s:o}", "case", id, "values", sweep_study_values(pool->study, worker->index));
+    json_t *line = json_pack("{s:s,s:o}", "case", id, "values",
+                             sweep_study_values(pool->study, worker->index));
     json_object_update(line, outcome);
     json_object_set_new(line, "cpu_ms", json_real(worker->cpu_ms));
     char *text = json_dumps(line, JSON_COMPACT | JSON_REAL_PRECISION(15));
@@ -169,7 +179,8 @@ static void release(struct worker *worker)
     *worker = (struct worker){0};
 }
 
-static enum mr_status finish(struct sweep_pool *pool, struct worker *worker, bool late, struct error *error)
+static enum mr_status finish(struct sweep_pool *pool, struct worker *worker, bool late,
+                             struct error *error)
 {
     json_t *outcome = outcome_of(worker, late, pool->timeout_s);
     record(pool, worker, outcome, error);
@@ -190,10 +201,12 @@ static int wait_ms(const struct sweep_pool *pool, const struct worker *workers)
     return (int)ceil(1000.0 * fmax(wait_s, 0.0));
 }
 
-static enum mr_status serve(struct sweep_pool *pool, struct worker *workers, struct pollfd *polled, struct error *error)
+static enum mr_status serve(struct sweep_pool *pool, struct worker *workers, struct pollfd *polled,
+                            struct error *error)
 {
     for (unsigned i = 0; i < pool->jobs; i++)
-        polled[i] = (struct pollfd){.fd = workers[i].process ? workers[i].pipe : -1, .events = POLLIN};
+        polled[i] = (struct pollfd){.fd = workers[i].process ? workers[i].pipe : -1,
+                                    .events = POLLIN};
     poll(polled, pool->jobs, wait_ms(pool, workers));
     for (unsigned i = 0; i < pool->jobs && !*pool->stop; i++) {
         if (!workers[i].process)
@@ -218,7 +231,8 @@ static void end_all(struct worker *workers, unsigned count)
     }
 }
 
-static enum mr_status run(struct sweep_pool *pool, struct worker *workers, struct pollfd *polled, struct error *error)
+static enum mr_status run(struct sweep_pool *pool, struct worker *workers, struct pollfd *polled,
+                          struct error *error)
 {
     size_t next = 0, done_before = pool->done;
     double synced_s = clock_s();

@@ -17,16 +17,20 @@ static bool whole_number(const char *text, long low, long high, unsigned *number
     return true;
 }
 
-/* An array 1-n or 0-(n-1). Another one was not made for this, or leaves some out: how many there should be is not known. */
-static enum mr_status shard_of_slurm(struct sweep_shard *shard, const char *task, struct error *error)
+/* An array 1-n or 0-(n-1). Another one was not made for this, or leaves some out: how many there
+ * should be is not known. */
+static enum mr_status shard_of_slurm(struct sweep_shard *shard, const char *task,
+                                     struct error *error)
 {
     unsigned low, high, count, id;
     if (!whole_number(task, 0, SWEEP_SHARDS_MAX, &id) ||
         !whole_number(getenv("SLURM_ARRAY_TASK_MIN"), 0, 1, &low) ||
         !whole_number(getenv("SLURM_ARRAY_TASK_MAX"), 0, SWEEP_SHARDS_MAX, &high) ||
-        !whole_number(getenv("SLURM_ARRAY_TASK_COUNT"), 1, SWEEP_SHARDS_MAX, &count) || count != high - low + 1 || id < low || id > high)
+        !whole_number(getenv("SLURM_ARRAY_TASK_COUNT"), 1, SWEEP_SHARDS_MAX, &count) ||
+        count != high - low + 1 || id < low || id > high)
         return error_set(error, MR_USAGE,
-                         "no shard: SLURM_ARRAY_TASK_ID is %.40s, of an array that is not 1-N or 0-N; give --shard /N, N shards in all",
+                         "no shard: SLURM_ARRAY_TASK_ID is %.40s, of an array that is not 1-N or "
+                         "0-N; give --shard /N, N shards in all",
                          task);
     *shard = (struct sweep_shard){id - low + 1, count};
     return MR_OK;
@@ -43,11 +47,14 @@ enum mr_status sweep_shard_read(struct sweep_shard *shard, const char *text, str
     if (slash && slash - text < (long)sizeof i)
         memcpy(i, text, (size_t)(slash - text));
     if (slash == text && !task)
-        return error_set(error, MR_USAGE, "no shard: %s, but SLURM_ARRAY_TASK_ID is not set; give --shard i/n", text);
+        return error_set(error, MR_USAGE,
+                         "no shard: %s, but SLURM_ARRAY_TASK_ID is not set; give --shard i/n",
+                         text);
     if (!slash || !whole_number(slash + 1, 1, SWEEP_SHARDS_MAX, &shard->n) ||
         !whole_number(slash == text ? task : i, 1, shard->n, &shard->i))
         return error_set(error, MR_USAGE, "no shard: --shard %s%s%s; give i/n, i from 1 to n", text,
-                         slash == text ? " with SLURM_ARRAY_TASK_ID " : "", slash == text ? task : "");
+                         slash == text ? " with SLURM_ARRAY_TASK_ID " : "",
+                         slash == text ? task : "");
     return MR_OK;
 }
 
@@ -63,7 +70,8 @@ void sweep_shard_path(const char *results, const struct sweep_shard *shard, char
     if (shard->n == 0)
         snprintf(out, SWEEP_PATH_MAX + 40, "%s", results);
     else
-        snprintf(out, SWEEP_PATH_MAX + 40, "%.*s.%u-of-%u.jsonl", stem(results), results, shard->i, shard->n);
+        snprintf(out, SWEEP_PATH_MAX + 40, "%.*s.%u-of-%u.jsonl", stem(results), results, shard->i,
+                 shard->n);
 }
 
 void sweep_study_path(const char *results, char *out)
@@ -98,8 +106,9 @@ static enum mr_status foreign(const char *path, size_t number, uint64_t id, stru
     char text[SWEEP_ID_SIZE];
     sweep_id_text(id, text);
     return error_set(error, MR_MALFORMED,
-                     "results of another sweep: %s line %zu: case %s is not in this one; move the file away, or give another with -o", path,
-                     number, text);
+                     "results of another sweep: %s line %zu: case %s is not in this one; move the "
+                     "file away, or give another with -o",
+                     path, number, text);
 }
 
 static bool failed(const json_t *line)
@@ -107,7 +116,8 @@ static bool failed(const json_t *line)
     return strcmp(json_string_value(json_object_get(line, "status")), "ok") != 0;
 }
 
-static enum mr_status count_line(void *ctx, size_t number, uint64_t id, const json_t *line, const char *text, struct error *error)
+static enum mr_status count_line(void *ctx, size_t number, uint64_t id, const json_t *line,
+                                 const char *text, struct error *error)
 {
     struct reading *r = ctx;
     size_t index;
@@ -126,23 +136,27 @@ static enum mr_status count_line(void *ctx, size_t number, uint64_t id, const js
     return MR_OK;
 }
 
-static enum mr_status count_other(struct sweep_done *done, const struct sweep_results *own, const char *path, struct error *error)
+static enum mr_status count_other(struct sweep_done *done, const struct sweep_results *own,
+                                  const char *path, struct error *error)
 {
     struct reading r = {done, path, true};
     return strcmp(path, own->path) == 0 ? MR_OK : sweep_results_read(path, count_line, &r, error);
 }
 
-enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study *study, const struct sweep_results *own,
-                               const char *results, struct error *error)
+enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study *study,
+                               const struct sweep_results *own, const char *results,
+                               struct error *error)
 {
     glob_t found = {0};
     struct reading r = {done, own->path, false};
-    *done = (struct sweep_done){.study = study, .retry = done->retry, .done = calloc(study->cases, sizeof *done->done)};
+    *done = (struct sweep_done){
+        .study = study, .retry = done->retry, .done = calloc(study->cases, sizeof *done->done)};
     if (!done->done)
         return error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep", study->cases);
     if (sweep_results_lines(own, count_line, &r, error) != MR_OK)
         return error->status;
-    size_t twice = done->twice; /* within one file; the same case in two files is nothing new after gathering */
+    /* within one file; the same case in two files is nothing new after gathering */
+    size_t twice = done->twice;
     count_other(done, own, results, error);
     find_parts(results, &found);
     for (size_t i = 0; i < found.gl_pathc && error->status == MR_OK; i++)
@@ -175,14 +189,16 @@ static bool same_but_time(const char *a, const char *b)
     return same;
 }
 
-static enum mr_status take_line(void *ctx, size_t number, uint64_t id, const json_t *line, const char *text, struct error *error)
+static enum mr_status take_line(void *ctx, size_t number, uint64_t id, const json_t *line,
+                                const char *text, struct error *error)
 {
     struct gathering *g = ctx;
     size_t index;
     if (!sweep_study_find(g->done->study, id, &index))
         return foreign(g->path, number, id, error);
     if (g->text[index] && g->failed[index] <= failed(line)) { /* nothing better */
-        if (g->failed[index] == failed(line) && !g->failed[index] && !same_but_time(g->text[index], text)) {
+        if (g->failed[index] == failed(line) && !g->failed[index] &&
+            !same_but_time(g->text[index], text)) {
             g->gathered->differ++;
             sweep_id_text(id, g->gathered->differs);
         }
@@ -193,7 +209,9 @@ static enum mr_status take_line(void *ctx, size_t number, uint64_t id, const jso
     free(g->text[index]);
     g->failed[index] = failed(line);
     g->text[index] = strdup(text);
-    return g->text[index] ? MR_OK : error_set(error, MR_FULL, "out of memory: %s; gather fewer files", g->path);
+    return g->text[index]
+             ? MR_OK
+             : error_set(error, MR_FULL, "out of memory: %s; gather fewer files", g->path);
 }
 
 static bool not_outdone(void *ctx, const json_t *line)
@@ -201,13 +219,14 @@ static bool not_outdone(void *ctx, const json_t *line)
     const struct gathering *g = ctx;
     uint64_t id;
     size_t index;
-    if (!sweep_id_parse(json_string_value(json_object_get(line, "case")), &id) || !sweep_study_find(g->done->study, id, &index))
+    if (!sweep_id_parse(json_string_value(json_object_get(line, "case")), &id) ||
+        !sweep_study_find(g->done->study, id, &index))
         return true;
     return !(g->outdone[index] && failed(line));
 }
 
-static enum mr_status take_parts(struct gathering *g, const struct sweep_results *into, const char *const *parts, size_t count,
-                                 struct error *error)
+static enum mr_status take_parts(struct gathering *g, const struct sweep_results *into,
+                                 const char *const *parts, size_t count, struct error *error)
 {
     g->path = into->path;
     sweep_results_lines(into, take_line, g, error); /* what R has comes first */
@@ -221,7 +240,8 @@ static enum mr_status take_parts(struct gathering *g, const struct sweep_results
     return error->status;
 }
 
-static enum mr_status mark_own(void *ctx, size_t number, uint64_t id, const json_t *line, const char *text, struct error *error)
+static enum mr_status mark_own(void *ctx, size_t number, uint64_t id, const json_t *line,
+                               const char *text, struct error *error)
 {
     struct sweep_done *done = ctx;
     size_t index;
@@ -235,11 +255,14 @@ static enum mr_status mark_own(void *ctx, size_t number, uint64_t id, const json
 }
 
 /* Those that R does not have yet, in order. */
-static enum mr_status append_new(struct gathering *g, struct sweep_results *into, struct error *error)
+static enum mr_status append_new(struct gathering *g, struct sweep_results *into,
+                                 struct error *error)
 {
-    struct sweep_done own = {.study = g->done->study, .done = calloc(g->done->study->cases, sizeof *own.done)};
+    struct sweep_done own = {.study = g->done->study,
+                             .done = calloc(g->done->study->cases, sizeof *own.done)};
     if (!own.done)
-        return error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep", g->done->study->cases);
+        return error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep",
+                         g->done->study->cases);
     sweep_results_lines(into, mark_own, &own, error);
     for (size_t i = 0; i < g->done->study->cases && error->status == MR_OK; i++) {
         if (!g->text[i] || own.done[i])
@@ -251,12 +274,16 @@ static enum mr_status append_new(struct gathering *g, struct sweep_results *into
     return error->status == MR_OK ? sweep_results_sync(into, error) : error->status;
 }
 
-enum mr_status sweep_gather(struct sweep_results *into, struct sweep_done *done, const char *results, const char *const *parts,
-                            size_t part_count, struct sweep_gathered *gathered, struct error *error)
+enum mr_status sweep_gather(struct sweep_results *into, struct sweep_done *done,
+                            const char *results, const char *const *parts, size_t part_count,
+                            struct sweep_gathered *gathered, struct error *error)
 {
     glob_t found = {0};
     size_t cases = done->study->cases;
-    struct gathering g = {.done = done, .gathered = gathered, .text = calloc(cases, sizeof *g.text), .failed = calloc(cases, sizeof(bool)),
+    struct gathering g = {.done = done,
+                          .gathered = gathered,
+                          .text = calloc(cases, sizeof *g.text),
+                          .failed = calloc(cases, sizeof(bool)),
                           .outdone = calloc(cases, sizeof(bool))};
     *gathered = (struct sweep_gathered){0};
     if (!g.text || !g.failed || !g.outdone)
@@ -266,7 +293,8 @@ enum mr_status sweep_gather(struct sweep_results *into, struct sweep_done *done,
         parts = (const char *const *)found.gl_pathv;
         part_count = found.gl_pathc;
     }
-    if (error->status == MR_OK && take_parts(&g, into, parts, part_count, error) == MR_OK && g.any_outdone)
+    if (error->status == MR_OK && take_parts(&g, into, parts, part_count, error) == MR_OK &&
+        g.any_outdone)
         sweep_results_rewrite(into, not_outdone, &g, error);
     if (error->status == MR_OK)
         append_new(&g, into, error);

@@ -12,27 +12,31 @@
 #include "host/sweep/jsonpath.h"
 #include "host/sweep/sweep_id.h"
 
-#define SCAN_MAX 1000
+#define SCAN_MAX      1000
 #define TIMEOUT_MAX_S 1e7
 
 const char *const sweep_kind_names[SWEEP_KINDS] = {"scene", "campaign"};
 
 /* ---- base and keys ---- */
 
-static enum mr_status load_json(const char *path, const char *what, json_t **root, struct error *error)
+static enum mr_status load_json(const char *path, const char *what, json_t **root,
+                                struct error *error)
 {
     json_error_t where;
     *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
     if (!*root && json_error_code(&where) == json_error_cannot_open_file)
-        return error_set(error, MR_IO, "cannot open %s: %s: %s; check the path", what, path, strerror(errno));
+        return error_set(error, MR_IO, "cannot open %s: %s: %s; check the path", what, path,
+                         strerror(errno));
     if (!*root)
-        return error_set(error, MR_MALFORMED, "malformed JSON: %s line %d column %d: %s; correct it there", path, where.line,
-                         where.column, where.text);
+        return error_set(error, MR_MALFORMED,
+                         "malformed JSON: %s line %d column %d: %s; correct it there", path,
+                         where.line, where.column, where.text);
     if (json_is_object(*root))
         return MR_OK;
     json_decref(*root);
     *root = NULL;
-    return error_set(error, MR_MALFORMED, "not a %s: %s: the file holds no JSON object; begin with {", what, path);
+    return error_set(error, MR_MALFORMED,
+                     "not a %s: %s: the file holds no JSON object; begin with {", what, path);
 }
 
 /* The path of a file that another one names. `found` has PATH_MAX bytes. */
@@ -41,18 +45,22 @@ static enum mr_status beside(const char *path, const char *name, char *found, st
     const char *slash = strrchr(path, '/');
     int folder = slash && name[0] != '/' ? (int)(slash - path + 1) : 0;
     if (snprintf(found, PATH_MAX, "%.*s%s", folder, path, name) >= PATH_MAX)
-        return error_set(error, MR_TOO_LONG, "path too long: %s: %.100s; move the files", path, name);
+        return error_set(error, MR_TOO_LONG, "path too long: %s: %.100s; move the files", path,
+                         name);
     return MR_OK;
 }
 
-/* The scene that a campaign names is put in too, and the parts that it may leave out, so that keys inside them can be varied. */
-static enum mr_status complete_campaign(struct sweep_study *study, const char *file, struct error *error)
+/* The scene that a campaign names is put in too, and the parts that it may leave out, so that keys
+ * inside them can be varied. */
+static enum mr_status complete_campaign(struct sweep_study *study, const char *file,
+                                        struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
     json_t *scene = json_object_get(study->base, "scene");
     char path[PATH_MAX];
     if (json_is_string(scene)) {
-        if (beside(file, json_string_value(scene), path, error) != MR_OK || load_json(path, "scene", &scene, error) != MR_OK)
+        if (beside(file, json_string_value(scene), path, error) != MR_OK ||
+            load_json(path, "scene", &scene, error) != MR_OK)
             return error->status;
         json_object_set_new(study->base, "scene", scene);
     }
@@ -68,17 +76,21 @@ static enum mr_status read_base(struct sweep_study *study, const char *path, str
 {
     json_t *base = json_object_get(study->root, "base");
     char file[PATH_MAX];
-    snprintf(file, sizeof file, "%s", path); /* that says the scene of a campaign; checked by the read of the study */
+    /* that says the scene of a campaign; checked by the read of the study */
+    snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(study->root, "_base_file", json_copy(base));
         if (beside(path, json_string_value(base), file, error) != MR_OK ||
-            load_json(file, study->kind == SWEEP_SCENE ? "scene" : "campaign", &base, error) != MR_OK)
+            load_json(file, study->kind == SWEEP_SCENE ? "scene" : "campaign", &base, error) !=
+                MR_OK)
             return error->status;
         json_object_set_new(study->root, "base", base);
     }
     if (!json_is_object(base))
-        return error_set(error, MR_MALFORMED, "%s: %s: base; give the name of a scene or study file, or what it would hold",
-                         base ? "wrong type" : "something is missing", path);
+        return error_set(
+            error, MR_MALFORMED,
+            "%s: %s: base; give the name of a scene or study file, or what it would hold",
+            base ? "wrong type" : "something is missing", path);
     study->base = base;
     if (!json_object_get(study->root, "kind") && json_object_get(base, "landings"))
         study->kind = SWEEP_CAMPAIGN;
@@ -95,18 +107,22 @@ static enum mr_status read_kind(struct sweep_study *study, const char *path, str
         study->kind = (enum sweep_kind)i;
         return MR_OK;
     }
-    return error_set(error, MR_MALFORMED, "unknown choice: %s: kind; give \"scene\" or \"campaign\"", path);
+    return error_set(error, MR_MALFORMED,
+                     "unknown choice: %s: kind; give \"scene\" or \"campaign\"", path);
 }
 
-/* A key of a scene that does not exist would fail in every case: refuse the study. Those of a campaign are paths; its first case
- * shows whether they are known. */
-static enum mr_status check_key(const struct sweep_study *study, const char *where, const char *key, struct error *error)
+/* A key of a scene that does not exist would fail in every case: refuse the study. Those of a
+ * campaign are paths; its first case shows whether they are known. */
+static enum mr_status check_key(const struct sweep_study *study, const char *where, const char *key,
+                                struct error *error)
 {
     char first[JSONPATH_MAX];
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
     if (study->kind == SWEEP_SCENE && !sim_key_find(first))
-        return error_set(error, MR_MALFORMED,
-                         "unknown key: %s: a scene has no \"%s\"; correct it, or say with \"set\" what it sets", where, key);
+        return error_set(
+            error, MR_MALFORMED,
+            "unknown key: %s: a scene has no \"%s\"; correct it, or say with \"set\" what it sets",
+            where, key);
     return MR_OK;
 }
 
@@ -121,8 +137,8 @@ static bool is_factor(const json_t *factor)
     return json_array_size(factor) > 0;
 }
 
-static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axis, const json_t *value, const char *where,
-                               struct error *error)
+static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axis,
+                               const json_t *value, const char *where, struct error *error)
 {
     const char *key;
     json_t *factor;
@@ -130,45 +146,56 @@ static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axi
     if (!axis->set)
         return check_key(study, where, axis->name, error);
     if (!json_is_object(axis->set) || json_object_size(axis->set) == 0)
-        return error_set(error, MR_MALFORMED, "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}", where);
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}",
+                         where);
     json_object_foreach(axis->set, key, factor)
     {
         if (!is_factor(factor))
-            return error_set(error, MR_MALFORMED, "wrong type: %s: set %s; give a number or a list of numbers", where, key);
+            return error_set(error, MR_MALFORMED,
+                             "wrong type: %s: set %s; give a number or a list of numbers", where,
+                             key);
         if (check_key(study, where, key, error) != MR_OK)
             return error->status;
     }
     for (size_t i = 0; i < json_array_size(axis->range.levels); i++) {
         if (!json_is_number(json_array_get(axis->range.levels, i)))
-            return error_set(error, MR_MALFORMED, "wrong type: %s: value %zu; \"set\" multiplies: give numbers", where, i);
+            return error_set(error, MR_MALFORMED,
+                             "wrong type: %s: value %zu; \"set\" multiplies: give numbers", where,
+                             i);
     }
     return MR_OK;
 }
 
 /* A list of values, or an object with "values" (for a list with "set") or a range. */
-static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *axis, const char *path, const char *part,
-                                const char *name, const json_t *value, struct error *error)
+static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *axis,
+                                const char *path, const char *part, const char *name,
+                                const json_t *value, struct error *error)
 {
     char where[PATH_MAX + 100];
     const json_t *values = json_is_object(value) ? json_object_get(value, "values") : NULL;
     *axis = (struct sweep_axis){0};
     snprintf(where, sizeof where, "%s: %s %s", path, part, name);
     if (strlen(name) >= sizeof axis->name || name[0] == '\0')
-        return error_set(error, MR_MALFORMED, "name too long: %s; give 1 to %d letters", where, SWEEP_NAME_MAX - 1);
+        return error_set(error, MR_MALFORMED, "name too long: %s; give 1 to %d letters", where,
+                         SWEEP_NAME_MAX - 1);
     snprintf(axis->name, sizeof axis->name, "%s", name);
     if (design_range_read(&axis->range, values ? values : value, where, error) != MR_OK)
         return error->status;
     return read_set(study, axis, value, where, error);
 }
 
-static enum mr_status add_axis(struct sweep_study *study, const char *path, const char *part, const char *name, const json_t *value,
-                               struct error *error)
+static enum mr_status add_axis(struct sweep_study *study, const char *path, const char *part,
+                               const char *name, const json_t *value, struct error *error)
 {
     if (study->axis_count == SWEEP_AXES_MAX)
-        return error_set(error, MR_MALFORMED, "too many: %s: %s varies more than %d keys; fix some", path, part, SWEEP_AXES_MAX);
+        return error_set(error, MR_MALFORMED, "too many: %s: %s varies more than %d keys; fix some",
+                         path, part, SWEEP_AXES_MAX);
     for (size_t i = 0; i < study->axis_count; i++) {
         if (strcmp(study->axis[i].name, name) == 0)
-            return error_set(error, MR_MALFORMED, "given twice: %s: \"%s\" is in vary and in lhs; give it once", path, name);
+            return error_set(error, MR_MALFORMED,
+                             "given twice: %s: \"%s\" is in vary and in lhs; give it once", path,
+                             name);
     }
     return read_axis(study, &study->axis[study->axis_count++], path, part, name, value, error);
 }
@@ -180,7 +207,8 @@ static enum mr_status read_vary(struct sweep_study *study, const char *path, str
     json_t *value;
     study->grid = 1;
     if (vary && !json_is_object(vary))
-        return error_set(error, MR_MALFORMED, "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
     json_object_foreach((json_t *)(uintptr_t)vary, name, value)
     {
         if (name[0] == '_')
@@ -189,9 +217,12 @@ static enum mr_status read_vary(struct sweep_study *study, const char *path, str
             return error->status;
         size_t levels = design_levels(&study->axis[study->axis_count - 1].range);
         if (levels == 0)
-            return error_set(error, MR_MALFORMED, "something is missing: %s: vary %s; give \"count\"", path, name);
+            return error_set(error, MR_MALFORMED,
+                             "something is missing: %s: vary %s; give \"count\"", path, name);
         if (study->grid > SWEEP_CASES_MAX / levels)
-            return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep", path, SWEEP_CASES_MAX);
+            return error_set(error, MR_MALFORMED,
+                             "too many cases: %s: more than %d; split the sweep", path,
+                             SWEEP_CASES_MAX);
         study->grid *= levels;
     }
     return MR_OK;
@@ -199,21 +230,25 @@ static enum mr_status read_vary(struct sweep_study *study, const char *path, str
 
 static enum mr_status read_lhs(struct sweep_study *study, const char *path, struct error *error)
 {
-    const json_t *lhs = json_object_get(study->root, "lhs"), *n = json_object_get(lhs, "n"), *seed = json_object_get(lhs, "seed");
+    const json_t *lhs = json_object_get(study->root, "lhs"), *n = json_object_get(lhs, "n"),
+                 *seed = json_object_get(lhs, "seed");
     const json_t *keys = json_object_get(lhs, "keys");
     const char *name;
     json_t *value;
     study->samples = 1;
     if (!lhs)
         return MR_OK;
-    if (!json_is_object(keys) || json_object_size(keys) == 0 || !json_is_integer(n) || json_integer_value(n) < 1 ||
-        json_integer_value(n) > SWEEP_CASES_MAX || !json_is_integer(seed))
+    if (!json_is_object(keys) || json_object_size(keys) == 0 || !json_is_integer(n) ||
+        json_integer_value(n) < 1 || json_integer_value(n) > SWEEP_CASES_MAX ||
+        !json_is_integer(seed))
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: lhs; give {\"n\": SAMPLES, \"seed\": NUMBER, \"keys\": {\"KEY\": {\"from\": A, \"to\": B}}}",
+                         "wrong type: %s: lhs; give {\"n\": SAMPLES, \"seed\": NUMBER, \"keys\": "
+                         "{\"KEY\": {\"from\": A, \"to\": B}}}",
                          path);
     study->samples = (size_t)json_integer_value(n);
     if (study->grid > SWEEP_CASES_MAX / study->samples)
-        return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep", path, SWEEP_CASES_MAX);
+        return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
+                         path, SWEEP_CASES_MAX);
     json_object_foreach((json_t *)(uintptr_t)keys, name, value)
     {
         if (name[0] == '_')
@@ -223,7 +258,8 @@ static enum mr_status read_lhs(struct sweep_study *study, const char *path, stru
         struct sweep_axis *axis = &study->axis[study->axis_count - 1];
         axis->u = calloc(study->samples, sizeof *axis->u);
         if (!axis->u)
-            return error_set(error, MR_FULL, "out of memory: %s: %zu samples; give fewer", path, study->samples);
+            return error_set(error, MR_FULL, "out of memory: %s: %zu samples; give fewer", path,
+                             study->samples);
         design_latin(axis->u, study->samples, (uint64_t)json_integer_value(seed), name);
     }
     return MR_OK;
@@ -231,26 +267,35 @@ static enum mr_status read_lhs(struct sweep_study *study, const char *path, stru
 
 /* ---- the search ---- */
 
-static enum mr_status find_number(const json_t *find, const char *key, double low, double high, double otherwise, double *number,
-                                  const char *path, struct error *error)
+static enum mr_status find_number(const json_t *find, const char *key, double low, double high,
+                                  double otherwise, double *number, const char *path,
+                                  struct error *error)
 {
     const json_t *value = json_object_get(find, key);
     *number = value ? json_number_value(value) : otherwise;
     if ((value && !json_is_number(value)) || !(*number >= low && *number <= high))
-        return error_set(error, MR_MALFORMED, "value out of range: %s: find %s; give a number, %g to %g", path, key, low, high);
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: find %s; give a number, %g to %g", path, key, low,
+                         high);
     return MR_OK;
 }
 
-static enum mr_status read_condition(struct sweep_study *study, const json_t *find, const char *path, struct error *error)
+static enum mr_status read_condition(struct sweep_study *study, const json_t *find,
+                                     const char *path, struct error *error)
 {
-    const json_t *above = json_object_get(find, "above"), *below = json_object_get(find, "below"), *is = json_object_get(find, "is");
+    const json_t *above = json_object_get(find, "above"), *below = json_object_get(find, "below"),
+                 *is = json_object_get(find, "is");
     study->find.field = json_string_value(json_object_get(find, "field"));
     if (!study->find.field || !*study->find.field)
-        return error_set(error, MR_MALFORMED, "wrong type: %s: find field; give the name of a field of the result", path);
-    if (!!above + !!below + !!is != 1 || (above && !json_is_number(above)) || (below && !json_is_number(below)) ||
-        (is && !json_is_boolean(is)))
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: find; give one of \"above\": NUMBER, \"below\": NUMBER, \"is\": true or false", path);
+                         "wrong type: %s: find field; give the name of a field of the result",
+                         path);
+    if (!!above + !!below + !!is != 1 || (above && !json_is_number(above)) ||
+        (below && !json_is_number(below)) || (is && !json_is_boolean(is)))
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: find; give one of \"above\": NUMBER, \"below\": NUMBER, "
+                         "\"is\": true or false",
+                         path);
     study->find.below = below || json_is_false(is);
     study->find.level = is ? 0.5 : json_number_value(above ? above : below);
     return MR_OK;
@@ -265,19 +310,27 @@ static enum mr_status read_find(struct sweep_study *study, const char *path, str
         return MR_OK;
     if (!name)
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: find; give {\"key\": KEY, \"from\": A, \"to\": B, \"field\": FIELD, \"above\": LEVEL}", path);
+                         "wrong type: %s: find; give {\"key\": KEY, \"from\": A, \"to\": B, "
+                         "\"field\": FIELD, \"above\": LEVEL}",
+                         path);
     if (read_axis(study, &study->find.key, path, "find", name, find, error) != MR_OK)
         return error->status;
     if (study->find.key.range.levels || study->find.key.range.from > study->find.key.range.to)
-        return error_set(error, MR_MALFORMED, "value out of range: %s: find %s; give \"from\" below \"to\"", path, name);
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: find %s; give \"from\" below \"to\"", path, name);
     for (size_t i = 0; i < study->axis_count; i++) {
         if (strcmp(study->axis[i].name, name) == 0)
-            return error_set(error, MR_MALFORMED, "given twice: %s: \"%s\" is varied and searched; drop one", path, name);
+            return error_set(error, MR_MALFORMED,
+                             "given twice: %s: \"%s\" is varied and searched; drop one", path,
+                             name);
     }
     study->find.beyond_when = json_object_get(find, "beyond_when");
     if (study->find.beyond_when && !json_is_array(study->find.beyond_when))
-        return error_set(error, MR_MALFORMED, "wrong type: %s: find beyond_when; give a list of statuses: [\"folded\"]", path);
-    if (read_condition(study, find, path, error) != MR_OK || find_number(find, "scan", 1, SCAN_MAX, 8, &scan, path, error) != MR_OK ||
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: find beyond_when; give a list of statuses: [\"folded\"]",
+                         path);
+    if (read_condition(study, find, path, error) != MR_OK ||
+        find_number(find, "scan", 1, SCAN_MAX, 8, &scan, path, error) != MR_OK ||
         find_number(find, "tolerance", 1e-9, 1, 0.01, &study->find.tolerance, path, error) != MR_OK)
         return error->status;
     study->find.scan = (unsigned)scan;
@@ -293,15 +346,22 @@ static enum mr_status read_rest(struct sweep_study *study, const char *path, str
         for (size_t i = 0; i < json_array_size(outputs); i++) {
             const char *name = json_string_value(json_array_get(outputs, i));
             if (!name || !*name || strlen(name) >= JSONPATH_MAX)
-                return error_set(error, MR_MALFORMED, "wrong type: %s: outputs[%zu]; give the name of a field of the result", path, i);
+                return error_set(
+                    error, MR_MALFORMED,
+                    "wrong type: %s: outputs[%zu]; give the name of a field of the result", path,
+                    i);
         }
         if (json_array_size(outputs) == 0)
-            return error_set(error, MR_MALFORMED, "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
-                             path, study->kind == SWEEP_CAMPAIGN ? "campaign" : "sim");
+            return error_set(
+                error, MR_MALFORMED,
+                "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
+                path, study->kind == SWEEP_CAMPAIGN ? "campaign" : "sim");
     }
     if (study->kind == SWEEP_CAMPAIGN && (solver || json_object_get(study->root, "rtol")))
-        return error_set(error, MR_MALFORMED, "not here: %s: %s; a campaign has its own engines (key engine): leave it out", path,
-                         solver ? "solver" : "rtol");
+        return error_set(
+            error, MR_MALFORMED,
+            "not here: %s: %s; a campaign has its own engines (key engine): leave it out", path,
+            solver ? "solver" : "rtol");
     if (solver && !json_is_string(solver))
         return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
     study->solver = json_string_value(solver);
@@ -310,14 +370,17 @@ static enum mr_status read_rest(struct sweep_study *study, const char *path, str
         find_number(study->root, "rtol", 1e-13, 1.0, 0.0, &study->rtol, path, error) != MR_OK)
         return error->status;
     if (json_object_get(study->root, "timeout_s") &&
-        find_number(study->root, "timeout_s", 1e-3, TIMEOUT_MAX_S, 0.0, &study->timeout_s, path, error) != MR_OK)
+        find_number(study->root, "timeout_s", 1e-3, TIMEOUT_MAX_S, 0.0, &study->timeout_s, path,
+                    error) != MR_OK)
         return error->status;
     return MR_OK;
 }
 
-static enum mr_status check_names(const struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status check_names(const struct sweep_study *study, const char *path,
+                                  struct error *error)
 {
-    static const char *const known[] = {"kind", "name", "base", "vary", "lhs", "find", "outputs", "solver", "rtol", "timeout_s", "labels"};
+    static const char *const known[] = {"kind",    "name",   "base", "vary",      "lhs",   "find",
+                                        "outputs", "solver", "rtol", "timeout_s", "labels"};
     const char *name;
     json_t *value;
     json_object_foreach(study->root, name, value)
@@ -327,7 +390,8 @@ static enum mr_status check_names(const struct sweep_study *study, const char *p
             found |= strcmp(name, known[i]) == 0;
         if (!found)
             return error_set(error, MR_MALFORMED,
-                             "unknown key: %s: \"%s\"; correct it (host/sweep/README.md lists the keys), or write _%s for a comment",
+                             "unknown key: %s: \"%s\"; correct it (host/sweep/README.md lists the "
+                             "keys), or write _%s for a comment",
                              path, name, name);
     }
     return MR_OK;
@@ -335,7 +399,8 @@ static enum mr_status check_names(const struct sweep_study *study, const char *p
 
 /* ---- the whole ---- */
 
-static enum mr_status check_first(const struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status check_first(const struct sweep_study *study, const char *path,
+                                  struct error *error)
 {
     char where[PATH_MAX + 40];
     json_t *input = sweep_study_input(study, 0);
@@ -345,7 +410,9 @@ static enum mr_status check_first(const struct sweep_study *study, const char *p
         input = at;
     }
     if (!input)
-        return error_set(error, MR_MALFORMED, "no such place: %s: a dotted key leads nowhere in the base; correct it", path);
+        return error_set(error, MR_MALFORMED,
+                         "no such place: %s: a dotted key leads nowhere in the base; correct it",
+                         path);
     snprintf(where, sizeof where, "%s: first case", path);
     sweep_case_check(study, input, where, error);
     json_decref(input);
@@ -354,12 +421,14 @@ static enum mr_status check_first(const struct sweep_study *study, const char *p
 
 static enum mr_status read_study(struct sweep_study *study, const char *path, struct error *error)
 {
-    if (check_names(study, path, error) != MR_OK || read_kind(study, path, error) != MR_OK || read_base(study, path, error) != MR_OK ||
-        read_vary(study, path, error) != MR_OK || read_lhs(study, path, error) != MR_OK || read_find(study, path, error) != MR_OK ||
+    if (check_names(study, path, error) != MR_OK || read_kind(study, path, error) != MR_OK ||
+        read_base(study, path, error) != MR_OK || read_vary(study, path, error) != MR_OK ||
+        read_lhs(study, path, error) != MR_OK || read_find(study, path, error) != MR_OK ||
         read_rest(study, path, error) != MR_OK)
         return error->status;
     if (study->axis_count == 0)
-        return error_set(error, MR_MALFORMED, "something is missing: %s varies nothing; give \"vary\" or \"lhs\"", path);
+        return error_set(error, MR_MALFORMED,
+                         "something is missing: %s varies nothing; give \"vary\" or \"lhs\"", path);
     study->cases = study->grid * study->samples;
     if (check_first(study, path, error) != MR_OK)
         return error->status;

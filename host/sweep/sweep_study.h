@@ -1,8 +1,10 @@
-/* A study: what is varied, how, on what, and what is wanted of each case (README.md here: the file).
+/* A study: what is varied, how, on what, and what is wanted of each case (README.md here: the
+ * file).
  *
- * Cases are numbered from 0 within the study and named by their id, the hash of everything that their result depends on: base,
- * varied values, solver, outputs, search. So an id does not depend on the order of keys or cases, on shards or on how many run at
- * a time; a study that is extended keeps the ids that it had. */
+ * Cases are numbered from 0 within the study and named by their id, the hash of everything that
+ * their result depends on: base, varied values, solver, outputs, search. So an id does not depend
+ * on the order of keys or cases, on shards or on how many run at a time; a study that is extended
+ * keeps the ids that it had. */
 #ifndef MATRIG_HOST_SWEEP_STUDY_H
 #define MATRIG_HOST_SWEEP_STUDY_H
 
@@ -14,12 +16,13 @@
 #include "host/base/error.h"
 #include "host/sweep/sweep_design.h"
 
-#define SWEEP_NAME_MAX 64
-#define SWEEP_AXES_MAX 32
+#define SWEEP_NAME_MAX  64
+#define SWEEP_AXES_MAX  32
 #define SWEEP_CASES_MAX 1000000
-#define SWEEP_ID_SIZE 17 /* 16 hexadecimal digits and the end */
+#define SWEEP_ID_SIZE   17 /* 16 hexadecimal digits and the end */
 
-/* What a case is a run of. Another kind is added here, in sweep_study.c's table of kinds, and in sweep_case.c. */
+/* What a case is a run of. Another kind is added here, in sweep_study.c's table of kinds, and in
+ * sweep_case.c. */
 enum sweep_kind { SWEEP_SCENE, SWEEP_CAMPAIGN };
 #define SWEEP_KINDS 2
 extern const char *const sweep_kind_names[SWEEP_KINDS];
@@ -27,19 +30,21 @@ extern const char *const sweep_kind_names[SWEEP_KINDS];
 struct sweep_axis {
     char name[SWEEP_NAME_MAX];
     struct design_range range;
-    json_t *set; /* object: keys of the base and the factors that the value is put there with; NULL: the key `name`, the value
-                    itself. Borrowed from the study's root */
-    double *u;   /* Latin hypercube: u[sample]; NULL in the Cartesian part */
+    /* object: keys of the base and the factors that the value is put there with; NULL: the key
+     * `name`, the value itself. Borrowed from the study's root */
+    json_t *set;
+    double *u; /* Latin hypercube: u[sample]; NULL in the Cartesian part */
 };
 
 /* The smallest value of a key for which a field is beyond a level. */
 struct sweep_find {
     bool wanted;
-    struct sweep_axis key;     /* its range, from the low end up; no levels */
-    const char *field;         /* path in the result */
-    bool below;                /* the field must be below the level, else above it */
+    struct sweep_axis key; /* its range, from the low end up; no levels */
+    const char *field;     /* path in the result */
+    bool below;            /* the field must be below the level, else above it */
     double level;
-    unsigned scan;             /* even parts of the range that are gone through upwards until the field is beyond */
+    /* even parts of the range that are gone through upwards until the field is beyond */
+    unsigned scan;
     double tolerance;          /* width of the bracket, as a share of its upper end's size */
     const json_t *beyond_when; /* statuses that count as beyond, such as "folded"; NULL: none */
 };
@@ -66,9 +71,9 @@ struct sweep_place {
     size_t index;
 };
 
-/* Reads FILE; a base that is a file is looked for beside FILE. The first case must be acceptable to the simulation;
- * two cases with the same values, unknown keys, wrong types: MR_MALFORMED, one line that names the key. On failure there is
- * nothing to free. */
+/* Reads FILE; a base that is a file is looked for beside FILE. The first case must be acceptable to
+ * the simulation; two cases with the same values, unknown keys, wrong types: MR_MALFORMED, one line
+ * that names the key. On failure there is nothing to free. */
 enum mr_status sweep_study_load(struct sweep_study *study, const char *path, struct error *error);
 void sweep_study_free(struct sweep_study *study);
 

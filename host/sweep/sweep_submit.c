@@ -40,13 +40,16 @@ static enum mr_status absolute(const char *path, char out[PATH_MAX], struct erro
 {
     char folder[PATH_MAX] = "";
     if (path[0] != '/' && !getcwd(folder, sizeof folder))
-        return error_set(error, MR_IO, "cannot tell the folder (%s): .; change to one that is there", strerror(errno));
+        return error_set(error, MR_IO,
+                         "cannot tell the folder (%s): .; change to one that is there",
+                         strerror(errno));
     if (snprintf(out, PATH_MAX, "%s%s%s", folder, path[0] == '/' ? "" : "/", path) >= PATH_MAX)
         return error_set(error, MR_TOO_LONG, "path too long: %.100s...; move the files", path);
     return MR_OK;
 }
 
-static void write_sweep(FILE *file, const char *program, const char *study, const char *results, const struct sweep_submission *s)
+static void write_sweep(FILE *file, const char *program, const char *study, const char *results,
+                        const struct sweep_submission *s)
 {
     quote(file, program);
     fputs(" --quiet sweep ", file);
@@ -59,12 +62,17 @@ static void write_sweep(FILE *file, const char *program, const char *study, cons
     }
 }
 
-static void write_slurm(FILE *file, const char *program, const char *study, const char *results, const struct sweep_submission *s)
+static void write_slurm(FILE *file, const char *program, const char *study, const char *results,
+                        const struct sweep_submission *s)
 {
-    fputs("#!/bin/bash\n# Written by matrig sweep --slurm. Each task may be killed or requeued at any time: it goes on where it was.\n"
+    fputs("#!/bin/bash\n# Written by matrig sweep --slurm. Each task may be killed or requeued at "
+          "any time: it goes on where it was.\n"
           "#SBATCH --job-name=matrig-sweep\n",
           file);
-    fprintf(file, "#SBATCH --array=1-%u\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n#SBATCH --requeue\n", s->shards);
+    fprintf(
+        file,
+        "#SBATCH --array=1-%u\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n#SBATCH --requeue\n",
+        s->shards);
     if (s->with && *s->with)
         fprintf(file, "#SBATCH %s\n", s->with);
     fputs("exec ", file);
@@ -72,10 +80,14 @@ static void write_slurm(FILE *file, const char *program, const char *study, cons
     fprintf(file, " -j 1 --shard \"$SLURM_ARRAY_TASK_ID/%u\"\n", s->shards);
 }
 
-static void write_parallel(FILE *file, const char *program, const char *study, const char *results, const struct sweep_submission *s)
+static void write_parallel(FILE *file, const char *program, const char *study, const char *results,
+                           const struct sweep_submission *s)
 {
-    fputs("#!/bin/bash\n# Written by matrig sweep --parallel. May be killed and run again: it goes on where it was.\n", file);
-    fprintf(file, "seq %u | parallel --will-cite --quote --jobs %u %s ", s->shards, s->jobs, s->with ? s->with : "");
+    fputs("#!/bin/bash\n# Written by matrig sweep --parallel. May be killed and run again: it goes "
+          "on where it was.\n",
+          file);
+    fprintf(file, "seq %u | parallel --will-cite --quote --jobs %u %s ", s->shards, s->jobs,
+            s->with ? s->with : "");
     write_sweep(file, program, study, results, s);
     fprintf(file, " -j 1 --shard '{}/%u'\n", s->shards);
 }
@@ -83,9 +95,11 @@ static void write_parallel(FILE *file, const char *program, const char *study, c
 static enum mr_status write_script(struct sweep_submission *s, struct error *error)
 {
     char program[PATH_MAX], study[PATH_MAX], results[PATH_MAX];
-    if (own_path(program, error) != MR_OK || absolute(s->study, study, error) != MR_OK || absolute(s->results, results, error) != MR_OK)
+    if (own_path(program, error) != MR_OK || absolute(s->study, study, error) != MR_OK ||
+        absolute(s->results, results, error) != MR_OK)
         return error->status;
-    snprintf(s->script, sizeof s->script, "%s.%s", s->results, s->engine == SWEEP_SLURM ? "slurm" : "parallel");
+    snprintf(s->script, sizeof s->script, "%s.%s", s->results,
+             s->engine == SWEEP_SLURM ? "slurm" : "parallel");
     struct output output;
     if (output_begin(&output, s->script, s->force, error) != MR_OK)
         return error->status;
@@ -97,12 +111,15 @@ static enum mr_status write_script(struct sweep_submission *s, struct error *err
     return output_end(&output, error);
 }
 
-/* Runs a program; its standard output's first line is kept. Ctrl-C reaches the program too: it is waited for. */
-static enum mr_status run_program(char *const *words, char *line, size_t room, int *exit_code, struct error *error)
+/* Runs a program; its standard output's first line is kept. Ctrl-C reaches the program too: it is
+ * waited for. */
+static enum mr_status run_program(char *const *words, char *line, size_t room, int *exit_code,
+                                  struct error *error)
 {
     int ends[2], status = 0;
     if (pipe2(ends, O_CLOEXEC) != 0)
-        return error_set(error, MR_IO, "cannot make a pipe (%s): %s; close other programs", strerror(errno), words[0]);
+        return error_set(error, MR_IO, "cannot make a pipe (%s): %s; close other programs",
+                         strerror(errno), words[0]);
     pid_t process = fork();
     if (process == 0) {
         dup2(ends[1], STDOUT_FILENO);
@@ -113,7 +130,8 @@ static enum mr_status run_program(char *const *words, char *line, size_t room, i
     FILE *said = process > 0 ? fdopen(ends[0], "r") : NULL;
     if (!said) {
         close(ends[0]);
-        return error_set(error, MR_IO, "cannot start (%s): %s; close other programs", strerror(errno), words[0]);
+        return error_set(error, MR_IO, "cannot start (%s): %s; close other programs",
+                         strerror(errno), words[0]);
     }
     char rest[256];
     line[0] = '\0';
@@ -126,8 +144,8 @@ static enum mr_status run_program(char *const *words, char *line, size_t room, i
         ;
     *exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     if (*exit_code == 127)
-        return error_set(error, MR_IO, "cannot run: %s; install it (Debian: %s), or put it on PATH", words[0],
-                         strcmp(words[0], "sbatch") == 0 ? "slurm-client" : "parallel");
+        return error_set(error, MR_IO, "cannot run: %s; install it (Debian: %s), or put it on PATH",
+                         words[0], strcmp(words[0], "sbatch") == 0 ? "slurm-client" : "parallel");
     return MR_OK;
 }
 
@@ -136,12 +154,15 @@ static enum mr_status submit_array(struct sweep_submission *s, struct error *err
     char log[1200], script[1100];
     snprintf(log, sizeof log, "--output=%s-%%a.log", s->script);
     snprintf(script, sizeof script, "%s", s->script);
-    char *words[] = {"sbatch", "--parsable", log, s->no_wait ? script : "--wait", s->no_wait ? NULL : script, NULL};
+    char *words[] = {
+        "sbatch", "--parsable", log, s->no_wait ? script : "--wait", s->no_wait ? NULL : script,
+        NULL};
     if (run_program(words, s->job, sizeof s->job, &s->exit_code, error) != MR_OK)
         return error->status;
     s->job[strcspn(s->job, ";")] = '\0'; /* after it comes the cluster */
     if (!s->job[0])
-        return error_set(error, MR_IO, "sbatch refused (exit %d): %s; see what it said above", s->exit_code, s->script);
+        return error_set(error, MR_IO, "sbatch refused (exit %d): %s; see what it said above",
+                         s->exit_code, s->script);
     return MR_OK;
 }
 
@@ -152,7 +173,8 @@ static enum mr_status submit_gather(struct sweep_submission *s, struct error *er
     char program[PATH_MAX], study[PATH_MAX], results[PATH_MAX];
     size_t size;
     int code;
-    if (own_path(program, error) != MR_OK || absolute(s->study, study, error) != MR_OK || absolute(s->results, results, error) != MR_OK)
+    if (own_path(program, error) != MR_OK || absolute(s->study, study, error) != MR_OK ||
+        absolute(s->results, results, error) != MR_OK)
         return error->status;
     FILE *file = open_memstream(&wrap, &size);
     if (!file)
@@ -163,9 +185,14 @@ static enum mr_status submit_gather(struct sweep_submission *s, struct error *er
     fclose(file);
     snprintf(dependency, sizeof dependency, "--dependency=afterany:%s", s->job);
     snprintf(log, sizeof log, "--output=%s-gather.log", s->script);
-    char *words[] = {"sbatch", "--parsable", "--job-name=matrig-gather", "--ntasks=1", dependency, log, wrap, NULL};
+    char *words[] = {"sbatch",     "--parsable", "--job-name=matrig-gather",
+                     "--ntasks=1", dependency,   log,
+                     wrap,         NULL};
     if (run_program(words, said, sizeof said, &code, error) == MR_OK && code != 0)
-        error_set(error, MR_IO, "sbatch refused the gathering (exit %d): job %s; gather with matrig sweep --gather later", code, s->job);
+        error_set(error, MR_IO,
+                  "sbatch refused the gathering (exit %d): job %s; gather with matrig sweep "
+                  "--gather later",
+                  code, s->job);
     free(wrap);
     return error->status;
 }
@@ -182,6 +209,7 @@ enum mr_status sweep_submit(struct sweep_submission *s, struct error *error)
     }
     char *words[] = {"bash", s->script, NULL};
     if (run_program(words, said, sizeof said, &s->exit_code, error) == MR_OK && s->exit_code == 127)
-        error_set(error, MR_IO, "cannot run: parallel; install it (Debian: parallel), or put it on PATH");
+        error_set(error, MR_IO,
+                  "cannot run: parallel; install it (Debian: parallel), or put it on PATH");
     return error->status;
 }

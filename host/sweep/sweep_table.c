@@ -38,7 +38,8 @@ double sweep_table_number(const json_t *value)
 }
 
 /* Keeps the line, without parsing it again: the reader's copy is shared. */
-static enum mr_status add_line(void *ctx, size_t number, uint64_t id, const json_t *line, const char *text, struct error *error)
+static enum mr_status add_line(void *ctx, size_t number, uint64_t id, const json_t *line,
+                               const char *text, struct error *error)
 {
     struct loading *l = ctx;
     struct sweep_table *t = l->table;
@@ -46,13 +47,15 @@ static enum mr_status add_line(void *ctx, size_t number, uint64_t id, const json
     (void)text;
     if (t->study.cases && !sweep_study_find(&t->study, id, &index))
         return error_set(error, MR_MALFORMED,
-                         "results of another sweep: %s line %zu: a case that is not in the sweep beside it; move that one away",
+                         "results of another sweep: %s line %zu: a case that is not in the sweep "
+                         "beside it; move that one away",
                          l->path, number);
     if (t->count == l->room) {
         size_t room = l->room ? 2 * l->room : 1024;
         struct table_row *larger = realloc(t->rows, room * sizeof *larger);
         if (!larger)
-            return error_set(error, MR_FULL, "out of memory: %s: %zu cases; report fewer", l->path, room);
+            return error_set(error, MR_FULL, "out of memory: %s: %zu cases; report fewer", l->path,
+                             room);
         t->rows = larger;
         l->room = room;
     }
@@ -128,7 +131,8 @@ enum mr_status sweep_table_load(struct sweep_table *table, const char *path, str
         return error->status;
     if (access(path, R_OK) != 0)
         error_set(error, MR_IO, "cannot open results: %s; check path and rights", path);
-    if (error->status == MR_OK && sweep_results_read(path, add_line, &loading, error) == MR_OK && table->count == 0)
+    if (error->status == MR_OK && sweep_results_read(path, add_line, &loading, error) == MR_OK &&
+        table->count == 0)
         error_set(error, MR_TOO_FEW, "no results yet: %s; run matrig sweep first", path);
     if (error->status != MR_OK) {
         sweep_table_free(table);

@@ -1,12 +1,13 @@
-/* The results of a sweep as a table for the report: one row a case, in the study's order where the study is known. */
+/* The results of a sweep as a table for the report: one row a case, in the study's order where the
+ * study is known. */
 #ifndef MATRIG_HOST_SWEEP_TABLE_H
 #define MATRIG_HOST_SWEEP_TABLE_H
 
 #include "host/sweep/sweep_study.h"
 
 struct table_row {
-    json_t *line;   /* owned: a line of the results file; values NULL in it: none */
-    size_t index;   /* in the study, or the line's place in the file */
+    json_t *line; /* owned: a line of the results file; values NULL in it: none */
+    size_t index; /* in the study, or the line's place in the file */
 };
 
 struct sweep_table {

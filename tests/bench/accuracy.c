@@ -1,25 +1,27 @@
-/* Time that a solver needs for a lift within 5e-6 ft on the standard scene of 30 mats with friction tanh.
+/* Time that a solver needs for a lift within 5e-6 ft on the standard scene of 30 mats with friction
+ * tanh.
  *
- * The error of a run is its largest lift difference to a reference at 104 times and of the largest lift. A single run
- * can hit by luck, fixed steps above all: a run counts when its two neighbours on the ladder are within the limit too.
- * The ladders: tolerances by half decades, steps by the factor 0.93 from the stability limit. The time is that of the
- * pass that answers; every solver is checked against a second pass alike. */
+ * The error of a run is its largest lift difference to a reference at 104 times and of the largest
+ * lift. A single run can hit by luck, fixed steps above all: a run counts when its two neighbours
+ * on the ladder are within the limit too. The ladders: tolerances by half decades, steps by the
+ * factor 0.93 from the stability limit. The time is that of the pass that answers; every solver is
+ * checked against a second pass alike. */
 #include "tests/bench/bench.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define SCENE "rstar_fig3_7_n30_tanh.json"
-#define LIMIT_FT 5e-6
+#define SCENE          "rstar_fig3_7_n30_tanh.json"
+#define LIMIT_FT       5e-6
 #define REFERENCE_RTOL 1e-12
-#define RUNGS_MAX 64
-#define REPETITIONS 9
-#define STEP_FACTOR 0.93
-#define SOLVERS 4
-#define COARSEST_RTOL 3.1622776601683794e-3
-#define FINEST_RTOL 1e-10
-#define LONGEST_MS 1500.0 /* a ladder ends at such a run */
+#define RUNGS_MAX      64
+#define REPETITIONS    9
+#define STEP_FACTOR    0.93
+#define SOLVERS        4
+#define COARSEST_RTOL  3.1622776601683794e-3
+#define FINEST_RTOL    1e-10
+#define LONGEST_MS     1500.0 /* a ladder ends at such a run */
 
 struct rung {
     struct sim_options options;
@@ -43,7 +45,8 @@ static double apart_ft(const struct sim_result *a, const struct sim_result *b)
     return most;
 }
 
-static void climb(struct ladder *ladder, const struct sim_scene *scene, const struct sim_result *reference)
+static void climb(struct ladder *ladder, const struct sim_scene *scene,
+                  const struct sim_result *reference)
 {
     bool fixed = strcmp(ladder->solver, "rk4") == 0;
     double first = fixed ? 0.999 * reference->dt_limit_s : COARSEST_RTOL;
@@ -55,7 +58,9 @@ static void climb(struct ladder *ladder, const struct sim_scene *scene, const st
         struct sim_result result;
         rung->options = (struct sim_options){.solver = ladder->solver};
         *(fixed ? &rung->options.dt_s : &rung->options.rtol) = value;
-        rung->error_ft = bench_run(scene, &rung->options, &result, NULL) ? apart_ft(&result, reference) : HUGE_VAL;
+        rung->error_ft = bench_run(scene, &rung->options, &result, NULL)
+                           ? apart_ft(&result, reference)
+                           : HUGE_VAL;
         rung->ms = result.pass_ms;
         sim_result_free(&result);
         within = rung->error_ft <= LIMIT_FT ? within + 1 : 0;
@@ -101,28 +106,35 @@ static void print_ladder(const struct ladder *ladder)
     }
     const struct rung *rung = &ladder->rungs[ladder->chosen];
     bool fixed = rung->options.dt_s > 0.0;
-    printf("%8.3f ms a pass at %s %-8.3g error %.2g, neighbours %.2g and %.2g ft\n", ladder->ms, fixed ? "dt  " : "rtol",
-           fixed ? rung->options.dt_s : rung->options.rtol, rung->error_ft, rung[-1].error_ft, rung[1].error_ft);
+    printf("%8.3f ms a pass at %s %-8.3g error %.2g, neighbours %.2g and %.2g ft\n", ladder->ms,
+           fixed ? "dt  " : "rtol", fixed ? rung->options.dt_s : rung->options.rtol, rung->error_ft,
+           rung[-1].error_ft, rung[1].error_ft);
 }
 
 void bench_accuracy(void)
 {
-    struct ladder ladders[SOLVERS] = {{.solver = "event"}, {.solver = "implicit"}, {.solver = "cvode"}, {.solver = "rk4"}};
+    struct ladder ladders[SOLVERS] = {
+        {.solver = "event"}, {.solver = "implicit"}, {.solver = "cvode"}, {.solver = "rk4"}};
     struct sim_scene scene;
     struct sim_result reference = {0}, second = {0};
     printf("lift within %g ft, %s (event is what auto takes here):\n", LIMIT_FT, SCENE);
     if (!bench_load(&scene, SCENE, true))
         return;
-    bool ok = bench_run(&scene, &(struct sim_options){.solver = "event", .rtol = REFERENCE_RTOL}, &reference, "reference");
-    ok = ok && bench_run(&scene, &(struct sim_options){.solver = "implicit", .rtol = REFERENCE_RTOL}, &second, "reference");
+    bool ok = bench_run(&scene, &(struct sim_options){.solver = "event", .rtol = REFERENCE_RTOL},
+                        &reference, "reference");
+    ok = ok &&
+         bench_run(&scene, &(struct sim_options){.solver = "implicit", .rtol = REFERENCE_RTOL},
+                   &second, "reference");
     if (ok) {
-        printf("  reference: event and implicit at %g differ by %.2g ft\n", REFERENCE_RTOL, apart_ft(&reference, &second));
+        printf("  reference: event and implicit at %g differ by %.2g ft\n", REFERENCE_RTOL,
+               apart_ft(&reference, &second));
         for (int s = 0; s < SOLVERS; s++)
             climb(&ladders[s], &scene, &reference);
         time_chosen(ladders, &scene);
         for (int s = 0; s < SOLVERS; s++)
             print_ladder(&ladders[s]);
-        bench_line("time of event over that of cvode", ladders[0].ms / ladders[2].ms, "", true, 0.1);
+        bench_line("time of event over that of cvode", ladders[0].ms / ladders[2].ms, "", true,
+                   0.1);
         bench_line("time of event over that of rk4", ladders[0].ms / ladders[3].ms, "", true, 1.0);
     }
     sim_result_free(&reference);

@@ -1,7 +1,8 @@
-/* Timings of the simulation, as ratios within one run where a ratio says it: what `make bench` prints.
+/* Timings of the simulation, as ratios within one run where a ratio says it: what `make bench`
+ * prints.
  *
- * Each part prints one line per figure: measured, wanted, "met" or "missed". Nothing here fails: a loaded machine is
- * not a fault. Times are medians of interleaved repetitions. */
+ * Each part prints one line per figure: measured, wanted, "met" or "missed". Nothing here fails: a
+ * loaded machine is not a fault. Times are medians of interleaved repetitions. */
 #ifndef MATRIG_TESTS_BENCH_H
 #define MATRIG_TESTS_BENCH_H
 
@@ -21,16 +22,17 @@ double bench_median(double *values, size_t count);
 /* "  what: measured unit (wanted <= or >= bound): met". */
 void bench_line(const char *what, double measured, const char *unit, bool at_most, double wanted);
 
-/* Load a scene of host/scenes; its outputs are the 64 even times and, with own_times, its own t_out besides. */
+/* Load a scene of host/scenes; its outputs are the 64 even times and, with own_times, its own t_out
+ * besides. */
 bool bench_load(struct sim_scene *scene, const char *file, bool own_times);
 
 /* False, with the reason on standard output when `what` is given, unless the run is ok. */
-bool bench_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
-               const char *what);
+bool bench_run(const struct sim_scene *scene, const struct sim_options *options,
+               struct sim_result *result, const char *what);
 
-void bench_accuracy(void);  /* error against time of the solvers */
-void bench_kernel(void);    /* one mat, one evaluation */
-void bench_growth(void);    /* time against N */
+void bench_accuracy(void); /* error against time of the solvers */
+void bench_kernel(void);   /* one mat, one evaluation */
+void bench_growth(void);   /* time against N */
 void bench_pruning(void);
 void bench_landings(void);
 

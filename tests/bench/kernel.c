@@ -1,8 +1,8 @@
 /* What one mat's accelerations cost in the report model, and what its arithmetic alone would cost.
  *
- * Counted in kernel.h and report.c, for a mat on soil, low profile, no slack, torsion within its dead band:
- * angle 7 and a root and a division, tension 5, soil 3, push 1, friction and u'' 4, turning 11, (sin theta)'' 5, height 2.
- * Friction tanh adds a division, a call and a product. */
+ * Counted in kernel.h and report.c, for a mat on soil, low profile, no slack, torsion within its
+ * dead band: angle 7 and a root and a division, tension 5, soil 3, push 1, friction and u'' 4,
+ * turning 11, (sin theta)'' 5, height 2. Friction tanh adds a division, a call and a product. */
 #include "tests/bench/bench.h"
 
 #include <math.h>
@@ -11,12 +11,12 @@
 
 #include "host/sim/models/model.h"
 
-#define MATS 1000
-#define FLOPS 38.0
+#define MATS        1000
+#define FLOPS       38.0
 #define EVALUATIONS 200
 #define REPETITIONS 15
-#define LANES 8
-#define ROUNDS 20000
+#define LANES       8
+#define ROUNDS      20000
 
 #if defined __GNUC__ && !defined __clang__
 #define SCALAR __attribute__((noinline, optimize("no-tree-vectorize,no-tree-slp-vectorize")))
@@ -116,7 +116,8 @@ void bench_kernel(void)
         flop[r] = flop_ns();
         root[r] = root_ns();
     }
-    double arithmetic_ns = FLOPS * bench_median(flop, REPETITIONS) + bench_median(root, REPETITIONS);
+    double arithmetic_ns = FLOPS * bench_median(flop, REPETITIONS) +
+                           bench_median(root, REPETITIONS);
     for (int i = 0; i < 2; i++) {
         struct sim_scene scene;
         struct model model;
@@ -140,10 +141,12 @@ void bench_kernel(void)
                 ns[r] = tanh_ns(&model, z);
             limit_ns += bench_median(ns, REPETITIONS);
         }
-        printf("  arithmetic alone, friction %-5s %38.1f ns    (%.0f flops, a root, a division%s)\n",
-               laws[i] == SIM_TANH ? "tanh" : "stick", limit_ns, FLOPS, laws[i] == SIM_TANH ? ", a tanh" : "");
-        bench_line(laws[i] == SIM_TANH ? "friction tanh" : "friction stick", evaluation_ns(&model, z, z + 2 * model.size),
-                   "ns", true, 15.0);
+        printf(
+            "  arithmetic alone, friction %-5s %38.1f ns    (%.0f flops, a root, a division%s)\n",
+            laws[i] == SIM_TANH ? "tanh" : "stick", limit_ns, FLOPS,
+            laws[i] == SIM_TANH ? ", a tanh" : "");
+        bench_line(laws[i] == SIM_TANH ? "friction tanh" : "friction stick",
+                   evaluation_ns(&model, z, z + 2 * model.size), "ns", true, 15.0);
         model_free(&model);
         free(z);
         sim_scene_free(&scene);

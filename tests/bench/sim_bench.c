@@ -30,8 +30,8 @@ double bench_median(double *values, size_t count)
 void bench_line(const char *what, double measured, const char *unit, bool at_most, double wanted)
 {
     bool met = at_most ? measured <= wanted : measured >= wanted;
-    printf("  %-58s %10.4g %-5s wanted %s %-8.4g %s\n", what, measured, unit, at_most ? "<=" : ">=", wanted,
-           met ? "met" : "missed");
+    printf("  %-58s %10.4g %-5s wanted %s %-8.4g %s\n", what, measured, unit,
+           at_most ? "<=" : ">=", wanted, met ? "met" : "missed");
     fflush(stdout);
 }
 
@@ -60,8 +60,8 @@ bool bench_load(struct sim_scene *scene, const char *file, bool own_times)
     return ok;
 }
 
-bool bench_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
-               const char *what)
+bool bench_run(const struct sim_scene *scene, const struct sim_options *options,
+               struct sim_result *result, const char *what)
 {
     struct error error = {0};
     if (sim_run(scene, options, result, &error) == MR_OK)

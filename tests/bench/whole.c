@@ -1,5 +1,5 @@
-/* Whole runs: time against the number of mats, leaving out mats at rest, and landings. Times are of the whole
- * sim_run, its check included. */
+/* Whole runs: time against the number of mats, leaving out mats at rest, and landings. Times are of
+ * the whole sim_run, its check included. */
 #include "tests/bench/bench.h"
 
 #include <math.h>
@@ -7,14 +7,15 @@
 #include <unistd.h>
 
 #define REPETITIONS 3
-#define LANDINGS 9
-#define STANDARD "rstar_fig3_7.json"
-#define FINE 64.0       /* a landing's fine solution: this part of the stability limit */
-#define NEIGHBOURS 8    /* other steps, close by, whose error is shown too */
-#define NEIGHBOUR 0.993 /* each is this part of the one before */
-#define INCHES 12.0
+#define LANDINGS    9
+#define STANDARD    "rstar_fig3_7.json"
+#define FINE        64.0  /* a landing's fine solution: this part of the stability limit */
+#define NEIGHBOURS  8     /* other steps, close by, whose error is shown too */
+#define NEIGHBOUR   0.993 /* each is this part of the one before */
+#define INCHES      12.0
 
-static double timed_ms(const struct sim_scene *scene, const struct sim_options *options, const char *what)
+static double timed_ms(const struct sim_scene *scene, const struct sim_options *options,
+                       const char *what)
 {
     struct sim_result result;
     double begin_ms = bench_clock_ms();
@@ -44,8 +45,10 @@ void bench_growth(void)
 {
     enum { SIZES = 5, WAYS = 3 };
     const double mats[SIZES] = {30, 100, 300, 1000, 4096};
-    const char *names[WAYS] = {"auto", "auto, every mat integrated", "implicit, every mat integrated"};
-    const struct sim_options ways[WAYS] = {{0}, {.no_prune = true}, {.solver = "implicit", .no_prune = true}};
+    const char *names[WAYS] = {"auto", "auto, every mat integrated",
+                               "implicit, every mat integrated"};
+    const struct sim_options ways[WAYS] = {
+        {0}, {.no_prune = true}, {.solver = "implicit", .no_prune = true}};
     double ms[WAYS][SIZES][REPETITIONS], median[WAYS][SIZES];
     struct sim_scene scene;
     printf("time against N, %s over one mat:\n", STANDARD);
@@ -107,9 +110,11 @@ void bench_pruning(void)
         }
     }
     if (ok) {
-        bench_line("time with every mat over time without", bench_median(ms[1], REPETITIONS) / bench_median(ms[0], REPETITIONS),
-                   "x", false, 5.0);
-        bench_line("largest difference of u and lift", largest_difference_ft(&result[0], &result[1]), "ft", true, 1e-9);
+        bench_line("time with every mat over time without",
+                   bench_median(ms[1], REPETITIONS) / bench_median(ms[0], REPETITIONS), "x", false,
+                   5.0);
+        bench_line("largest difference of u and lift",
+                   largest_difference_ft(&result[0], &result[1]), "ft", true, 1e-9);
     }
     sim_result_free(&result[0]);
     sim_result_free(&result[1]);
@@ -129,8 +134,10 @@ static double rms_in(const struct sim_result *a, const struct sim_result *b)
     return sqrt(sum / ((double)a->output_count * a->mats));
 }
 
-/* The chain's error is partly chance (joints that just close or just do not), so steps close by are shown too. */
-static void print_neighbours(const struct sim_scene *scene, double dt_s, const struct sim_result *fine)
+/* The chain's error is partly chance (joints that just close or just do not), so steps close by are
+ * shown too. */
+static void print_neighbours(const struct sim_scene *scene, double dt_s,
+                             const struct sim_result *fine)
 {
     double rms[NEIGHBOURS], worst = 0.0;
     int count = 0;
@@ -167,9 +174,11 @@ static void chain_landing(void)
         ms[r] = timed_ms(&scene, &(struct sim_options){0}, "landing");
     if (ok) {
         double median_ms = bench_median(ms, LANDINGS);
-        printf("  %.2f s of landing: %.0f x real time, check included\n", result.t_end_s, 1e3 * result.t_end_s / median_ms);
+        printf("  %.2f s of landing: %.0f x real time, check included\n", result.t_end_s,
+               1e3 * result.t_end_s / median_ms);
         bench_line("time with its check", median_ms, "ms", true, 25.0);
-        bench_line("rms error against its fine solution", rms_in(&result, &fine), "in", true, 0.002);
+        bench_line("rms error against its fine solution", rms_in(&result, &fine), "in", true,
+                   0.002);
         print_neighbours(&scene, result.dt_s, &fine);
     }
     sim_result_free(&result);
@@ -182,7 +191,8 @@ static void planar_landing(void)
     const char *file = "model_runway_planar.json";
     double ms[REPETITIONS];
     struct sim_scene scene;
-    if (access("host/scenes/model_runway_planar.json", R_OK) != 0 || !bench_load(&scene, file, false))
+    if (access("host/scenes/model_runway_planar.json", R_OK) != 0 ||
+        !bench_load(&scene, file, false))
         return;
     printf("a landing, planar, %s:\n", file);
     for (int r = 0; r < REPETITIONS; r++)

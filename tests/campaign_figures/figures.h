@@ -1,5 +1,6 @@
-/* Figures 4.1, 4.5, 4.6, 5.2, 5.3, 5.5, 5.9 and 5.12 of the 1973 report, drawn from the campaign's series. Its drawings are
- * lost: what its captions and text state is marked in them and compared in a table. */
+/* Figures 4.1, 4.5, 4.6, 5.2, 5.3, 5.5, 5.9 and 5.12 of the 1973 report, drawn from the campaign's
+ * series. Its drawings are lost: what its captions and text state is marked in them and compared in
+ * a table. */
 #ifndef MATRIG_TESTS_CAMPAIGN_FIGURES_FIGURES_H
 #define MATRIG_TESTS_CAMPAIGN_FIGURES_FIGURES_H
 
@@ -11,18 +12,19 @@
 #include "host/base/error.h"
 
 #define FIGURE_CURVES 8
-#define FIGURE_FACTS 8
-#define FIGURE_LAST (-1) /* the landing that buckles */
+#define FIGURE_FACTS  8
+#define FIGURE_LAST   (-1) /* the landing that buckles */
 
-/* Movement of landings from + 1 to `to` together; (0, n) is the total after landing n. A `to` of FIGURE_LAST is the landing
- * that buckles, with the one before it as `from`. */
+/* Movement of landings from + 1 to `to` together; (0, n) is the total after landing n. A `to` of
+ * FIGURE_LAST is the landing that buckles, with the one before it as `from`. */
 struct figure_curve {
     int from, to;
     const char *text; /* NULL: no more curves */
 };
 
-/* Something the text states, and what is computed for it: more than half of the runways must be in [low, high]. a, b, c: see each.
- * In the picture it is marked at stations [at, to] (to 0: a point), or where the displacement is `mark_in` (at `at`, or anywhere). */
+/* Something the text states, and what is computed for it: more than half of the runways must be in
+ * [low, high]. a, b, c: see each. In the picture it is marked at stations [at, to] (to 0: a point),
+ * or where the displacement is `mark_in` (at `at`, or anywhere). */
 enum fact_kind {
     FACT_NONE,
     FACT_LANDING,      /* landing that buckles; never is infinite */
@@ -33,11 +35,12 @@ enum fact_kind {
     FACT_AT,           /* movement at station b, curve a, in */
     FACT_RATIO,        /* largest movement of curve a over that of curve b */
     FACT_FAR_SHARE,    /* movement at station b over the largest, curve a */
-    FACT_ZONE,         /* mats in the closed zone after landing a; 0: after the one before the buckle, or the last */
-    FACT_ZONE_REACH,   /* downfield end of it, ft */
-    FACT_SLACK,        /* landings of the first a in which a band goes slack */
-    FACT_AHEAD,        /* mean change of tension ahead of the aircraft over landings, lb */
-    FACT_BEHIND,       /* and behind */
+    /* mats in the closed zone after landing a; 0: after the one before the buckle, or the last */
+    FACT_ZONE,
+    FACT_ZONE_REACH, /* downfield end of it, ft */
+    FACT_SLACK,      /* landings of the first a in which a band goes slack */
+    FACT_AHEAD,      /* mean change of tension ahead of the aircraft over landings, lb */
+    FACT_BEHIND,     /* and behind */
 };
 
 struct figure_fact {
@@ -52,11 +55,12 @@ struct figure_fact {
 
 struct figure {
     const char *number, *title;
-    const char *series; /* file in the folder of series, or in the output folder when it begins with '+' */
+    /* file in the folder of series, or in the output folder when it begins with '+' */
+    const char *series;
     enum campaign_engine engine;
-    bool tension;        /* fig 5.3: change of band tension against deceleration */
-    double zero_ft;      /* station of the runway's edge */
-    size_t landings;     /* played at most; 0: all */
+    bool tension;    /* fig 5.3: change of band tension against deceleration */
+    double zero_ft;  /* station of the runway's edge */
+    size_t landings; /* played at most; 0: all */
     struct figure_curve curves[FIGURE_CURVES];
     struct figure_fact facts[FIGURE_FACTS];
 };
@@ -70,20 +74,21 @@ struct figure_run {
     struct campaign_run *runs;
     bool played;
 };
-enum mr_status figure_play(struct figure_run *run, const struct figure *figure, const char *folder, size_t seeds,
-                           struct error *error);
+enum mr_status figure_play(struct figure_run *run, const struct figure *figure, const char *folder,
+                           size_t seeds, struct error *error);
 void figure_run_free(struct figure_run *run);
 
 /* Movement of a runway along a curve, by station; false when it did not take those landings. */
-bool figure_curve_of(const struct campaign *campaign, const struct campaign_run *run, const struct figure_curve *curve,
-                     double *movement_in);
-/* What a fact comes to on the runways: least, middle (the lower of two) and most; NaN when no runway has it. `agree`:
- * runways within [low, high], of the `of` that have it. */
+bool figure_curve_of(const struct campaign *campaign, const struct campaign_run *run,
+                     const struct figure_curve *curve, double *movement_in);
+/* What a fact comes to on the runways: least, middle (the lower of two) and most; NaN when no
+ * runway has it. `agree`: runways within [low, high], of the `of` that have it. */
 struct fact_value {
     double low, middle, high;
     size_t agree, of;
 };
-struct fact_value figure_fact_of(const struct figure *figure, const struct figure_fact *fact, const struct figure_run *run);
+struct fact_value figure_fact_of(const struct figure *figure, const struct figure_fact *fact,
+                                 const struct figure_run *run);
 
 void figure_draw(FILE *out, const struct figure *figure, const struct figure_run *run, bool alone);
 void figure_table(FILE *out, const struct figure *figure, const struct figure_run *run);

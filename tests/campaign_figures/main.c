@@ -1,5 +1,6 @@
-/* campaign-figures FOLDER [SEEDS [NUMBER...]]: figures 4.1 to 5.12 from the series, 4 runways each when not said otherwise: an
- * SVG file of each and one page. FOLDER holds standard_prototype.json, the standard series by `matrig scale`.
+/* campaign-figures FOLDER [SEEDS [NUMBER...]]: figures 4.1 to 5.12 from the series, 4 runways each
+ * when not said otherwise: an SVG file of each and one page. FOLDER holds standard_prototype.json,
+ * the standard series by `matrig scale`.
  *
  * Exit: 0, whatever the verdicts are; 2 usage; 3 files; 5 a runway could not be played. */
 #include <stdio.h>
@@ -11,14 +12,21 @@
 #include "tests/campaign_figures/figures.h"
 
 static const char head[] =
-    "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Figures 4.1 to 5.12</title><style>"
-    "body{font:15px/1.4 sans-serif;max-width:66em;margin:1.5em auto;padding:0 1em}table{border-collapse:collapse;font-size:13px}"
-    "td,th{border:1px solid #bbb;padding:2px 7px;text-align:left}.scroll{overflow-x:auto}svg{width:100%;height:auto}"
-    "section{margin:1.5em 0 2.5em;break-inside:avoid}</style></head><body>\n<h1>Figures 4.1 to 5.12 of the 1973 report</h1>\n"
-    "<p>Its drawings are lost; these are drawn from the series of host/campaign/series as the campaign plays them. Letters mark "
-    "what captions and text state; the tables say what came out, and agree means more than half of the runways. Runways differ in gaps, dirt and ground (seeds 1 to ";
+    "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Figures 4.1 to "
+    "5.12</title><style>"
+    "body{font:15px/1.4 sans-serif;max-width:66em;margin:1.5em auto;padding:0 "
+    "1em}table{border-collapse:collapse;font-size:13px}"
+    "td,th{border:1px solid #bbb;padding:2px "
+    "7px;text-align:left}.scroll{overflow-x:auto}svg{width:100%;height:auto}"
+    "section{margin:1.5em 0 2.5em;break-inside:avoid}</style></head><body>\n<h1>Figures 4.1 to "
+    "5.12 of the 1973 report</h1>\n"
+    "<p>Its drawings are lost; these are drawn from the series of host/campaign/series as the "
+    "campaign plays them. Letters mark "
+    "what captions and text state; the tables say what came out, and agree means more than half of "
+    "the runways. Runways differ in gaps, dirt and ground (seeds 1 to ";
 
-static enum mr_status one(FILE *page, const char *folder, const struct figure *figure, size_t seeds, struct error *error)
+static enum mr_status one(FILE *page, const char *folder, const struct figure *figure, size_t seeds,
+                          struct error *error)
 {
     char path[600], number[24];
     struct figure_run run;
@@ -36,13 +44,15 @@ static enum mr_status one(FILE *page, const char *folder, const struct figure *f
         figure_draw(page, figure, &run, false);
         fputs("<p>Series: ", page);
         html_text(page, run.campaign.name);
-        fprintf(page, "; %zu runways%s. ", run.played ? seeds : 0, run.played ? "" : ": not played");
+        fprintf(page, "; %zu runways%s. ", run.played ? seeds : 0,
+                run.played ? "" : ": not played");
         fputs(run.campaign.basis[0] ? "Basis: " : "", page);
         html_text(page, run.campaign.basis);
         fputs("</p>\n", page);
         figure_table(page, figure, &run);
         fputs("</section>\n", page);
-        fprintf(stderr, "figure %s: %s\n", figure->number, run.played ? "drawn" : "its series awaits something");
+        fprintf(stderr, "figure %s: %s\n", figure->number,
+                run.played ? "drawn" : "its series awaits something");
     }
     figure_run_free(&run);
     return error->status;

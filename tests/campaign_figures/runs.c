@@ -9,13 +9,14 @@
 
 #define STATIONS 60 /* shown, evenly; the rig's own are every 10 ft */
 
-enum mr_status figure_play(struct figure_run *run, const struct figure *figure, const char *folder, size_t seeds,
-                           struct error *error)
+enum mr_status figure_play(struct figure_run *run, const struct figure *figure, const char *folder,
+                           size_t seeds, struct error *error)
 {
     char path[600];
     bool made = figure->series[0] == '+';
     *run = (struct figure_run){0};
-    snprintf(path, sizeof path, "%s/%s", made ? folder : "host/campaign/series", figure->series + made);
+    snprintf(path, sizeof path, "%s/%s", made ? folder : "host/campaign/series",
+             figure->series + made);
     if (campaign_load(&run->campaign, path, error) != MR_OK || run->campaign.awaits[0])
         return error->status;
     struct campaign *c = &run->campaign;
@@ -48,15 +49,16 @@ void figure_run_free(struct figure_run *run)
     campaign_free(&run->campaign);
 }
 
-bool figure_curve_of(const struct campaign *c, const struct campaign_run *run, const struct figure_curve *curve,
-                     double *movement_in)
+bool figure_curve_of(const struct campaign *c, const struct campaign_run *run,
+                     const struct figure_curve *curve, double *movement_in)
 {
     int to = curve->to == FIGURE_LAST ? run->buckled : curve->to;
     int from = curve->to == FIGURE_LAST ? to - 1 : curve->from;
     if (to < 1 || (size_t)to > run->played)
         return false;
     for (size_t k = 0; k < c->station_count; k++)
-        movement_in[k] = run->outcomes[to - 1].total_in[k] - (from > 0 ? run->outcomes[from - 1].total_in[k] : 0.0);
+        movement_in[k] = run->outcomes[to - 1].total_in[k] -
+                         (from > 0 ? run->outcomes[from - 1].total_in[k] : 0.0);
     return true;
 }
 
@@ -78,36 +80,36 @@ static size_t largest(const struct campaign *c, const double *movement_in)
     return most;
 }
 
-static double along_curve(const struct figure *figure, const struct figure_fact *fact, const struct campaign *c,
-                          const struct campaign_run *run)
+static double along_curve(const struct figure *figure, const struct figure_fact *fact,
+                          const struct campaign *c, const struct campaign_run *run)
 {
     double moved[CAMPAIGN_STATIONS_MAX], other[CAMPAIGN_STATIONS_MAX];
     if (!figure_curve_of(c, run, &figure->curves[(int)fact->a], moved))
         return (double)NAN;
     double most_in = moved[largest(c, moved)];
     switch (fact->kind) {
-    case FACT_PEAK_STATION:
-        return c->stations_ft[largest(c, moved)] + figure->zero_ft;
-    case FACT_PEAK:
-        return most_in;
+    case FACT_PEAK_STATION: return c->stations_ft[largest(c, moved)] + figure->zero_ft;
+    case FACT_PEAK: return most_in;
     case FACT_RISE:
-        return at_station(c, moved, fact->c - figure->zero_ft) - at_station(c, moved, fact->b - figure->zero_ft);
-    case FACT_AT:
-        return at_station(c, moved, fact->b - figure->zero_ft);
-    case FACT_FAR_SHARE:
-        return at_station(c, moved, fact->b - figure->zero_ft) / most_in;
+        return at_station(c, moved, fact->c - figure->zero_ft) -
+               at_station(c, moved, fact->b - figure->zero_ft);
+    case FACT_AT: return at_station(c, moved, fact->b - figure->zero_ft);
+    case FACT_FAR_SHARE: return at_station(c, moved, fact->b - figure->zero_ft) / most_in;
     case FACT_RATIO:
-        return figure_curve_of(c, run, &figure->curves[(int)fact->b], other) ? most_in / other[largest(c, other)]
-                                                                            : (double)NAN;
-    default:
-        return (double)NAN;
+        return figure_curve_of(c, run, &figure->curves[(int)fact->b], other)
+                 ? most_in / other[largest(c, other)]
+                 : (double)NAN;
+    default: return (double)NAN;
     }
 }
 
 /* Of a landing; 0: the one before the buckle, or the last. */
-static double zone_of(const struct figure_fact *fact, const struct campaign_run *run, double zero_ft)
+static double zone_of(const struct figure_fact *fact, const struct campaign_run *run,
+                      double zero_ft)
 {
-    int landing = fact->a > 0 ? (int)fact->a : run->buckled > 1 ? run->buckled - 1 : (int)run->played;
+    int landing = fact->a > 0      ? (int)fact->a
+                : run->buckled > 1 ? run->buckled - 1
+                                   : (int)run->played;
     if (landing < 1 || (size_t)landing > run->played)
         return (double)NAN;
     const struct campaign_outcome *o = &run->outcomes[landing - 1];
@@ -127,23 +129,18 @@ static double band_of(const struct figure_fact *fact, const struct campaign_run 
     return fact->kind == FACT_SLACK ? slack : fact->kind == FACT_AHEAD ? ahead_lb : behind_lb;
 }
 
-static double on_runway(const struct figure *figure, const struct figure_fact *fact, const struct campaign *c,
-                        const struct campaign_run *run)
+static double on_runway(const struct figure *figure, const struct figure_fact *fact,
+                        const struct campaign *c, const struct campaign_run *run)
 {
     switch (fact->kind) {
-    case FACT_LANDING:
-        return run->buckled > 0 ? run->buckled : (double)INFINITY;
-    case FACT_STATION:
-        return run->buckled > 0 ? run->buckle_ft + figure->zero_ft : (double)NAN;
+    case FACT_LANDING: return run->buckled > 0 ? run->buckled : (double)INFINITY;
+    case FACT_STATION: return run->buckled > 0 ? run->buckle_ft + figure->zero_ft : (double)NAN;
     case FACT_ZONE:
-    case FACT_ZONE_REACH:
-        return zone_of(fact, run, figure->zero_ft);
+    case FACT_ZONE_REACH: return zone_of(fact, run, figure->zero_ft);
     case FACT_SLACK:
     case FACT_AHEAD:
-    case FACT_BEHIND:
-        return band_of(fact, run);
-    default:
-        return along_curve(figure, fact, c, run);
+    case FACT_BEHIND: return band_of(fact, run);
+    default: return along_curve(figure, fact, c, run);
     }
 }
 
@@ -153,7 +150,8 @@ static int ascending(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-struct fact_value figure_fact_of(const struct figure *figure, const struct figure_fact *fact, const struct figure_run *run)
+struct fact_value figure_fact_of(const struct figure *figure, const struct figure_fact *fact,
+                                 const struct figure_run *run)
 {
     struct fact_value value = {(double)NAN, (double)NAN, (double)NAN, 0, 0};
     double *values = calloc(run->campaign.seeds, sizeof *values);
@@ -164,7 +162,8 @@ struct fact_value figure_fact_of(const struct figure *figure, const struct figur
         values[value.of++] = v;
         value.agree += v >= fact->low && v <= fact->high;
     }
-    if (value.of > 0) { /* few runways: all of them, and the middle one (the lower of two: never is infinite) */
+    if (value.of > 0) {
+        /* few runways: all of them, and the middle one (the lower of two: never is infinite) */
         qsort(values, value.of, sizeof *values, ascending);
         value.low = values[0];
         value.middle = values[(value.of - 1) / 2];

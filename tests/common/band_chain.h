@@ -1,11 +1,15 @@
-/* A band of report appendix C, element by element, for tests of common/bands.c; shares nothing with it.
+/* A band of report appendix C, element by element, for tests of common/bands.c; shares nothing with
+ * it.
  *
- * Rivets at equal distances tie the band to mats; between them segments of stiffness AE/L, at the ends a spring K and an anchor
- * that does not move. At each rivet  T_ahead - T_behind + f = 0  (before C.6), f the force of the mats on the band, forward
- * positive: the gear's share, and friction of the mats as a spring that slides at F' (the residual friction of figure C.2).
- * A segment cannot push. Solved for rest at every 2 ms. Damage: a segment that grows longer at once (splice or anchor slips), a rivet that lets go.
+ * Rivets at equal distances tie the band to mats; between them segments of stiffness AE/L, at the
+ * ends a spring K and an anchor that does not move. At each rivet  T_ahead - T_behind + f = 0
+ * (before C.6), f the force of the mats on the band, forward positive: the gear's share, and
+ * friction of the mats as a spring that slides at F' (the residual friction of figure C.2). A
+ * segment cannot push. Solved for rest at every 2 ms. Damage: a segment that grows longer at once
+ * (splice or anchor slips), a rivet that lets go.
  *
- * A header because each test program is one file; include it once. Lengths in feet, stretches in inches, forces in pounds. */
+ * A header because each test program is one file; include it once. Lengths in feet, stretches in
+ * inches, forces in pounds. */
 #ifndef MATRIG_TESTS_COMMON_BAND_CHAIN_H
 #define MATRIG_TESTS_COMMON_BAND_CHAIN_H
 
@@ -14,8 +18,8 @@
 #include <stdint.h>
 #include <string.h>
 
-#define CHAIN_RIVETS 64
-#define CHAIN_AE_LB (0.375 * 0.020 * 29e6) /* 3/8 by 0.020 in of steel */
+#define CHAIN_RIVETS    64
+#define CHAIN_AE_LB     (0.375 * 0.020 * 29e6) /* 3/8 by 0.020 in of steel */
 #define CHAIN_LENGTH_FT 120.0
 
 struct chain {
@@ -28,9 +32,9 @@ struct chain {
     bool out[CHAIN_RIVETS];            /* rivets that let go */
 
     double u_in[CHAIN_RIVETS];
-    double anchor_in[CHAIN_RIVETS];    /* where friction would be nothing */
+    double anchor_in[CHAIN_RIVETS]; /* where friction would be nothing */
     double tension_lb[CHAIN_RIVETS + 1];
-    double push_lb[CHAIN_RIVETS];      /* of the mats on the band, friction included, newest */
+    double push_lb[CHAIN_RIVETS]; /* of the mats on the band, friction included, newest */
 };
 
 static inline double chain_rivet_ft(const struct chain *c, int j)
@@ -47,8 +51,10 @@ static inline double chain_stiffness(const struct chain *c, int segment)
     return 1.0 / flexibility;
 }
 
-/* The gear's share of each rivet: a triangle from 4 ft behind the wheel to 12 ft ahead of it, `force_lb` in all. */
-static inline void chain_share(const struct chain *c, double wheel_ft, double force_lb, double *share_lb)
+/* The gear's share of each rivet: a triangle from 4 ft behind the wheel to 12 ft ahead of it,
+ * `force_lb` in all. */
+static inline void chain_share(const struct chain *c, double wheel_ft, double force_lb,
+                               double *share_lb)
 {
     double sum = 0.0;
     for (int j = 0; j < c->rivets; j++) {
@@ -61,9 +67,11 @@ static inline void chain_share(const struct chain *c, double wheel_ft, double fo
 }
 
 /* Tension of a segment, its slope by stretch, and the energy stored in it. */
-static inline double chain_segment(const struct chain *c, const double *u_in, int s, double *slope, double *energy)
+static inline double chain_segment(const struct chain *c, const double *u_in, int s, double *slope,
+                                   double *energy)
 {
-    double k = chain_stiffness(c, s), behind = s ? u_in[s - 1] : 0.0, ahead = s < c->rivets ? u_in[s] : 0.0;
+    double k = chain_stiffness(c, s), behind = s ? u_in[s - 1] : 0.0,
+           ahead = s < c->rivets ? u_in[s] : 0.0;
     double lb = c->pretension_lb + c->tight_lb[s] + k * (ahead - behind - c->slip_in[s]);
     *slope = lb > 0.0 ? k : 0.0;
     *energy = lb > 0.0 ? 0.5 * lb * lb / k : 0.0;
@@ -71,7 +79,8 @@ static inline double chain_segment(const struct chain *c, const double *u_in, in
 }
 
 /* Friction at a rivet, against u; the same two. */
-static inline double chain_hold(const struct chain *c, const double *u_in, int j, double *slope, double *energy)
+static inline double chain_hold(const struct chain *c, const double *u_in, int j, double *slope,
+                                double *energy)
 {
     double d = u_in[j] - c->anchor_in[j], elastic_in = c->friction_lb / c->hold_lb_in;
     *slope = *energy = 0.0;
@@ -103,12 +112,14 @@ static inline double chain_energy(const struct chain *c, const double *u_in, con
 /* Newton's direction from the tridiagonal system; returns the largest force out of balance. */
 static inline double chain_direction(const struct chain *c, const double *share_lb, double *step_in)
 {
-    double tension[CHAIN_RIVETS + 1], slope[CHAIN_RIVETS + 1], diagonal[CHAIN_RIVETS], energy, worst = 0.0;
+    double tension[CHAIN_RIVETS + 1], slope[CHAIN_RIVETS + 1], diagonal[CHAIN_RIVETS], energy,
+        worst = 0.0;
     for (int s = 0; s <= c->rivets; s++)
         tension[s] = chain_segment(c, c->u_in, s, &slope[s], &energy);
     for (int j = 0; j < c->rivets; j++) {
         double hold;
-        step_in[j] = tension[j + 1] - tension[j] + share_lb[j] - chain_hold(c, c->u_in, j, &hold, &energy);
+        step_in[j] = tension[j + 1] - tension[j] + share_lb[j] -
+                     chain_hold(c, c->u_in, j, &hold, &energy);
         worst = fmax(worst, fabs(step_in[j]));
         diagonal[j] = slope[j] + slope[j + 1] + hold + 1.0;
         if (j) {
@@ -118,11 +129,13 @@ static inline double chain_direction(const struct chain *c, const double *share_
         }
     }
     for (int j = c->rivets - 1; j >= 0; j--)
-        step_in[j] = (step_in[j] + (j + 1 < c->rivets ? slope[j + 1] * step_in[j + 1] : 0.0)) / diagonal[j];
+        step_in[j] = (step_in[j] + (j + 1 < c->rivets ? slope[j + 1] * step_in[j + 1] : 0.0)) /
+                     diagonal[j];
     return worst;
 }
 
-/* Rest under the gear's force: the least of the energy, which is convex, by Newton with halved steps. */
+/* Rest under the gear's force: the least of the energy, which is convex, by Newton with halved
+ * steps. */
 static inline void chain_settle(struct chain *c, double wheel_ft, double force_lb)
 {
     double share_lb[CHAIN_RIVETS], step_in[CHAIN_RIVETS], trial_in[CHAIN_RIVETS], slope, energy;

@@ -1,6 +1,6 @@
-/* Run file reader of the tests of tests/runs: strict, fails the running test on whatever the format does not
- * allow. Made from the format's description, without the writer's code. A header because each test program is
- * one file; include it once. */
+/* Run file reader of the tests of tests/runs: strict, fails the running test on whatever the format
+ * does not allow. Made from the format's description, without the writer's code. A header because
+ * each test program is one file; include it once. */
 #ifndef MATRIG_TESTS_COMMON_RUN_TEXT_H
 #define MATRIG_TESTS_COMMON_RUN_TEXT_H
 
@@ -15,14 +15,14 @@
 
 #include <cmocka.h>
 
-#define JOINTS 421
-#define SWITCHES 24
+#define JOINTS      421
+#define SWITCHES    24
 #define TRANSDUCERS 8
-#define GAGES 14
-#define CHANNELS (TRANSDUCERS + GAGES)
+#define GAGES       14
+#define CHANNELS    (TRANSDUCERS + GAGES)
 #define SAMPLES_MAX 16000
-#define TRUTHS_MAX 100
-#define SEGMENTS 42
+#define TRUTHS_MAX  100
+#define SEGMENTS    42
 
 /* One landing. 3 MB: on the heap. */
 struct run {
@@ -153,16 +153,16 @@ static void parse_line(struct run *run, const char *line)
         run->gap_ends = numbers_into(line + 11, run->gap_end_in, run->gap_ends);
     } else if (strncmp(line, "command ", 8) == 0) {
         parse_command(run, line);
-    } else if (sscanf(line, "touchdown %lf %lf", &run->touchdown_ft, &run->touchdown_s) != 2
-               && sscanf(line, "duration_s %lf", &run->duration_s) != 1
-               && sscanf(line, "landing %d", &run->landing) != 1 && line[0] != '#'
-               && strncmp(line, "provenance synthetic", 20) != 0) {
+    } else if (sscanf(line, "touchdown %lf %lf", &run->touchdown_ft, &run->touchdown_s) != 2 &&
+               sscanf(line, "duration_s %lf", &run->duration_s) != 1 &&
+               sscanf(line, "landing %d", &run->landing) != 1 && line[0] != '#' &&
+               strncmp(line, "provenance synthetic", 20) != 0) {
         fail_msg("unknown line: %s", line);
     }
 }
 
-/* CRC-32 by long division of the message polynomial, one bit at a time from the top of a reflected register.
- */
+/* CRC-32 by long division of the message polynomial, one bit at a time from the top of a reflected
+ * register. */
 static uint32_t crc_of(const char *bytes, size_t count)
 {
     uint32_t rest = 0xFFFFFFFFu;
@@ -178,7 +178,8 @@ static uint32_t crc_of(const char *bytes, size_t count)
     return rest ^ 0xFFFFFFFFu;
 }
 
-/* Read tests/runs/landingN.run; the current directory is the project's root. The caller frees run->text. */
+/* Read tests/runs/landingN.run; the current directory is the project's root. The caller frees
+ * run->text. */
 static void load(struct run *run, int number)
 {
     char path[64];

@@ -1,5 +1,6 @@
-/* Landings drawn from a seed, with their truth: a gear that comes in at constant speed and is braked evenly after a brake
- * that takes time to rise. Crossing times from closed forms and bisection; shares no code with what is tested. */
+/* Landings drawn from a seed, with their truth: a gear that comes in at constant speed and is
+ * braked evenly after a brake that takes time to rise. Crossing times from closed forms and
+ * bisection; shares no code with what is tested. */
 #ifndef MATRIG_TESTS_COMMON_SEEDED_LANDING_H
 #define MATRIG_TESTS_COMMON_SEEDED_LANDING_H
 
@@ -7,14 +8,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SEEDED_SWITCHES 24
+#define SEEDED_SWITCHES     24
 #define SEEDED_TOUCHDOWN_FT 3.0
-#define SEEDED_TOUCHDOWN_S 1.0
+#define SEEDED_TOUCHDOWN_S  1.0
 
 struct seeded_landing {
     double speed_ft_s, deceleration_ft_s2; /* of the brake when it has risen */
     double rise_s;
-    bool straight; /* the brake rises as a straight line, else as a quintic */
+    bool straight;                      /* the brake rises as a straight line, else as a quintic */
     double stop_s, stop_ft, mean_ft_s2; /* times on the clock of the touchdown */
     double placed_ft[SEEDED_SWITCHES];  /* where the switches really are */
     double open_s[SEEDED_SWITCHES];     /* NaN: missing, or not reached */
@@ -44,7 +45,8 @@ static inline double seeded_station(const struct seeded_landing *landing, double
     if (since_s <= 0.0)
         return SEEDED_TOUCHDOWN_FT + landing->speed_ft_s * since_s;
     double u = since_s < tau ? since_s / tau : 1.0;
-    double lost = landing->straight ? u * u * u / 6.0 : pow(u, 5) / 2.0 - pow(u, 6) / 2.0 + pow(u, 7) / 7.0;
+    double lost = landing->straight ? u * u * u / 6.0
+                                    : pow(u, 5) / 2.0 - pow(u, 6) / 2.0 + pow(u, 7) / 7.0;
     double x = SEEDED_TOUCHDOWN_FT + landing->speed_ft_s * since_s - a * tau * tau * lost;
     double beyond_s = since_s - tau;
     if (beyond_s > 0.0)
@@ -69,13 +71,15 @@ static inline double seeded_crossing(const struct seeded_landing *landing, doubl
 
 static inline void seeded_roll(struct seeded_landing *landing)
 {
-    landing->stop_s = SEEDED_TOUCHDOWN_S + 0.5 * landing->rise_s + landing->speed_ft_s / landing->deceleration_ft_s2;
+    landing->stop_s = SEEDED_TOUCHDOWN_S + 0.5 * landing->rise_s +
+                      landing->speed_ft_s / landing->deceleration_ft_s2;
     landing->stop_ft = seeded_station(landing, landing->stop_s);
     landing->mean_ft_s2 = landing->speed_ft_s / (landing->stop_s - SEEDED_TOUCHDOWN_S);
 }
 
-/* 20 to 46 ft/s, 4 to 32 ft/s2; half the rise is 25 ms with a standard deviation of 12 ms; switches every 5 ft from -2.5 ft on
- * with a standard error of `place_in`; each is missing with a probability of up to 0.2, one in ten bounces. */
+/* 20 to 46 ft/s, 4 to 32 ft/s2; half the rise is 25 ms with a standard deviation of 12 ms; switches
+ * every 5 ft from -2.5 ft on with a standard error of `place_in`; each is missing with a
+ * probability of up to 0.2, one in ten bounces. */
 static inline void seeded_draw(struct seeded_landing *landing, uint64_t seed, double place_in)
 {
     uint64_t state = seed * 1000003u + 1973u;
@@ -92,7 +96,9 @@ static inline void seeded_draw(struct seeded_landing *landing, uint64_t seed, do
         landing->open_s[i] = seeded_crossing(landing, landing->placed_ft[i]);
         if (seeded_uniform(&state) < missing)
             landing->open_s[i] = (double)NAN;
-        landing->bounces[i] = seeded_uniform(&state) < 0.1 ? 1 + (unsigned)(3.0 * seeded_uniform(&state)) : 0;
+        landing->bounces[i] = seeded_uniform(&state) < 0.1
+                                ? 1 + (unsigned)(3.0 * seeded_uniform(&state))
+                                : 0;
         landing->bounce_s[i] = 100e-6 + 1.9e-3 * seeded_uniform(&state);
     }
 }

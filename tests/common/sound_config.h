@@ -23,7 +23,10 @@ static inline struct mr_config sound_config(void)
     c.site[0].camera_station_ft = MR_NAN;
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         struct mr_channel_config *channel = &c.channel[i];
-        channel->kind = i < 8 ? MR_KIND_DISPLACEMENT : i < 22 ? MR_KIND_TENSION : i == 22 ? MR_KIND_STAIRCASE : MR_KIND_REFERENCE;
+        channel->kind = i < 8   ? MR_KIND_DISPLACEMENT
+                      : i < 22  ? MR_KIND_TENSION
+                      : i == 22 ? MR_KIND_STAIRCASE
+                                : MR_KIND_REFERENCE;
         channel->number = (uint8_t)(i < 8 ? i + 1 : i < 22 ? i - 7 : 0);
         channel->band = (uint8_t)(i < 8 || i > 21 ? 0 : 1 + i % 2);
         channel->station_ft = i < 22 ? 10.0f + 1.1f * (float)i : MR_NAN;
@@ -48,10 +51,19 @@ static inline struct mr_config sound_config(void)
     }
     c.band[0] = (struct mr_band_config){.pretension_lb = 100.0f, .yield_lb = 1000.0f};
     c.band[1] = (struct mr_band_config){.pretension_lb = 130.0f};
-    c.predict[0] = (struct mr_predict_config){.fitted = 1, .level = 1, .updates_per_block = 800, .mat_weight_lb = 0.466f, .friction = 0.45f,
-                                              .joint_stiffness_lb_ft = 2.9e5f, .joint_damping_lb_s_ft = 5.0f, .slack_in = 0.030f,
-                                              .step_ms = 0.166f, .grit_lb = 10.0f, .thrust_lb_per_g = 108.3f,
-                                              .deceleration_ft_s2 = 5.0f, .bump_in = 0.043f};
+    c.predict[0] = (struct mr_predict_config){.fitted = 1,
+                                              .level = 1,
+                                              .updates_per_block = 800,
+                                              .mat_weight_lb = 0.466f,
+                                              .friction = 0.45f,
+                                              .joint_stiffness_lb_ft = 2.9e5f,
+                                              .joint_damping_lb_s_ft = 5.0f,
+                                              .slack_in = 0.030f,
+                                              .step_ms = 0.166f,
+                                              .grit_lb = 10.0f,
+                                              .thrust_lb_per_g = 108.3f,
+                                              .deceleration_ft_s2 = 5.0f,
+                                              .bump_in = 0.043f};
     return c;
 }
 

@@ -1,5 +1,5 @@
-/* Bands: the figures of appendix C's closed form, each finding on its own signature, silence on landings without damage, and
- * how many of the damaged ones are recognised. */
+/* Bands: the figures of appendix C's closed form, each finding on its own signature, silence on
+ * landings without damage, and how many of the damaged ones are recognised. */
 #include <stdio.h>
 
 #include "common/bands.h"
@@ -28,9 +28,13 @@ static void set_up(const double *station_ft, unsigned count, float pretension_lb
     memset(gage, 0, sizeof gage);
     memset(band, 0, sizeof band);
     for (unsigned i = 0; i < count; i++)
-        gage[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(i + 1), .band = 1,
-                                             .station_ft = (float)station_ft[i], .unit_per_code = 1.0f,
-                                             .zero_error = 0.5f, .gain_error = 0.01f};
+        gage[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION,
+                                             .number = (uint8_t)(i + 1),
+                                             .band = 1,
+                                             .station_ft = (float)station_ft[i],
+                                             .unit_per_code = 1.0f,
+                                             .zero_error = 0.5f,
+                                             .gain_error = 0.01f};
     band[0].pretension_lb = pretension_lb;
     finds = 0;
     mr_bands_arm(&bands, gage, band);
@@ -56,12 +60,14 @@ static unsigned findings_of(unsigned reason)
     return count;
 }
 
-/* C.6 and C.7 by hand: KL/AE = 1, a = 1/4, R = 60: dT_n = -60 * 1.25 / 3 = -25, dT_(n-1) = 60 * 1.75 / 3 = 35. */
+/* C.6 and C.7 by hand: KL/AE = 1, a = 1/4, R = 60: dT_n = -60 * 1.25 / 3 = -25, dT_(n-1) = 60 *
+ * 1.75 / 3 = 35. */
 static void figures_are_those_of_appendix_c(void **state)
 {
     (void)state;
     static const double station_ft[] = {20.0, 80.0};
-    static const double at_rest[] = {100.0, 100.0}, pushed[] = {135.0, 75.0}, left[] = {103.0, 99.0};
+    static const double at_rest[] = {100.0, 100.0}, pushed[] = {135.0, 75.0},
+                        left[] = {103.0, 99.0};
     struct mr_band_figures figures;
     set_up(station_ft, 2, 100.0f);
     play(at_rest, 2, 150, true, NAN);
@@ -83,7 +89,8 @@ static void figures_are_those_of_appendix_c(void **state)
     assert_int_equal(figures.most.gage, 1);
     assert_near(figures.after_lb, 101.0, 1e-4);
     assert_near(figures.change_lb, 1.0, 1e-4);
-    /* zero 0.5 lb, gain 1 %: of the mean of two sqrt(2 (0.25 + 1)) / 2; of the change only the gain's, 1 % of +3 and of -1 */
+    /* zero 0.5 lb, gain 1 %: of the mean of two sqrt(2 (0.25 + 1)) / 2; of the change only the
+     * gain's, 1 % of +3 and of -1 */
     assert_near(figures.before_error_lb, 0.790569, 1e-4);
     assert_near(figures.change_error_lb, 0.0158114, 1e-4);
     assert_near(figures.least_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
@@ -93,7 +100,8 @@ static void figures_are_those_of_appendix_c(void **state)
     assert_true(isnan(figures.before_lb) && isnan(figures.least.lb) && isnan(figures.change_lb));
 }
 
-/* The rivet of the closed form lets go: dT_n and dT_(n-1) end at once, and the lengths still add up: the sum of C.5 stays. */
+/* The rivet of the closed form lets go: dT_n and dT_(n-1) end at once, and the lengths still add
+ * up: the sum of C.5 stays. */
 static void a_rivet_that_lets_go_is_a_pullout(void **state)
 {
     (void)state;
@@ -121,11 +129,14 @@ static void slip(unsigned ms, double recovered_lb)
     play((const double[]){100.0, 98.0, 99.0}, 3, 20, false, 10.0);
     play((const double[]){90.0, 74.0, 94.0}, 3, ms / STEP_MS, false, 10.0);
     if (ms < 100)
-        play((const double[]){90.0 + recovered_lb, 74.0 + recovered_lb, 94.0 + recovered_lb}, 3, 1, false, 30.0);
+        play((const double[]){90.0 + recovered_lb, 74.0 + recovered_lb, 94.0 + recovered_lb}, 3, 1,
+             false, 30.0);
     for (int k = 1; k <= 100; k++) /* as the gear brings it */
-        play((const double[]){90.0 + recovered_lb * k / 100, 74.0 + recovered_lb * k / 100, 94.0 + recovered_lb * k / 100}, 3,
-             ms < 100 ? 0 : 1, false, 40.0);
-    play((const double[]){90.0 + recovered_lb, 74.0 + recovered_lb, 94.0 + recovered_lb}, 3, 100, false, 40.0);
+        play((const double[]){90.0 + recovered_lb * k / 100, 74.0 + recovered_lb * k / 100,
+                              94.0 + recovered_lb * k / 100},
+             3, ms < 100 ? 0 : 1, false, 40.0);
+    play((const double[]){90.0 + recovered_lb, 74.0 + recovered_lb, 94.0 + recovered_lb}, 3, 100,
+         false, 40.0);
     mr_bands_end(&bands);
 }
 
@@ -136,7 +147,8 @@ static void a_drop_that_stays_is_a_slip(void **state)
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_SLIP);
     assert_int_equal(found[0].gage, 2);
-    assert_int_equal(found[0].other, 1); /* it dropped more than gage 3: the connection is on its side */
+    /* it dropped more than gage 3: the connection is on its side */
+    assert_int_equal(found[0].other, 1);
     assert_near(found[0].value_lb, 24.0, 0.5);
 }
 
@@ -158,7 +170,8 @@ static void a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on(void **
     assert_int_equal(found[0].reason, MR_BAND_STEP);
     assert_int_equal(found[0].gage, 2);
     assert_near(found[0].value_lb, -12.0, 1e-3);
-    play((const double[]){100.0, 98.0, 101.0}, 3, 100, true, NAN); /* no band gains tension by growing longer */
+    /* no band gains tension by growing longer */
+    play((const double[]){100.0, 98.0, 101.0}, 3, 100, true, NAN);
     assert_int_equal(finds, 2);
     assert_int_equal(found[1].reason, MR_BAND_PULLOUT);
     assert_int_equal(found[1].gage, 2);
@@ -260,8 +273,10 @@ static void the_recorded_landings_raise_nothing(void **state)
         memset(band, 0, sizeof band);
         finds = 0;
         for (unsigned i = 0; i < MR_GAGES; i++)
-            gage[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(i + 1),
-                                                 .band = (uint8_t)run->band[i], .station_ft = (float)run->gage_ft[i]};
+            gage[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION,
+                                                 .number = (uint8_t)(i + 1),
+                                                 .band = (uint8_t)run->band[i],
+                                                 .station_ft = (float)run->gage_ft[i]};
         band[0].pretension_lb = band[1].pretension_lb = 100.0f;
         mr_bands_arm(&bands, gage, band);
         for (int k = 0; k + 4 <= run->samples; k += 4) {
@@ -279,9 +294,10 @@ static void the_recorded_landings_raise_nothing(void **state)
         }
         mr_bands_end(&bands);
         mr_bands_figures(&bands, 0, &figures);
-        printf("# landing %d: band 1 %.1f lb before, least %.1f at gage %u, most %.1f at gage %u, after %.1f\n", landings[l],
-               (double)figures.before_lb, (double)figures.least.lb, figures.least.gage, (double)figures.most.lb,
-               figures.most.gage, (double)figures.after_lb);
+        printf("# landing %d: band 1 %.1f lb before, least %.1f at gage %u, most %.1f at gage %u, "
+               "after %.1f\n",
+               landings[l], (double)figures.before_lb, (double)figures.least.lb, figures.least.gage,
+               (double)figures.most.lb, figures.most.gage, (double)figures.after_lb);
         assert_int_equal(finds, 0);
         assert_near(figures.least.lb, least, 1e-3);
         free(run->text);
@@ -299,10 +315,10 @@ struct trial {
     enum damage damage;
     double at_s, share; /* when, and of the rivets or segments which */
     int place;
-    double visible_lb;  /* what the damage changed in the segments of the gages, most */
-    double load_lb;     /* of the rivet */
+    double visible_lb;           /* what the damage changed in the segments of the gages, most */
+    double load_lb;              /* of the rivet */
     int gage_behind, gage_ahead; /* around the place, from 1; 0: none */
-    double least_lb;    /* truth, ahead of the wheel */
+    double least_lb;             /* truth, ahead of the wheel */
 };
 
 static const double chain_gage_ft[] = {15.0, 30.0, 45.0, 55.0, 65.0, 75.0, 85.0};
@@ -313,10 +329,12 @@ static void draw(struct trial *t, uint64_t seed, enum damage damage)
     t->seed = 1000u * seed + 7u;
     t->damage = damage;
     uint64_t *s = &t->seed;
-    t->chain.spacing_ft = chain_uniform(s, 0.0, 1.0) < 0.5 ? 20.0 / 7.0 : 40.0 / 7.0; /* every 10th or 20th row of 2/7 ft */
+    /* every 10th or 20th row of 2/7 ft */
+    t->chain.spacing_ft = chain_uniform(s, 0.0, 1.0) < 0.5 ? 20.0 / 7.0 : 40.0 / 7.0;
     t->chain.rivets = (int)(CHAIN_LENGTH_FT / t->chain.spacing_ft - 0.01);
     t->chain.spring_lb_in = chain_uniform(s, 50.0, 400.0);
-    t->chain.pretension_lb = chain_uniform(s, damage == NONE ? 50.0 : 100.0, 150.0); /* some of the first go slack */
+    /* some of the first go slack */
+    t->chain.pretension_lb = chain_uniform(s, damage == NONE ? 50.0 : 100.0, 150.0);
     for (int j = 0; j <= t->chain.rivets; j++)
         t->chain.tight_lb[j] = 3.0 * chain_normal(s);
     t->chain.friction_lb = chain_uniform(s, 0.5, 4.0);
@@ -337,13 +355,15 @@ static void damage_now(struct trial *t, double wheel_ft, double force_lb, double
         t->place = (int)(t->share * (c->rivets + 1)) % (c->rivets + 1);
     else /* of those that the gear loads now, the most loaded between two gages */
         for (int j = 0; j < c->rivets; j++) {
-            bool between = chain_rivet_ft(c, j) > chain_gage_ft[0] && chain_rivet_ft(c, j) < chain_gage_ft[6];
+            bool between = chain_rivet_ft(c, j) > chain_gage_ft[0] &&
+                           chain_rivet_ft(c, j) < chain_gage_ft[6];
             if (between && fabs(c->push_lb[j]) > t->load_lb) {
                 t->load_lb = fabs(c->push_lb[j]);
                 t->place = j;
             }
         }
-    double place_ft = t->damage == RIVET ? chain_rivet_ft(c, t->place) : (t->place + 0.5) * c->spacing_ft;
+    double place_ft = t->damage == RIVET ? chain_rivet_ft(c, t->place)
+                                         : (t->place + 0.5) * c->spacing_ft;
     for (int g = 0; g < 7; g++) {
         if (chain_gage_ft[g] <= place_ft)
             t->gage_behind = g + 1;
@@ -360,13 +380,16 @@ static void damage_now(struct trial *t, double wheel_ft, double force_lb, double
         t->visible_lb = fmax(t->visible_lb, fabs(chain_at(&copy, chain_gage_ft[g]) - before[g]));
 }
 
-/* Arms, rests 0.7 s, lands at 3 ft with 28 to 40 ft/s, brakes at 5 to 11 ft/s2, stops, rests 1 s. */
+/* Arms, rests 0.7 s, lands at 3 ft with 28 to 40 ft/s, brakes at 5 to 11 ft/s2, stops, rests 1
+ * s. */
 static void land(struct trial *t)
 {
     struct chain *c = &t->chain;
     uint64_t *s = &t->seed;
-    double a = chain_uniform(s, 5.0, 11.0), v = fmin(chain_uniform(s, 28.0, 40.0), sqrt(2.0 * a * 105.0));
-    double weight_lb = chain_uniform(s, 1220.0, 1500.0), force_lb = weight_lb * a / 32.174 / 4.0; /* R of C.1, four bands */
+    double a = chain_uniform(s, 5.0, 11.0),
+           v = fmin(chain_uniform(s, 28.0, 40.0), sqrt(2.0 * a * 105.0));
+    /* R of C.1, four bands */
+    double weight_lb = chain_uniform(s, 1220.0, 1500.0), force_lb = weight_lb * a / 32.174 / 4.0;
     double slip_in = chain_uniform(s, 0.1, 0.4), onset_s = chain_uniform(s, 0.05, 0.15);
     double stop_s = 0.7 + v / a;
     bool damaged = false;
@@ -376,7 +399,8 @@ static void land(struct trial *t)
         double sum[7] = {0.0}, lb[7], wheel_ft = NAN;
         for (int half = 0; half < 2; half++) {
             double now_s = t_s + 0.002 * half, since = fmin(now_s, stop_s) - 0.7;
-            double ramp = fmin(1.0, fmax(0.0, since / onset_s)) * fmin(1.0, fmax(0.0, 1.0 - (now_s - stop_s) / 0.1));
+            double ramp = fmin(1.0, fmax(0.0, since / onset_s)) *
+                          fmin(1.0, fmax(0.0, 1.0 - (now_s - stop_s) / 0.1));
             wheel_ft = 3.0 + (v - 0.5 * a * fmax(0.0, since)) * since;
             if (!damaged && t->damage != NONE && now_s >= t->at_s) {
                 damaged = true;
@@ -408,7 +432,8 @@ static void landings_without_damage_raise_nothing(void **state)
         unsigned slack = findings_of(MR_BAND_SLACK);
         for (unsigned i = 0; i < finds; i++) {
             if (found[i].reason != MR_BAND_SLACK)
-                printf("# seed %u: %s, gage %u, %.1f lb, block %u\n", seed, mr_band_reason_text(found[i].reason), found[i].gage,
+                printf("# seed %u: %s, gage %u, %.1f lb, block %u\n", seed,
+                       mr_band_reason_text(found[i].reason), found[i].gage,
                        (double)found[i].value_lb, (unsigned)found[i].block);
         }
         false_alarms += finds - slack;
@@ -416,26 +441,31 @@ static void landings_without_damage_raise_nothing(void **state)
         slack_told += slack > 0;
         slack_wrong += slack && t.least_lb > 1.1 * 0.10 * t.chain.pretension_lb;
     }
-    printf("# %d landings without damage: %u false alarms; slack in %u by the chain, told in %u, wrongly in %u\n", LANDINGS,
-           false_alarms, slack_true, slack_told, slack_wrong);
+    printf("# %d landings without damage: %u false alarms; slack in %u by the chain, told in %u, "
+           "wrongly in %u\n",
+           LANDINGS, false_alarms, slack_true, slack_told, slack_wrong);
     assert_int_equal(false_alarms, 0);
     assert_int_equal(slack_wrong, 0);
     assert_true(slack_told >= slack_true);
 }
 
-/* Counts how the damage was named, where it changed a gage by 10 lb; what changed less is counted apart. */
+/* Counts how the damage was named, where it changed a gage by 10 lb; what changed less is counted
+ * apart. */
 static void recognise(enum damage damage, const char *name, double *rate, double *noticed)
 {
     enum { LANDINGS = 120 };
-    unsigned visible = 0, right = 0, beside = 0, step = 0, wrong = 0, silent = 0, weak = 0, weak_named = 0;
-    unsigned name_right = damage == RIVET ? MR_BAND_PULLOUT : MR_BAND_SLIP, name_wrong = damage == RIVET ? MR_BAND_SLIP : MR_BAND_PULLOUT;
+    unsigned visible = 0, right = 0, beside = 0, step = 0, wrong = 0, silent = 0, weak = 0,
+             weak_named = 0;
+    unsigned name_right = damage == RIVET ? MR_BAND_PULLOUT : MR_BAND_SLIP,
+             name_wrong = damage == RIVET ? MR_BAND_SLIP : MR_BAND_PULLOUT;
     for (unsigned seed = 1; seed <= LANDINGS; seed++) {
         struct trial t;
         draw(&t, seed, damage);
         land(&t);
         const struct mr_band_finding *first = NULL;
         for (unsigned i = 0; i < finds && !first; i++)
-            first = found[i].reason != MR_BAND_SLACK && found[i].reason != MR_BAND_LOOSE ? &found[i] : NULL;
+            first = found[i].reason != MR_BAND_SLACK && found[i].reason != MR_BAND_LOOSE ? &found[i]
+                                                                                         : NULL;
         if (t.visible_lb < 10.0) {
             weak++;
             weak_named += first != NULL;
@@ -450,9 +480,10 @@ static void recognise(enum damage damage, const char *name, double *rate, double
     }
     *rate = (double)right / visible;
     *noticed = 1.0 - (double)silent / visible;
-    printf("# %s, changing a gage by 10 lb or more: of %u, %u named right (%.0f %%), %u only a step, %u wrong, %u not noticed; gage "
-           "beside it in %u. Of %u weaker ones %u noticed\n", name, visible, right, 100.0 * *rate, step, wrong, silent, beside,
-           weak, weak_named);
+    printf("# %s, changing a gage by 10 lb or more: of %u, %u named right (%.0f %%), %u only a "
+           "step, %u wrong, %u not noticed; gage "
+           "beside it in %u. Of %u weaker ones %u noticed\n",
+           name, visible, right, 100.0 * *rate, step, wrong, silent, beside, weak, weak_named);
 }
 
 static void damage_is_recognised(void **state)
@@ -467,7 +498,8 @@ static void damage_is_recognised(void **state)
     assert_true(rate > 0.5 && noticed > 0.9);
 }
 
-/* A rig's table need not go along the runway, and a gage may have no station: the neighbours are those by station. */
+/* A rig's table need not go along the runway, and a gage may have no station: the neighbours are
+ * those by station. */
 static void neighbours_are_those_by_station(void **state)
 {
     (void)state;
@@ -475,7 +507,8 @@ static void neighbours_are_those_by_station(void **state)
     set_up(station_ft, 5, 100.0f);
     play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 150, true, NAN);
     for (int s = 1; s <= 50; s++)
-        play((const double[]){100.0, 100.0 + 0.7 * s, 100.0, 100.0 - 0.5 * s, 100.0}, 5, 1, false, 30.0);
+        play((const double[]){100.0, 100.0 + 0.7 * s, 100.0, 100.0 - 0.5 * s, 100.0}, 5, 1, false,
+             30.0);
     play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 300, false, 30.0);
     mr_bands_end(&bands);
     assert_int_equal(finds, 1);
@@ -503,7 +536,8 @@ static void a_slip_is_seen_beside_a_gage_without_a_reading(void **state)
     }
 }
 
-/* 14 gages overloaded and four bands unequal in one step are 18 findings; 16 are told, the overloads first. */
+/* 14 gages overloaded and four bands unequal in one step are 18 findings; 16 are told, the
+ * overloads first. */
 static void no_more_than_16_findings_come_of_one_step(void **state)
 {
     (void)state;
@@ -525,10 +559,12 @@ static void no_more_than_16_findings_come_of_one_step(void **state)
         assert_int_equal(count, step == MR_BANDS_GROUP ? MR_BANDS_EVENTS : 0);
     }
     for (unsigned n = 0; n < count; n++)
-        assert_int_equal(bands.finding[n].reason, n < MR_GAGES ? MR_BAND_OVERLOAD : MR_BAND_UNEQUAL);
+        assert_int_equal(bands.finding[n].reason,
+                         n < MR_GAGES ? MR_BAND_OVERLOAD : MR_BAND_UNEQUAL);
 }
 
-/* Zeros that have drifted below nothing: a band without tension has no pretension of which 10 % would be slack. */
+/* Zeros that have drifted below nothing: a band without tension has no pretension of which 10 %
+ * would be slack. */
 static void a_band_below_zero_is_not_slack_of_nothing(void **state)
 {
     (void)state;

@@ -50,7 +50,8 @@ static void saturation_is_counted_per_channel(void **state)
     assert_int_equal(block.high[MR_TRANSDUCERS + 15], 0);
 }
 
-/* Each code from the ends of the converter in each place of the scans, beside codes of its neighbours that are just not saturated. */
+/* Each code from the ends of the converter in each place of the scans, beside codes of its
+ * neighbours that are just not saturated. */
 static void one_saturated_code_is_found_wherever_it_is(void **state)
 {
     (void)state;
@@ -65,7 +66,8 @@ static void one_saturated_code_is_found_wherever_it_is(void **state)
                 for (unsigned c = 0; c < MR_ADC1_CHANNELS; c++)
                     adc1[n][c] = (n + c) % 3 ? 9 : 4086;
             }
-            *(channel < MR_TRANSDUCERS ? &transducers[scan][channel] : &adc1[scan][channel - MR_TRANSDUCERS]) = ends[i];
+            *(channel < MR_TRANSDUCERS ? &transducers[scan][channel]
+                                       : &adc1[scan][channel - MR_TRANSDUCERS]) = ends[i];
             mr_block_from_scans(&block, 0, 0, transducers, adc1);
             for (unsigned c = 0; c < MR_CHANNELS; c++) {
                 assert_int_equal(block.low[c], c == channel && ends[i] <= 8);
@@ -85,7 +87,8 @@ static void record_has_the_layout_of_the_header(void **state)
     mr_block_from_scans(&block, 0x01020304, 0xa0b0c0d0, transducers, adc1);
     size_t length = mr_block_put(&block, out);
     assert_int_equal(length, 79);
-    const uint8_t head[] = {0x04, 0x03, 0x02, 0x01, 0xd0, 0xc0, 0xb0, 0xa0, 0, 0, 0, 0xd0, 0x20}; /* 4 * 2100 = 8400 = 0x20d0 */
+    /* 4 * 2100 = 8400 = 0x20d0 */
+    const uint8_t head[] = {0x04, 0x03, 0x02, 0x01, 0xd0, 0xc0, 0xb0, 0xa0, 0, 0, 0, 0xd0, 0x20};
     assert_memory_equal(out, head, sizeof head);
     const uint8_t tail[] = {0x80, 0x00, 0x00, 0x01}; /* channel 7; none low, one high */
     assert_memory_equal(out + 75, tail, sizeof tail);
@@ -112,24 +115,29 @@ static void damaged_records_are_refused(void **state)
     assert_int_equal(mr_block_get(&got, out, length + 1), MR_OK);
 }
 
-/* The channels that are there read as they would beside all others, for every count of them on both converters. */
+/* The channels that are there read as they would beside all others, for every count of them on both
+ * converters. */
 static void some_channels_are_summed_like_all(void **state)
 {
     (void)state;
     uint32_t draw = 1;
     for (unsigned n = 0; n < 2000; n++) {
-        uint16_t some_transducers[MR_SCANS_PER_BLOCK * MR_TRANSDUCERS], some_others[MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS];
+        uint16_t some_transducers[MR_SCANS_PER_BLOCK * MR_TRANSDUCERS],
+            some_others[MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS];
         unsigned at[2] = {0, 0};
         struct mr_block all, some, got;
         struct mr_scan scan;
         uint8_t out[MR_BLOCK_BYTES_MAX];
         draw = draw * 1664525u + 1013904223u;
-        uint32_t absent = n == 0 ? 0x3fffffu : n < 256 ? n : draw >> 10; /* of 22 channels; staircase and reference stay */
+        /* of 22 channels; staircase and reference stay */
+        uint32_t absent = n == 0 ? 0x3fffffu : n < 256 ? n : draw >> 10;
         for (unsigned row = 0; row < MR_SCANS_PER_BLOCK; row++) {
             for (unsigned c = 0; c < MR_CHANNELS; c++) {
                 bool transducer = c < MR_TRANSDUCERS;
                 draw = draw * 1664525u + 1013904223u;
-                uint16_t code = (uint16_t)(draw % 40 == 0 ? draw >> 28 : draw % 40 == 1 ? 4095 - (draw >> 28) : draw >> 20);
+                uint16_t code = (uint16_t)(draw % 40 == 0   ? draw >> 28
+                                           : draw % 40 == 1 ? 4095 - (draw >> 28)
+                                                            : draw >> 20);
                 *(transducer ? &transducers[row][c] : &adc1[row][c - MR_TRANSDUCERS]) = code;
                 if (c >= 22 || !(absent >> c & 1u))
                     *(transducer ? &some_transducers[at[0]++] : &some_others[at[1]++]) = code;
@@ -153,7 +161,8 @@ static void some_channels_are_summed_like_all(void **state)
             }
         }
         size_t length = mr_block_put(&some, out);
-        assert_true(length >= 14u + at[0] / 2 + at[1] / 4); /* two sums of a transducer, one of another, 2 bytes each */
+        /* two sums of a transducer, one of another, 2 bytes each */
+        assert_true(length >= 14u + at[0] / 2 + at[1] / 4);
         assert_int_equal(mr_block_get(&got, out, length), MR_OK);
         assert_memory_equal(&got, &some, sizeof got);
     }
@@ -166,7 +175,8 @@ static void a_record_of_switches_alone_is_18_bytes(void **state)
     uint8_t out[MR_BLOCK_BYTES_MAX];
     block.sum[MR_ADC1_STAIRCASE] = 0x4433;
     block.sum[MR_ADC1_REFERENCE] = 0x6655;
-    const uint8_t by_hand[] = {0x11, 0, 0, 0, 0x22, 0, 0, 0, 0xff, 0xff, 0x3f, 0x33, 0x44, 0x55, 0x66, 0, 0, 0};
+    const uint8_t by_hand[] = {0x11, 0,    0,    0,    0x22, 0,    0, 0, 0xff,
+                               0xff, 0x3f, 0x33, 0x44, 0x55, 0x66, 0, 0, 0};
     assert_int_equal(mr_block_put(&block, out), sizeof by_hand);
     assert_memory_equal(out, by_hand, sizeof by_hand);
     assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_OK);
@@ -180,15 +190,23 @@ static void a_record_of_switches_alone_is_18_bytes(void **state)
     assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_TRUNCATED);
 }
 
-/* 0.5 V/in with 3.3 V and 4096 codes: 620.61 codes an inch; half difference (2100 - 1990) / 2 = 55 codes. */
+/* 0.5 V/in with 3.3 V and 4096 codes: 620.61 codes an inch; half difference (2100 - 1990) / 2 = 55
+ * codes. */
 static void readings_follow_from_volts(void **state)
 {
     (void)state;
     struct mr_block block;
-    const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .number = 1, .station_ft = 40.0f,
-                                                 .unit_per_code = 3.3f / 4096.0f / 0.5f, .zero_code = 62.06f};
-    const struct mr_channel_config gage = {.kind = MR_KIND_TENSION, .number = 1, .band = 1, .station_ft = 15.0f,
-                                           .unit_per_code = 3.3f / 4096.0f / 0.005f, .zero_code = 496.48f};
+    const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT,
+                                                 .number = 1,
+                                                 .station_ft = 40.0f,
+                                                 .unit_per_code = 3.3f / 4096.0f / 0.5f,
+                                                 .zero_code = 62.06f};
+    const struct mr_channel_config gage = {.kind = MR_KIND_TENSION,
+                                           .number = 1,
+                                           .band = 1,
+                                           .station_ft = 15.0f,
+                                           .unit_per_code = 3.3f / 4096.0f / 0.005f,
+                                           .zero_code = 496.48f};
     fill(2100, 1990, 1117);
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++)
         adc1[scan][MR_ADC1_REFERENCE] = 3103;
@@ -203,7 +221,8 @@ static void readings_follow_from_volts(void **state)
     assert_near(reading.value, (1120.5 * 3.3 / 4096.0 - 0.4) / 0.005, 0.01);
 
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++)
-        adc1[scan][MR_ADC1_REFERENCE] = 3134; /* the converter's scale is 1 % high: everything reads 1 % high */
+        /* the converter's scale is 1 % high: everything reads 1 % high */
+        adc1[scan][MR_ADC1_REFERENCE] = 3134;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
     assert_near(mr_channels_ratio(&block), 3103.0 / 3134.0, 1e-6);
 }
@@ -212,8 +231,8 @@ static void what_cannot_be_true_is_not_a_value(void **state)
 {
     (void)state;
     struct mr_block block;
-    const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .number = 1, .station_ft = 40.0f,
-                                                 .unit_per_code = 0.0016f};
+    const struct mr_channel_config transducer = {
+        .kind = MR_KIND_DISPLACEMENT, .number = 1, .station_ft = 40.0f, .unit_per_code = 0.0016f};
     const struct mr_channel_config absent = {.kind = MR_KIND_NONE};
     fill(2100, 1990, 3100 - 150);
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
@@ -241,10 +260,15 @@ static void what_cannot_be_true_is_not_a_value(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sums_are_those_worked_out_by_hand), cmocka_unit_test(saturation_is_counted_per_channel),
-        cmocka_unit_test(one_saturated_code_is_found_wherever_it_is), cmocka_unit_test(record_has_the_layout_of_the_header), cmocka_unit_test(damaged_records_are_refused),
-        cmocka_unit_test(some_channels_are_summed_like_all), cmocka_unit_test(a_record_of_switches_alone_is_18_bytes),
-        cmocka_unit_test(readings_follow_from_volts), cmocka_unit_test(what_cannot_be_true_is_not_a_value),
+        cmocka_unit_test(sums_are_those_worked_out_by_hand),
+        cmocka_unit_test(saturation_is_counted_per_channel),
+        cmocka_unit_test(one_saturated_code_is_found_wherever_it_is),
+        cmocka_unit_test(record_has_the_layout_of_the_header),
+        cmocka_unit_test(damaged_records_are_refused),
+        cmocka_unit_test(some_channels_are_summed_like_all),
+        cmocka_unit_test(a_record_of_switches_alone_is_18_bytes),
+        cmocka_unit_test(readings_follow_from_volts),
+        cmocka_unit_test(what_cannot_be_true_is_not_a_value),
     };
     return cmocka_run_group_tests_name("common/block", tests, NULL, NULL);
 }

@@ -35,7 +35,8 @@ static void a_key_and_a_still_block_by_hand(void **state)
         assert_int_equal((at + mr_pack_padding(at, bits)) % 8, 0);
 }
 
-/* Behind the key, tag 2, kind 5 (0b10110) and the mask; then two sums that do not move, four bits each as above. */
+/* Behind the key, tag 2, kind 5 (0b10110) and the mask; then two sums that do not move, four bits
+ * each as above. */
 static void what_is_absent_costs_no_bits(void **state)
 {
     (void)state;
@@ -44,7 +45,8 @@ static void what_is_absent_costs_no_bits(void **state)
     uint8_t bits[MR_PACK_BYTES_MAX];
     assert_int_equal(mr_pack_key(&pack, &block, bits), 69 + 29);
     assert_int_equal(bits[8] >> 5 | (bits[9] & 3u) << 3, 2 | 5 << 2);
-    assert_int_equal((bits[9] >> 2 | bits[10] << 6 | bits[11] << 14 | bits[12] << 22) & 0xffffff, 0x3fffff);
+    assert_int_equal((bits[9] >> 2 | bits[10] << 6 | bits[11] << 14 | bits[12] << 22) & 0xffffff,
+                     0x3fffff);
     assert_true(mr_pack_follows(&pack, &block));
     assert_int_equal(mr_pack_block(&pack, &block, bits), 2 + 2 * 4);
     block.index = 2;
@@ -56,21 +58,28 @@ static void what_is_absent_costs_no_bits(void **state)
     struct mr_record record;
     struct mr_pack unpack = {0};
     size_t at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0}, 32, &at, &record), MR_MALFORMED);
+    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0}, 32, &at, &record),
+                     MR_MALFORMED);
     unpack.keyed = true;
     at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x10}, 32, &at, &record), MR_MALFORMED);
+    assert_int_equal(
+        mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x10}, 32, &at, &record),
+        MR_MALFORMED);
     at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x04}, 32, &at, &record), MR_OK);
+    assert_int_equal(
+        mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x04}, 32, &at, &record), MR_OK);
 }
 
 enum look { STILL, QUIET, WHITE, WIDE, ONE_WIDE, SATURATED, STEPS, LOOKS };
 
 static void make(struct mr_block *block, const struct mr_block *before, enum look look)
 {
-    *block = (struct mr_block){.index = before->index + 1, .tick = before->tick + MR_TICKS_PER_BLOCK};
+    *block = (struct mr_block){.index = before->index + 1,
+                               .tick = before->tick + MR_TICKS_PER_BLOCK};
     for (unsigned i = 0; i < 32; i++) {
-        uint16_t *value = i < 8 ? &block->plus[i] : i < 16 ? &block->minus[i - 8] : &block->sum[i - 16];
+        uint16_t *value = i < 8  ? &block->plus[i]
+                        : i < 16 ? &block->minus[i - 8]
+                                 : &block->sum[i - 16];
         uint32_t codes = i < 16 ? 4 : 8;
         *value = (uint16_t)(codes * 2000 + i);
         if (look == QUIET || look == ONE_WIDE)
@@ -153,7 +162,10 @@ static void no_codes_exceed_the_bound(void **state)
     random_state = 2;
     mr_pack_key(&pack, &block, bits);
     for (unsigned n = 0; n < 20000; n++) {
-        enum look look = n < 5000 ? QUIET : n < 10000 ? WHITE : n < 15000 ? STEPS : (enum look)(draw(2) ? WHITE : STILL);
+        enum look look = n < 5000  ? QUIET
+                       : n < 10000 ? WHITE
+                       : n < 15000 ? STEPS
+                                   : (enum look)(draw(2) ? WHITE : STILL);
         make(&block, &before, look);
         pack.index = block.index;
         pack.tick = block.tick;
@@ -163,7 +175,8 @@ static void no_codes_exceed_the_bound(void **state)
         white += n >= 5000 && n < 10000 ? count : 0;
         before = block;
     }
-    /* 1000 blocks a second: at most 60 kB/s whatever comes, and a third of it where the noise is that of the converters */
+    /* 1000 blocks a second: at most 60 kB/s whatever comes, and a third of it where the noise is
+     * that of the converters */
     assert_true(MR_PACK_PLAIN_BITS * 1000u / 8u <= 60000u);
     assert_true(white / 5000 > 460);
     assert_in_range(quiet / 5000, 100, 200);
@@ -194,7 +207,8 @@ static void what_is_cut_off_or_none_is_refused(void **state)
     assert_int_equal(mr_unpack(&unpack, bits, count, &at, &record), MR_OK);
     assert_int_equal(record.block.index, 7);
     at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 7u << 2}, 8, &at, &record), MR_MALFORMED);
+    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 7u << 2}, 8, &at, &record),
+                     MR_MALFORMED);
     at = 0;
     assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){0xff}, 8, &at, &record), MR_OK);
     assert_int_equal(record.kind, MR_RECORD_END);
@@ -203,8 +217,11 @@ static void what_is_cut_off_or_none_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_key_and_a_still_block_by_hand), cmocka_unit_test(what_is_absent_costs_no_bits), cmocka_unit_test(every_block_comes_back),
-        cmocka_unit_test(no_codes_exceed_the_bound), cmocka_unit_test(what_is_cut_off_or_none_is_refused),
+        cmocka_unit_test(a_key_and_a_still_block_by_hand),
+        cmocka_unit_test(what_is_absent_costs_no_bits),
+        cmocka_unit_test(every_block_comes_back),
+        cmocka_unit_test(no_codes_exceed_the_bound),
+        cmocka_unit_test(what_is_cut_off_or_none_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

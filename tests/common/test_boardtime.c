@@ -1,9 +1,10 @@
-/* Board time against wide arithmetic: a clock of 128 bits that never wraps makes the blocks and captures. */
+/* Board time against wide arithmetic: a clock of 128 bits that never wraps makes the blocks and
+ * captures. */
 #include "common/boardtime.h"
 #include "tests/cmocka_all.h"
 
-#define HOURS 1000u
-#define TICKS_PER_S 84000000u
+#define HOURS            1000u
+#define TICKS_PER_S      84000000u
 #define HALF_ROUND_TICKS 2147483648u /* 25.5 s */
 
 typedef __int128 wide;
@@ -20,18 +21,23 @@ static void a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt(v
 {
     (void)s;
     for (unsigned round = 0; round < 200000; round++) {
-        wide begin = (wide)draw(1ull << 33);                       /* of block 0, on a clock that started long ago */
+        /* of block 0, on a clock that started long ago */
+        wide begin = (wide)draw(1ull << 33);
         wide block = (wide)draw(HOURS * 3600000ull);
-        wide learnt = (wide)draw(HOURS * 3600000ull);              /* another block, hours away: all between may be lost */
+        /* another block, hours away: all between may be lost */
+        wide learnt = (wide)draw(HOURS * 3600000ull);
         wide ticks = block * 84000 + (wide)draw(2ull * HALF_ROUND_TICKS) - (wide)HALF_ROUND_TICKS;
         uint32_t origin = mr_boardtime_origin((uint32_t)learnt, (uint32_t)(begin + learnt * 84000));
         assert_int_equal(origin, (uint32_t)begin);
-        assert_int_equal(mr_boardtime_tick(origin, (uint32_t)block), (uint32_t)(begin + block * 84000));
-        assert_true(mr_boardtime_ticks(origin, (uint32_t)block, (uint32_t)(begin + ticks)) == ticks);
+        assert_int_equal(mr_boardtime_tick(origin, (uint32_t)block),
+                         (uint32_t)(begin + block * 84000));
+        assert_true(mr_boardtime_ticks(origin, (uint32_t)block, (uint32_t)(begin + ticks)) ==
+                    ticks);
     }
 }
 
-/* Samples, edges and frames of six hours, told in order with losses of up to 20 s, never go backward and never repeat. */
+/* Samples, edges and frames of six hours, told in order with losses of up to 20 s, never go
+ * backward and never repeat. */
 static void time_only_goes_forward_over_wraps_and_losses(void **s)
 {
     (void)s;
@@ -58,8 +64,10 @@ static void known_moments(void **s)
     assert_int_equal(mr_boardtime_ticks(2352, 0, 2352), 0);
     assert_int_equal(mr_boardtime_ticks(2352, 0, 2351), -1);
     assert_int_equal(mr_boardtime_ticks(2352, 51130, 2352 + 51130u * 84000u), 4294920000);
-    assert_int_equal(mr_boardtime_ticks(2352, 51131, 1000), 4294965944); /* 4294967296 + 1000 - 2352 */
-    assert_true(mr_boardtime_ticks(0, UINT32_MAX, UINT32_MAX * 84000u + 5u) == (int64_t)UINT32_MAX * 84000 + 5);
+    /* 4294967296 + 1000 - 2352 */
+    assert_int_equal(mr_boardtime_ticks(2352, 51131, 1000), 4294965944);
+    assert_true(mr_boardtime_ticks(0, UINT32_MAX, UINT32_MAX * 84000u + 5u) ==
+                (int64_t)UINT32_MAX * 84000 + 5);
 }
 
 int main(void)

@@ -1,4 +1,5 @@
-/* Pages of the black box: header, start and end by hand from common/boxpage.h; the CRC by zlib, which shares no code. */
+/* Pages of the black box: header, start and end by hand from common/boxpage.h; the CRC by zlib,
+ * which shares no code. */
 #include "common/boxpage.h"
 
 #include <string.h>
@@ -46,7 +47,8 @@ static void what_is_no_page_is_noticed(void **state)
     make_page(page, MR_BOXPAGE_END);
     for (unsigned bit = 0; bit < 8 * MR_BOXPAGE; bit++) { /* any single bit, but that of freeing */
         page[bit / 8] ^= (uint8_t)(1u << bit % 8);
-        assert_int_equal(mr_boxpage_check(page, &header), bit == 8 * MR_BOXPAGE_KIND + 7 ? MR_OK : MR_CRC);
+        assert_int_equal(mr_boxpage_check(page, &header),
+                         bit == 8 * MR_BOXPAGE_KIND + 7 ? MR_OK : MR_CRC);
         page[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
     make_page(page, 0); /* a whole page of no kind is of somebody else */
@@ -61,7 +63,8 @@ static void start_and_end_come_back(void **state)
 {
     (void)state;
     uint8_t page[MR_BOXPAGE];
-    const struct mr_boxpage_start start = {3, 7, 1000, 2000, {1, 2, 3}, 0xdeadbeef, 0x1234, {4, 5, 6}, 1};
+    const struct mr_boxpage_start start = {3,          7,      1000,      2000, {1, 2, 3},
+                                           0xdeadbeef, 0x1234, {4, 5, 6}, 1};
     const struct mr_boxpage_end end = {1000, 9999, 3, 2};
     struct mr_boxpage_start start_again;
     struct mr_boxpage_end end_again;

@@ -1,4 +1,5 @@
-/* Braking by itself: closed forms of a gear whose brake rises as a straight line (shape 1/3), textbook chi-square. */
+/* Braking by itself: closed forms of a gear whose brake rises as a straight line (shape 1/3),
+ * textbook chi-square. */
 #include "common/braking.h"
 
 #include <math.h>
@@ -6,15 +7,15 @@
 
 #include "tests/cmocka_all.h"
 
-#define ERROR_FT (0.02 / 12.0)
-#define TOUCHDOWN_FT 3.0
-#define TOUCHDOWN_S 7.0
-#define SPEED_FT_S 30.0
+#define ERROR_FT           (0.02 / 12.0)
+#define TOUCHDOWN_FT       3.0
+#define TOUCHDOWN_S        7.0
+#define SPEED_FT_S         30.0
 #define DECELERATION_FT_S2 6.0
-#define DELAY_S 0.025
+#define DELAY_S            0.025
 
-/* A brake that rises straight within 2 d has cost a ((s - d)^2 + d^2 / 3) / 2 when it has risen, and during the rise
- * a s^3 / (12 d). */
+/* A brake that rises straight within 2 d has cost a ((s - d)^2 + d^2 / 3) / 2 when it has risen,
+ * and during the rise a s^3 / (12 d). */
 static double station_at(double since_s)
 {
     double lost = 0.0;
@@ -29,7 +30,8 @@ static double station_at(double since_s)
 static size_t gates_at(const double *since_s, size_t count, struct mr_gate *gates)
 {
     for (size_t g = 0; g < count; g++)
-        gates[g] = (struct mr_gate){.t_s = TOUCHDOWN_S + since_s[g], .station_ft = station_at(since_s[g])};
+        gates[g] = (struct mr_gate){.t_s = TOUCHDOWN_S + since_s[g],
+                                    .station_ft = station_at(since_s[g])};
     return count;
 }
 
@@ -46,12 +48,19 @@ static void chi_square_is_that_of_the_tables(void **state)
     const struct {
         unsigned freedom;
         double one_in_100, one_in_1000;
-    } rows[] = {{1, 6.635, 10.828}, {2, 9.210, 13.816}, {5, 15.086, 20.515}, {10, 23.209, 29.588}, {20, 37.566, 45.315}};
+    } rows[] = {{1, 6.635, 10.828},
+                {2, 9.210, 13.816},
+                {5, 15.086, 20.515},
+                {10, 23.209, 29.588},
+                {20, 37.566, 45.315}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        assert_near(mr_chi_square(rows[i].freedom, MR_ONE_IN_100), rows[i].one_in_100, 0.01 * rows[i].one_in_100);
-        assert_near(mr_chi_square(rows[i].freedom, MR_ONE_IN_1000), rows[i].one_in_1000, 0.031 * rows[i].one_in_1000);
+        assert_near(mr_chi_square(rows[i].freedom, MR_ONE_IN_100), rows[i].one_in_100,
+                    0.01 * rows[i].one_in_100);
+        assert_near(mr_chi_square(rows[i].freedom, MR_ONE_IN_1000), rows[i].one_in_1000,
+                    0.031 * rows[i].one_in_1000);
     }
-    assert_near(mr_chi_square(0, MR_ONE_IN_100), 0.0, 0.0); /* nothing left over: nothing can contradict */
+    /* nothing left over: nothing can contradict */
+    assert_near(mr_chi_square(0, MR_ONE_IN_100), 0.0, 0.0);
 }
 
 static void the_closed_form_is_found(void **state)
@@ -72,13 +81,17 @@ static void the_closed_form_is_found(void **state)
         assert_near(mr_braking_late_s(&fit, &later), 1e-3, 1e-5);
     }
     /* a switch that opens when the gear stands or would roll back has no lateness */
-    assert_near(mr_braking_late_s(&fit, &(struct mr_gate){.t_s = TOUCHDOWN_S + 6.0, .station_ft = 50.0}), 0.0, 0.0);
-    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT); /* none contradicts the others */
+    assert_near(
+        mr_braking_late_s(&fit, &(struct mr_gate){.t_s = TOUCHDOWN_S + 6.0, .station_ft = 50.0}),
+        0.0, 0.0);
+    /* none contradicts the others */
+    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
     assert_int_equal(fit.left_out, 0);
 }
 
-/* A switch within the 50 ms in which the brake rises, and gates of which some are left out beforehand. The shape of the rise is
- * known beforehand only, which costs some 0.01 % of the speed. */
+/* A switch within the 50 ms in which the brake rises, and gates of which some are left out
+ * beforehand. The shape of the rise is known beforehand only, which costs some 0.01 % of the
+ * speed. */
 static void a_gate_within_the_rise_and_gates_left_out(void **state)
 {
     (void)state;
@@ -90,7 +103,8 @@ static void a_gate_within_the_rise_and_gates_left_out(void **state)
     assert_near(fit.speed_ft_s, SPEED_FT_S, 5e-3);
     gates[4].station_ft += 1.0; /* nonsense in what is left out changes nothing */
     gates[0].station_ft -= 1.0;
-    assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 4 | 1u << 0, &fit), MR_OK);
+    assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 4 | 1u << 0, &fit),
+                     MR_OK);
     assert_true(mr_braking_holds(&fit));
     assert_int_equal(fit.freedom, count - 2 - 3);
     assert_near(fit.speed_ft_s, SPEED_FT_S, 5e-3);
@@ -115,10 +129,13 @@ static void the_worst_are_left_out_one_by_one(void **state)
     /* a fifth of 11 gates is 2: with three out there is no more to be had, however bad the rest */
     gates[3].station_ft += 0.10;
     gates[6].station_ft += 0.10;
-    assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 5 | 1u << 8 | 1u << 9, &fit), MR_OK);
+    assert_int_equal(
+        mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 5 | 1u << 8 | 1u << 9, &fit),
+        MR_OK);
     assert_false(mr_braking_holds(&fit));
     assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
-    /* nor with five gates, of which two alone are beyond what is needed: with one less none could tell which it was */
+    /* nor with five gates, of which two alone are beyond what is needed: with one less none could
+     * tell which it was */
     const double few_s[] = {-0.2, 0.4, 1.2, 2.9};
     count = gates_at(few_s, 4, gates);
     gates[2].station_ft += 0.10;
@@ -146,11 +163,14 @@ static void what_is_no_braking_is_refused(void **state)
     struct mr_braking fit;
     size_t count = usual_gates(gates);
     assert_int_equal(mr_braking_fit(gates, 2, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_TOO_FEW);
-    assert_int_equal(mr_braking_fit(gates, 4, TOUCHDOWN_FT, ERROR_FT, 1u << 1 | 1u << 2, &fit), MR_TOO_FEW);
-    assert_int_equal(mr_braking_fit(gates, count, 200.0, ERROR_FT, 0, &fit), MR_TOO_FEW); /* none beyond touchdown */
+    assert_int_equal(mr_braking_fit(gates, 4, TOUCHDOWN_FT, ERROR_FT, 1u << 1 | 1u << 2, &fit),
+                     MR_TOO_FEW);
+    /* none beyond touchdown */
+    assert_int_equal(mr_braking_fit(gates, count, 200.0, ERROR_FT, 0, &fit), MR_TOO_FEW);
     for (size_t g = 0; g < count; g++) /* it gets faster */
-        gates[g].station_ft = TOUCHDOWN_FT + 20.0 * (gates[g].t_s - TOUCHDOWN_S) +
-                              (gates[g].t_s > TOUCHDOWN_S ? 3.0 * pow(gates[g].t_s - TOUCHDOWN_S, 2.0) : 0.0);
+        gates[g].station_ft =
+            TOUCHDOWN_FT + 20.0 * (gates[g].t_s - TOUCHDOWN_S) +
+            (gates[g].t_s > TOUCHDOWN_S ? 3.0 * pow(gates[g].t_s - TOUCHDOWN_S, 2.0) : 0.0);
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_NUMERICS);
     usual_gates(gates);
     gates[4].t_s = gates[3].t_s;
@@ -165,7 +185,10 @@ static void at_rest_before_the_brake_has_risen_is_refused(void **state)
 {
     (void)state;
     struct mr_gates_summary summary;
-    struct mr_braking fit = {.touchdown_ft = 3.0, .speed_ft_s = 0.2, .deceleration_ft_s2 = 30.0, .delay_s = DELAY_S,
+    struct mr_braking fit = {.touchdown_ft = 3.0,
+                             .speed_ft_s = 0.2,
+                             .deceleration_ft_s2 = 30.0,
+                             .delay_s = DELAY_S,
                              .shape = 1.0 / 3.0};
     assert_int_equal(mr_braking_summarise(&fit, &summary), MR_NUMERICS);
     fit.speed_ft_s = 30.0;

@@ -15,20 +15,26 @@ static void messages_put_the_bytes_worked_out_by_hand(void **state)
     (void)state;
     uint8_t out[MR_MESSAGE_MAX];
 
-    /* 35.5 ft/s * 1000 = 35500 = 0x8aac; 0.0125 * 10000 = 125; 7.9 * 1000 = 7900 = 0x1edc; 0.05 * 10000 = 500 = 0x01f4 */
+    /* 35.5 ft/s * 1000 = 35500 = 0x8aac; 0.0125 * 10000 = 125; 7.9 * 1000 = 7900 = 0x1edc; 0.05 *
+     * 10000 = 500 = 0x01f4 */
     const uint8_t touchdown[] = {0xac, 0x8a, 0x7d, 0x00, 0xdc, 0x1e, 0xf4, 0x01};
     assert_int_equal(mr_touchdown_put(&(struct mr_touchdown){35.5f, 0.0125f, 7.9f, 0.05f}, out), 8);
     assert_memory_equal(out, touchdown, 8);
 
     /* -0.3312 in * 10000 = -3312 = 0xf310; missing = 0x8000; 4 in clips to 32767 */
     const uint8_t displacement[] = {0x10, 0xf3, 0x00, 0x80, 0xff, 0x7f, 0x34, 0x12};
-    assert_int_equal(mr_displacement_1_3_put(&(struct mr_displacement_1_3){-0.3312f, NAN, 4.0f, 0x1234}, out), 8);
+    assert_int_equal(
+        mr_displacement_1_3_put(&(struct mr_displacement_1_3){-0.3312f, NAN, 4.0f, 0x1234}, out),
+        8);
     assert_memory_equal(out, displacement, 8);
 
-    assert_int_equal(mr_displacement_1_3_put(&(struct mr_displacement_1_3){-4.0f, 0.0f, 0.0f, 0}, out), 8);
-    assert_memory_equal(out, ((const uint8_t[]){0x01, 0x80, 0, 0, 0, 0, 0, 0}), 8); /* -4 in clips to -32767 */
+    assert_int_equal(
+        mr_displacement_1_3_put(&(struct mr_displacement_1_3){-4.0f, 0.0f, 0.0f, 0}, out), 8);
+    /* -4 in clips to -32767 */
+    assert_memory_equal(out, ((const uint8_t[]){0x01, 0x80, 0, 0, 0, 0, 0, 0}), 8);
 
-    const uint8_t edge[] = {0xef, 0xbe, 0xad, 0xde, 17, 3, 0x64, 0x03}; /* 108.5 * 8 = 868 = 0x364 */
+    /* 108.5 * 8 = 868 = 0x364 */
+    const uint8_t edge[] = {0xef, 0xbe, 0xad, 0xde, 17, 3, 0x64, 0x03};
     assert_int_equal(mr_edge_put(&(struct mr_edge){0xdeadbeefu, 17, 3, 108.5f}, out), 8);
     assert_memory_equal(out, edge, 8);
 
@@ -75,7 +81,8 @@ static int64_t integer_of(const char *type, const uint8_t *bytes)
 {
     unsigned bits = (unsigned)strtoul(type + 1, NULL, 10);
     uint64_t value = little_endian(bytes, bits / 8);
-    return type[0] == 'i' && value >> (bits - 1) ? (int64_t)value - ((int64_t)1 << bits) : (int64_t)value;
+    return type[0] == 'i' && value >> (bits - 1) ? (int64_t)value - ((int64_t)1 << bits)
+                                                 : (int64_t)value;
 }
 
 static unsigned size_of(const char *type)
@@ -101,32 +108,34 @@ static void check_float(float value, const uint8_t *bytes)
     assert_true(value == image.value || (isnan(value) && isnan(image.value)));
 }
 
-/* A payload gives each field its own bytes in the order of the table, other lengths are refused by what is wrong with them,
- * and putting gives the payload back. */
-#define MESSAGE(name, NAME, id, direction, text)                                   \
-    static void check_##name(const uint8_t bytes[MR_MESSAGE_MAX + 1])              \
-    {                                                                              \
-        struct mr_##name message;                                                  \
-        uint8_t out[MR_MESSAGE_MAX];                                               \
-        unsigned at = 0;                                                           \
-        size_t length = mr_message_find(id)->length;                               \
+/* A payload gives each field its own bytes in the order of the table, other lengths are refused by
+ * what is wrong with them, and putting gives the payload back. */
+/* clang-format off */
+#define MESSAGE(name, NAME, id, direction, text)                                      \
+    static void check_##name(const uint8_t bytes[MR_MESSAGE_MAX + 1])                 \
+    {                                                                                 \
+        struct mr_##name message;                                                     \
+        uint8_t out[MR_MESSAGE_MAX];                                                  \
+        unsigned at = 0;                                                              \
+        size_t length = mr_message_find(id)->length;                                  \
         assert_int_equal(mr_##name##_get(&message, bytes, length - 1), MR_TRUNCATED); \
         assert_int_equal(mr_##name##_get(&message, bytes, length + 1), MR_TOO_LONG);  \
         assert_int_equal(mr_##name##_get(&message, bytes, length), MR_OK);
-#define INTEGER(name, type, field, unit, text)                          \
+#define INTEGER(name, type, field, unit, text)                       \
         assert_true(message.field == integer_of(#type, bytes + at)); \
         at += size_of(#type);
-#define REAL(name, type, field, per_unit, unit, text)            \
+#define REAL(name, type, field, per_unit, unit, text)           \
         check_real(message.field, per_unit, #type, bytes + at); \
         at += size_of(#type);
-#define FLOAT(name, field, unit, text)            \
+#define FLOAT(name, field, unit, text)          \
         check_float(message.field, bytes + at); \
         at += 4;
-#define END(name, NAME)                                              \
-        assert_int_equal(at, length);                                \
-        assert_int_equal(mr_##name##_put(&message, out), length);    \
-        assert_memory_equal(out, bytes, length);                     \
+#define END(name, NAME)                                           \
+        assert_int_equal(at, length);                             \
+        assert_int_equal(mr_##name##_put(&message, out), length); \
+        assert_memory_equal(out, bytes, length);                  \
     }
+/* clang-format on */
 #include "common/catalogue.def"
 static void every_message_is_its_fields_in_order(void **state)
 {
@@ -164,15 +173,17 @@ static void places_go_there_and_back(void **state)
     assert_int_equal(mr_message_at(MR_PLACES), 0);
 }
 
-/* wire.h: rounded to nearest, clipped at the ends of the range, the missing code never made by a value. */
+/* wire.h: rounded to nearest, clipped at the ends of the range, the missing code never made by a
+ * value. */
 static void reals_are_rounded_and_clipped(void **state)
 {
     (void)state;
     const struct {
         float value;
         int64_t i16, u16; /* counts, 10 to a unit */
-    } cases[] = {{0.04f, 0, 0},         {0.06f, 1, 1},          {-0.04f, 0, 0},         {-0.06f, -1, 0},
-                 {3276.6f, 32766, 32766}, {1e9f, 32767, 65534}, {-1e9f, -32767, 0}, {-3276.6f, -32766, 0}};
+    } cases[] = {{0.04f, 0, 0},      {0.06f, 1, 1},           {-0.04f, 0, 0},
+                 {-0.06f, -1, 0},    {3276.6f, 32766, 32766}, {1e9f, 32767, 65534},
+                 {-1e9f, -32767, 0}, {-3276.6f, -32766, 0}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         uint8_t out[2];
         mr_put_real_i16(out, cases[i].value, 10.0f);
@@ -207,7 +218,8 @@ static void the_table_is_consistent(void **state)
 static void field_values_are_in_units(void **state)
 {
     (void)state;
-    const uint8_t motion[8] = {0xf4, 0x01, 0x10, 0x27, 0x18, 0xfc, 0xff, 0xff}; /* 500, 10000, -1000, 65535 */
+    /* 500, 10000, -1000, 65535 */
+    const uint8_t motion[8] = {0xf4, 0x01, 0x10, 0x27, 0x18, 0xfc, 0xff, 0xff};
     const struct mr_message_info *info = mr_message_find(MR_ID_MOTION);
     assert_near(mr_field_value(&info->fields[0], motion), 1.0, 1e-9);
     assert_near(mr_field_value(&info->fields[1], motion), 10.0, 1e-9);
@@ -227,8 +239,9 @@ static void field_values_are_read_by_type(void **state)
         enum mr_wire_type type;
         uint8_t offset;
         double value;
-    } cases[] = {{MR_WIRE_u8, 0, 254.0},  {MR_WIRE_i8, 0, -2.0},         {MR_WIRE_u16, 0, 65534.0}, {MR_WIRE_i16, 0, -2.0},
-                 {MR_WIRE_u32, 0, 4294967294.0}, {MR_WIRE_i32, 0, -2.0}, {MR_WIRE_f32, 4, -1.0}};
+    } cases[] = {{MR_WIRE_u8, 0, 254.0}, {MR_WIRE_i8, 0, -2.0},          {MR_WIRE_u16, 0, 65534.0},
+                 {MR_WIRE_i16, 0, -2.0}, {MR_WIRE_u32, 0, 4294967294.0}, {MR_WIRE_i32, 0, -2.0},
+                 {MR_WIRE_f32, 4, -1.0}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const struct mr_field_info field = {.type = cases[i].type, .offset = cases[i].offset};
         assert_near(mr_field_value(&field, payload), cases[i].value, 0.0);
@@ -256,7 +269,8 @@ static void commands_parse_as_people_write_them(void **state)
     assert_int_equal(mr_command_parse("survey 300 0.1", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("survey 3", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("arm 99999999999", 0, &command), MR_USAGE);
-    assert_int_equal(mr_command_parse("survey 1 300000", 0, &command), MR_USAGE); /* 3e9 steps of 0.0001 in */
+    /* 3e9 steps of 0.0001 in */
+    assert_int_equal(mr_command_parse("survey 1 300000", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("arm 4.6", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("survey 1.5 0.1", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("\tmark\r\n", 0, &command), MR_OK);
@@ -265,7 +279,8 @@ static void commands_parse_as_people_write_them(void **state)
     assert_int_equal(command.argument, 5000);
     assert_int_equal(mr_command_parse("survey 2 -0.30503", 0, &command), MR_OK);
     assert_int_equal(command.argument, -3050);
-    assert_int_equal(mr_command_parse("survey 2 0.30504999999999", 0, &command), MR_OK); /* digits beyond the ninth do not count */
+    /* digits beyond the ninth do not count */
+    assert_int_equal(mr_command_parse("survey 2 0.30504999999999", 0, &command), MR_OK);
     assert_int_equal(command.argument, 3050);
     assert_int_equal(mr_command_parse("survey -1 0.1", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("survey x 0.1", 0, &command), MR_USAGE);
@@ -280,7 +295,8 @@ static void commands_parse_as_people_write_them(void **state)
     assert_string_equal(mr_command_name(200), "unknown");
 }
 
-/* Texts of fields end as before the values had a table: compared with what the DBC file has said all along. */
+/* Texts of fields end as before the values had a table: compared with what the DBC file has said
+ * all along. */
 static const struct mr_field_info *field_of(uint16_t id, const char *name)
 {
     const struct mr_message_info *info = mr_message_find(id);
@@ -295,11 +311,15 @@ static void a_text_has_the_list_of_values_where_the_star_stands(void **state)
     (void)state;
     char text[200];
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, sizeof text);
-    assert_string_equal(text, "why it changed: 0 no change, 1 command, 2 edge, 3 stopped, 4 settled, 5 time limit");
+    assert_string_equal(
+        text, "why it changed: 0 no change, 1 command, 2 edge, 3 stopped, 4 settled, 5 time limit");
     mr_field_text(field_of(MR_ID_HELLO, "reset_cause"), text, sizeof text);
-    assert_string_equal(text, "bit 0 power, 1 pin, 2 software, 3 watchdog, 4 low power, 5 brown-out");
-    mr_field_text(field_of(MR_ID_CHANNEL_EVENT, "validity"), text, sizeof text); /* that a channel is not fitted no message says */
-    assert_string_equal(text, "0 valid, 2 saturated, 3 open, 4 reference, 5 short, 6 too fast, 7 stuck, 8 out of range, 9 not excited");
+    assert_string_equal(text,
+                        "bit 0 power, 1 pin, 2 software, 3 watchdog, 4 low power, 5 brown-out");
+    /* that a channel is not fitted no message says */
+    mr_field_text(field_of(MR_ID_CHANNEL_EVENT, "validity"), text, sizeof text);
+    assert_string_equal(text, "0 valid, 2 saturated, 3 open, 4 reference, 5 short, 6 too fast, 7 "
+                              "stuck, 8 out of range, 9 not excited");
     mr_field_text(field_of(MR_ID_RUNWAY_STORE, "copy_b"), text, sizeof text);
     assert_string_equal(text, "likewise");
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, 20);
@@ -314,14 +334,16 @@ static void a_value_has_a_text(void **state)
     assert_string_equal(mr_validity_text(MR_INVALID_NOT_FITTED), "not fitted");
     assert_string_equal(mr_runway_copy_text(254), "no memory");
     assert_string_equal(mr_landing_state_text(5), "unknown");
-#define ENUM(values)                                          \
-    {                                                         \
+/* clang-format off */
+#define ENUM(values) \
+    {                \
         const char *(*const text)(unsigned) = mr_##values##_text;
 #define VALUE(values, NAME, number, word) assert_string_equal(text(NAME), word);
 #define WORDED(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
-#define END_ENUM(values)                          \
+#define END_ENUM(values)                            \
         assert_string_equal(text(4711), "unknown"); \
     }
+/* clang-format on */
 #include "common/catalogue.def"
 }
 
@@ -331,7 +353,8 @@ static void add_text(uint32_t *sum, const char *text)
         *sum = (*sum ^ (uint8_t)*text) * 16777619u; /* FNV-1a */
 }
 
-/* What a payload means. A board and a host that differ in this must not have the same layout version. */
+/* What a payload means. A board and a host that differ in this must not have the same layout
+ * version. */
 static uint32_t sum_of_the_fields(void)
 {
     size_t count;
@@ -343,7 +366,8 @@ static uint32_t sum_of_the_fields(void)
         add_text(&sum, text);
         for (unsigned f = 0; f < messages[m].field_count; f++) {
             const struct mr_field_info *field = &messages[m].fields[f];
-            snprintf(text, sizeof text, "%u %u %u %g ", field->offset, field->size, field->type, (double)field->per_unit);
+            snprintf(text, sizeof text, "%u %u %u %g ", field->offset, field->size, field->type,
+                     (double)field->per_unit);
             add_text(&sum, field->name);
             add_text(&sum, text);
             add_text(&sum, field->unit);
@@ -357,7 +381,8 @@ static void another_field_is_another_layout(void **state)
     static const struct {
         unsigned layout;
         uint32_t sum;
-    } known[] = {{4, 0x9dfd17cfu}}; /* a change that is meant: its SINCE, MR_LAYOUT + 1, and a row here */
+    } known[] = {
+        {4, 0x9dfd17cfu}}; /* a change that is meant: its SINCE, MR_LAYOUT + 1, and a row here */
     (void)state;
     const size_t newest = sizeof known / sizeof known[0] - 1;
     print_message("layout %u: 0x%08x\n", MR_LAYOUT, (unsigned)sum_of_the_fields());

@@ -1,14 +1,16 @@
-/* Channels: what faults of the wiring look like to the two polarities, the table of points, limits, the reference. Codes are
- * worked out from volts: 3.3 V are 4096 codes, a transducer swings about 1.65 V. */
+/* Channels: what faults of the wiring look like to the two polarities, the table of points, limits,
+ * the reference. Codes are worked out from volts: 3.3 V are 4096 codes, a transducer swings about
+ * 1.65 V. */
 #include <math.h>
 #include <string.h>
 
 #include "common/channels.h"
 #include "tests/cmocka_all.h"
 
-static const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .unit_per_code = 3.3f / 4096.0f / 0.5f,
-                                                    .zero_code = 62.06f};
-static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION, .unit_per_code = 3.3f / 4096.0f / 0.005f,
+static const struct mr_channel_config transducer = {
+    .kind = MR_KIND_DISPLACEMENT, .unit_per_code = 3.3f / 4096.0f / 0.5f, .zero_code = 62.06f};
+static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION,
+                                              .unit_per_code = 3.3f / 4096.0f / 0.005f,
                                               .zero_code = 0.4f * 4096.0f / 3.3f};
 
 static uint16_t code_of(double volts)
@@ -20,7 +22,8 @@ static uint16_t code_of(double volts)
 /* All transducers at these volts, all gages at `gage_v`. */
 static struct mr_block block_of(double plus_v, double minus_v, double gage_v, double reference_v)
 {
-    static uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS], adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
+    static uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
+        adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
     struct mr_block block;
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
         for (unsigned c = 0; c < MR_TRANSDUCERS; c++)
@@ -44,18 +47,26 @@ static unsigned validity_of(double plus_v, double minus_v)
 static void faults_of_a_transducers_leads_are_told_apart(void **state)
 {
     (void)state;
-    assert_int_equal(validity_of(1.65 + 0.30, 1.65 - 0.30), MR_VALID);               /* 0.5 in */
-    assert_int_equal(validity_of(1.65 - 0.15, 1.65 + 0.15), MR_VALID);               /* 0.4 in upfield */
-    assert_int_equal(validity_of(0.0, 0.0), MR_INVALID_OPEN);                        /* off, pulled to ground */
-    assert_int_equal(validity_of(0.60, 0.605), MR_INVALID_OPEN);                     /* off, floating */
-    assert_int_equal(validity_of(2.80, 2.795), MR_INVALID_OPEN);                     /* likewise */
-    assert_int_equal(validity_of(3.3, 3.3), MR_INVALID_SHORT);                       /* to 3.3 V */
-    assert_int_equal(validity_of(0.9 + 0.2, 0.9 - 0.2), MR_INVALID_SHORT);           /* leak to ground */
-    assert_int_equal(validity_of(2.4 + 0.2, 2.4 - 0.2), MR_INVALID_SHORT);           /* leak to 3.3 V */
-    assert_int_equal(validity_of(1.65, 1.65), MR_INVALID_EXCITATION);                /* both leads off, or shorted */
+    assert_int_equal(validity_of(1.65 + 0.30, 1.65 - 0.30), MR_VALID); /* 0.5 in */
+    /* 0.4 in upfield */
+    assert_int_equal(validity_of(1.65 - 0.15, 1.65 + 0.15), MR_VALID);
+    /* off, pulled to ground */
+    assert_int_equal(validity_of(0.0, 0.0), MR_INVALID_OPEN);
+    /* off, floating */
+    assert_int_equal(validity_of(0.60, 0.605), MR_INVALID_OPEN);
+    assert_int_equal(validity_of(2.80, 2.795), MR_INVALID_OPEN); /* likewise */
+    assert_int_equal(validity_of(3.3, 3.3), MR_INVALID_SHORT);   /* to 3.3 V */
+    /* leak to ground */
+    assert_int_equal(validity_of(0.9 + 0.2, 0.9 - 0.2), MR_INVALID_SHORT);
+    /* leak to 3.3 V */
+    assert_int_equal(validity_of(2.4 + 0.2, 2.4 - 0.2), MR_INVALID_SHORT);
+    /* both leads off, or shorted */
+    assert_int_equal(validity_of(1.65, 1.65), MR_INVALID_EXCITATION);
     assert_int_equal(validity_of(1.651, 1.649), MR_INVALID_EXCITATION);
-    assert_int_equal(validity_of(1.66, 1.64), MR_VALID);                             /* 0.08 in upfield */
-    assert_int_equal(validity_of(3.3, 0.0), MR_INVALID_SATURATED);                   /* the other lead drives the cell */
+    /* 0.08 in upfield */
+    assert_int_equal(validity_of(1.66, 1.64), MR_VALID);
+    /* the other lead drives the cell */
+    assert_int_equal(validity_of(3.3, 0.0), MR_INVALID_SATURATED);
     assert_int_equal(validity_of(0.0, 3.3), MR_INVALID_SATURATED);
 }
 
@@ -74,14 +85,18 @@ static void a_bridge_at_an_end_is_open_or_short(void **state)
 {
     (void)state;
     struct mr_block block = block_of(1.7, 1.6, 0.0, 2.5);
-    assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity, MR_INVALID_OPEN);
+    assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
+                     MR_INVALID_OPEN);
     block = block_of(1.7, 1.6, 3.3, 2.5);
-    assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity, MR_INVALID_SHORT);
+    assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
+                     MR_INVALID_SHORT);
     block.high[MR_TRANSDUCERS] = 7; /* one code of eight came back: it only touches the end */
-    assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity, MR_INVALID_SATURATED);
+    assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
+                     MR_INVALID_SATURATED);
 }
 
-/* A converter whose reference is 1 % low reads 1 % more of everything, its zero too: 100 lb stay 100 lb. */
+/* A converter whose reference is 1 % low reads 1 % more of everything, its zero too: 100 lb stay
+ * 100 lb. */
 static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
 {
     (void)state;
@@ -93,7 +108,8 @@ static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
     reading = mr_channel_read(&transducer, &block, 2, ratio);
     assert_near(reading.value, 0.5, 0.0012);
     assert_near(reading.code, 0.303 / 3.3 * 4096.0, 1.0);
-    const uint8_t reference = MR_TRANSDUCERS + MR_ADC1_REFERENCE; /* a mean that looks good of codes that were not */
+    /* a mean that looks good of codes that were not */
+    const uint8_t reference = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
     block.low[reference] = 1;
     assert_true(isnan(mr_channels_ratio(&block)));
     block.low[reference] = 0;
@@ -104,7 +120,8 @@ static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
 static void a_table_is_straight_lines(void **state)
 {
     (void)state;
-    struct mr_channel_config config = {.points = 4, .point_reading = {-1.0f, 0.0f, 1.0f, 3.0f},
+    struct mr_channel_config config = {.points = 4,
+                                       .point_reading = {-1.0f, 0.0f, 1.0f, 3.0f},
                                        .point_value = {-0.8f, 0.0f, 1.2f, 3.0f}};
     const float straight[] = {-2.0f, -1.0f, -0.5f, 0.0f, 0.25f, 1.0f, 2.0f, 3.0f, 5.0f};
     const float value[] = {-1.6f, -0.8f, -0.4f, 0.0f, 0.3f, 1.2f, 2.1f, 3.0f, 4.8f}; /* by hand */
@@ -122,7 +139,8 @@ static void a_table_is_straight_lines(void **state)
         config.point_value[i] = (float)(i * i);
     }
     for (unsigned i = 0; i < 7; i++)
-        assert_near(mr_channel_linearise(&config, (float)i + 0.5f), ((double)(i * i) + (double)((i + 1) * (i + 1))) / 2.0, 1e-5);
+        assert_near(mr_channel_linearise(&config, (float)i + 0.5f),
+                    ((double)(i * i) + (double)((i + 1) * (i + 1))) / 2.0, 1e-5);
 }
 
 static void beyond_its_limits_it_is_not_valid(void **state)
@@ -136,21 +154,31 @@ static void beyond_its_limits_it_is_not_valid(void **state)
     config.point_value[1] = 2.0f;
     struct mr_block block = block_of(1.65 + 0.05 + 0.35, 1.65 - 0.05 - 0.35, 0.9, 2.5);
     struct mr_reading reading = mr_channel_read(&config, &block, 0, mr_channels_ratio(&block));
-    assert_int_equal(reading.validity, MR_VALID); /* beyond the last point of the table, but not beyond the limit */
+    /* beyond the last point of the table, but not beyond the limit */
+    assert_int_equal(reading.validity, MR_VALID);
     assert_near(reading.value, 1.4, 0.005);
     block = block_of(1.65 + 0.05 + 0.40, 1.65 - 0.05 - 0.40, 0.9, 2.5);
-    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity, MR_INVALID_RANGE);
+    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity,
+                     MR_INVALID_RANGE);
     block = block_of(1.65 + 0.05 - 0.08, 1.65 - 0.05 + 0.08, 0.9, 2.5);
-    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity, MR_INVALID_RANGE);
+    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity,
+                     MR_INVALID_RANGE);
     config.high = config.low; /* not set */
-    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity, MR_VALID);
+    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity,
+                     MR_VALID);
 }
 
 static void a_calibration_travels_item_by_item(void **state)
 {
     (void)state;
-    struct mr_channel_config from = {.points = 3, .gain_error = 0.1f, .zero_error = 0.2f, .linearity_error = 0.3f,
-                                     .drift_error_per_h = 0.4f, .low = -5.0f, .high = 6.0f, .rate_limit_per_s = 7.0f};
+    struct mr_channel_config from = {.points = 3,
+                                     .gain_error = 0.1f,
+                                     .zero_error = 0.2f,
+                                     .linearity_error = 0.3f,
+                                     .drift_error_per_h = 0.4f,
+                                     .low = -5.0f,
+                                     .high = 6.0f,
+                                     .rate_limit_per_s = 7.0f};
     struct mr_channel_config to = {0};
     for (unsigned i = 0; i < MR_CONFIG_POINTS; i++) {
         from.point_reading[i] = 10.0f + (float)i;

@@ -14,8 +14,12 @@ static struct mr_closure_input even_slack(float each_in)
         slack_in[i] = each_in;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         moved_in[i] = 0.0f;
-    return (struct mr_closure_input){.station_ft = station_ft, .displacement_in = moved_in, .slack_in = slack_in,
-                                     .wheel_ft = NAN, .speed_ft_s = NAN, .deceleration_ft_s2 = NAN};
+    return (struct mr_closure_input){.station_ft = station_ft,
+                                     .displacement_in = moved_in,
+                                     .slack_in = slack_in,
+                                     .wheel_ft = NAN,
+                                     .speed_ft_s = NAN,
+                                     .deceleration_ft_s2 = NAN};
 }
 
 static void open_joints_are_no_zone(void **state)
@@ -27,8 +31,9 @@ static void open_joints_are_no_zone(void **state)
     assert_int_equal(zone.mats, 0);
 }
 
-/* All joints closed: the zone goes to the end of the runway, 42 segments of 20/7 ft, none of it between two transducers that see
- * it. At 20 ft/s and no deceleration known the wheel at 115 ft is in it; before a zone it would be distance over speed. */
+/* All joints closed: the zone goes to the end of the runway, 42 segments of 20/7 ft, none of it
+ * between two transducers that see it. At 20 ft/s and no deceleration known the wheel at 115 ft is
+ * in it; before a zone it would be distance over speed. */
 static void a_runway_without_slack_is_one_zone(void **state)
 {
     (void)state;
@@ -49,9 +54,9 @@ static void a_runway_without_slack_is_one_zone(void **state)
     assert_near(zone.lead_s, 0.5, 1e-5);
 }
 
-/* Segment 14 begins at 14 * 20/7 = 40 ft. 0.30 in of closure between 40 and 50 ft at 0.1 in a segment closes segments 14, 15
- * and 16: 40.000 to 48.571 ft, 30 mats. The wheel at 35 ft with 20 ft/s and 4 ft/s2 gets there in
- * t = (20 - sqrt(400 - 2*4*5)) / 4 = 0.256584 s. */
+/* Segment 14 begins at 14 * 20/7 = 40 ft. 0.30 in of closure between 40 and 50 ft at 0.1 in a
+ * segment closes segments 14, 15 and 16: 40.000 to 48.571 ft, 30 mats. The wheel at 35 ft with 20
+ * ft/s and 4 ft/s2 gets there in t = (20 - sqrt(400 - 2*4*5)) / 4 = 0.256584 s. */
 static void a_plough_closes_from_the_wheel_on(void **state)
 {
     (void)state;
@@ -105,7 +110,7 @@ static void a_gear_that_stops_before_has_no_lead_time(void **state)
     assert_int_equal(zone.mats, 40);
     assert_true(isnan(zone.lead_s));
     assert_near(zone.inferred, 1.4286 / 11.4286, 1e-3); /* beyond the last transducer */
-    input.deceleration_ft_s2 = 4.0f; /* stops exactly there, after 5 s */
+    input.deceleration_ft_s2 = 4.0f;                    /* stops exactly there, after 5 s */
     mr_closure_find(&input, &zone, NULL);
     assert_near(zone.lead_s, 5.0, 1e-3);
 }
@@ -119,12 +124,14 @@ static void a_lost_transducer_widens_the_interval(void **state)
     moved_in[1] = NAN;
     input.wheel_ft = 40.0f;
     mr_closure_find(&input, &zone, NULL);
-    assert_int_equal(zone.mats, 40); /* 4.3 segments' worth between 40 and 60 ft: four closed, 0.07 in of the fifth left */
+    /* 4.3 segments' worth between 40 and 60 ft: four closed, 0.07 in of the fifth left */
+    assert_int_equal(zone.mats, 40);
     assert_near(zone.end_ft, 51.4286, 1e-3);
 }
 
-/* Stations 50 ft apart from no segment's end: segment 17 (48.57 to 51.43 ft) lies half on each side. 3.5 segments of 0.36 in
- * close on either side, so it is closed as all the others from 40 to 60 ft are. */
+/* Stations 50 ft apart from no segment's end: segment 17 (48.57 to 51.43 ft) lies half on each
+ * side. 3.5 segments of 0.36 in close on either side, so it is closed as all the others from 40 to
+ * 60 ft are. */
 static void a_segment_across_a_station_closes_from_both_sides(void **state)
 {
     (void)state;
@@ -140,8 +147,8 @@ static void a_segment_across_a_station_closes_from_both_sides(void **state)
     assert_near(zone.end_ft, 60.0, 1e-4);
 }
 
-/* The wheel at 45 ft: of 0.10 in, segment 15 (42.86 to 45.71 ft) can give only its last quarter, 0.025 in, segment 16 gives the
- * other 0.075 in; behind the wheel nothing closes. */
+/* The wheel at 45 ft: of 0.10 in, segment 15 (42.86 to 45.71 ft) can give only its last quarter,
+ * 0.025 in, segment 16 gives the other 0.075 in; behind the wheel nothing closes. */
 static void nothing_closes_behind_the_wheel(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* The configuration: its stored form against an independent reader, damage, every limit and every rule. */
+/* The configuration: its stored form against an independent reader, damage, every limit and every
+ * rule. */
 #include <math.h>
 #include <stdio.h>
 #include <zlib.h>
@@ -33,20 +34,27 @@ static void stored_form_is_the_table(void **state)
     memset(image, 0xa5, sizeof image);
     uint32_t crc = mr_config_encode(&c, image);
     assert_memory_equal(image, "MRCF\1\0\0\0", 8);
-    assert_memory_equal(image + 20, "rig \"A\" \\ #1\0\0\0\0\7\0\0\0\xa4\1", 22); /* name, revision, 420 mats */
+    /* name, revision, 420 mats */
+    assert_memory_equal(image + 20, "rig \"A\" \\ #1\0\0\0\0\7\0\0\0\xa4\1", 22);
     at = image + 8;
     assert_int_equal(number(4), MR_CONFIG_IMAGE);
     number(4);
     assert_int_equal(number(4), 7);
+/* clang-format off */
 #define BYTES_u8 1
 #define BYTES_u16 2
 #define BYTES_u32 4
-#define GROUP(name, count) for (unsigned i = 0; i < (count); i++) { const struct mr_##name##_config *m = &c.name[i]; (void)m;
-#define INTEGER(group, type, field, least, most, unit, text) assert_int_equal(number(BYTES_##type), m->field);
+#define GROUP(name, count)                                                                    \
+    for (unsigned i = 0; i < (count); i++) { const struct mr_##name##_config *m = &c.name[i]; \
+        (void)m;
+#define INTEGER(group, type, field, least, most, unit, text) \
+    assert_int_equal(number(BYTES_##type), m->field);
 #define REAL(group, field, least, most, unit, text) is_real(m->field);
-#define REALS(group, field, count, least, most, unit, text) for (unsigned k = 0; k < (count); k++) is_real(m->field[k]);
+#define REALS(group, field, count, least, most, unit, text) \
+    for (unsigned k = 0; k < (count); k++) is_real(m->field[k]);
 #define TEXT(group, field, size, text) assert_memory_equal(at, m->field, size); at += (size);
 #define END(name) }
+/* clang-format on */
 #include "common/config.def"
     while ((at - image) % 4)
         assert_int_equal(number(1), 0);
@@ -132,7 +140,8 @@ static void what_is_wrong_has_a_name(void **state)
     assert_int_equal(mr_config_examine(image, 10), MR_TRUNCATED);
     image[0] = 'X';
     assert_int_equal(mr_config_examine(image, sizeof image), MR_MALFORMED);
-    for (unsigned byte = 4; byte < 16; byte += byte == 4 ? 2 : byte == 6 ? 6 : 1) { /* another format, reserved bits, another table */
+    for (unsigned byte = 4; byte < 16; byte += byte == 4 ? 2 : byte == 6 ? 6 : 1) {
+        /* another format, reserved bits, another table */
         mr_config_encode(&c, image);
         image[byte] ^= 2;
         seal(image, MR_CONFIG_IMAGE);
@@ -151,19 +160,24 @@ static void what_is_wrong_has_a_name(void **state)
 }
 
 /* --- limits and rules --- */
-static void is_refused(const struct mr_config *c, unsigned group, unsigned index, unsigned field, unsigned element, unsigned rule)
+static void is_refused(const struct mr_config *c, unsigned group, unsigned index, unsigned field,
+                       unsigned element, unsigned rule)
 {
     struct mr_config_reason r = {0};
     assert_int_equal(mr_config_check(c, &r), MR_LIMIT);
-    if (r.group != group || r.index != index || r.field != field || r.element != element || r.rule != rule)
-        fail_msg("%s[%u].%s[%u] rule %u is told, %s[%u].%s[%u] rule %u is wrong", mr_config_groups[r.group].name, r.index,
-                 mr_config_groups[r.group].fields[r.field].name, r.element, r.rule, mr_config_groups[group].name, index,
-                 mr_config_groups[group].fields[field].name, element, rule);
+    if (r.group != group || r.index != index || r.field != field || r.element != element ||
+        r.rule != rule)
+        fail_msg("%s[%u].%s[%u] rule %u is told, %s[%u].%s[%u] rule %u is wrong",
+                 mr_config_groups[r.group].name, r.index,
+                 mr_config_groups[r.group].fields[r.field].name, r.element, r.rule,
+                 mr_config_groups[group].name, index, mr_config_groups[group].fields[field].name,
+                 element, rule);
 }
 
 static struct mr_config broken;
 
-static void refuse_integer(void *field, unsigned size, uint64_t least, uint64_t most, unsigned g, unsigned i, unsigned f)
+static void refuse_integer(void *field, unsigned size, uint64_t least, uint64_t most, unsigned g,
+                           unsigned i, unsigned f)
 {
     uint64_t greatest = (1ull << (8 * size)) - 1;
     uint32_t kept, wrong = (uint32_t)(most + 1);
@@ -180,7 +194,8 @@ static void refuse_integer(void *field, unsigned size, uint64_t least, uint64_t 
     memcpy(field, &kept, size);
 }
 
-static void refuse_real(float *field, float least, float most, bool optional, unsigned g, unsigned i, unsigned f, unsigned e)
+static void refuse_real(float *field, float least, float most, bool optional, unsigned g,
+                        unsigned i, unsigned f, unsigned e)
 {
     float kept = *field;
     uint32_t other_nan = 0x7fc00001u;
@@ -221,48 +236,58 @@ static void every_limit_is_refused_with_its_reason(void **state)
     broken = sound_config();
     assert_int_equal(mr_config_check(&broken, &reason), MR_OK);
     unsigned g = 0, f = 0, limits = 0;
-#define GROUP(name, count) for (unsigned i = 0; i < (count); i++) { struct mr_##name##_config *m = &broken.name[i]; f = 0;
+/* clang-format off */
+#define GROUP(name, count)                                                                   \
+    for (unsigned i = 0; i < (count); i++) { struct mr_##name##_config *m = &broken.name[i]; \
+        f = 0;
 #define INTEGER(group, type, field, least, most, unit, text) \
     refuse_integer(&m->field, sizeof m->field, least, most, g, i, f++); limits++;
-#define REAL(group, field, least, most, unit, text) refuse_real(&m->field, (float)(least), (float)(most), false, g, i, f++, 0); limits++;
-#define OPTIONAL(group, field, least, most, unit, text) refuse_real(&m->field, (float)(least), (float)(most), true, g, i, f++, 0); limits++;
-#define REALS(group, field, count, least, most, unit, text)   \
-    for (unsigned k = 0; k < (count); k++)                    \
+#define REAL(group, field, least, most, unit, text) \
+    refuse_real(&m->field, (float)(least), (float)(most), false, g, i, f++, 0); limits++;
+#define OPTIONAL(group, field, least, most, unit, text) \
+    refuse_real(&m->field, (float)(least), (float)(most), true, g, i, f++, 0); limits++;
+#define REALS(group, field, count, least, most, unit, text)                          \
+    for (unsigned k = 0; k < (count); k++)                                           \
         refuse_real(&m->field[k], (float)(least), (float)(most), false, g, i, f, k); \
     f++; limits++;
 #define TEXT(group, field, size, text) refuse_text(m->field, size, g, i, f++); limits++;
 #define END(name) } g++;
+/* clang-format on */
 #include "common/config.def"
     assert_int_equal(mr_config_check(&broken, &reason), MR_OK); /* all was put back */
     assert_true(limits > 500);
 }
 
 /* One thing after another is made wrong in a sound configuration. */
-#define WRONG(change, name, i, which, e, rule_)                                                                             \
-    do {                                                                                                                    \
-        struct mr_config c = sound_config();                                                                                \
-        change;                                                                                                             \
-        is_refused(&c, MR_GROUP_##name, i, MR_FIELD_##name##_##which, e, MR_RULE_##rule_);                                   \
+#define WRONG(change, name, i, which, e, rule_)                                            \
+    do {                                                                                   \
+        struct mr_config c = sound_config();                                               \
+        change;                                                                            \
+        is_refused(&c, MR_GROUP_##name, i, MR_FIELD_##name##_##which, e, MR_RULE_##rule_); \
     } while (0)
-#define RIGHT(change)                                                                                                       \
-    do {                                                                                                                    \
-        struct mr_config c = sound_config();                                                                                \
-        struct mr_config_reason reason_;                                                                                    \
-        change;                                                                                                             \
-        assert_int_equal(mr_config_check(&c, &reason_), MR_OK);                                                             \
-        assert_int_equal(reason_.rule, MR_RULE_NONE);                                                                       \
+#define RIGHT(change)                                           \
+    do {                                                        \
+        struct mr_config c = sound_config();                    \
+        struct mr_config_reason reason_;                        \
+        change;                                                 \
+        assert_int_equal(mr_config_check(&c, &reason_), MR_OK); \
+        assert_int_equal(reason_.rule, MR_RULE_NONE);           \
     } while (0)
 
 static void switches_rise_and_differ(void **state)
 {
     (void)state;
     WRONG(c.gate[9].station_ft = c.gate[8].station_ft, gate, 9, station_ft, 0, NOT_RISING);
-    WRONG(c.gate[6].station_ft = c.gate[4].station_ft, gate, 6, station_ft, 0, NOT_RISING); /* number 5 is not fitted */
+    /* number 5 is not fitted */
+    WRONG(c.gate[6].station_ft = c.gate[4].station_ft, gate, 6, station_ft, 0, NOT_RISING);
     RIGHT(c.gate[5].station_ft = -999.0f);
-    WRONG(c.gate[7].step_codes = (uint16_t)(c.gate[2].step_codes + 7), gate, 7, step_codes, 0, ALIKE);
-    WRONG(c.gate[0].step_codes = 7, gate, 0, step_codes, 0, TOO_SMALL); /* no step at all, to the staircase */
+    WRONG(c.gate[7].step_codes = (uint16_t)(c.gate[2].step_codes + 7), gate, 7, step_codes, 0,
+          ALIKE);
+    /* no step at all, to the staircase */
+    WRONG(c.gate[0].step_codes = 7, gate, 0, step_codes, 0, TOO_SMALL);
     WRONG(for (int i = 0; i < 24; i++) c.gate[i].step_codes = 100, gate, 1, step_codes, 0, ALIKE);
-    /* 64 + 8 i: all 24 are 24 * 64 + 8 * 276 = 3744, less the absent one's 64 + 8 * 11 = 152: 3592; 503 are left */
+    /* 64 + 8 i: all 24 are 24 * 64 + 8 * 276 = 3744, less the absent one's 64 + 8 * 11 = 152: 3592;
+     * 503 are left */
     RIGHT(c.channel[22].zero_code = 503.0f);
     WRONG(c.channel[22].zero_code = 503.5f, gate, 23, step_codes, 0, SUM);
 }
@@ -288,17 +313,20 @@ static void channels_go_with_their_place(void **state)
     WRONG(c.band[0].yield_lb = 100.0f, band, 0, yield_lb, 0, NOT_ABOVE);
 }
 
-/* The limit by hand: m = 0.466 / 32.174 = 0.014484 slug; w^2 = 4 * 2.9e5 / m = 8.0089e7, d = 4 * 5 / m = 1380.9;
- * 4 / (d + sqrt(d^2 + 4 w^2)) = 2.0692e-4 s, 0.9 of it 0.18623 ms. */
+/* The limit by hand: m = 0.466 / 32.174 = 0.014484 slug; w^2 = 4 * 2.9e5 / m = 8.0089e7, d = 4 * 5
+ * / m = 1380.9; 4 / (d + sqrt(d^2 + 4 w^2)) = 2.0692e-4 s, 0.9 of it 0.18623 ms. */
 static void the_predictor_is_stable(void **state)
 {
     (void)state;
     RIGHT(c.predict[0].step_ms = 0.1860f);
     WRONG(c.predict[0].step_ms = 0.1865f, predict, 0, step_ms, 0, UNSTABLE);
-    WRONG(c.predict[0].mat_weight_lb = 0.466f / 32.174f, predict, 0, step_ms, 0, UNSTABLE); /* slugs for pounds */
+    /* slugs for pounds */
+    WRONG(c.predict[0].mat_weight_lb = 0.466f / 32.174f, predict, 0, step_ms, 0, UNSTABLE);
     WRONG(c.predict[0].joint_stiffness_lb_ft = 2.9e6f, predict, 0, step_ms, 0, UNSTABLE);
-    WRONG(c.predict[0].step_ms = 0.166e-3f, predict, 0, step_ms, 0, TOO_SMALL); /* seconds for milliseconds */
-    WRONG(c.predict[0].slack_in = 0.762f, predict, 0, slack_in, 0, TOO_LARGE); /* millimetres for inches */
+    /* seconds for milliseconds */
+    WRONG(c.predict[0].step_ms = 0.166e-3f, predict, 0, step_ms, 0, TOO_SMALL);
+    /* millimetres for inches */
+    WRONG(c.predict[0].slack_in = 0.762f, predict, 0, slack_in, 0, TOO_LARGE);
     WRONG(c.predict[0].level = 4, predict, 0, level, 0, TOO_LARGE);
     RIGHT(c.predict[0].step_ms = 0.5f; c.predict[0].fitted = 0); /* one that does not run */
 }
@@ -315,7 +343,8 @@ static void calibrations_make_sense(void **state)
     WRONG(c.channel[3].point_value[1] = -2.01f, channel, 3, point_value, 1, NOT_RISING);
     WRONG(c.channel[3].points = 4, channel, 3, point_reading, 3, NOT_RISING);
     RIGHT(c.channel[3].points = 2; c.channel[3].point_reading[2] = -5.0f);
-    WRONG(c.channel[6].expires_day = c.channel[6].calibrated_day, channel, 6, expires_day, 0, NOT_ABOVE);
+    WRONG(c.channel[6].expires_day = c.channel[6].calibrated_day, channel, 6, expires_day, 0,
+          NOT_ABOVE);
     WRONG(c.channel[6].calibrated_day = 0, channel, 6, calibrated_day, 0, ZERO);
     RIGHT(c.channel[6].expires_day = 0);
 }

@@ -24,19 +24,23 @@ static void crc_equals_zlib(void **state)
         assert_int_equal(mr_crc32(0, bytes, n), crc32(0, bytes, (uInt)n));
 }
 
-/* By hand: content 02 01 | 80 00 | 11 00 22 | CRC. zlib.crc32(bytes.fromhex("02018000110022")) = 0xb8cd25c3, so the stream is
- * 04 02 01 80 | 02 11 | 06 22 c3 25 cd b8 | 00: each length byte counts to the next zero of the content. */
+/* By hand: content 02 01 | 80 00 | 11 00 22 | CRC. zlib.crc32(bytes.fromhex("02018000110022")) =
+ * 0xb8cd25c3, so the stream is 04 02 01 80 | 02 11 | 06 22 c3 25 cd b8 | 00: each length byte
+ * counts to the next zero of the content. */
 static void a_frame_worked_out_by_hand(void **state)
 {
     (void)state;
     const uint8_t payload[] = {0x11, 0x00, 0x22};
-    const uint8_t expected[] = {0x04, 0x02, 0x01, 0x80, 0x02, 0x11, 0x06, 0x22, 0xc3, 0x25, 0xcd, 0xb8, 0x00};
+    const uint8_t expected[] = {0x04, 0x02, 0x01, 0x80, 0x02, 0x11, 0x06,
+                                0x22, 0xc3, 0x25, 0xcd, 0xb8, 0x00};
     uint8_t out[MR_FRAME_MAX];
-    assert_int_equal(mr_frame_encode(0x0102, 0x0080, payload, sizeof payload, out), sizeof expected);
+    assert_int_equal(mr_frame_encode(0x0102, 0x0080, payload, sizeof payload, out),
+                     sizeof expected);
     assert_memory_equal(out, expected, sizeof expected);
 }
 
-static enum mr_status push_all(struct mr_deframer *deframer, const uint8_t *bytes, size_t n, struct mr_frame *frame)
+static enum mr_status push_all(struct mr_deframer *deframer, const uint8_t *bytes, size_t n,
+                               struct mr_frame *frame)
 {
     enum mr_status status = MR_TOO_FEW;
     for (size_t i = 0; i < n; i++) {
@@ -107,15 +111,19 @@ static void too_long_and_too_short_are_refused(void **state)
     const uint8_t no_header[] = {0x06, 0x11, 0x7f, 0xcf, 0xb2, 0xb8, 0x00};
     assert_int_equal(push_all(&deframer, no_header, sizeof no_header, &frame), MR_TRUNCATED);
     const uint8_t run_beyond_end[] = {0x09, 0x01, 0x02, 0x00};
-    assert_int_equal(push_all(&deframer, run_beyond_end, sizeof run_beyond_end, &frame), MR_MALFORMED);
+    assert_int_equal(push_all(&deframer, run_beyond_end, sizeof run_beyond_end, &frame),
+                     MR_MALFORMED);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(crc_has_the_published_check_value), cmocka_unit_test(crc_equals_zlib),
-        cmocka_unit_test(a_frame_worked_out_by_hand),        cmocka_unit_test(what_goes_in_comes_out),
-        cmocka_unit_test(every_single_bit_error_is_noticed), cmocka_unit_test(too_long_and_too_short_are_refused),
+        cmocka_unit_test(crc_has_the_published_check_value),
+        cmocka_unit_test(crc_equals_zlib),
+        cmocka_unit_test(a_frame_worked_out_by_hand),
+        cmocka_unit_test(what_goes_in_comes_out),
+        cmocka_unit_test(every_single_bit_error_is_noticed),
+        cmocka_unit_test(too_long_and_too_short_are_refused),
     };
     return cmocka_run_group_tests_name("common/framing", tests, NULL, NULL);
 }

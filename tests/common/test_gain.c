@@ -1,5 +1,6 @@
-/* Gains that no sensor of the rig has: mistakes of units and columns are refused, every gain that a sensor can have is taken.
- * Limits by hand from the facts: 28 and 7/16 in over 2047.5 codes, 2600 and 40 lb over 4095. */
+/* Gains that no sensor of the rig has: mistakes of units and columns are refused, every gain that a
+ * sensor can have is taken. Limits by hand from the facts: 28 and 7/16 in over 2047.5 codes, 2600
+ * and 40 lb over 4095. */
 #include <math.h>
 #include <string.h>
 
@@ -7,10 +8,16 @@
 #include "tests/cmocka_all.h"
 #include "tests/common/sound_config.h"
 
-static const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .unit_per_code = 3.3f / 4096.0f / 0.5f, .zero_code = 62.06f,
-                                                    .low = -0.5f, .high = 3.0f};
-static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION, .unit_per_code = 3.3f / 4096.0f / 0.005f, .zero_code = 496.48f,
-                                              .low = -75.0f, .high = 575.0f};
+static const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT,
+                                                    .unit_per_code = 3.3f / 4096.0f / 0.5f,
+                                                    .zero_code = 62.06f,
+                                                    .low = -0.5f,
+                                                    .high = 3.0f};
+static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION,
+                                              .unit_per_code = 3.3f / 4096.0f / 0.005f,
+                                              .zero_code = 496.48f,
+                                              .low = -75.0f,
+                                              .high = 575.0f};
 
 static enum mr_config_rule with_gain(struct mr_channel_config channel, double factor)
 {
@@ -31,12 +38,12 @@ static void built_in_channels_pass(void **state)
 static void mistakes_of_units_are_refused(void **state)
 {
     (void)state;
-    assert_int_equal(with_gain(transducer, 25.4), MR_RULE_COARSE);         /* mm for in */
+    assert_int_equal(with_gain(transducer, 25.4), MR_RULE_COARSE); /* mm for in */
     assert_int_equal(with_gain(transducer, -25.4), MR_RULE_COARSE);
-    assert_int_equal(with_gain(transducer, 1.0 / 12.0), MR_RULE_FINE);     /* ft for in */
-    assert_int_equal(with_gain(transducer, 0.0254), MR_RULE_FINE);         /* m for in */
-    assert_int_equal(with_gain(gage, 4.4482216), MR_RULE_COARSE);          /* N for lb */
-    assert_int_equal(with_gain(gage, 4.4482216e-3), MR_RULE_FINE);         /* kN for lb */
+    assert_int_equal(with_gain(transducer, 1.0 / 12.0), MR_RULE_FINE); /* ft for in */
+    assert_int_equal(with_gain(transducer, 0.0254), MR_RULE_FINE);     /* m for in */
+    assert_int_equal(with_gain(gage, 4.4482216), MR_RULE_COARSE);      /* N for lb */
+    assert_int_equal(with_gain(gage, 4.4482216e-3), MR_RULE_FINE);     /* kN for lb */
     struct mr_channel_config swapped = transducer;
     swapped.unit_per_code = 620.5571f;
     swapped.zero_code = -0.1f;
@@ -54,8 +61,10 @@ static void the_limits_are_where_the_facts_put_them(void **state)
         double unit, codes;
         enum mr_config_rule beyond;
         uint8_t kind;
-    } limit[] = {{28.0, 2047.5, MR_RULE_COARSE, MR_KIND_DISPLACEMENT}, {0.4375, 2047.5, MR_RULE_FINE, MR_KIND_DISPLACEMENT},
-                 {2600.0, 4095.0, MR_RULE_COARSE, MR_KIND_TENSION}, {40.0, 4095.0, MR_RULE_FINE, MR_KIND_TENSION}};
+    } limit[] = {{28.0, 2047.5, MR_RULE_COARSE, MR_KIND_DISPLACEMENT},
+                 {0.4375, 2047.5, MR_RULE_FINE, MR_KIND_DISPLACEMENT},
+                 {2600.0, 4095.0, MR_RULE_COARSE, MR_KIND_TENSION},
+                 {40.0, 4095.0, MR_RULE_FINE, MR_KIND_TENSION}};
     for (unsigned i = 0; i < 4; i++) {
         double out = limit[i].beyond == MR_RULE_COARSE ? 1.001 : 0.999;
         c.kind = limit[i].kind;
@@ -72,13 +81,15 @@ static void the_limits_are_where_the_facts_put_them(void **state)
 static void a_range_of_few_codes_is_refused(void **state)
 {
     (void)state;
-    struct mr_channel_config c = {.kind = MR_KIND_DISPLACEMENT, .low = -0.5f, .high = 0.5f, .unit_per_code = 0.0099f};
+    struct mr_channel_config c = {
+        .kind = MR_KIND_DISPLACEMENT, .low = -0.5f, .high = 0.5f, .unit_per_code = 0.0099f};
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
     c.unit_per_code = -0.0101f;
     assert_int_equal(mr_gain_check(&c), MR_RULE_NARROW);
 }
 
-/* A gage of 0.04 lb per code whose zero is at 0: the converter ends at 4095 * 1.02 codes, 167.1 lb. */
+/* A gage of 0.04 lb per code whose zero is at 0: the converter ends at 4095 * 1.02 codes, 167.1
+ * lb. */
 static void a_range_beyond_the_converter_is_refused(void **state)
 {
     (void)state;
@@ -94,7 +105,8 @@ static void a_range_beyond_the_converter_is_refused(void **state)
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
 }
 
-/* A table hides a mistake as well as the straight line does: values in mm against readings in in. */
+/* A table hides a mistake as well as the straight line does: values in mm against readings in
+ * in. */
 static void a_table_is_part_of_the_gain(void **state)
 {
     (void)state;

@@ -9,22 +9,26 @@
 #define SWITCH_ERROR_FT (0.02 / 12.0 / 1.7320508)
 
 #define DELAY_S 0.025
-/* A brake that rises evenly within 2 d leaves the gear a (d^2 / 3) / 2 further back than one that comes at d at once. */
-#define SHAPE (1.0 / 3.0)
+/* A brake that rises evenly within 2 d leaves the gear a (d^2 / 3) / 2 further back than one that
+ * comes at d at once. */
+#define SHAPE   (1.0 / 3.0)
 
-/* Gates of a gear whose brake has risen evenly 50 ms after touchdown: with D the distance that remains to be braked at once,
- * t = d + (v - sqrt(v^2 - 2 a D)) / a. */
-static size_t uniform_gates(double touchdown_ft, double speed_ft_s, double deceleration_ft_s2, struct mr_gate *gates)
+/* Gates of a gear whose brake has risen evenly 50 ms after touchdown: with D the distance that
+ * remains to be braked at once, t = d + (v - sqrt(v^2 - 2 a D)) / a. */
+static size_t uniform_gates(double touchdown_ft, double speed_ft_s, double deceleration_ft_s2,
+                            struct mr_gate *gates)
 {
     size_t count = 0;
     for (unsigned i = 0; i < 24; i++) {
         double station_ft = -2.5 + 5.0 * i;
         double d = station_ft - touchdown_ft;
-        double braked = d - speed_ft_s * DELAY_S + 0.5 * deceleration_ft_s2 * SHAPE * DELAY_S * DELAY_S;
+        double braked = d - speed_ft_s * DELAY_S +
+                        0.5 * deceleration_ft_s2 * SHAPE * DELAY_S * DELAY_S;
         double left = speed_ft_s * speed_ft_s - 2.0 * deceleration_ft_s2 * braked;
         if (left < 0.0)
             break;
-        double t_s = d < 0.0 ? d / speed_ft_s : DELAY_S + (speed_ft_s - sqrt(left)) / deceleration_ft_s2;
+        double t_s = d < 0.0 ? d / speed_ft_s
+                             : DELAY_S + (speed_ft_s - sqrt(left)) / deceleration_ft_s2;
         gates[count++] = (struct mr_gate){.t_s = 10.0 + t_s, .station_ft = station_ft};
     }
     return count;
@@ -37,7 +41,8 @@ static void uniform_deceleration_is_recovered(void **state)
     struct mr_gates_summary summary;
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
     /* 25 ms later than with a brake that comes at once */
-    const double stop_s = 17.0 + DELAY_S, stop_ft = 3.0 + 98.0 + 28.0 * DELAY_S - 2.0 * SHAPE * DELAY_S * DELAY_S;
+    const double stop_s = 17.0 + DELAY_S,
+                 stop_ft = 3.0 + 98.0 + 28.0 * DELAY_S - 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     assert_true(summary.even);
     assert_int_equal(summary.alien, 0);
@@ -49,12 +54,16 @@ static void uniform_deceleration_is_recovered(void **state)
     assert_near(summary.stop_station_ft.value, stop_ft, 5e-4);
     assert_int_equal(summary.before_touchdown, 2); /* the switches at -2.5 and 2.5 ft */
     assert_int_equal(summary.used_for_stop, count);
-    /* better than the track alone, 28 * 1.41 s / 5 ft, but not by magic: the delay is not known well */
+    /* better than the track alone, 28 * 1.41 s / 5 ft, but not by magic: the delay is not known
+     * well */
     double track = 28.0 * 1.4142136 * SWITCH_ERROR_FT / 5.0;
-    assert_true(summary.touchdown_speed_ft_s.error < track && summary.touchdown_speed_ft_s.error > 0.3 * track);
+    assert_true(summary.touchdown_speed_ft_s.error < track &&
+                summary.touchdown_speed_ft_s.error > 0.3 * track);
 
-    /* Without those the braked part is carried back: then the delay as known beforehand counts, 12 ms of 4 ft/s2. */
-    assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+    /* Without those the braked part is carried back: then the delay as known beforehand counts, 12
+     * ms of 4 ft/s2. */
+    assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &summary),
+                     MR_OK);
     assert_int_equal(summary.before_touchdown, 0);
     assert_near(summary.touchdown_speed_ft_s.value, 28.0, 2e-3);
     assert_near(summary.touchdown_speed_ft_s.error, 0.012 * 4.0, 0.2 * 0.012 * 4.0);
@@ -76,8 +85,9 @@ static void a_late_switch_is_left_out(void **state)
     }
 }
 
-/* Standard errors against the textbook: for n equally spaced times, unit apart, a straight line's slope has the variance
- * 12 s^2 / (n (n^2 - 1)), a parabola's second coefficient 180 s^2 / (n (n^2 - 1) (n^2 - 4)). */
+/* Standard errors against the textbook: for n equally spaced times, unit apart, a straight line's
+ * slope has the variance 12 s^2 / (n (n^2 - 1)), a parabola's second coefficient 180 s^2 / (n (n^2
+ * - 1) (n^2 - 4)). */
 static void errors_are_the_textbook_ones(void **state)
 {
     (void)state;
@@ -105,8 +115,9 @@ static double uniform(void)
     return (double)(lcg_state >> 8) / 16777216.0;
 }
 
-/* The online estimate at the last switch, 2000 times with switches misplaced by up to 0.02 in: the stated 95 % interval must
- * hold in 95 % of them; the binomial spread of 2000 is 0.5 %, so 93.5 to 96.5 % is three of it. test_landings has the rest. */
+/* The online estimate at the last switch, 2000 times with switches misplaced by up to 0.02 in: the
+ * stated 95 % interval must hold in 95 % of them; the binomial spread of 2000 is 0.5 %, so 93.5 to
+ * 96.5 % is three of it. test_landings has the rest. */
 static void the_online_intervals_hold(void **state)
 {
     (void)state;
@@ -122,14 +133,16 @@ static void the_online_intervals_hold(void **state)
         for (size_t i = 0; i < count; i++)
             gates[i].station_ft += (2.0 * uniform() - 1.0) * 0.02 / 12.0;
         assert_int_equal(mr_gates_now(gates + 2, count - 2, SWITCH_ERROR_FT, &now), MR_OK);
-        inside += (unsigned)(fabs(now.speed_ft_s.value - (v - a * (true_s - DELAY_S))) < 1.96 * now.speed_ft_s.error);
+        inside += (unsigned)(fabs(now.speed_ft_s.value - (v - a * (true_s - DELAY_S))) <
+                             1.96 * now.speed_ft_s.error);
     }
     printf("# of %u: online speed %.1f %%\n", landings, 100.0 * inside / landings);
     assert_in_range(inside, 1870, 1930);
 }
 
-/* The error of the speed at a given station against the definition: move each switch a little, fit again, see how much that
- * speed moves. Where the gear is slow, being there earlier or later matters most. */
+/* The error of the speed at a given station against the definition: move each switch a little, fit
+ * again, see how much that speed moves. Where the gear is slow, being there earlier or later
+ * matters most. */
 static void the_error_at_a_station_is_that_of_moved_switches(void **state)
 {
     (void)state;
@@ -151,18 +164,20 @@ static void the_error_at_a_station_is_that_of_moved_switches(void **state)
         double slope = (moved.speed_ft_s.value - there.speed_ft_s.value) / h_ft;
         square += slope * slope;
     }
-    assert_near(there.speed_ft_s.error, SWITCH_ERROR_FT * sqrt(square), 1e-3 * there.speed_ft_s.error);
+    assert_near(there.speed_ft_s.error, SWITCH_ERROR_FT * sqrt(square),
+                1e-3 * there.speed_ft_s.error);
 }
 
-/* Braking that changes along the way needs a higher order; the fit must take it and still be right. */
+/* Braking that changes along the way needs a higher order; the fit must take it and still be
+ * right. */
 static void a_changing_deceleration_is_followed(void **state)
 {
     (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     size_t count = 0;
-    /* From 25 ms on, b later: a = 6.6 + 0.5 b, v = 35.5 - 6.6 b - 0.25 b^2, x = 3 + 35.5 t - 3.3 b^2 - b^3 / 12; Newton for
-     * each station */
+    /* From 25 ms on, b later: a = 6.6 + 0.5 b, v = 35.5 - 6.6 b - 0.25 b^2, x = 3 + 35.5 t - 3.3
+     * b^2 - b^3 / 12; Newton for each station */
     for (unsigned i = 0; i < 24; i++) {
         double station_ft = 7.5 + 5.0 * i, t = 0.1;
         for (int k = 0; k < 50; k++) {
@@ -192,13 +207,15 @@ static void students_factor_is_that_of_the_tables(void **state)
     const struct {
         unsigned freedom;
         double t;
-    } rows[] = {{1, 12.706}, {2, 4.303}, {5, 2.571}, {10, 2.228}, {15, 2.131}, {20, 2.086}, {30, 2.042}, {60, 2.000}};
+    } rows[] = {{1, 12.706}, {2, 4.303},  {5, 2.571},  {10, 2.228},
+                {15, 2.131}, {20, 2.086}, {30, 2.042}, {60, 2.000}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         assert_near(mr_gates_student(rows[i].freedom), rows[i].t / 1.96, 0.005 * rows[i].t / 1.96);
     assert_near(mr_gates_student(0), mr_gates_student(1), 0.0); /* as bad as can be stated */
 }
 
-/* Gates of a polynomial of order 1 to 4 with exact stations: the lowest order that is enough, and its derivatives. */
+/* Gates of a polynomial of order 1 to 4 with exact stations: the lowest order that is enough, and
+ * its derivatives. */
 static void the_lowest_order_that_is_enough_is_taken(void **state)
 {
     (void)state;
@@ -216,8 +233,10 @@ static void the_lowest_order_that_is_enough_is_taken(void **state)
         assert_int_equal(mr_gates_fit_best(gates, 20, SWITCH_ERROR_FT, &fit), MR_OK);
         assert_int_equal(fit.order, order);
         mr_gates_at(&fit, 2.0, &motion);
-        double speed = c[1] + 4.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) + (order > 3 ? 32.0 * c[4] : 0.0);
-        double rise = 2.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) + (order > 3 ? 48.0 * c[4] : 0.0);
+        double speed = c[1] + 4.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +
+                       (order > 3 ? 32.0 * c[4] : 0.0);
+        double rise = 2.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) +
+                      (order > 3 ? 48.0 * c[4] : 0.0);
         assert_near(motion.speed_ft_s.value, speed, 1e-9);
         assert_near(motion.deceleration_ft_s2.value, -rise, 1e-8);
         /* with few gates no higher order is tried: three degrees of freedom must remain */
@@ -226,14 +245,16 @@ static void the_lowest_order_that_is_enough_is_taken(void **state)
         assert_int_equal(mr_gates_fit_best(gates, 2, SWITCH_ERROR_FT, &fit), MR_OK);
         assert_int_equal(fit.order, 1);
         assert_int_equal(mr_gates_fit_best(gates, 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
-        assert_int_equal(mr_gates_at_station(&fit, 1e4, &motion), MR_NUMERICS);  /* never there */
+        assert_int_equal(mr_gates_at_station(&fit, 1e4, &motion), MR_NUMERICS); /* never there */
         assert_int_equal(mr_gates_at_station(&fit, -1e4, &motion), MR_NUMERICS);
         assert_int_equal(mr_gates_fit(gates, 20, 0, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
-        assert_int_equal(mr_gates_fit(gates, 20, MR_GATES_ORDER_MAX + 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
+        assert_int_equal(mr_gates_fit(gates, 20, MR_GATES_ORDER_MAX + 1, SWITCH_ERROR_FT, &fit),
+                         MR_TOO_FEW);
     }
 }
 
-/* Of the last six, one opens 5 ms late: at 15 to 28 ft/s that is an inch off, and the speed does not feel it. */
+/* Of the last six, one opens 5 ms late: at 15 to 28 ft/s that is an inch off, and the speed does
+ * not feel it. */
 static void the_online_estimate_leaves_one_out(void **state)
 {
     (void)state;
@@ -250,7 +271,8 @@ static void the_online_estimate_leaves_one_out(void **state)
     }
 }
 
-/* Comes in at 32 ft/s, brakes with a1 up to 50 ft from touchdown and with a2 from there on. Times by v = sqrt(v0^2 - 2 a x). */
+/* Comes in at 32 ft/s, brakes with a1 up to 50 ft from touchdown and with a2 from there on. Times
+ * by v = sqrt(v0^2 - 2 a x). */
 static size_t two_brakes(double a1_ft_s2, double a2_ft_s2, unsigned first, struct mr_gate *gates)
 {
     const double v0 = 32.0, change_ft = 50.0;
@@ -271,7 +293,8 @@ static size_t two_brakes(double a1_ft_s2, double a2_ft_s2, unsigned first, struc
     return count;
 }
 
-/* A brake that is let off or pulled on half way is not even: its ends are taken apart, and each is still right. */
+/* A brake that is let off or pulled on half way is not even: its ends are taken apart, and each is
+ * still right. */
 static void an_uneven_brake_is_taken_apart(void **state)
 {
     (void)state;
@@ -279,25 +302,30 @@ static void an_uneven_brake_is_taken_apart(void **state)
         double a1, a2;
     } brakes[] = {{4.0, 9.0}, {6.0, 4.0}, {3.0, 12.0}, {7.0, 2.9}};
     for (size_t b = 0; b < sizeof brakes / sizeof brakes[0]; b++) {
-        for (unsigned first = 0; first < 3; first++) { /* with both switches on the track, one, none */
+        for (unsigned first = 0; first < 3; first++) {
+            /* with both switches on the track, one, none */
             struct mr_gate gates[MR_GATES_MAX];
             struct mr_gates_summary summary;
             double a1 = brakes[b].a1, a2 = brakes[b].a2, v1 = sqrt(32.0 * 32.0 - 100.0 * a1);
             double stop_s = 10.0 + DELAY_S + (32.0 - v1) / a1 + v1 / a2;
             double stop_ft = 3.0 + 32.0 * DELAY_S + 50.0 + 0.5 * v1 * v1 / a2;
             size_t count = two_brakes(a1, a2, first, gates);
-            assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+            assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary),
+                             MR_OK);
             assert_false(summary.even);
             assert_int_equal(summary.before_touchdown, 2 - first);
             assert_near(summary.touchdown_speed_ft_s.value, 32.0, 0.01 * 32.0);
             assert_near(summary.stop_t_s.value, stop_s, 0.01 + 3.0 * summary.stop_t_s.error);
-            assert_near(summary.stop_station_ft.value, stop_ft, 0.01 + 3.0 * summary.stop_station_ft.error);
-            assert_near(summary.mean_deceleration_ft_s2.value, 32.0 / (stop_s - 10.0), 0.02 * 32.0 / (stop_s - 10.0));
+            assert_near(summary.stop_station_ft.value, stop_ft,
+                        0.01 + 3.0 * summary.stop_station_ft.error);
+            assert_near(summary.mean_deceleration_ft_s2.value, 32.0 / (stop_s - 10.0),
+                        0.02 * 32.0 / (stop_s - 10.0));
         }
     }
 }
 
-/* The same, and the third switch from the end opens 10 ms late: it alone keeps the others off a parabola. */
+/* The same, and the third switch from the end opens 10 ms late: it alone keeps the others off a
+ * parabola. */
 static void a_late_switch_near_the_stop_is_left_out(void **state)
 {
     (void)state;
@@ -315,7 +343,8 @@ static void a_late_switch_near_the_stop_is_left_out(void **state)
     assert_near(summary.stop_station_ft.value, stop_ft, 0.05);
 }
 
-/* Four gates, one of them 0.1 ft off: nobody can tell which, so the errors say that something is wrong. */
+/* Four gates, one of them 0.1 ft off: nobody can tell which, so the errors say that something is
+ * wrong. */
 static void few_gates_that_disagree_have_wide_errors(void **state)
 {
     (void)state;
@@ -335,8 +364,9 @@ static void few_gates_that_disagree_have_wide_errors(void **state)
     assert_near(bad.touchdown_speed_ft_s.value, 28.0, 1.96 * bad.touchdown_speed_ft_s.error);
 }
 
-/* Whatever the gates, there is an answer within bounds or a refusal: times strictly rising, stations not, gears that get
- * faster, that roll back, that jump. An answer has finite values, errors, and comes to rest after touchdown. */
+/* Whatever the gates, there is an answer within bounds or a refusal: times strictly rising,
+ * stations not, gears that get faster, that roll back, that jump. An answer has finite values,
+ * errors, and comes to rest after touchdown. */
 static void nonsense_is_refused_or_bounded(void **state)
 {
     (void)state;
@@ -346,22 +376,28 @@ static void nonsense_is_refused_or_bounded(void **state)
         struct mr_gate gates[MR_GATES_MAX];
         struct mr_gates_summary summary;
         size_t count = 3 + (size_t)(uniform() * 22.0);
-        double v = 5.0 + 41.0 * uniform(), a = 30.0 * uniform() - 4.0, noise_ft = pow(10.0, -4.0 + 5.0 * uniform());
-        double t = 0.0, step_s = 0.05 + 0.3 * uniform(), uneven = uniform() < 0.3 ? 3.0 * uniform() - 1.5 : 0.0;
+        double v = 5.0 + 41.0 * uniform(), a = 30.0 * uniform() - 4.0,
+               noise_ft = pow(10.0, -4.0 + 5.0 * uniform());
+        double t = 0.0, step_s = 0.05 + 0.3 * uniform(),
+               uneven = uniform() < 0.3 ? 3.0 * uniform() - 1.5 : 0.0;
         double touchdown_ft = 10.0 * uniform();
         for (size_t i = 0; i < count; i++) {
             gates[i].t_s = t;
-            gates[i].station_ft = v * t - 0.5 * a * t * t - uneven * t * t * t / 6.0 + noise_ft * (uniform() - 0.5);
+            gates[i].station_ft = v * t - 0.5 * a * t * t - uneven * t * t * t / 6.0 +
+                                  noise_ft * (uniform() - 0.5);
             t += step_s * (0.2 + uniform());
         }
-        enum mr_status status = mr_gates_summarise(gates, count, touchdown_ft, SWITCH_ERROR_FT, &summary);
+        enum mr_status status = mr_gates_summarise(gates, count, touchdown_ft, SWITCH_ERROR_FT,
+                                                   &summary);
         answered += (unsigned)(status == MR_OK);
         refused += (unsigned)(status != MR_OK);
         if (status == MR_OK) {
-            assert_true(isfinite(summary.stop_station_ft.value) && summary.touchdown_speed_ft_s.value > 0.0);
+            assert_true(isfinite(summary.stop_station_ft.value) &&
+                        summary.touchdown_speed_ft_s.value > 0.0);
             assert_true(summary.stop_t_s.value > summary.touchdown_t_s.value);
             assert_true(summary.touchdown_speed_ft_s.error > 0.0 && summary.stop_t_s.error > 0.0);
-            assert_true(summary.mean_deceleration_ft_s2.value > 0.0 && isfinite(summary.mean_deceleration_ft_s2.error));
+            assert_true(summary.mean_deceleration_ft_s2.value > 0.0 &&
+                        isfinite(summary.mean_deceleration_ft_s2.error));
         } else {
             assert_true(status == MR_NUMERICS || status == MR_TOO_FEW);
         }
@@ -413,7 +449,8 @@ static void the_staircase_names_the_switch(void **state)
     assert_int_equal(mr_staircase_name(100.0f, steps, 4, 0), 0);
 }
 
-/* Blocks a millisecond apart, the first 4 ms before the edge at tick 0; `codes` are their levels. */
+/* Blocks a millisecond apart, the first 4 ms before the edge at tick 0; `codes` are their
+ * levels. */
 static enum mr_status step_of(const float *codes, unsigned count, float *step)
 {
     struct mr_staircase staircase;

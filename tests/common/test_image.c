@@ -1,5 +1,5 @@
-/* The header of a firmware image. Expected bytes are laid out by hand from the table in common/image.h, and the CRCs computed with
- * zlib, which shares no code with common/crc32.c. */
+/* The header of a firmware image. Expected bytes are laid out by hand from the table in
+ * common/image.h, and the CRCs computed with zlib, which shares no code with common/crc32.c. */
 #include <string.h>
 #include <zlib.h>
 
@@ -7,10 +7,10 @@
 #include "tests/cmocka_all.h"
 
 static const uint8_t by_hand[MR_IMAGE_BYTES - 4] = {
-    'M', 'R', 'I', 'G', 1, 0, 36, 0,
+    'M',  'R',  'I',  'G',  1,    0,    36,   0,
     0x00, 0x00, 0x01, 0x08, 0x18, 0xe0, 0x01, 0x08, /* 0x08010000 to 0x0801e018 */
-    0xef, 0xbe, 0xad, 0xde, 1, 2, 3, 1,
-    0x6a, 0x13, 0xa3, 0xc7, 0xa3, 0xb3, 0, 0,
+    0xef, 0xbe, 0xad, 0xde, 1,    2,    3,    1,
+    0x6a, 0x13, 0xa3, 0xc7, 0xa3, 0xb3, 0,    0,
 };
 
 static void make_head(uint8_t head[MR_IMAGE_HEAD])
@@ -54,9 +54,9 @@ static void every_single_bit_is_noticed(void **state)
     make_head(head);
     for (unsigned bit = 0; bit < 8 * MR_IMAGE_HEAD; bit++) {
         head[bit / 8] ^= (uint8_t)(1u << bit % 8);
-        enum mr_status expected = bit / 8 - MR_IMAGE_PLACE < 4   ? MR_UNKNOWN
-                                  : bit / 8 - MR_IMAGE_PLACE < 8 ? MR_VERSION
-                                                                 : MR_CRC;
+        enum mr_status expected = bit / 8 - MR_IMAGE_PLACE < 4 ? MR_UNKNOWN
+                                : bit / 8 - MR_IMAGE_PLACE < 8 ? MR_VERSION
+                                                               : MR_CRC;
         assert_int_equal(mr_image_get(&image, head), expected);
         head[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
@@ -66,7 +66,8 @@ static void every_single_bit_is_noticed(void **state)
 static void a_program_out_of_flash_is_refused(void **state)
 {
     (void)state;
-    static const uint32_t places[][2] = {{0x07ffffff, 0x08000010}, {0x08010000, 0x08100001}, {0x08010010, 0x0801000f}};
+    static const uint32_t places[][2] = {
+        {0x07ffffff, 0x08000010}, {0x08010000, 0x08100001}, {0x08010010, 0x0801000f}};
     for (unsigned i = 0; i < 3; i++) {
         uint8_t head[MR_IMAGE_HEAD] = {0};
         struct mr_image image = {.program_start = places[i][0], .program_end = places[i][1]};
@@ -79,7 +80,13 @@ static void commits_as_text(void **state)
 {
     (void)state;
     static const char *const good[] = {"c7a3136ab3a3", "0000000000ff-dirty", "unknown"};
-    static const char *const bad[] = {"", "c7a3136ab3a", "c7a3136ab3a3f", "C7a3136ab3a3", "c7a3136ab3a3-wet", "v1.0-3-gc7a3136a", "unknow"};
+    static const char *const bad[] = {"",
+                                      "c7a3136ab3a",
+                                      "c7a3136ab3a3f",
+                                      "C7a3136ab3a3",
+                                      "c7a3136ab3a3-wet",
+                                      "v1.0-3-gc7a3136a",
+                                      "unknow"};
     char text[MR_IMAGE_COMMIT_TEXT];
     for (unsigned i = 0; i < 3; i++) {
         struct mr_image image = {0};

@@ -11,8 +11,8 @@
 #include "common/switches.h"
 #include "tests/cmocka_all.h"
 
-#define LANDINGS 2000
-#define BLOCK_S 1e-3
+#define LANDINGS    2000
+#define BLOCK_S     1e-3
 #define TICKS_PER_S 84e6
 
 /* Steps of the staircase: 64 + 8 i codes, i = 7 (p - 1) mod 24. */
@@ -48,7 +48,8 @@ static size_t openings_of(const struct seeded_landing *landing, struct opening *
     for (unsigned i = 0; i < SEEDED_SWITCHES; i++) {
         for (unsigned b = 0; !isnan(landing->open_s[i]) && b <= landing->bounces[i]; b++) {
             double t_s = landing->open_s[i] + b * landing->bounce_s[i];
-            opening[count++] = (struct opening){t_s, i, b < landing->bounces[i] ? t_s + 0.5 * landing->bounce_s[i] : (double)NAN};
+            opening[count++] = (struct opening){
+                t_s, i, b < landing->bounces[i] ? t_s + 0.5 * landing->bounce_s[i] : (double)NAN};
         }
     }
     qsort(opening, count, sizeof *opening, by_time);
@@ -87,14 +88,18 @@ static void hear(const struct seeded_landing *landing, uint64_t seed, struct hea
             codes += steps[opening[i].position] * open_part(&opening[i], t_s);
         mr_switches_level(&switches, tick0 + 84000u * block, (float)codes);
         for (; next < count && opening[next].t_s < t_s + 0.9e-3; next++)
-            assert_true(mr_switches_add(&switches, tick0 + (uint32_t)llround(opening[next].t_s * TICKS_PER_S)));
+            assert_true(mr_switches_add(
+                &switches, tick0 + (uint32_t)llround(opening[next].t_s * TICKS_PER_S)));
         while (mr_switches_next(&switches, steps, SEEDED_SWITCHES, &edge)) {
             heard->bounces += (unsigned)(edge.reason == MR_SWITCH_BOUNCE);
             heard->other += (unsigned)(edge.reason > MR_SWITCH_BOUNCE);
             if (edge.reason != MR_SWITCH_GOOD)
                 continue;
             heard->named++;
-            struct mr_passage_edge passed = {.tick = edge.tick, .block = block, .position = edge.position, .number = 1,
+            struct mr_passage_edge passed = {.tick = edge.tick,
+                                             .block = block,
+                                             .position = edge.position,
+                                             .number = 1,
                                              .station_ft = (double)stations[edge.position - 1]};
             (void)mr_passage_edge(&heard->passage, &passed, (double)NAN, stations, SEEDED_SWITCHES);
         }
@@ -144,21 +149,26 @@ static void intervals_hold(double place_in, double stated_in)
         assert_int_equal(heard.bounces, bounces);
         assert_int_equal(heard.other, 0);
         assert_int_equal(heard.passage.gates, opened >= 2 ? opened : 0);
-        enum mr_status status = mr_gates_summarise(heard.passage.gate, heard.passage.gates, SEEDED_TOUCHDOWN_FT,
-                                                   stated_in / 12.0, &summary);
+        enum mr_status status = mr_gates_summarise(heard.passage.gate, heard.passage.gates,
+                                                   SEEDED_TOUCHDOWN_FT, stated_in / 12.0, &summary);
         assert_int_equal(status == MR_OK, can_be_known(&landing));
         if (status != MR_OK)
             continue;
         speed_error[known++] = fabs(summary.touchdown_speed_ft_s.value / landing.speed_ft_s - 1.0);
-        speed += fabs(summary.touchdown_speed_ft_s.value - landing.speed_ft_s) <= 1.96 * summary.touchdown_speed_ft_s.error;
-        mean += fabs(summary.mean_deceleration_ft_s2.value - landing.mean_ft_s2) <= 1.96 * summary.mean_deceleration_ft_s2.error;
-        stop += fabs(summary.stop_station_ft.value - landing.stop_ft) <= 1.96 * summary.stop_station_ft.error;
+        speed += fabs(summary.touchdown_speed_ft_s.value - landing.speed_ft_s) <=
+                 1.96 * summary.touchdown_speed_ft_s.error;
+        mean += fabs(summary.mean_deceleration_ft_s2.value - landing.mean_ft_s2) <=
+                1.96 * summary.mean_deceleration_ft_s2.error;
+        stop += fabs(summary.stop_station_ft.value - landing.stop_ft) <=
+                1.96 * summary.stop_station_ft.error;
         even += summary.even;
         alien += summary.alien != 0;
     }
     qsort(speed_error, known, sizeof speed_error[0], by_size);
-    printf("# %.2f in: %u of %u known, even braking in %u, a switch left out in %u; speed error median %.4f %%, 95 %% %.3f %%\n",
-           stated_in, known, LANDINGS, even, alien, 100.0 * speed_error[known / 2], 100.0 * speed_error[known * 95 / 100]);
+    printf("# %.2f in: %u of %u known, even braking in %u, a switch left out in %u; speed error "
+           "median %.4f %%, 95 %% %.3f %%\n",
+           stated_in, known, LANDINGS, even, alien, 100.0 * speed_error[known / 2],
+           100.0 * speed_error[known * 95 / 100]);
     check_rate("touchdown speed", speed, known);
     check_rate("mean deceleration", mean, known);
     check_rate("stop station", stop, known);

@@ -5,7 +5,8 @@
 
 #include "tests/cmocka_all.h"
 
-/* 41.2 ft * 500 = 20600 = 0x5078, 35.5 ft/s * 1000 = 0x8aac, missing = 0x8000: worked out by hand. */
+/* 41.2 ft * 500 = 20600 = 0x5078, 35.5 ft/s * 1000 = 0x8aac, missing = 0x8000: worked out by
+ * hand. */
 static void a_message_is_read_into_its_own_member(void **state)
 {
     (void)state;
@@ -28,7 +29,8 @@ static void what_has_no_block16_says_so(void **state)
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, MR_ID_CLOCK, bytes, 8), MR_OK);
     assert_int_equal(message.block16, -1);
-    assert_int_equal(mr_message_read(&message, MR_ID_BAND_EVENT, bytes, 8), MR_OK); /* at_block16 is about another moment */
+    /* at_block16 is about another moment */
+    assert_int_equal(mr_message_read(&message, MR_ID_BAND_EVENT, bytes, 8), MR_OK);
     assert_int_equal(message.block16, -1);
 }
 
@@ -43,7 +45,8 @@ static void another_length_or_identifier_is_refused(void **state)
     assert_int_equal(mr_message_read(&message, MR_ID_BLOCK, bytes, 8), MR_UNKNOWN);
 }
 
-/* Bytes that are read and put again by the message's own functions are the same: `as` holds each message. */
+/* Bytes that are read and put again by the message's own functions are the same: `as` holds each
+ * message. */
 static void every_message_is_read(void **state)
 {
     (void)state;
@@ -52,10 +55,10 @@ static void every_message_is_read(void **state)
         bytes[i] = (uint8_t)(17 * i + 3);
     unsigned count = 0;
     struct mr_message message;
-#define MESSAGE(name, NAME, id, direction, text)                                                        \
-    assert_int_equal(mr_message_read(&message, id, bytes, mr_message_find(id)->length), MR_OK);         \
-    assert_int_equal(mr_##name##_put(&message.as.name, again), message.info->length);                   \
-    assert_memory_equal(again, bytes, message.info->length);                                            \
+#define MESSAGE(name, NAME, id, direction, text)                                                \
+    assert_int_equal(mr_message_read(&message, id, bytes, mr_message_find(id)->length), MR_OK); \
+    assert_int_equal(mr_##name##_put(&message.as.name, again), message.info->length);           \
+    assert_memory_equal(again, bytes, message.info->length);                                    \
     count++;
 #include "common/catalogue.def"
     assert_int_equal(count, MR_PLACE_BLOCK);
@@ -73,9 +76,10 @@ static void the_block_is_all_of_it_or_its_low_bits(void **state)
     assert_int_equal(mr_message_read(&message, MR_ID_MOTION, bytes, 8), MR_OK);
     assert_int_equal(message.block, -1);
     assert_int_equal(message.block16, 0x1234);
-    assert_int_equal(mr_message_read(&message, MR_ID_CLOCK, bytes, 8), MR_OK); /* the newest block, not that of what it tells */
+    /* the newest block, not that of what it tells */
+    assert_int_equal(mr_message_read(&message, MR_ID_CLOCK, bytes, 8), MR_OK);
     assert_int_equal(message.block, -1);
-#define EVENT(name, NAME, kind, code, detail, value)                           \
+#define EVENT(name, NAME, kind, code, detail, value)                            \
     assert_int_equal(mr_message_read(&message, MR_ID_##NAME, bytes, 8), MR_OK); \
     assert_true(message.block >= 0 || message.block16 >= 0);
 #include "common/catalogue.def"

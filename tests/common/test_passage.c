@@ -1,4 +1,5 @@
-/* Passage: edges with a station and a time become a landing's gates, a push-back, or nothing. Expected speeds by hand. */
+/* Passage: edges with a station and a time become a landing's gates, a push-back, or nothing.
+ * Expected speeds by hand. */
 #include "common/passage.h"
 
 #include <math.h>
@@ -58,7 +59,8 @@ static void two_edges_along_the_runway_are_a_landing(void **state)
     struct mr_passage_news news = open_after(1, 0.0);
     assert_false(news.started || news.gate || news.pushed);
     assert_true(mr_passage_unclear(&passage, block_after(2.9)));
-    assert_false(mr_passage_unclear(&passage, block_after(3.1))); /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
+    /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
+    assert_false(mr_passage_unclear(&passage, block_after(3.1)));
     news = open_after(2, 0.25); /* 20 ft/s */
     assert_true(news.started && news.gate);
     assert_int_equal(passage.gates, 2);
@@ -66,7 +68,8 @@ static void two_edges_along_the_runway_are_a_landing(void **state)
     assert_near(passage.entry_ft_s, 20.0, 1e-5);
     assert_int_equal(passage.notes, 0);
     assert_false(mr_passage_unclear(&passage, block_after(0.1)));
-    assert_false(mr_passage_block(&passage, block_after(31.0))); /* a landing is not given up by waiting */
+    /* a landing is not given up by waiting */
+    assert_false(mr_passage_block(&passage, block_after(31.0)));
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
 }
 
@@ -107,7 +110,7 @@ static void an_edge_out_of_order_before_the_landing_does_not_hide_it(void **stat
 {
     (void)state;
     open_after(2, 0.0);
-    open_after(9, 0.05); /* 700 ft/s: no gear */
+    open_after(9, 0.05);                      /* 700 ft/s: no gear */
     assert_true(open_after(3, 0.15).started); /* 25 ft/s from the first */
     assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.source[0].position, 2);
@@ -179,7 +182,8 @@ static void fast_backward_is_no_pushback(void **state)
     open_after(2, 0.0);
     assert_false(open_after(1, 0.2).pushed);
     assert_int_equal(passage.pushbacks, 0);
-    assert_true(open_after(3, 0.1).started); /* 33 ft/s since the second switch, 0.3 s for 5 ft from it */
+    /* 33 ft/s since the second switch, 0.3 s for 5 ft from it */
+    assert_true(open_after(3, 0.1).started);
 }
 
 static void roll_in(void)
@@ -199,12 +203,14 @@ static void no_gear_gets_much_faster(void **state)
     assert_true(open_after(4, 5.0 / 34.0).gate);
     begin(NULL);
     roll_in();
-    assert_false(open_after(6, 15.0 / 40.0).gate); /* 40 ft/s, and 20 / 0.575 = 34.8 from the second on */
+    /* 40 ft/s, and 20 / 0.575 = 34.8 from the second on */
+    assert_false(open_after(6, 15.0 / 40.0).gate);
     assert_int_equal(notes_of(6, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.gates, 3);
 }
 
-/* With two gates nobody knows yet how fast it came in: what no gear does is refused all the same, and neither gate is taken back. */
+/* With two gates nobody knows yet how fast it came in: what no gear does is refused all the same,
+ * and neither gate is taken back. */
 static void the_third_edge_may_be_nonsense(void **state)
 {
     (void)state;
@@ -220,8 +226,8 @@ static void a_late_switch_is_taken_back(void **state)
 {
     (void)state;
     roll_in();
-    assert_true(open_after(4, 0.3).gate);  /* 0.1 s late */
-    assert_true(open_after(5, 0.1).gate);  /* 50 ft/s from there, 25 ft/s from the third */
+    assert_true(open_after(4, 0.3).gate); /* 0.1 s late */
+    assert_true(open_after(5, 0.1).gate); /* 50 ft/s from there, 25 ft/s from the third */
     assert_int_equal(notes_of(4, MR_SWITCH_LATE), 1);
     assert_int_equal(passage.gates, 4);
     assert_int_equal(passage.source[3].position, 5);
@@ -246,7 +252,7 @@ static void pushed_after_the_stop_is_a_pushback_and_no_gate(void **state)
     assert_int_equal(notes_of(2, MR_SWITCH_REVERSE), 1);
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
     news = open_at(4, 4.0, 0.0); /* forward again: 5 ft since the last gate in 12 s */
-    assert_false(news.pushed); /* the same one goes on */
+    assert_false(news.pushed);   /* the same one goes on */
     assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
     assert_int_equal(passage.gates, 3);
     assert_int_equal(passage.pushbacks, 1);

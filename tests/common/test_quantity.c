@@ -5,7 +5,8 @@
 #include "common/quantity.h"
 #include "tests/cmocka_all.h"
 
-static void take(struct mr_quantity_value *values, uint16_t id, const uint8_t *payload, size_t length)
+static void take(struct mr_quantity_value *values, uint16_t id, const uint8_t *payload,
+                 size_t length)
 {
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
@@ -19,24 +20,33 @@ static void a_message_says_its_own(void **state)
     uint8_t payload[MR_MESSAGE_MAX];
     for (unsigned i = 0; i < MR_QUANTITIES; i++)
         values[i] = (struct mr_quantity_value){.value = -1.0, .error = -2.0};
-    take(values, MR_ID_TEMPERATURE, payload, mr_temperature_put(&(struct mr_temperature){.temperature_c = 20.5f, .error_c = 0.25f}, payload));
-    assert_true(values[MR_QUANTITY_temperature].value == 20.5 && values[MR_QUANTITY_temperature].error == 0.25);
+    take(values, MR_ID_TEMPERATURE, payload,
+         mr_temperature_put(&(struct mr_temperature){.temperature_c = 20.5f, .error_c = 0.25f},
+                            payload));
+    assert_true(values[MR_QUANTITY_temperature].value == 20.5 &&
+                values[MR_QUANTITY_temperature].error == 0.25);
     assert_true(values[MR_QUANTITY_load].value == -1.0 && values[MR_QUANTITY_load].error == -2.0);
-    take(values, MR_ID_HEALTH, payload, mr_health_put(&(struct mr_health){.load_permille = 123}, payload));
+    take(values, MR_ID_HEALTH, payload,
+         mr_health_put(&(struct mr_health){.load_permille = 123}, payload));
     assert_near(values[MR_QUANTITY_load].value, 12.3, 1e-12);
     assert_true(isnan(values[MR_QUANTITY_load].error));
-    take(values, MR_ID_TEMPERATURE, payload, mr_temperature_put(&(struct mr_temperature){.temperature_c = NAN, .error_c = NAN}, payload));
-    assert_true(isnan(values[MR_QUANTITY_temperature].value) && isnan(values[MR_QUANTITY_temperature].error));
+    take(values, MR_ID_TEMPERATURE, payload,
+         mr_temperature_put(&(struct mr_temperature){.temperature_c = NAN, .error_c = NAN},
+                            payload));
+    assert_true(isnan(values[MR_QUANTITY_temperature].value) &&
+                isnan(values[MR_QUANTITY_temperature].error));
     assert_near(values[MR_QUANTITY_load].value, 12.3, 1e-12);
 }
 
 static void each_has_its_words(void **state)
 {
     (void)state;
-    const struct mr_quantity_info *t = mr_quantity_at(MR_QUANTITY_temperature), *load = mr_quantity_at(MR_QUANTITY_load);
+    const struct mr_quantity_info *t = mr_quantity_at(MR_QUANTITY_temperature),
+                                  *load = mr_quantity_at(MR_QUANTITY_load);
     assert_string_equal(t->key, "temperature_c");
     assert_string_equal(t->error_key, "temperature_error_c");
-    assert_string_equal(t->unit, "\xc2\xb0" "C");
+    assert_string_equal(t->unit, "\xc2\xb0"
+                                 "C");
     assert_int_equal(t->id, MR_ID_TEMPERATURE);
     assert_non_null(t->why);
     assert_string_equal(load->key, "load_percent");

@@ -1,6 +1,6 @@
-/* The committed synthetic landings (tests/runs/README.md), checked without the program that made them: form
- * and checksum, and whether the physics in them holds by closed forms and by other routes than the
- * generator's. Reads only the files. */
+/* The committed synthetic landings (tests/runs/README.md), checked without the program that made
+ * them: form and checksum, and whether the physics in them holds by closed forms and by other
+ * routes than the generator's. Reads only the files. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,12 +17,12 @@
 #define RUNS 3
 
 /* Physics, written down again (tests/runs/README.md). */
-#define MAT_FT (2.0 / 7.0)
-#define MAT_LB 0.466
-#define STICK_LB (0.5 * MAT_LB)
-#define KL_LB_IN (2.9e5 / 12.0)
-#define SLACK_IN 0.030
-#define GRIT_LB 20.0
+#define MAT_FT    (2.0 / 7.0)
+#define MAT_LB    0.466
+#define STICK_LB  (0.5 * MAT_LB)
+#define KL_LB_IN  (2.9e5 / 12.0)
+#define SLACK_IN  0.030
+#define GRIT_LB   20.0
 #define GEAR_SLUG (1300.0 / 12.0 / 32.174) /* one of twelve shares */
 
 static const int numbers[RUNS] = {1, 4, 5};
@@ -106,7 +106,8 @@ static void one_rig_one_runway(void **state)
     (void)state;
     for (int r = 0; r < RUNS; r++) {
         assert_memory_equal(runs[r]->true_ft, runs[0]->true_ft, sizeof runs[0]->true_ft);
-        assert_memory_equal(runs[r]->row[0], runs[0]->row[0], sizeof runs[0]->row[0]); /* pretensions too */
+        /* pretensions too */
+        assert_memory_equal(runs[r]->row[0], runs[0]->row[0], sizeof runs[0]->row[0]);
         for (int i = 0; i < SWITCHES; i++) {
             assert_true(fabs(runs[r]->nominal_ft[i] - (-2.5 + 5.0 * i)) < 1e-9);
             assert_true(fabs(runs[r]->true_ft[i] - runs[r]->nominal_ft[i]) <= 0.02 / 12.0 + 1e-6);
@@ -116,11 +117,13 @@ static void one_rig_one_runway(void **state)
         for (int i = 0; i < GAGES; i++)
             assert_int_equal(runs[r]->band[i], i < 7 ? 1 : 2);
     }
-    assert_memory_equal(runs[1]->gap_end_in, runs[2]->gap_in, sizeof runs[1]->gap_end_in); /* 4, then 5 */
+    /* 4, then 5 */
+    assert_memory_equal(runs[1]->gap_end_in, runs[2]->gap_in, sizeof runs[1]->gap_end_in);
 }
 
-/* Edges against what the report states, by divided differences: over three edges their second difference is
- * the mean deceleration there (weighted by a hat), whatever the rest of the motion. */
+/* Edges against what the report states, by divided differences: over three edges their second
+ * difference is the mean deceleration there (weighted by a hat), whatever the rest of the
+ * motion. */
 static void edges_tell_the_stated_motion(void **state)
 {
     static const double speed[RUNS] = {28.0, 28.0, 35.5};
@@ -140,8 +143,8 @@ static void edges_tell_the_stated_motion(void **state)
             assert_true(fabs(run->open_s[i] + ride_s - run->touchdown_s) < 4e-8);
         }
         assert_true(fabs(run->open_s[1] - 1.6) < 0.02);
-        assert_true(fabs(truth(run, "mean_deceleration_ft_s2") * (stop_s - run->touchdown_s) - speed[r])
-                    < 1e-6);
+        assert_true(fabs(truth(run, "mean_deceleration_ft_s2") * (stop_s - run->touchdown_s) -
+                         speed[r]) < 1e-6);
         for (int i = 0; i < SWITCHES; i++) {
             assert_true(isnan(run->open_s[i]) == (run->true_ft[i] > stop_ft));
             if (isnan(run->open_s[i]))
@@ -150,8 +153,8 @@ static void edges_tell_the_stated_motion(void **state)
             previous_s = run->open_s[i];
             if (i >= 4) { /* three edges after the brakes have come on */
                 const double *t = &run->open_s[i - 2], *x = &run->true_ft[i - 2];
-                double a =
-                    -2.0 * ((x[2] - x[1]) / (t[2] - t[1]) - (x[1] - x[0]) / (t[1] - t[0])) / (t[2] - t[0]);
+                double a = -2.0 * ((x[2] - x[1]) / (t[2] - t[1]) - (x[1] - x[0]) / (t[1] - t[0])) /
+                           (t[2] - t[0]);
 
                 assert_true(a > least[r] * 0.983 && a < most[r] * 1.017);
                 first = i == 4 ? a : first;
@@ -161,16 +164,15 @@ static void edges_tell_the_stated_motion(void **state)
         if (numbers[r] == 5)
             assert_true(first < 6.8 && last > 9.0);
         else /* braking distance V^2/2a, half the 50 ms of rising brake, ripple of 1 % */
-            assert_true(
-                fabs(stop_ft - run->touchdown_ft - speed[r] * speed[r] / (2.0 * least[r]) - speed[r] * 0.025)
-                < 0.5);
+            assert_true(fabs(stop_ft - run->touchdown_ft - speed[r] * speed[r] / (2.0 * least[r]) -
+                             speed[r] * 0.025) < 0.5);
         /* the gear's momentum went through the strip */
         assert_true(fabs(truth(run, "thrust_impulse_lb_s") / (GEAR_SLUG * speed[r]) - 1.0) < 1e-3);
     }
 }
 
-/* Displacement is what the joints upfield opened: from the ground to mat 141 at station 40, and so on every
- * 35 joints. */
+/* Displacement is what the joints upfield opened: from the ground to mat 141 at station 40, and so
+ * on every 35 joints. */
 static void gaps_add_up_to_movement(void **state)
 {
     (void)state;
@@ -188,24 +190,27 @@ static void gaps_add_up_to_movement(void **state)
             double peak = 0.0;
 
             for (int k = 0; k < run->samples; k++) {
-                double speed = k == 0 ? 0.0 : (d_in(run, k, i) - d_in(run, k - 1, i)) / 12.0 / 0.001;
+                double speed = k == 0 ? 0.0
+                                      : (d_in(run, k, i) - d_in(run, k - 1, i)) / 12.0 / 0.001;
 
                 peak = fmax(peak, fabs(d_in(run, k, i)));
                 if (k < run->touchdown_s * 1000.0)
                     assert_int_equal(run->row[k][i], 0);
-                /* a mat alone pushed through all its slack: v^2 = 2 F slack / m; a rebound at most doubles it
-                 */
-                assert_true(fabs(speed) < 2.0 * sqrt(2.0 * 32.0 * SLACK_IN / 12.0 / (MAT_LB / 32.174)));
+                /* a mat alone pushed through all its slack: v^2 = 2 F slack / m; a rebound at most
+                 * doubles it */
+                assert_true(fabs(speed) <
+                            2.0 * sqrt(2.0 * 32.0 * SLACK_IN / 12.0 / (MAT_LB / 32.174)));
             }
             assert_true(fabs(peak - truth_of(run, "peak_displacement_in", i + 1)) < 1e-9 + 0.6e-5);
-            assert_int_equal(run->row[run->samples - 1][i], run->row[run->samples - 1000][i]); /* at rest */
+            /* at rest */
+            assert_int_equal(run->row[run->samples - 1][i], run->row[run->samples - 1000][i]);
         }
     }
 }
 
-/* At rest every joint's force lies in an interval that its gap gives (grit and stick take what they must),
- * and neighbours differ by at most a mat's friction: carry the interval of possible forces along the runway.
- */
+/* At rest every joint's force lies in an interval that its gap gives (grit and stick take what they
+ * must), and neighbours differ by at most a mat's friction: carry the interval of possible forces
+ * along the runway. */
 static void rest_is_in_equilibrium(void **state)
 {
     (void)state;
@@ -223,12 +228,14 @@ static void rest_is_in_equilibrium(void **state)
             low = fmax(low - STICK_LB, least);
             high = fmin(high + STICK_LB, most);
             if (low > high)
-                fail_msg("landing %d: mat %d cannot be at rest: %g lb too much", numbers[r], j, low - high);
+                fail_msg("landing %d: mat %d cannot be at rest: %g lb too much", numbers[r], j,
+                         low - high);
         }
     }
 }
 
-/* A push of F cannot slide more than F/(f w) mats; and as the wheel passes, movement practically ceases. */
+/* A push of F cannot slide more than F/(f w) mats; and as the wheel passes, movement practically
+ * ceases. */
 static void movement_keeps_to_the_wheel(void **state)
 {
     (void)state;
@@ -247,27 +254,30 @@ static void movement_keeps_to_the_wheel(void **state)
                 continue;
             while (edge < SWITCHES && run->open_s[edge] * 1000.0 <= moved)
                 edge++;
-            wheel_ft = run->true_ft[edge - 1];                                 /* at least here */
-            assert_true(run->transducer_ft[i] - wheel_ft < farthest_ft + 5.0); /* switches are 5 ft apart */
+            wheel_ft = run->true_ft[edge - 1]; /* at least here */
+            /* switches are 5 ft apart */
+            assert_true(run->transducer_ft[i] - wheel_ft < farthest_ft + 5.0);
             assert_true(run->transducer_ft[i] - wheel_ft > 3.0);
             for (int s = SWITCHES - 1; s >= 0; s--)
                 if (run->true_ft[s] > run->transducer_ft[i] + 2.0)
                     passed = s;
             if (passed == SWITCHES || isnan(run->open_s[passed]))
                 continue;
-            after =
-                fabs(d_in(run, run->samples - 1, i) - d_in(run, (int)(run->open_s[passed] * 1000.0) + 1, i));
+            after = fabs(d_in(run, run->samples - 1, i) -
+                         d_in(run, (int)(run->open_s[passed] * 1000.0) + 1, i));
             assert_true(after < 0.1 * truth_of(run, "peak_displacement_in", i + 1));
         }
     }
 }
 
-/* Gages between two transducers can be worked out from these: a first-order lag of 10 ms on 60 lb/in of their
- * difference. */
+/* Gages between two transducers can be worked out from these: a first-order lag of 10 ms on 60
+ * lb/in of their difference. */
 static void witness_bands_follow_the_mat(void **state)
 {
     static const int behind[] = {0, 1, 2, 3,
-                                 4}; /* transducers 5 ft behind gages 3..7; the next one is 5 ft ahead */
+                                 /* transducers 5 ft behind gages 3..7; the next one is 5 ft
+                                  * ahead */
+                                 4};
 
     (void)state;
     for (int r = 0; r < RUNS; r++)
@@ -287,8 +297,8 @@ static void witness_bands_follow_the_mat(void **state)
                     double now = 60.0 * (d_in(runs[r], k, left + 1) - d_in(runs[r], k, left));
 
                     if (k > 0) /* exact for a ramp between samples */
-                        lag =
-                            lag * exp(-0.1) + now - old * exp(-0.1) - (now - old) * 10.0 * (1.0 - exp(-0.1));
+                        lag = lag * exp(-0.1) + now - old * exp(-0.1) -
+                              (now - old) * 10.0 * (1.0 - exp(-0.1));
                     old = now;
                     assert_true(fabs(tension - start - lag) < 0.05);
                 }
@@ -321,8 +331,8 @@ static void survey_reads_the_gaps(void **state)
     }
 }
 
-/* The longest run from closed joint to closed joint with at most one open in every ten: by trying all pairs.
- */
+/* The longest run from closed joint to closed joint with at most one open in every ten: by trying
+ * all pairs. */
 static void check_zone(const struct run *run, const double *gap_in, const char *when)
 {
     int best = 0, start = 0, closed = 0;
@@ -365,10 +375,10 @@ static void zones_are_where_the_gaps_say(void **state)
         check_zone(runs[r], runs[r]->gap_in, "start");
         check_zone(runs[r], runs[r]->gap_end_in, "end");
     }
-    /* what the two demo landings are for: no zone to warn of in the first, a long one in the fifth, ahead of
-     * the stop */
-    assert_true(truth(runs[0], "zone_ahead_longest_mats") < 30.0
-                && truth(runs[0], "zone_ahead_first_t_s") < 0.0);
+    /* what the two demo landings are for: no zone to warn of in the first, a long one in the fifth,
+     * ahead of the stop */
+    assert_true(truth(runs[0], "zone_ahead_longest_mats") < 30.0 &&
+                truth(runs[0], "zone_ahead_first_t_s") < 0.0);
     assert_true(truth(runs[2], "zone_at_end_mats") >= 50.0);
     assert_true(truth(runs[2], "zone_ahead_first_t_s") > runs[2]->touchdown_s);
     assert_true(truth(runs[2], "zone_ahead_first_t_s") < truth(runs[2], "stop_t_s"));
@@ -377,10 +387,14 @@ static void zones_are_where_the_gaps_say(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(everything_is_there),          cmocka_unit_test(one_rig_one_runway),
-        cmocka_unit_test(edges_tell_the_stated_motion), cmocka_unit_test(gaps_add_up_to_movement),
-        cmocka_unit_test(rest_is_in_equilibrium),       cmocka_unit_test(movement_keeps_to_the_wheel),
-        cmocka_unit_test(witness_bands_follow_the_mat), cmocka_unit_test(survey_reads_the_gaps),
+        cmocka_unit_test(everything_is_there),
+        cmocka_unit_test(one_rig_one_runway),
+        cmocka_unit_test(edges_tell_the_stated_motion),
+        cmocka_unit_test(gaps_add_up_to_movement),
+        cmocka_unit_test(rest_is_in_equilibrium),
+        cmocka_unit_test(movement_keeps_to_the_wheel),
+        cmocka_unit_test(witness_bands_follow_the_mat),
+        cmocka_unit_test(survey_reads_the_gaps),
         cmocka_unit_test(zones_are_where_the_gaps_say),
     };
 

@@ -6,7 +6,8 @@
 
 #include "tests/cmocka_all.h"
 
-/* -0.3312 in * 10000 = -3312 = 0xf310, 14.02 lb * 50 = 701 = 0x02bd; missing = 0x8000: worked out by hand. */
+/* -0.3312 in * 10000 = -3312 = 0xf310, 14.02 lb * 50 = 701 = 0x02bd; missing = 0x8000: worked out
+ * by hand. */
 static void packs_put_the_bytes_worked_out_by_hand(void **state)
 {
     (void)state;
@@ -15,12 +16,18 @@ static void packs_put_the_bytes_worked_out_by_hand(void **state)
     uint8_t out[MR_MESSAGE_MAX];
     t[12] = 14.02f;
     t[13] = NAN;
-    assert_int_equal(mr_series_pack_put(mr_series_pack_at(MR_PACK_DISPLACEMENT_1_3), d, 0x51234, out), 8);
-    assert_memory_equal(out, ((const uint8_t[]){0x10, 0xf3, 0x00, 0x80, 0xff, 0x7f, 0x34, 0x12}), 8);
-    assert_int_equal(mr_series_pack_put(mr_series_pack_at(MR_PACK_DISPLACEMENT_7_8), d, 0x51234, out), 8);
-    assert_memory_equal(out, ((const uint8_t[]){0x10, 0x27, 0x00, 0x80, 0x82, 0x00, 0x34, 0x12}), 8); /* 2 and 8 are missing */
+    assert_int_equal(
+        mr_series_pack_put(mr_series_pack_at(MR_PACK_DISPLACEMENT_1_3), d, 0x51234, out), 8);
+    assert_memory_equal(out, ((const uint8_t[]){0x10, 0xf3, 0x00, 0x80, 0xff, 0x7f, 0x34, 0x12}),
+                        8);
+    assert_int_equal(
+        mr_series_pack_put(mr_series_pack_at(MR_PACK_DISPLACEMENT_7_8), d, 0x51234, out), 8);
+    /* 2 and 8 are missing */
+    assert_memory_equal(out, ((const uint8_t[]){0x10, 0x27, 0x00, 0x80, 0x82, 0x00, 0x34, 0x12}),
+                        8);
     assert_int_equal(mr_series_pack_put(mr_series_pack_at(MR_PACK_TENSION_13_14), t, 9, out), 8);
-    assert_memory_equal(out, ((const uint8_t[]){0xbd, 0x02, 0x00, 0x80, 0x00, 0x20, 0x09, 0x00}), 8);
+    assert_memory_equal(out, ((const uint8_t[]){0xbd, 0x02, 0x00, 0x80, 0x00, 0x20, 0x09, 0x00}),
+                        8);
 }
 
 /* The message that the catalogue describes, field by field: another way to the same numbers. */
@@ -44,9 +51,11 @@ static void a_pack_is_the_message_of_the_catalogue(void **state)
         assert_int_equal(mr_series_pack_put(pack, values, 70000, out), info->length);
         assert_int_equal(mr_series_pack_get(pack, out, got), pack->count);
         for (unsigned i = 0; i < pack->count; i++) {
-            snprintf(name, sizeof name, "%c%u_%s", series->letter, pack->first + i, info->fields[i].unit);
+            snprintf(name, sizeof name, "%c%u_%s", series->letter, pack->first + i,
+                     info->fields[i].unit);
             assert_string_equal(info->fields[i].name, name);
-            assert_true(mr_field_value(&info->fields[i], out) == (double)values[pack->first - 1 + i]);
+            assert_true(mr_field_value(&info->fields[i], out) ==
+                        (double)values[pack->first - 1 + i]);
             assert_true(got[i] == values[pack->first - 1 + i]);
             assert_true(info->fields[i].per_unit == series->per_unit);
         }

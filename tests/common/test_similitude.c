@@ -33,7 +33,8 @@ static void table_2_2(void **state)
         assert_non_null(quantity);
         if (mr_similitude_half_powers(MR_KEEP_DENSITY, quantity->dimension) != rows[i].half_powers)
             fail_msg("%s", rows[i].name);
-        assert_near(ratio(MR_KEEP_DENSITY, 7, rows[i].name) / pow(7, rows[i].half_powers / 2.0), 1, 1e-14);
+        assert_near(ratio(MR_KEEP_DENSITY, 7, rows[i].name) / pow(7, rows[i].half_powers / 2.0), 1,
+                    1e-14);
     }
 }
 
@@ -58,8 +59,9 @@ static void table_b_2(void **state)
 static void what_the_text_works_out(void **state)
 {
     (void)state;
-    assert_near(1000 * ratio(MR_KEEP_DENSITY, 7, "W"), 343000, 1e-6);        /* 2.3 */
-    assert_near(1440 * ratio(MR_KEEP_DENSITY, 7, "W"), 495000, 1500);        /* 2.6, rounded there */
+    assert_near(1000 * ratio(MR_KEEP_DENSITY, 7, "W"), 343000, 1e-6); /* 2.3 */
+    /* 2.6, rounded there */
+    assert_near(1440 * ratio(MR_KEEP_DENSITY, 7, "W"), 495000, 1500);
     assert_near(1220 * ratio(MR_KEEP_DENSITY, 7, "W"), 419000, 1000);        /* 2.3 */
     assert_near(82 / ratio(MR_KEEP_DENSITY, 7, "p"), 12, 0.5);               /* 2.3, psi */
     assert_near(28 * ratio(MR_KEEP_DENSITY, 7, "v") * 3600 / 5280, 50, 1);   /* 2.4, mph */
@@ -83,15 +85,17 @@ static void pi_terms_stay(void **state)
         for (int i = 0; i < MR_PI_INPUTS; i++)
             prototype[i] = model[i] * ratio((enum mr_similitude_rule)rule, 6.6, mr_pi_inputs[i]);
         for (size_t k = 0; k < mr_pi_term_count; k++)
-            assert_near(mr_pi_value(&mr_pi_terms[k], prototype) / mr_pi_value(&mr_pi_terms[k], model), 1,
-                        1e-13);
+            assert_near(mr_pi_value(&mr_pi_terms[k], prototype) /
+                            mr_pi_value(&mr_pi_terms[k], model),
+                        1, 1e-13);
     }
     double some[MR_PI_INPUTS];
     memcpy(some, model, sizeof some);
     some[5] = (double)NAN;
     for (size_t k = 0; k < mr_pi_term_count; k++)
         assert_true(isnan(mr_pi_value(&mr_pi_terms[k], some)) == (mr_pi_terms[k].power[5] != 0));
-    assert_near(mr_pi_value(&mr_pi_terms[0], model), 1440 / (5.2 * 32.174 * 0.29 * 0.29 * 0.29), 1e-9);
+    assert_near(mr_pi_value(&mr_pi_terms[0], model), 1440 / (5.2 * 32.174 * 0.29 * 0.29 * 0.29),
+                1e-9);
     assert_near(mr_pi_value(&mr_pi_terms[3], model), 28 * 28 / (32.174 * 0.29), 1e-9);
 }
 

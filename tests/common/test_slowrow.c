@@ -1,4 +1,5 @@
-/* Rows of the slow log: the bytes laid out by hand from common/slowrow.h, and rows put together from their parts. */
+/* Rows of the slow log: the bytes laid out by hand from common/slowrow.h, and rows put together
+ * from their parts. */
 #include "common/slowrow.h"
 
 #include <math.h>
@@ -9,7 +10,12 @@
 
 static struct mr_slowrow make_row(uint32_t seq)
 {
-    struct mr_slowrow row = {.seq = seq, .block = 60000, .faults = 0x80000001u, .temperature_c = -0.5f, .boot = 3, .state = 0x41};
+    struct mr_slowrow row = {.seq = seq,
+                             .block = 60000,
+                             .faults = 0x80000001u,
+                             .temperature_c = -0.5f,
+                             .boot = 3,
+                             .state = 0x41};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         row.displacement_in[i] = 0.125f * (float)i;
     for (unsigned i = 0; i < MR_GAGES; i++)
@@ -39,8 +45,10 @@ static void the_bytes_are_those_of_the_table(void **state)
     (void)state;
     struct mr_slowrow row = make_row(0x01020304), again;
     uint8_t bytes[MR_SLOWROW];
-    /* seq, block 60000 = 0xea60, faults, -0.5 C * 16 = -8, 0 in, 0.125 in * 10000 = 1250 = 0x04e2 */
-    const uint8_t begin[] = {4, 3, 2, 1, 0x60, 0xea, 0, 0, 1, 0, 0, 0x80, 0xf8, 0xff, 0, 0, 0xe2, 0x04};
+    /* seq, block 60000 = 0xea60, faults, -0.5 C * 16 = -8, 0 in, 0.125 in * 10000 = 1250 =
+     * 0x04e2 */
+    const uint8_t begin[] = {4, 3, 2,    1,    0x60, 0xea, 0, 0,    1,
+                             0, 0, 0x80, 0xf8, 0xff, 0,    0, 0xe2, 0x04};
     mr_slowrow_put(&row, bytes);
     assert_memory_equal(bytes, begin, sizeof begin);
     assert_int_equal(bytes[14 + 14] | bytes[14 + 15] << 8, 0x8000); /* displacement 8 is missing */
@@ -61,7 +69,8 @@ static void the_bytes_are_those_of_the_table(void **state)
     assert_int_equal(mr_slowrow_get(&again, bytes), MR_TOO_FEW);
 }
 
-static enum mr_status give(struct mr_slowrow_reader *reader, const struct mr_slowrow *row, unsigned part)
+static enum mr_status give(struct mr_slowrow_reader *reader, const struct mr_slowrow *row,
+                           unsigned part)
 {
     uint16_t id;
     uint8_t payload[MR_MESSAGE_MAX];
@@ -78,14 +87,16 @@ static void parts_in_order_are_a_row(void **state)
         for (unsigned part = 0; part + 1 < MR_SLOWROW_PARTS; part++) {
             assert_int_equal(give(&reader, &row, part), MR_TOO_FEW);
             /* what else travels meanwhile does not disturb it */
-            assert_int_equal(mr_slowrow_take(&reader, MR_ID_HELLO, (const uint8_t[8]){0}, 8), MR_UNKNOWN);
+            assert_int_equal(mr_slowrow_take(&reader, MR_ID_HELLO, (const uint8_t[8]){0}, 8),
+                             MR_UNKNOWN);
         }
         assert_int_equal(give(&reader, &row, MR_SLOWROW_PARTS - 1), MR_OK);
         check_row(&reader.row, &row);
     }
 }
 
-/* Any one part that is lost, doubled, cut short or of another row loses the row, and the next whole one is read. */
+/* Any one part that is lost, doubled, cut short or of another row loses the row, and the next whole
+ * one is read. */
 static void a_row_with_a_hole_is_none(void **state)
 {
     (void)state;

@@ -7,7 +7,7 @@
 #include "tests/cmocka_all.h"
 
 #define BLOCK_TICKS 84000u /* 1 ms of 84 MHz */
-#define MS(ms) ((uint32_t)(84000.0 * (ms)))
+#define MS(ms)      ((uint32_t)(84000.0 * (ms)))
 
 static const uint16_t steps[] = {64, 120, 176, 232};
 static struct mr_switches switches;
@@ -161,7 +161,8 @@ static void a_burst_without_a_step_is_no_switch(void **state)
     assert_int_equal(answers, 2);
 }
 
-/* An edge without a step 7 ms after one that had its answer is that contact's bounce; 20 ms after it, nobody's. */
+/* An edge without a step 7 ms after one that had its answer is that contact's bounce; 20 ms after
+ * it, nobody's. */
 static void an_edge_without_a_step_soon_after_is_a_bounce(void **state)
 {
     (void)state;
@@ -250,7 +251,8 @@ static void edges_before_any_level_have_no_step(void **state)
     assert_int_equal(answers, 1);
 }
 
-/* 32 wait at most; the next is not taken, and the caller is told. A contact that never comes to rest does not hold them for ever. */
+/* 32 wait at most; the next is not taken, and the caller is told. A contact that never comes to
+ * rest does not hold them for ever. */
 static void there_is_room_for_32(void **state)
 {
     (void)state;

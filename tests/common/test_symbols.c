@@ -1,13 +1,14 @@
-/* Symbols of an ELF file that is laid out here by hand, from the standard's tables: header, three sections (none, symbols, names). */
+/* Symbols of an ELF file that is laid out here by hand, from the standard's tables: header, three
+ * sections (none, symbols, names). */
 #include <string.h>
 
 #include "common/symbols.h"
 #include "tests/cmocka_all.h"
 
-#define SYMBOLS_AT 52u
-#define NAMES_AT (SYMBOLS_AT + 16u * 7u)
+#define SYMBOLS_AT  52u
+#define NAMES_AT    (SYMBOLS_AT + 16u * 7u)
 #define SECTIONS_AT (NAMES_AT + 48u)
-#define FILE_BYTES (SECTIONS_AT + 3u * 40u)
+#define FILE_BYTES  (SECTIONS_AT + 3u * 40u)
 
 static uint8_t file[FILE_BYTES];
 static struct mr_symbol room[8];
@@ -19,7 +20,8 @@ static void put(unsigned at, unsigned bytes, uint32_t value)
         file[at + i] = (uint8_t)(value >> 8 * i);
 }
 
-static void put_symbol(unsigned n, uint32_t name, uint32_t address, uint32_t size, uint8_t info, uint16_t section)
+static void put_symbol(unsigned n, uint32_t name, uint32_t address, uint32_t size, uint8_t info,
+                       uint16_t section)
 {
     unsigned at = SYMBOLS_AT + 16u * n;
     put(at, 4, name);
@@ -51,12 +53,13 @@ static int lay_out(void **state)
     put_section(1, 2, SYMBOLS_AT, 16u * 7u, 2);
     put_section(2, 3, NAMES_AT, sizeof names, 0);
     memcpy(file + NAMES_AT, names, sizeof names);
-    put_symbol(1, 23, 0x08010101, 0, 0x12, 1);     /* Thumb, no size */
+    put_symbol(1, 23, 0x08010101, 0, 0x12, 1); /* Thumb, no size */
     put_symbol(2, 1, 0x08010001, 0x40, 0x12, 1);
-    put_symbol(3, 6, 0x08010001, 0, 0x12, 1);      /* another name for it, without a size */
-    put_symbol(4, 12, 0x08010080, 16, 0x11, 1);    /* an object */
-    put_symbol(5, 18, 0x08010031, 0x1000, 0x02, 1); /* begins inside take; longer than there is room */
-    put_symbol(6, 28, 0, 0, 0x12, 0);              /* of another file */
+    put_symbol(3, 6, 0x08010001, 0, 0x12, 1);   /* another name for it, without a size */
+    put_symbol(4, 12, 0x08010080, 16, 0x11, 1); /* an object */
+    /* begins inside take; longer than there is room */
+    put_symbol(5, 18, 0x08010031, 0x1000, 0x02, 1);
+    put_symbol(6, 28, 0, 0, 0x12, 0); /* of another file */
     symbols = (struct mr_symbols){0};
     return 0;
 }
@@ -70,12 +73,14 @@ static void functions_are_found_by_address_and_name(void **state)
     assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 3);
     assert_string_equal(mr_symbols_at(&symbols, 0x08010000)->name, "take");
-    assert_int_equal(mr_symbols_named(&symbols, "take")->size, 0x30); /* up to the one that begins inside */
+    /* up to the one that begins inside */
+    assert_int_equal(mr_symbols_named(&symbols, "take")->size, 0x30);
     assert_string_equal(mr_symbols_at(&symbols, 0x0801002e)->name, "take");
     assert_string_equal(mr_symbols_at(&symbols, 0x08010030)->name, "stop");
     assert_int_equal(mr_symbols_named(&symbols, "stop")->size, 0xd0);
     assert_int_equal(mr_symbols_named(&symbols, "late")->address, 0x08010100);
-    assert_int_equal(mr_symbols_named(&symbols, "late")->size, 2); /* the last, without a size: one instruction */
+    /* the last, without a size: one instruction */
+    assert_int_equal(mr_symbols_named(&symbols, "late")->size, 2);
     assert_null(mr_symbols_at(&symbols, 0x08010102));
     assert_null(mr_symbols_at(&symbols, 0x0800ffff));
     assert_null(mr_symbols_named(&symbols, "table"));
@@ -99,8 +104,10 @@ static void what_is_no_whole_image_is_refused(void **state)
     (void)state;
     size_t most;
     for (size_t cut = 0; cut < sizeof file; cut++)
-        assert_int_equal(mr_symbols_take(file, cut, room, &symbols), cut < 52 ? MR_MALFORMED : MR_TRUNCATED);
-    put_section(1, 2, SYMBOLS_AT, 0xfffffff0u, 2); /* a table that ends beyond the file, and beyond 32 bits */
+        assert_int_equal(mr_symbols_take(file, cut, room, &symbols),
+                         cut < 52 ? MR_MALFORMED : MR_TRUNCATED);
+    /* a table that ends beyond the file, and beyond 32 bits */
+    put_section(1, 2, SYMBOLS_AT, 0xfffffff0u, 2);
     assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_TRUNCATED);
     assert_int_equal(most, 0);
     put_section(1, 2, SYMBOLS_AT, 16u * 7u, 2);
@@ -128,7 +135,8 @@ static void a_name_that_does_not_end_is_refused(void **state)
 static void sections_that_are_not_there_are_refused(void **state)
 {
     (void)state;
-    put_section(1, 2, SYMBOLS_AT, 16u * 7u, 9); /* names in a section that there is not: no table of ours */
+    /* names in a section that there is not: no table of ours */
+    put_section(1, 2, SYMBOLS_AT, 16u * 7u, 9);
     assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
     assert_int_equal(symbols.count, 0);
     put(46, 2, 39); /* sections too short for what is read of them */
@@ -138,7 +146,8 @@ static void sections_that_are_not_there_are_refused(void **state)
     assert_int_equal(symbols.count, 0);
 }
 
-/* 400 functions in an order that was shuffled, each address twice, one of the two names without a size: found by every address in them. */
+/* 400 functions in an order that was shuffled, each address twice, one of the two names without a
+ * size: found by every address in them. */
 static void many_are_sorted(void **state)
 {
     enum { FUNCTIONS = 400, TABLE = 16 * 2 * FUNCTIONS };
@@ -156,7 +165,8 @@ static void many_are_sorted(void **state)
     }
     for (unsigned k = 0; k < 4; k++)
         big[32 + k] = (uint8_t)((52u + TABLE + 8u) >> 8 * k);
-    for (unsigned n = 0; n < 2 * FUNCTIONS; n++) { /* 37 and 400 have no common divisor: each place twice */
+    for (unsigned n = 0; n < 2 * FUNCTIONS; n++) {
+        /* 37 and 400 have no common divisor: each place twice */
         uint8_t *symbol = big + 52 + 16 * n;
         uint32_t address = 0x08010001u + 64u * (37u * n % FUNCTIONS);
         for (unsigned k = 0; k < 4; k++)
@@ -180,12 +190,9 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup(name, lay_out)
     const struct CMUnitTest tests[] = {
-        TEST(functions_are_found_by_address_and_name),
-        TEST(a_stripped_image_has_none),
-        TEST(what_is_no_whole_image_is_refused),
-        TEST(a_name_that_does_not_end_is_refused),
-        TEST(sections_that_are_not_there_are_refused),
-        TEST(many_are_sorted),
+        TEST(functions_are_found_by_address_and_name), TEST(a_stripped_image_has_none),
+        TEST(what_is_no_whole_image_is_refused),       TEST(a_name_that_does_not_end_is_refused),
+        TEST(sections_that_are_not_there_are_refused), TEST(many_are_sorted),
     };
     return cmocka_run_group_tests_name("common/symbols", tests, NULL, NULL);
 }

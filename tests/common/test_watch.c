@@ -1,5 +1,5 @@
-/* Watch over the channels: noise, rate, stuck, and what is told of it. Three transducers at 40, 50 and 60 ft and three gages play
- * readings that are written down here. */
+/* Watch over the channels: noise, rate, stuck, and what is told of it. Three transducers at 40, 50
+ * and 60 ft and three gages play readings that are written down here. */
 #include <math.h>
 #include <string.h>
 
@@ -42,8 +42,10 @@ static int start(void **state)
     (void)state;
     memset(config, 0, sizeof config);
     for (unsigned c = 0; c < 3; c++) {
-        config[c] = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT, .number = (uint8_t)(c + 1),
-                                               .station_ft = 40.0f + 10.0f * (float)c, .unit_per_code = 0.0016f,
+        config[c] = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT,
+                                               .number = (uint8_t)(c + 1),
+                                               .station_ft = 40.0f + 10.0f * (float)c,
+                                               .unit_per_code = 0.0016f,
                                                .rate_limit_per_s = 100.0f};
         reading_in[c] = 0.0f;
         wiring[c] = MR_VALID;
@@ -100,13 +102,15 @@ static void movement_is_no_noise(void **state)
 {
     (void)state;
     noise_in = 0.001;
-    for (unsigned i = 0; i < 1500; i++) { /* 5 in/s, turning round: as fast as mats were seen to move */
+    for (unsigned i = 0; i < 1500; i++) {
+        /* 5 in/s, turning round: as fast as mats were seen to move */
         for (unsigned c = 0; c < 3; c++)
             reading_in[c] = (float)(0.2 * sin((double)i * 0.025));
         play_block();
     }
     assert_near(mr_watch_noise(&watch, 1), 0.001, 0.0004);
-    for (unsigned i = 0; i < 8; i++) { /* jumps, at each place in its turn: two of them fall into a second difference */
+    for (unsigned i = 0; i < 8; i++) {
+        /* jumps, at each place in its turn: two of them fall into a second difference */
         reading_in[1] += 0.05f;
         play(9);
     }
@@ -292,7 +296,7 @@ static void a_fluttering_contact_floods_nobody(void **state)
         wiring[2] = i / 150 % 2 ? MR_INVALID_OPEN : MR_VALID;
         play_block();
     }
-    assert_int_equal(told[1], 1); /* it is never good for long */
+    assert_int_equal(told[1], 1);     /* it is never good for long */
     assert_in_range(told[2], 15, 20); /* two a second, as they come */
 }
 
@@ -321,11 +325,17 @@ static void between_landings_only_the_wiring_is_looked_at(void **state)
 static void the_terms_of_an_error_add_up(void **state)
 {
     (void)state;
-    const struct mr_channel_config c = {.unit_per_code = 0.001f, .zero_code = 100.0f, .gain_error = 0.005f, .zero_error = 0.02f,
-                                        .linearity_error = 0.01f, .drift_error_per_h = 0.004f};
-    struct mr_error_case reading = {.value = 2.0f, .noise = 0.003f, .averaged = 9.0f, .hours = 1.0f, .reference_error = 0.001f};
+    const struct mr_channel_config c = {.unit_per_code = 0.001f,
+                                        .zero_code = 100.0f,
+                                        .gain_error = 0.005f,
+                                        .zero_error = 0.02f,
+                                        .linearity_error = 0.01f,
+                                        .drift_error_per_h = 0.004f};
+    struct mr_error_case reading = {
+        .value = 2.0f, .noise = 0.003f, .averaged = 9.0f, .hours = 1.0f, .reference_error = 0.001f};
     assert_near(mr_reading_error(&c, &reading), 0.024928, 0.000001);
-    /* of a movement: sqrt(0.003^2/9 + 0.003^2/100 + 0.01^2 + (0.005*2)^2 + (0.004*0.5)^2 + (0.001*2)^2) */
+    /* of a movement: sqrt(0.003^2/9 + 0.003^2/100 + 0.01^2 + (0.005*2)^2 + (0.004*0.5)^2 +
+     * (0.001*2)^2) */
     reading.baseline_blocks = 100.0f;
     reading.hours = 0.5f;
     assert_near(mr_reading_error(&c, &reading), 0.014460, 0.000001);
@@ -333,12 +343,15 @@ static void the_terms_of_an_error_add_up(void **state)
     assert_true(isnan(mr_reading_error(&c, &reading)));
 }
 
-/* Without noise a reading is one of steps of a code, 0.289 codes from the truth; and the curve is right at the zero. */
+/* Without noise a reading is one of steps of a code, 0.289 codes from the truth; and the curve is
+ * right at the zero. */
 static void at_rest_without_noise_rounding_is_left(void **state)
 {
     (void)state;
-    const struct mr_channel_config c = {.unit_per_code = 0.001f, .linearity_error = 0.01f, .low = -1.0f, .high = 7.0f};
-    struct mr_error_case still = {.value = 0.0f, .noise = 0.0f, .averaged = 100.0f, .baseline_blocks = 256.0f};
+    const struct mr_channel_config c = {
+        .unit_per_code = 0.001f, .linearity_error = 0.01f, .low = -1.0f, .high = 7.0f};
+    struct mr_error_case still = {
+        .value = 0.0f, .noise = 0.0f, .averaged = 100.0f, .baseline_blocks = 256.0f};
     assert_near(mr_reading_error(&c, &still), 0.000289, 1e-6);
     still.value = -0.4082483f; /* half of sqrt(2/3) of an eighth of the range, 1 in */
     assert_near(mr_reading_error(&c, &still), 0.005008, 1e-5);

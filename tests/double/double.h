@@ -1,5 +1,6 @@
-/* The predictor once more with every float of it a double: the same sources (common/predictor.c and what it calls), compiled with
- * that one word changed. One runway at a time. All quantities as in common/predictor.h. */
+/* The predictor once more with every float of it a double: the same sources (common/predictor.c and
+ * what it calls), compiled with that one word changed. One runway at a time. All quantities as in
+ * common/predictor.h. */
 #ifndef MATRIG_TESTS_DOUBLE_H
 #define MATRIG_TESTS_DOUBLE_H
 
@@ -14,7 +15,8 @@ struct double_config {
 
 /* Starts and arms. False: refused. */
 bool double_start(const struct double_config *config);
-void double_block(double wheel_ft, double speed_ft_s, double deceleration_ft_s2, const double displacement_in[8]);
+void double_block(double wheel_ft, double speed_ft_s, double deceleration_ft_s2,
+                  const double displacement_in[8]);
 double double_displacement_ft(unsigned mat);
 /* Bytes of a number in it: 8, or the test is none. */
 unsigned double_size(void);

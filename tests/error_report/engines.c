@@ -1,7 +1,8 @@
-/* The two landing engines of campaigns: error against run time of single passes, on the first landing of the standard
- * series. The measure is what a campaign keeps: movements at 64 stations. A landing is badly conditioned (whether a joint
- * just closes decides where its mats come to rest), so errors do not fall with the step as far as they would elsewhere: how far
- * they can is measured, by a change of friction that no measurement would see. */
+/* The two landing engines of campaigns: error against run time of single passes, on the first
+ * landing of the standard series. The measure is what a campaign keeps: movements at 64 stations. A
+ * landing is badly conditioned (whether a joint just closes decides where its mats come to rest),
+ * so errors do not fall with the step as far as they would elsewhere: how far they can is measured,
+ * by a change of friction that no measurement would see. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -10,10 +11,10 @@
 #include "host/base/svg.h"
 #include "tests/error_report/report.h"
 
-#define SEEDS 3
-#define STEPS 5     /* 2 / 3 of the longest, and halves of it */
-#define NUDGE 1e-9  /* of friction, relative */
-#define REFERENCE 1 /* the reference's step: so many halvings below the last */
+#define SEEDS     3
+#define STEPS     5    /* 2 / 3 of the longest, and halves of it */
+#define NUDGE     1e-9 /* of friction, relative */
+#define REFERENCE 1    /* the reference's step: so many halvings below the last */
 
 struct engine {
     const char *name;
@@ -25,11 +26,12 @@ struct point {
     double dt_s, ms, rms_in, worst_in;
 };
 
-static const struct engine engines[] = {{"chain", CAMPAIGN_CHAIN, 2.0e-4}, {"planar", CAMPAIGN_PLANAR, 2.0e-4}};
+static const struct engine engines[] = {{"chain", CAMPAIGN_CHAIN, 2.0e-4},
+                                        {"planar", CAMPAIGN_PLANAR, 2.0e-4}};
 #define ENGINES (sizeof engines / sizeof engines[0])
 
-static enum mr_status play(struct campaign *campaign, const struct engine *engine, double dt_s, struct campaign_run *runs,
-                           struct error *error)
+static enum mr_status play(struct campaign *campaign, const struct engine *engine, double dt_s,
+                           struct campaign_run *runs, struct error *error)
 {
     campaign->engine = engine->use;
     campaign->chain_dt_s = campaign->planar_dt_s = dt_s;
@@ -48,15 +50,16 @@ static void release(struct campaign_run *runs)
         campaign_run_free(&runs[i]);
 }
 
-static struct point measure(const struct campaign *campaign, double dt_s, const struct campaign_run *runs,
-                            const struct campaign_run *reference)
+static struct point measure(const struct campaign *campaign, double dt_s,
+                            const struct campaign_run *runs, const struct campaign_run *reference)
 {
     struct point p = {.dt_s = dt_s};
     double sum = 0.0;
     for (size_t i = 0; i < SEEDS; i++) {
         p.ms += runs[i].ms / SEEDS;
         for (size_t s = 0; s < campaign->station_count; s++) {
-            double apart = fabs(runs[i].outcomes[0].movement_in[s] - reference[i].outcomes[0].movement_in[s]);
+            double apart =
+                fabs(runs[i].outcomes[0].movement_in[s] - reference[i].outcomes[0].movement_in[s]);
             p.worst_in = fmax(p.worst_in, apart);
             sum += apart * apart;
         }
@@ -66,11 +69,12 @@ static struct point measure(const struct campaign *campaign, double dt_s, const 
 }
 
 /* `nudged`: the reference once more with friction changed by NUDGE. */
-static enum mr_status study(struct campaign *campaign, const struct engine *engine, struct point *points, struct point *nudged,
-                            struct error *error)
+static enum mr_status study(struct campaign *campaign, const struct engine *engine,
+                            struct point *points, struct point *nudged, struct error *error)
 {
     struct campaign_run reference[SEEDS] = {0}, runs[SEEDS] = {0};
-    double finest_s = engine->longest_s / 1.5 / (double)(1 << (STEPS - 1 + REFERENCE)), friction = campaign->landings[0].scene.friction;
+    double finest_s = engine->longest_s / 1.5 / (double)(1 << (STEPS - 1 + REFERENCE)),
+           friction = campaign->landings[0].scene.friction;
     play(campaign, engine, finest_s, reference, error);
     if (error->status == MR_OK) {
         campaign->landings[0].scene.friction = friction * (1.0 + NUDGE);
@@ -91,7 +95,8 @@ static enum mr_status study(struct campaign *campaign, const struct engine *engi
 
 static void table(FILE *out, const struct point points[ENGINES][STEPS])
 {
-    static const char *const heads[] = {"engine", "dt, s", "ms a landing", "rms error, in", "largest error, in", NULL};
+    static const char *const heads[] = {
+        "engine", "dt, s", "ms a landing", "rms error, in", "largest error, in", NULL};
     html_table(out, heads);
     for (size_t e = 0; e < ENGINES; e++) {
         for (int k = 0; k < STEPS; k++) {
@@ -119,11 +124,18 @@ static void draw(FILE *out, const struct point points[ENGINES][STEPS])
             slow = fmax(slow, points[e][k].ms);
         }
     }
-    struct svg_plot plot = {.out = out, .left = 70, .top = 20, .width = 500, .height = 240, .log_x = true, .log_y = true,
+    struct svg_plot plot = {.out = out,
+                            .left = 70,
+                            .top = 20,
+                            .width = 500,
+                            .height = 240,
+                            .log_x = true,
+                            .log_y = true,
                             .x = {fast / 1.3, slow * 1.3, "run time of a landing, ms", true},
                             .y = {low / 1.5, high * 1.5, "rms error of movement, in", true}};
     svg_open(out, 600, 310, "error against run time of the landing engines");
-    fputs("<style>.e0,.e1{fill:none;stroke-width:1.6}.e0{stroke:#3465a4}.e1{stroke:#cc0000}.frame,.grid{fill:none;stroke:#ccc}"
+    fputs("<style>.e0,.e1{fill:none;stroke-width:1.6}.e0{stroke:#3465a4}.e1{stroke:#cc0000}.frame,."
+          "grid{fill:none;stroke:#ccc}"
           "text{font:12px sans-serif}</style>",
           out);
     svg_axes(&plot);
@@ -156,12 +168,18 @@ enum mr_status write_engines(FILE *out, const char *series, struct error *error)
     for (size_t e = 0; e < ENGINES && error->status == MR_OK; e++)
         study(&campaign, &engines[e], points[e], &nudged[e], error);
     if (error->status == MR_OK) {
-        fprintf(out, "<h2>The landing engines of campaigns</h2>\n<p>%s, first landing, %d runways, single passes; errors of the "
-                     "movement at %d stations against a step of 1/%d of the longest one here, of the same engine.</p>\n",
+        fprintf(out,
+                "<h2>The landing engines of campaigns</h2>\n<p>%s, first landing, %d runways, "
+                "single passes; errors of the "
+                "movement at %d stations against a step of 1/%d of the longest one here, of the "
+                "same engine.</p>\n",
                 campaign.name, SEEDS, CAMPAIGN_STATIONS_MAX, 1 << (STEPS - 1 + REFERENCE));
-        fprintf(out, "<p>Landings are badly conditioned: whether a joint just closes decides where its mats come to rest. Friction changed "
-                     "by a part in %.0e moves the reference itself by %.1e in rms (chain) and %.1e in (planar): no step makes errors much "
-                     "smaller than that, and none below it is worth its time.</p>\n",
+        fprintf(out,
+                "<p>Landings are badly conditioned: whether a joint just closes decides where its "
+                "mats come to rest. Friction changed "
+                "by a part in %.0e moves the reference itself by %.1e in rms (chain) and %.1e in "
+                "(planar): no step makes errors much "
+                "smaller than that, and none below it is worth its time.</p>\n",
                 1.0 / NUDGE, nudged[0].rms_in, nudged[1].rms_in);
         draw(out, points);
         table(out, points);

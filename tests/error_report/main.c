@@ -1,5 +1,5 @@
-/* error-report FOLDER [SCENE...]: error studies of the standard scenes, or of those given, as FOLDER/index.html. Exit 5
- * when the reference of a scene fails. */
+/* error-report FOLDER [SCENE...]: error studies of the standard scenes, or of those given, as
+ * FOLDER/index.html. Exit 5 when the reference of a scene fails. */
 #include <stdio.h>
 
 #include "host/base/steady.h"
@@ -10,21 +10,29 @@
 #include "tests/error_report/report.h"
 
 static const char *const standard[] = {
-    "host/scenes/rstar_fig3_7_n30.json",  "host/scenes/rstar_fig3_7_n30_tanh.json", "host/scenes/rstar_fig3_6.json",
-    "host/scenes/full_width_144000.json", "host/scenes/rstar_fig3_12_tad1.json",    "host/scenes/consistent_fig3_7.json",
+    "host/scenes/rstar_fig3_7_n30.json",   "host/scenes/rstar_fig3_7_n30_tanh.json",
+    "host/scenes/rstar_fig3_6.json",       "host/scenes/full_width_144000.json",
+    "host/scenes/rstar_fig3_12_tad1.json", "host/scenes/consistent_fig3_7.json",
     "host/scenes/model_runway.json",
 };
 
 static const char head[] =
-    "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Error against run time</title><style>"
-    "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}table{border-collapse:collapse;"
+    "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Error against run "
+    "time</title><style>"
+    "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 "
+    "1em}table{border-collapse:collapse;"
     "font-size:13px;margin:8px 0}td,th{border:1px solid #ccc;padding:2px 8px;text-align:left}"
-    ".scroll{overflow-x:auto}svg{width:100%;height:auto}h2{margin-top:2.5em}.small{color:#555;font-size:13px}"
+    ".scroll{overflow-x:auto}svg{width:100%;height:auto}h2{margin-top:2.5em}.small{color:#555;font-"
+    "size:13px}"
     "</style></head><body>\n<h1>Error against run time</h1>\n"
-    "<p>Each solver over tolerances or steps, single passes, against a reference that two different methods agree on. "
-    "Errors are the largest over all mats at 64 even times and t_out, of lift also over the run. A run's time is "
-    "processor time, the least of up to five. A fixed step is judged by the worst of itself and its two neighbours, a factor &radic;2 away. "
-    "The second table of a scene has the slopes p that were observed, with the range and scatter of the runs they come from: "
+    "<p>Each solver over tolerances or steps, single passes, against a reference that two "
+    "different methods agree on. "
+    "Errors are the largest over all mats at 64 even times and t_out, of lift also over the run. A "
+    "run's time is "
+    "processor time, the least of up to five. A fixed step is judged by the worst of itself and "
+    "its two neighbours, a factor &radic;2 away. "
+    "The second table of a scene has the slopes p that were observed, with the range and scatter "
+    "of the runs they come from: "
     "error ~ rtol^p, dt^p, or rhs^-p (rhs: evaluations of the right-hand side).</p>\n";
 
 static enum mr_status one_scene(FILE *out, const char *path, struct error *error)
@@ -49,7 +57,8 @@ static enum mr_status one_scene(FILE *out, const char *path, struct error *error
             fprintf(out, "<p class=\"small\">%s</p>\n", study.notes[i]);
         const struct error_run *best = error_study_cheapest(&study, NULL, 5e-6);
         printf(" %5.1f s   reference to %.0e ft   cheapest at 5e-6 ft: %s\n", steady_s() - begin_s,
-               study.lifts ? study.agreement_lift_ft : study.agreement_u_ft, best ? best->solver : "none");
+               study.lifts ? study.agreement_lift_ft : study.agreement_u_ft,
+               best ? best->solver : "none");
     } else {
         putchar('\n');
     }

@@ -6,7 +6,8 @@
 
 #include "host/sim/check/error_study.h"
 
-/* What the figures of a study say, as one <p>: every number and every verdict in it is taken from the study. */
+/* What the figures of a study say, as one <p>: every number and every verdict in it is taken from
+ * the study. */
 void write_conclusion(FILE *out, const struct error_study *study);
 
 /* The engines of campaigns on the first landing of a series, as a section. */

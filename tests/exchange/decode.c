@@ -1,5 +1,6 @@
-/* How fast a candump log is decoded into memory: every frame into an array, every value of the catalogue's messages into another.
- * usage: decode LOG; prints frames, values and frames a second of processor time. */
+/* How fast a candump log is decoded into memory: every frame into an array, every value of the
+ * catalogue's messages into another. usage: decode LOG; prints frames, values and frames a second
+ * of processor time. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +11,8 @@
 #include "common/wire.h"
 #include "host/import/candump_log.h"
 
-#define LINE_LEAST 20u /* characters of the shortest line there is: (0.0) c 123#, and a newline, less some */
+/* characters of the shortest line there is: (0.0) c 123#, and a newline, less some */
+#define LINE_LEAST 20u
 
 static double processor_s(void)
 {
@@ -60,7 +62,9 @@ int main(int argc, char **argv)
     while (frame && value && candump_log_next(&log, &line)) {
         frame[frames++] = line.frame;
         const struct mr_message_info *m = line.frame.id < 0x800 ? info[line.frame.id] : NULL;
-        for (unsigned f = 0; m && f < m->field_count && m->length == line.frame.length && values < 4 * (file.length / LINE_LEAST); f++)
+        for (unsigned f = 0; m && f < m->field_count && m->length == line.frame.length &&
+                             values < 4 * (file.length / LINE_LEAST);
+             f++)
             value[values++] = value_of(&m->fields[f], line.frame.data);
     }
     double took_s = processor_s() - begun_s, sum = 0.0;

@@ -1,5 +1,5 @@
-/* Drawing: a figure is two plots over one distance axis: height of the mat, and how far each mat has moved.
- */
+/* Drawing: a figure is two plots over one distance axis: height of the mat, and how far each mat
+ * has moved. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,8 +11,8 @@
 #include "host/base/svg_words.h"
 #include "tests/figures/figures.h"
 
-#define CURVES 4
-#define STATED 2
+#define CURVES   4
+#define STATED   2
 #define RUNS_MAX 40
 
 struct curve {
@@ -21,8 +21,8 @@ struct curve {
     const char *text;
 };
 
-/* A number that the text states: u of a mat, or height of a node, of one of the curves; node 0: a height as such. The
- * words stand at dx, dy pixels from it. */
+/* A number that the text states: u of a mat, or height of a node, of one of the curves; node 0: a
+ * height as such. The words stand at dx, dy pixels from it. */
 struct stated {
     int curve, number;
     double value_ft;
@@ -76,7 +76,8 @@ static const struct figure {
      {{"rstar_fig3_11_24000", 2, "24,000 lb"},
       {"rstar_fig3_11_12000", 2, "12,000 lb"},
       {"rstar_fig3_11_6000", 2, "6,000 lb"}},
-     {{1, 6, 0.25, "text: 3 in (12,000 lb)", true, 90, -5}, {0, 0, 1.0, "text: over 1 ft (24,000 lb)", true, -8, -5}}},
+     {{1, 6, 0.25, "text: 3 in (12,000 lb)", true, 90, -5},
+      {0, 0, 1.0, "text: over 1 ft (24,000 lb)", true, -8, -5}}},
     {"3.12",
      "Parameters of the physical model, TAD 10 and 1 degrees (right end free, 12,375 lb)",
      60,
@@ -91,9 +92,11 @@ static const char style[] =
     "svg{background:#fff;font:11px sans-serif}.frame{fill:none;stroke:#888}.grid{stroke:#e4e4e4}"
     ".tick,.label{fill:#333}.c0{stroke:#0b5cad;stroke-width:1.6;fill:none}"
     ".c1{stroke:#c2410c;stroke-width:1.6;fill:none}.c2{stroke:#15803d;stroke-width:1.6;fill:none}"
-    ".c3{stroke:#7e22ce;stroke-width:1.6;fill:none}.wheel{stroke:#777;stroke-dasharray:3 3;fill:none}"
+    ".c3{stroke:#7e22ce;stroke-width:1.6;fill:none}.wheel{stroke:#777;stroke-dasharray:3 "
+    "3;fill:none}"
     ".w0,.w1,.w2,.w3{stroke-dasharray:3 3;stroke-width:1}"
-    ".stated{fill:#fff;stroke:#000;stroke-width:1.4}.bound{stroke:#000;stroke-dasharray:7 4;fill:none}"
+    ".stated{fill:#fff;stroke:#000;stroke-width:1.4}.bound{stroke:#000;stroke-dasharray:7 "
+    "4;fill:none}"
     ".lead{stroke:#000;stroke-width:.6;fill:none}"
     ".note{fill:#000;font-style:italic;stroke:#fff;stroke-width:3px;paint-order:stroke}";
 static const char *const classes[CURVES] = {"c0", "c1", "c2", "c3"};
@@ -125,18 +128,22 @@ static size_t nodes_within(const double *x, size_t count, double to_ft)
     return within < count ? within + 1 : count; /* up to the edge, clipped there */
 }
 
-static void draw_stated(const struct svg_plot *plot, const struct stated *stated, const struct profile *p)
+static void draw_stated(const struct svg_plot *plot, const struct stated *stated,
+                        const struct profile *p)
 {
     if (stated->number == 0) {
-        const double x[2] = {plot->x.low, plot->x.high}, y[2] = {stated->value_ft, stated->value_ft};
+        const double x[2] = {plot->x.low, plot->x.high},
+                     y[2] = {stated->value_ft, stated->value_ft};
         svg_line(plot, "bound", x, y, 2);
-        svg_text(plot, "note", "end", plot->x.high, stated->value_ft, stated->dx, stated->dy, stated->text);
+        svg_text(plot, "note", "end", plot->x.high, stated->value_ft, stated->dx, stated->dy,
+                 stated->text);
         return;
     }
     double x = (stated->height ? p->x_ft : p->station_ft)[stated->number - 1];
     double px = svg_x(plot, x), py = svg_y(plot, stated->value_ft);
     if (stated->dx > 20) /* words that stand away */
-        fprintf(plot->out, "<path class=\"lead\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", px, py, px + stated->dx - 3, py + stated->dy - 3);
+        fprintf(plot->out, "<path class=\"lead\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", px, py,
+                px + stated->dx - 3, py + stated->dy - 3);
     svg_mark(plot->out, "stated", 3, px, py, 3.6);
     svg_text(plot, "note", "start", x, stated->value_ft, stated->dx, stated->dy, stated->text);
 }
@@ -150,8 +157,9 @@ static bool same_time(const struct profile *const *profiles)
     return true;
 }
 
-static void draw_panel(FILE *out, const struct figure *figure, const struct profile *const *profiles,
-                       const struct run *run, bool heights, double top)
+static void draw_panel(FILE *out, const struct figure *figure,
+                       const struct profile *const *profiles, const struct run *run, bool heights,
+                       double top)
 {
     double low = 0, high = heights ? 0.05 : 0.01;
     for (int c = 0; c < CURVES && figure->curves[c].scene; c++) {
@@ -247,12 +255,13 @@ static enum mr_status write_table(FILE *out, struct error *error)
         if (row->quantity == VERDICT || !isfinite(row->stated) || row->stated == 0)
             html_cell(out, "%s", isfinite(row->stated) ? met ? "agrees" : "DIFFERS" : "");
         else
-            html_cell(out, "%+.1f %%", fabs(off) < 5e-4 * row->stated ? 0.0 : 100 * off / row->stated);
+            html_cell(out, "%+.1f %%",
+                      fabs(off) < 5e-4 * row->stated ? 0.0 : 100 * off / row->stated);
         html_cell(out, "%s", row->note);
         fputs("</tr>\n", out);
         if (held && !met)
-            return error_set(error, MR_LIMIT, "figure %s: %s: ours is %.6g; the text says %.6g", row->figure,
-                             row->text, ours, row->stated);
+            return error_set(error, MR_LIMIT, "figure %s: %s: ours is %.6g; the text says %.6g",
+                             row->figure, row->text, ours, row->stated);
     }
     fputs("</table>\n", out);
     return MR_OK;
@@ -270,16 +279,20 @@ static enum mr_status write_file(const char *folder, const char *name, const str
     if (figure) {
         draw_figure(out, figure, error);
     } else {
-        fputs("<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Figures 3.6 to "
-              "3.12</title><style>"
-              "body{font:15px sans-serif;max-width:60em;margin:2em auto}table{border-collapse:collapse}"
-              "td,th{border:1px solid #ccc;padding:3px 8px;text-align:left}"
-              "td:nth-child(n+3):nth-child(-n+6){white-space:nowrap}</style></head><body>\n"
-              "<h1>Figures 3.6 to 3.12 of the 1973 report</h1>\n<p>Its prints are lost; these are drawn from "
-              "the scenes of "
-              "host/scenes as its text describes them. Height is up; a dashed upright line is the wheel; "
-              "what the text states is marked in black. Lifts are in ft.</p>\n",
-              out);
+        fputs(
+            "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Figures 3.6 to "
+            "3.12</title><style>"
+            "body{font:15px sans-serif;max-width:60em;margin:2em "
+            "auto}table{border-collapse:collapse}"
+            "td,th{border:1px solid #ccc;padding:3px 8px;text-align:left}"
+            "td:nth-child(n+3):nth-child(-n+6){white-space:nowrap}</style></head><body>\n"
+            "<h1>Figures 3.6 to 3.12 of the 1973 report</h1>\n<p>Its prints are lost; these are "
+            "drawn from "
+            "the scenes of "
+            "host/scenes as its text describes them. Height is up; a dashed upright line is the "
+            "wheel; "
+            "what the text states is marked in black. Lifts are in ft.</p>\n",
+            out);
         write_table(out, error);
         for (size_t i = 0; error->status == MR_OK && i < FIGURES; i++) {
             fputs("<p>", out);

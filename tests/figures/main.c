@@ -1,5 +1,5 @@
-/* figures FOLDER: redraw figures 3.6 to 3.12 and compare the numbers that the text states. Exit 1 when one of
- * those that the scenes are held to is missed. */
+/* figures FOLDER: redraw figures 3.6 to 3.12 and compare the numbers that the text states. Exit 1
+ * when one of those that the scenes are held to is missed. */
 #include <stdio.h>
 
 #include "tests/figures/figures.h"

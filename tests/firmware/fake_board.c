@@ -15,10 +15,15 @@ void board_start(void)
 
 void board_identify(struct board_identity *identity)
 {
-    *identity = (struct board_identity){.uid = {1, 2, 3}, .image_crc = 0xabcd, .clock_source = fake.clock_source,
-                                         .image_state = fake.image_state,
-                                         .image = {.commit = 0x11223344, .commit_more = 0x5566, .changed = true,
-                                                   .program_crc = 0xabcd, .header_crc = 0xef01}};
+    *identity = (struct board_identity){.uid = {1, 2, 3},
+                                        .image_crc = 0xabcd,
+                                        .clock_source = fake.clock_source,
+                                        .image_state = fake.image_state,
+                                        .image = {.commit = 0x11223344,
+                                                  .commit_more = 0x5566,
+                                                  .changed = true,
+                                                  .program_crc = 0xabcd,
+                                                  .header_crc = 0xef01}};
 }
 
 unsigned board_blocks_waiting(void)

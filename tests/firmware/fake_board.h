@@ -1,4 +1,5 @@
-/* A board for tests of the firmware's application: blocks and edges are put in, frames come out. No registers. */
+/* A board for tests of the firmware's application: blocks and edges are put in, frames come out. No
+ * registers. */
 #ifndef MATRIG_TESTS_FIRMWARE_FAKE_BOARD_H
 #define MATRIG_TESTS_FIRMWARE_FAKE_BOARD_H
 
@@ -19,7 +20,7 @@ struct fake_board {
     bool frames_captured;
     bool camera;
     unsigned camera_pulses;
-    uint32_t camera_tick;      /* what board_camera returns */
+    uint32_t camera_tick; /* what board_camera returns */
 
     struct board_can_frame sent[FAKE_FRAMES];
     uint32_t sent_block[FAKE_FRAMES]; /* block being processed */

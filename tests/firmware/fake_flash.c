@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-struct fake_flash fake_flash = {.cell = {[0 ... FLASH_COPIES - 1] = {[0 ... FLASH_COPY_BYTES - 1] = 0xff}}, .random = 1};
+struct fake_flash fake_flash = {
+    .cell = {[0 ... FLASH_COPIES - 1] = {[0 ... FLASH_COPY_BYTES - 1] = 0xff}}, .random = 1};
 
 void fake_flash_reset(void)
 {

@@ -40,7 +40,8 @@ static void write_bytes(const uint8_t *out, size_t length)
     }
 }
 
-void i2c_begin(uint8_t address, const uint8_t *out, size_t out_length, uint8_t *in, size_t in_length)
+void i2c_begin(uint8_t address, const uint8_t *out, size_t out_length, uint8_t *in,
+               size_t in_length)
 {
     if (!fake_i2c.on || fake_i2c.left)
         abort(); /* one at a time */
@@ -55,7 +56,8 @@ void i2c_begin(uint8_t address, const uint8_t *out, size_t out_length, uint8_t *
         fake_i2c.result = I2C_IDLE;
         write_bytes(out, out_length);
         if (in_length == 2) {
-            uint16_t value = fake_i2c.pointer ? (uint16_t)(fake_i2c.config << 8 | 0xa0u) : fake_i2c.converted;
+            uint16_t value = fake_i2c.pointer ? (uint16_t)(fake_i2c.config << 8 | 0xa0u)
+                                              : fake_i2c.converted;
             in[0] = (uint8_t)(value >> 8);
             in[1] = (uint8_t)value;
         }

@@ -42,16 +42,19 @@ static void change(uint8_t *cell, const uint8_t *wanted, size_t n, unsigned perm
 
 static bool suffers(unsigned fault, uint32_t n)
 {
-    return fake_nor.faults & fault && fake_nor.address < fake_nor.to && fake_nor.address + n > fake_nor.from;
+    return fake_nor.faults & fault && fake_nor.address < fake_nor.to &&
+           fake_nor.address + n > fake_nor.from;
 }
 
 static void end(unsigned permille)
 {
     uint8_t *cell = fake_nor.cell + fake_nor.address;
     if (fake_nor.operation == 1 && !suffers(FAKE_NOR_PROGRAM_SILENT, NOR_PAGE))
-        change(cell, fake_nor.page, NOR_PAGE, suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE) ? permille / 2 : permille);
+        change(cell, fake_nor.page, NOR_PAGE,
+               suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE) ? permille / 2 : permille);
     if (fake_nor.operation == 2 && !suffers(FAKE_NOR_ERASE_SILENT, NOR_SECTOR))
-        change(cell, NULL, NOR_SECTOR, suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR) ? permille / 2 : permille);
+        change(cell, NULL, NOR_SECTOR,
+               suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR) ? permille / 2 : permille);
     fake_nor.operation = 0;
 }
 
@@ -106,12 +109,14 @@ void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
             break;
         }
     }
-    begin(1, address, page, suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE) ? 30000u : fake_nor.program_us);
+    begin(1, address, page,
+          suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE) ? 30000u : fake_nor.program_us);
 }
 
 void nor_begin_erase(uint32_t address)
 {
     fake_nor.address = address;
     fake_nor.erases++;
-    begin(2, address, NULL, suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR) ? 4000000u : fake_nor.erase_us);
+    begin(2, address, NULL,
+          suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR) ? 4000000u : fake_nor.erase_us);
 }

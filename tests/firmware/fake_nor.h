@@ -1,6 +1,8 @@
-/* A NOR memory for tests: programming only clears bits, a power cut leaves an operation half done, blocks go bad in five ways.
+/* A NOR memory for tests: programming only clears bits, a power cut leaves an operation half done,
+ * blocks go bad in five ways.
  *
- * Time is the test's: an operation ends when fake_nor.now_us has passed its end. Reads are over at once. */
+ * Time is the test's: an operation ends when fake_nor.now_us has passed its end. Reads are over at
+ * once. */
 #ifndef MATRIG_TESTS_FIRMWARE_FAKE_NOR_H
 #define MATRIG_TESTS_FIRMWARE_FAKE_NOR_H
 
@@ -9,7 +11,8 @@
 #define FAKE_NOR_SIZE (NOR_CHIP_SECTORS * NOR_SECTOR)
 
 enum fake_nor_fault {
-    FAKE_NOR_PROGRAM_ERROR = 1,  /* busy for ten times as long, then half of the bits are programmed */
+    /* busy for ten times as long, then half of the bits are programmed */
+    FAKE_NOR_PROGRAM_ERROR = 1,
     FAKE_NOR_ERASE_ERROR = 2,    /* likewise */
     FAKE_NOR_READ_ERROR = 4,     /* a wrong bit in each page read */
     FAKE_NOR_PROGRAM_SILENT = 8, /* seems to work, changes nothing */
@@ -26,13 +29,13 @@ struct fake_nor {
     uint32_t address;
     const uint8_t *page;
     uint64_t end_us;
-    uint64_t operations; /* programs and erases begun */
+    uint64_t operations;          /* programs and erases begun */
     uint64_t erases, overwritten; /* programs that would have had to set a bit */
-    uint64_t cut_at;     /* the power goes in this operation; 0: never */
+    uint64_t cut_at;              /* the power goes in this operation; 0: never */
     unsigned cut_permille;
-    bool dark;           /* it went: nothing happens any more */
+    bool dark; /* it went: nothing happens any more */
     unsigned faults;
-    uint32_t from, to;   /* addresses that suffer them */
+    uint32_t from, to; /* addresses that suffer them */
     uint32_t random;
 };
 

@@ -1,5 +1,5 @@
-/* What the tests of the application share: blocks of the instrumented runway played to it, commands, a landing that brakes
- * uniformly, and the frames that come out. */
+/* What the tests of the application share: blocks of the instrumented runway played to it,
+ * commands, a landing that brakes uniformly, and the frames that come out. */
 #ifndef MATRIG_TESTS_FIRMWARE_PLAY_H
 #define MATRIG_TESTS_FIRMWARE_PLAY_H
 
@@ -14,7 +14,7 @@
 static struct app app;
 static uint32_t index_now;
 static float moved_in[MR_TRANSDUCERS];
-static float pulled_lb; /* added to every gage */
+static float pulled_lb;       /* added to every gage */
 static unsigned opened_codes; /* of the staircase */
 static double touchdown_s;
 
@@ -31,7 +31,8 @@ static inline int start(void **state)
     return 0;
 }
 
-/* Codes from the rig's volts (0.5 V/in about a zero of 50 mV; 0.4 V + 5 mV/lb; 2.5 V), worked out apart from config.c. */
+/* Codes from the rig's volts (0.5 V/in about a zero of 50 mV; 0.4 V + 5 mV/lb; 2.5 V), worked out
+ * apart from config.c. */
 static inline void play_block(void)
 {
     struct mr_block *block = &fake.block;
@@ -44,7 +45,8 @@ static inline void play_block(void)
         block->minus[i] = (uint16_t)lround(4.0 * (2048.0 - codes));
     }
     for (unsigned i = 0; i < MR_GAGES; i++)
-        block->sum[i] = (uint16_t)lround(8.0 * (0.4 + 0.005 * (100.0 + i + (double)pulled_lb)) / 3.3 * 4096.0);
+        block->sum[i] =
+            (uint16_t)lround(8.0 * (0.4 + 0.005 * (100.0 + i + (double)pulled_lb)) / 3.3 * 4096.0);
     block->sum[MR_ADC1_STAIRCASE] = (uint16_t)(8u * (62u + opened_codes));
     block->sum[MR_ADC1_REFERENCE] = 8u * 3103u;
     fake.block_ready = true;
@@ -73,7 +75,8 @@ static inline unsigned step_of(unsigned position)
     return 64 + 8 * (7 * (position - 1) % 24);
 }
 
-/* The gear passes switch `position` now: the edge falls in the block just before the step is seen. */
+/* The gear passes switch `position` now: the edge falls in the block just before the step is
+ * seen. */
 static inline void pass_switch(unsigned position, double t_s)
 {
     fake.edge_tick[fake.edges++] = (uint32_t)(uint64_t)llround(t_s * 84e6);
@@ -104,7 +107,8 @@ static inline unsigned count_frames(uint16_t id)
         assert_int_equal(mr_##name##_get(into, frame_->data, frame_->length), MR_OK); \
     } while (0)
 
-/* Touchdown at 3 ft, `touchdown_s`, 30 ft/s, braking at 6 ft/s2: rest after 5 s at 78 ft. Runs until `end_s`. */
+/* Touchdown at 3 ft, `touchdown_s`, 30 ft/s, braking at 6 ft/s2: rest after 5 s at 78 ft. Runs
+ * until `end_s`. */
 static inline double fly(double end_s)
 {
     unsigned next = 1;

@@ -60,7 +60,8 @@ static void readings_are_in_inches_and_pounds(void **state)
     assert_int_equal(t.invalid, 0);
 }
 
-/* No message may tell of a displacement that never was: not of the time before the first block, nor mixed across a loss. */
+/* No message may tell of a displacement that never was: not of the time before the first block, nor
+ * mixed across a loss. */
 static void a_reading_is_whole_or_missing(void **state)
 {
     (void)state;
@@ -74,7 +75,8 @@ static void a_reading_is_whole_or_missing(void **state)
     assert_int_equal(t.invalid, 0x3fff);
     command("arm 1");
     play(50);
-    index_now += 4; /* 52 to 55: the message of block 56 would mix 56 with what stood in 55's place */
+    /* 52 to 55: the message of block 56 would mix 56 with what stood in 55's place */
+    index_now += 4;
     moved_in[0] = 2.0f;
     play(200);
     for (size_t i = 0; i < fake.sent_count; i++) {
@@ -92,7 +94,8 @@ static void a_reading_is_whole_or_missing(void **state)
     assert_int_equal(health.blocks_lost, 4);
 }
 
-/* Each block moved by 0.004 in and pulled by 1 lb: the first messages after arming, at any phase of the idle ones, are means of the newest two. */
+/* Each block moved by 0.004 in and pulled by 1 lb: the first messages after arming, at any phase of
+ * the idle ones, are means of the newest two. */
 static void the_first_means_after_arming_reach_back(void **state)
 {
     for (unsigned before = 96; before < 108; before++) {
@@ -142,8 +145,10 @@ static void commands_are_answered_with_the_reason(void **state)
     play(1);
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.status, MR_USAGE);
-    const char *const too_much[] = {"survey 3 6.5535", "survey 3 -0.1", "mark 65536", "mark -1", "arm 65536", "arm -1"};
-    for (unsigned i = 0; i < COUNT_OF(too_much); i++) { /* more than the message that repeats it can hold */
+    const char *const too_much[] = {"survey 3 6.5535", "survey 3 -0.1", "mark 65536",
+                                    "mark -1",         "arm 65536",     "arm -1"};
+    for (unsigned i = 0; i < COUNT_OF(too_much); i++) {
+        /* more than the message that repeats it can hold */
         command(too_much[i]);
         play(1);
         GET_LAST(ack, ACK, &ack);
@@ -194,7 +199,8 @@ static void a_flood_of_commands_is_taken_in_portions(void **state)
     assert_int_equal(mr_command_parse("mark 2", 9, &message), MR_OK);
     size_t length = mr_command_put(&message, payload);
     for (unsigned i = 0; i < 100; i++)
-        fake.serial_in_count += mr_frame_encode(0, MR_ID_COMMAND, payload, length, fake.serial_in + fake.serial_in_count);
+        fake.serial_in_count += mr_frame_encode(0, MR_ID_COMMAND, payload, length,
+                                                fake.serial_in + fake.serial_in_count);
     unsigned before = 0;
     for (unsigned i = 0; i < 60; i++) {
         play(1);
@@ -232,7 +238,8 @@ static void a_full_queue_drops_and_counts(void **state)
     }
 }
 
-/* Block records on serial so far: `*first` is the index of the first one, and the others follow it. */
+/* Block records on serial so far: `*first` is the index of the first one, and the others follow
+ * it. */
 static unsigned count_blocks(uint32_t *first)
 {
     struct mr_deframer deframer;
@@ -362,7 +369,8 @@ static void an_inexact_clock_is_part_of_the_errors(void **state)
     fly(9.0);
     mr_deframer_init(&deframer);
     for (size_t i = 0; i < fake.serial_count; i++) {
-        if (mr_deframer_push(&deframer, fake.serial[i], &frame) == MR_OK && frame.type == MR_ID_TOUCHDOWN)
+        if (mr_deframer_push(&deframer, fake.serial[i], &frame) == MR_OK &&
+            frame.type == MR_ID_TOUCHDOWN)
             assert_int_equal(mr_touchdown_get(&touchdown, frame.payload, frame.length), MR_OK);
     }
     assert_near(touchdown.speed_ft_s, 30.0, 0.0011);
@@ -455,7 +463,8 @@ static void switches_alone_send_neither_readings_nor_box(void **state)
     assert_near(app.landing.summary.stop_station_ft.value, 78.0, 1.0);
 }
 
-/* From one configuration to another while idle: the scans begin again, readings of before are no readings of now. */
+/* From one configuration to another while idle: the scans begin again, readings of before are no
+ * readings of now. */
 static void another_configuration_begins_the_scans_again(void **state)
 {
     (void)state;
@@ -478,7 +487,8 @@ static void another_configuration_begins_the_scans_again(void **state)
     assert_false(app.box.left_out);
 }
 
-/* Every channel with a whole table, every segment surveyed: the box keeps all of it with the landing. */
+/* Every channel with a whole table, every segment surveyed: the box keeps all of it with the
+ * landing. */
 static void the_box_has_room_for_the_longest_configuration(void **state)
 {
     (void)state;
@@ -498,17 +508,21 @@ static void the_box_has_room_for_the_longest_configuration(void **state)
     command("arm 1");
     play(1);
     assert_true(app.box.configuring);
-    mr_put_u32(app.box.meta.page + MR_BOXPAGE_HEADER + app.box.meta.bit / 32 * 4, app.box.meta.held); /* what is not in the page yet */
+    /* what is not in the page yet */
+    mr_put_u32(app.box.meta.page + MR_BOXPAGE_HEADER + app.box.meta.bit / 32 * 4,
+               app.box.meta.held);
     memset(present + 1, 1, app.box.config_put);
     mr_boxread_begin(&reader, app.box.config[0], present, app.box.config_put + 1);
     while (mr_boxread_next(&reader, &record) == MR_OK) {
         channels += record.id == MR_ID_CHANNEL;
         segments += record.id == MR_ID_SLACK;
-        calibrations += record.id == MR_ID_CALIBRATION && mr_calibration_get(&calibration, record.payload, record.length) == MR_OK;
+        calibrations += record.id == MR_ID_CALIBRATION &&
+                        mr_calibration_get(&calibration, record.payload, record.length) == MR_OK;
     }
     assert_int_equal(channels, 24);
     assert_int_equal(segments, 42);
-    assert_int_equal(calibrations, 22 * (8 + 16) + 1); /* and the reference's gain error, the last */
+    /* and the reference's gain error, the last */
+    assert_int_equal(calibrations, 22 * (8 + 16) + 1);
     assert_int_equal(calibration.index, 23);
 }
 
@@ -520,11 +534,14 @@ static int start_and_keep(void **state)
     return start(NULL);
 }
 
-/* Of the messages that hold several channels, only those are sent of which one is fitted: one channel, one message. */
+/* Of the messages that hold several channels, only those are sent of which one is fitted: one
+ * channel, one message. */
 static void one_channel_costs_one_message(void **state)
 {
-    static const uint16_t group[] = {MR_ID_DISPLACEMENT_1_3, MR_ID_DISPLACEMENT_4_6, MR_ID_DISPLACEMENT_7_8, MR_ID_TENSION_1_3,
-                                     MR_ID_TENSION_4_6, MR_ID_TENSION_7_9, MR_ID_TENSION_10_12, MR_ID_TENSION_13_14};
+    static const uint16_t group[] = {MR_ID_DISPLACEMENT_1_3, MR_ID_DISPLACEMENT_4_6,
+                                     MR_ID_DISPLACEMENT_7_8, MR_ID_TENSION_1_3,
+                                     MR_ID_TENSION_4_6,      MR_ID_TENSION_7_9,
+                                     MR_ID_TENSION_10_12,    MR_ID_TENSION_13_14};
     struct mr_config full = config;
     (void)state;
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++) {
@@ -543,7 +560,8 @@ static void one_channel_costs_one_message(void **state)
 static void lost_blocks_are_counted_to_the_end(void **state)
 {
     (void)state;
-    static const uint32_t jumps[][3] = {{70000, 0, 65535}, {40000, 3, 40003}, {40000, 40000, 65535}};
+    static const uint32_t jumps[][3] = {
+        {70000, 0, 65535}, {40000, 3, 40003}, {40000, 40000, 65535}};
     for (unsigned i = 0; i < 3; i++) {
         start(NULL);
         play(10);
@@ -585,13 +603,15 @@ static void without_reference_there_are_no_readings(void **state)
     assert_true(isnan(d.d1_in) && isnan(d.d2_in) && isnan(t.t1_lb) && isnan(t.t3_lb));
 }
 
-/* Frames of others on either link are none of the board's business: neither answered nor a fault. */
+/* Frames of others on either link are none of the board's business: neither answered nor a
+ * fault. */
 static void messages_that_are_not_for_it_are_passed_over(void **state)
 {
     (void)state;
     struct board_can_frame *frame = &fake.received[fake.received_count++];
     *frame = (struct board_can_frame){.id = MR_ID_HELLO, .length = 8};
-    fake.serial_in_count = mr_frame_encode(0, MR_ID_HELLO, (const uint8_t[8]){0}, 8, fake.serial_in);
+    fake.serial_in_count = mr_frame_encode(0, MR_ID_HELLO, (const uint8_t[8]){0}, 8,
+                                           fake.serial_in);
     play(5);
     assert_int_equal(count_frames(MR_ID_ACK), 0);
     assert_int_equal(app.telemetry.serial_bad, 0);
@@ -622,7 +642,8 @@ static void configuration_commands_that_are_refused(void **state)
     assert_false(app.configstore.staging);
     frame = &fake.received[fake.received_count++];
     frame->id = MR_ID_CONFIG_WORD;
-    frame->length = (uint8_t)mr_config_word_put(&(struct mr_config_word){.tag = 1, .offset = MR_CONFIG_WORDS}, frame->data);
+    frame->length = (uint8_t)mr_config_word_put(
+        &(struct mr_config_word){.tag = 1, .offset = MR_CONFIG_WORDS}, frame->data);
     play(1);
     assert_false(app.configstore.staging);
 }
@@ -670,7 +691,8 @@ int main(void)
         TEST(rates_are_those_of_the_design),
         TEST(readings_are_in_inches_and_pounds),
         TEST(a_reading_is_whole_or_missing),
-        TEST(the_first_means_after_arming_reach_back), TEST(commands_are_answered_with_the_reason),
+        TEST(the_first_means_after_arming_reach_back),
+        TEST(commands_are_answered_with_the_reason),
         TEST(the_boot_rom_is_entered_when_idle),
         TEST(a_flood_of_commands_is_taken_in_portions),
         TEST(a_full_queue_drops_and_counts),
@@ -682,10 +704,14 @@ int main(void)
         TEST(an_inexact_clock_is_part_of_the_errors),
         TEST(can_is_silent_on_the_internal_oscillator),
         TEST(stopped_scans_are_started_again_and_said),
-        cmocka_unit_test_setup_teardown(what_is_not_fitted_is_neither_scanned_nor_sent, start_with_four, put_back),
-        cmocka_unit_test_setup_teardown(switches_alone_send_neither_readings_nor_box, start_with_switches, put_back),
-        cmocka_unit_test_setup_teardown(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back),
-        cmocka_unit_test_setup_teardown(another_configuration_begins_the_scans_again, start_with_four, put_back),
+        cmocka_unit_test_setup_teardown(what_is_not_fitted_is_neither_scanned_nor_sent,
+                                        start_with_four, put_back),
+        cmocka_unit_test_setup_teardown(switches_alone_send_neither_readings_nor_box,
+                                        start_with_switches, put_back),
+        cmocka_unit_test_setup_teardown(the_box_has_room_for_the_longest_configuration,
+                                        start_and_keep, put_back),
+        cmocka_unit_test_setup_teardown(another_configuration_begins_the_scans_again,
+                                        start_with_four, put_back),
         TEST(one_channel_costs_one_message),
         TEST(lost_blocks_are_counted_to_the_end),
         TEST(without_reference_there_are_no_readings),

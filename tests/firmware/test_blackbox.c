@@ -1,4 +1,5 @@
-/* The black box against a memory that tears, wears and fails: what reads back is what was given, up to where the power went. */
+/* The black box against a memory that tears, wears and fails: what reads back is what was given, up
+ * to where the power went. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,13 +11,13 @@
 #include "tests/cmocka_all.h"
 #include "tests/firmware/fake_nor.h"
 
-#define SENT 40000u
+#define SENT      40000u
 #define PAGES_MAX 8000u
 
 static struct blackbox box;
 static struct mr_block sent[SENT]; /* by index modulo SENT */
 static uint32_t index_now, random_state;
-static bool white;                 /* codes that do not pack */
+static bool white; /* codes that do not pack */
 
 static uint8_t pages[PAGES_MAX][MR_BOXPAGE], present[PAGES_MAX];
 static size_t page_count, pages_told;
@@ -34,7 +35,9 @@ static struct mr_block *make_block(uint32_t index)
     for (unsigned i = 0; i < 32; i++) {
         uint32_t codes = i < 16 ? 4 : 8;
         uint32_t sum = white ? draw(codes * 4095 + 1) : codes * 2000 + draw(20);
-        uint16_t *value = i < 8 ? &block->plus[i] : i < 16 ? &block->minus[i - 8] : &block->sum[i - 16];
+        uint16_t *value = i < 8  ? &block->plus[i]
+                        : i < 16 ? &block->minus[i - 8]
+                                 : &block->sum[i - 16];
         *value = (uint16_t)sum;
     }
     return block;
@@ -91,7 +94,8 @@ static void configuration(unsigned i, uint8_t payload[8])
 
 static void arm(uint16_t landing)
 {
-    blackbox_arm(&box, &(struct mr_boxpage_start){.landing = landing, .armed_block = index_now, .config_crc = 0x1234});
+    blackbox_arm(&box, &(struct mr_boxpage_start){
+                           .landing = landing, .armed_block = index_now, .config_crc = 0x1234});
     for (unsigned i = 0; i < CONFIG_MESSAGES; i++) {
         uint8_t payload[8];
         configuration(i, payload);
@@ -167,7 +171,8 @@ static struct told check_pages(void)
             if (!told.blocks)
                 told.first = told.next = record.block.index;
             assert_int_equal(record.block.index, told.next);
-            assert_memory_equal(&record.block, &sent[record.block.index % SENT], sizeof record.block);
+            assert_memory_equal(&record.block, &sent[record.block.index % SENT],
+                                sizeof record.block);
             told.next++;
             told.blocks++;
         } else if (record.id == 0x090) {
@@ -222,13 +227,14 @@ static void a_landing_comes_back_with_what_was_before(void **state)
     record = land(6, 900, 500);
     check_whole(record, 6, 500, trigger);
     told = check_pages();
-    assert_in_range(trigger - told.first, 390, 475); /* 112 pages of 244 bytes, 58.25 a block, from a key on */
+    /* 112 pages of 244 bytes, 58.25 a block, from a key on */
+    assert_in_range(trigger - told.first, 390, 475);
     trigger = index_now + 300;
     record = land(7, 300, 500);
     check_whole(record, 7, 500, trigger);
     told = check_pages();
     assert_int_equal(trigger - told.first, 300); /* from arming on, when that is not long ago */
-    fetch(record, 40); /* resumed */
+    fetch(record, 40);                           /* resumed */
     assert_true(present[40] && present[41]);
 }
 
@@ -321,7 +327,8 @@ static void fill(unsigned least)
     uint32_t trigger[BLACKBOX_RECORDS];
     while (blackbox_ready(&box) == MR_OK && landings < BLACKBOX_RECORDS) {
         trigger[landings] = index_now + 1600;
-        land((uint16_t)(100 + landings), 1600, 10000 - (white ? 440 : 950)); /* 10 s with what was before */
+        /* 10 s with what was before */
+        land((uint16_t)(100 + landings), 1600, 10000 - (white ? 440 : 950));
         landings++;
     }
     assert_int_equal(blackbox_ready(&box), MR_FULL);
@@ -332,15 +339,18 @@ static void fill(unsigned least)
     boot();
     while (box.state == BLACKBOX_SCANNING)
         ms_passes();
-    for (unsigned i = 0; i < landings; i++) { /* block contents: the last ones, which the test still knows */
+    for (unsigned i = 0; i < landings; i++) {
+        /* block contents: the last ones, which the test still knows */
         const struct blackbox_record *record = blackbox_record(&box, i);
         assert_non_null(record);
         if (!record->complete || record->lost)
-            fail_msg("record %u: complete %d, %u blocks from %u, %u lost", record->record, record->complete, record->blocks, record->first_block, record->lost);
+            fail_msg("record %u: complete %d, %u blocks from %u, %u lost", record->record,
+                     record->complete, record->blocks, record->first_block, record->lost);
         assert_int_equal(record->landing, 100 + record->record - 1);
         assert_true(record->blocks >= 9800);
     }
-    check_whole((uint16_t)landings, (uint16_t)(100 + landings - 1), 10000 - (white ? 440 : 950), trigger[landings - 1]);
+    check_whole((uint16_t)landings, (uint16_t)(100 + landings - 1), 10000 - (white ? 440 : 950),
+                trigger[landings - 1]);
     /* free the third: its space comes back, all others stay */
     uint16_t third = 3;
     unsigned ready = box.ready;
@@ -419,7 +429,8 @@ static void the_power_goes_at_every_operation(void **state)
     }
 }
 
-/* Freeing and erasing, cut off likewise: what was not freed stays whole, and all space comes back. */
+/* Freeing and erasing, cut off likewise: what was not freed stays whole, and all space comes
+ * back. */
 static void the_power_goes_while_space_is_made(void **state)
 {
     (void)state;
@@ -461,12 +472,14 @@ static void the_power_goes_while_space_is_made(void **state)
 static void bad_blocks_cost_space_only(void **state)
 {
     (void)state;
-    static const unsigned kinds[] = {FAKE_NOR_PROGRAM_ERROR, FAKE_NOR_PROGRAM_SILENT, FAKE_NOR_READ_ERROR};
+    static const unsigned kinds[] = {FAKE_NOR_PROGRAM_ERROR, FAKE_NOR_PROGRAM_SILENT,
+                                     FAKE_NOR_READ_ERROR};
     for (unsigned i = 0; i < COUNT_OF(kinds); i++) {
         fresh(NULL);
         white = true;
         fake_nor.faults = kinds[i];
-        fake_nor.from = 2 * NOR_SECTOR + 5 * NOR_PAGE; /* from the middle of a sector to the middle of another */
+        /* from the middle of a sector to the middle of another */
+        fake_nor.from = 2 * NOR_SECTOR + 5 * NOR_PAGE;
         fake_nor.to = 9 * NOR_SECTOR + 3 * NOR_PAGE;
         uint32_t trigger = index_now + 50;
         unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
@@ -561,7 +574,8 @@ static unsigned records_there(void)
     return count;
 }
 
-/* 64 places: then it is full however much space is left, and a landing that begins all the same is not recorded over another. */
+/* 64 places: then it is full however much space is left, and a landing that begins all the same is
+ * not recorded over another. */
 static void it_has_64_places(void **state)
 {
     (void)state;
@@ -585,8 +599,9 @@ static void it_has_64_places(void **state)
     check_whole(record, 66, 200, trigger);
 }
 
-/* Arming asks for 288 sectors, room for a landing of 19 s that does not pack (58.25 bytes a block, 3904 in a sector). One that goes on
- * for 30 s keeps its beginning, without a hole, and says that it is not complete. */
+/* Arming asks for 288 sectors, room for a landing of 19 s that does not pack (58.25 bytes a block,
+ * 3904 in a sector). One that goes on for 30 s keeps its beginning, without a hole, and says that
+ * it is not complete. */
 static void a_landing_longer_than_the_space_keeps_its_beginning(void **state)
 {
     (void)state;
@@ -612,8 +627,8 @@ static void a_landing_longer_than_the_space_keeps_its_beginning(void **state)
     assert_true(health_take(MR_FAULT_BOX_LOST).count > 0);
 }
 
-/* One page is the start: what does not fit in the others, 244 bytes each, is left out whole, and the landing is kept all the same.
- * A message of 8 bytes takes 84 bits. */
+/* One page is the start: what does not fit in the others, 244 bytes each, is left out whole, and
+ * the landing is kept all the same. A message of 8 bytes takes 84 bits. */
 static void a_configuration_too_long_is_cut_at_a_message(void **state)
 {
     (void)state;
@@ -634,7 +649,8 @@ static void a_configuration_too_long_is_cut_at_a_message(void **state)
     play(500);
     fetch(record, 0);
     struct told told = check_pages();
-    assert_in_range(told.config, (BLACKBOX_CONFIG - 1) * 244 * 8 / 84 - 1, (BLACKBOX_CONFIG - 1) * 244 * 8 / 84);
+    assert_in_range(told.config, (BLACKBOX_CONFIG - 1) * 244 * 8 / 84 - 1,
+                    (BLACKBOX_CONFIG - 1) * 244 * 8 / 84);
     assert_int_equal(told.first, trigger - 50);
     assert_int_equal(told.blocks, 350);
 }
@@ -659,7 +675,8 @@ static void freeing_ends_reading(void **state)
     assert_int_equal(blackbox_read(&box, record, 0), MR_UNKNOWN);
 }
 
-/* The mark of a freed record does not hold: the record stays whole, that is a fault, and it can be freed later. */
+/* The mark of a freed record does not hold: the record stays whole, that is a fault, and it can be
+ * freed later. */
 static void a_mark_that_does_not_hold_frees_nothing(void **state)
 {
     (void)state;
@@ -681,7 +698,8 @@ static void a_mark_that_does_not_hold_frees_nothing(void **state)
     assert_int_equal(records_there(), 0);
 }
 
-/* A record's first page cannot be read any more: which landing it was is not known, all its other pages are. */
+/* A record's first page cannot be read any more: which landing it was is not known, all its other
+ * pages are. */
 static void an_unreadable_start_page_costs_the_landings_number(void **state)
 {
     (void)state;
@@ -725,8 +743,9 @@ static void a_page_beyond_the_end_is_the_end(void **state)
     fail_msg("reading never ended");
 }
 
-/* A sector that begins blank and is not, as an erase that the power cut off leaves it: found by looking when there is time, erased,
- * and once all have been looked at there is nothing to be done. */
+/* A sector that begins blank and is not, as an erase that the power cut off leaves it: found by
+ * looking when there is time, erased, and once all have been looked at there is nothing to be
+ * done. */
 static void what_only_begins_blank_is_found_and_erased(void **state)
 {
     (void)state;
@@ -750,8 +769,8 @@ static void what_only_begins_blank_is_found_and_erased(void **state)
     assert_int_equal(fake_nor.erases, COUNT_OF(at));
 }
 
-/* What cannot be read from where the reader was: any page of a record may be missing; then at most the 16 pages to the next key and the
- * page itself are lost with it, and what is told is true. */
+/* What cannot be read from where the reader was: any page of a record may be missing; then at most
+ * the 16 pages to the next key and the page itself are lost with it, and what is told is true. */
 static void a_missing_page_costs_17_pages(void **state)
 {
     (void)state;
@@ -769,7 +788,8 @@ static void a_missing_page_costs_17_pages(void **state)
             if (record.kind != MR_RECORD_BLOCK)
                 continue;
             assert_true(blocks == 0 || record.block.index > last);
-            assert_memory_equal(&record.block, &sent[record.block.index % SENT], sizeof record.block);
+            assert_memory_equal(&record.block, &sent[record.block.index % SENT],
+                                sizeof record.block);
             last = record.block.index;
             blocks++;
         }

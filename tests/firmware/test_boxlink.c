@@ -1,4 +1,5 @@
-/* The black box over the links: refusals, a landing armed, recorded, listed, read out and freed, as a host sees it. */
+/* The black box over the links: refusals, a landing armed, recorded, listed, read out and freed, as
+ * a host sees it. */
 #include "tests/firmware/play.h"
 
 #include "common/boxread.h"
@@ -78,7 +79,8 @@ static unsigned collect(void)
         if (mr_deframer_push(&deframer, fake.serial[i], &frame) != MR_OK)
             continue;
         if (frame.type == MR_ID_BOX_PART) {
-            unsigned record = frame.payload[0] | (unsigned)frame.payload[1] << 8, page = frame.payload[2] | (unsigned)frame.payload[3] << 8;
+            unsigned record = frame.payload[0] | (unsigned)frame.payload[1] << 8,
+                     page = frame.payload[2] | (unsigned)frame.payload[3] << 8;
             assert_int_equal(frame.length, MR_BOX_PART_BYTES);
             assert_int_equal(record, 1);
             assert_true(page < PAGES_MAX && frame.payload[4] < 2);
@@ -108,7 +110,8 @@ static unsigned check_pages(uint32_t trigger)
     }
     mr_boxpage_get_start(pages[0], &first);
     assert_int_equal(first.landing, 7);
-    assert_true(first.trigger_block >= trigger && first.trigger_block < trigger + 400); /* with the second edge */
+    /* with the second edge */
+    assert_true(first.trigger_block >= trigger && first.trigger_block < trigger + 400);
     mr_boxread_begin(&reader, pages[0], present, page_count);
     while (mr_boxread_next(&reader, &record) == MR_OK)
         blocks += record.kind == MR_RECORD_BLOCK;
@@ -141,10 +144,12 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
     struct mr_box_record record = {0};
     struct mr_box_span span;
     arm_when_ready("arm 7");
-    assert_int_equal(list(&record), 0); /* what there is can be told at any time; the memory is the landing's from arm to done */
+    /* what there is can be told at any time; the memory is the landing's from arm to done */
+    assert_int_equal(list(&record), 0);
     assert_int_equal(ask("box-read 32768"), MR_NOT_NOW);
     assert_int_equal(ask("box-free 1"), MR_NOT_NOW);
-    assert_true(app.box.configuring && app.box.config_put + 2 < BLACKBOX_CONFIG); /* a configuration leaves two pages free */
+    /* a configuration leaves two pages free */
+    assert_true(app.box.configuring && app.box.config_put + 2 < BLACKBOX_CONFIG);
     pass(1500);
     uint32_t trigger = index_now;
     land();
@@ -164,7 +169,8 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
     assert_in_range(span.blocks, 5000, 12000);
     assert_int_equal(check_pages(trigger), span.blocks);
 
-    fake.serial_count = 0; /* and once more from page 5 on: what a host asks for after a pulled cable */
+    /* and once more from page 5 on: what a host asks for after a pulled cable */
+    fake.serial_count = 0;
     memset(present, 0, sizeof present);
     assert_int_equal(ask("box-read 32773"), MR_OK);
     pass(2 * PAGES_MAX);
@@ -179,19 +185,39 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
     assert_int_equal(ask("box-read 32768"), MR_UNKNOWN);
 }
 
-/* What the record of a landing has, and CAN in the same time: each message that a replay needs is in both, as often; what the board says of
- * itself by the way is in none of the record. */
+/* What the record of a landing has, and CAN in the same time: each message that a replay needs is
+ * in both, as often; what the board says of itself by the way is in none of the record. */
 static void the_record_holds_what_a_landing_needs(void **state)
 {
-    static const uint16_t needed[] = {MR_ID_ZONE, MR_ID_ZONE_LEAD, MR_ID_VERDICT, MR_ID_TRUST, MR_ID_EDGE, MR_ID_MOTION, MR_ID_MOTION_ERROR,
-                                      MR_ID_LANDING, MR_ID_TOUCHDOWN, MR_ID_STOP, MR_ID_MARK, MR_ID_ACK, MR_ID_CHANNEL_QUALITY,
-                                      MR_ID_BAND_BEFORE, MR_ID_BAND_AFTER, MR_ID_FAULT, MR_ID_TEMPERATURE, MR_ID_CHANNEL_EVENT};
-    static const uint16_t configuration[] = {MR_ID_HELLO, MR_ID_BOARD_UID, MR_ID_BOARD_CONFIG, MR_ID_SITE, MR_ID_CHANNEL, MR_ID_CHANNEL_ZERO,
-                                             MR_ID_SWITCH_PLACE, MR_ID_CALIBRATION, MR_ID_PREDICT_ITEM, MR_ID_RUNWAY, MR_ID_RUNWAY_JOINTS,
-                                             MR_ID_RUNWAY_STORE};
-    static const uint16_t left_out[] = {MR_ID_CLOCK, MR_ID_HEALTH, MR_ID_CAN_HEALTH, MR_ID_SERIAL_HEALTH, MR_ID_MESSAGE_COUNT, MR_ID_SYNC,
-                                        MR_ID_BOX_STATE, MR_ID_CAN_ALARM, MR_ID_BAND_STATE, MR_ID_DISPLACEMENT_1_3, MR_ID_TENSION_1_3,
-                                        MR_ID_CONFIG_STATE, MR_ID_SLOW_ROW};
+    static const uint16_t needed[] = {MR_ID_ZONE,
+                                      MR_ID_ZONE_LEAD,
+                                      MR_ID_VERDICT,
+                                      MR_ID_TRUST,
+                                      MR_ID_EDGE,
+                                      MR_ID_MOTION,
+                                      MR_ID_MOTION_ERROR,
+                                      MR_ID_LANDING,
+                                      MR_ID_TOUCHDOWN,
+                                      MR_ID_STOP,
+                                      MR_ID_MARK,
+                                      MR_ID_ACK,
+                                      MR_ID_CHANNEL_QUALITY,
+                                      MR_ID_BAND_BEFORE,
+                                      MR_ID_BAND_AFTER,
+                                      MR_ID_FAULT,
+                                      MR_ID_TEMPERATURE,
+                                      MR_ID_CHANNEL_EVENT};
+    static const uint16_t configuration[] = {
+        MR_ID_HELLO,        MR_ID_BOARD_UID,    MR_ID_BOARD_CONFIG,  MR_ID_SITE,
+        MR_ID_CHANNEL,      MR_ID_CHANNEL_ZERO, MR_ID_SWITCH_PLACE,  MR_ID_CALIBRATION,
+        MR_ID_PREDICT_ITEM, MR_ID_RUNWAY,       MR_ID_RUNWAY_JOINTS, MR_ID_RUNWAY_STORE};
+    static const uint16_t left_out[] = {MR_ID_CLOCK,         MR_ID_HEALTH,
+                                        MR_ID_CAN_HEALTH,    MR_ID_SERIAL_HEALTH,
+                                        MR_ID_MESSAGE_COUNT, MR_ID_SYNC,
+                                        MR_ID_BOX_STATE,     MR_ID_CAN_ALARM,
+                                        MR_ID_BAND_STATE,    MR_ID_DISPLACEMENT_1_3,
+                                        MR_ID_TENSION_1_3,   MR_ID_CONFIG_STATE,
+                                        MR_ID_SLOW_ROW};
     static unsigned kept[2048];
     struct mr_boxread reader;
     struct mr_record record;
@@ -216,7 +242,8 @@ static void the_record_holds_what_a_landing_needs(void **state)
         assert_int_equal(kept[left_out[i]], 0);
     for (size_t i = 0; i < COUNT_OF(configuration); i++)
         assert_in_range(kept[configuration[i]], 1, 1000);
-    assert_int_equal(kept[MR_ID_CHANNEL], 24); /* each once, though the links have a burst of them too */
+    /* each once, though the links have a burst of them too */
+    assert_int_equal(kept[MR_ID_CHANNEL], 24);
     unsigned edges = 0;
     for (size_t i = 0; i < fake.sent_count; i++)
         edges += fake.sent[i].id == MR_ID_EDGE && fake.sent_block[i] >= from;
@@ -225,7 +252,8 @@ static void the_record_holds_what_a_landing_needs(void **state)
     for (size_t i = 0; i < COUNT_OF(needed); i++) {
         bool told = count_frames(needed[i]) > 0;
         if (told != (kept[needed[i]] > 0))
-            fail_msg("message 0x%03x: %u on CAN, %u in the record", needed[i], count_frames(needed[i]), kept[needed[i]]);
+            fail_msg("message 0x%03x: %u on CAN, %u in the record", needed[i],
+                     count_frames(needed[i]), kept[needed[i]]);
     }
     assert_int_equal(kept[MR_ID_TOUCHDOWN], 1);
     assert_int_equal(kept[MR_ID_STOP], 1);
@@ -279,7 +307,8 @@ static void nonsense_is_refused(void **state)
     struct mr_ack ack;
     struct board_can_frame *frame = &fake.received[fake.received_count++];
     frame->id = MR_ID_COMMAND;
-    frame->length = (uint8_t)mr_command_put(&(struct mr_command){.code = 200, .tag = 77}, frame->data);
+    frame->length = (uint8_t)mr_command_put(&(struct mr_command){.code = 200, .tag = 77},
+                                            frame->data);
     pass(1);
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.tag, 77);

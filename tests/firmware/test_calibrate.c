@@ -1,4 +1,5 @@
-/* Zero and shunt by command, and what the bands' watch says, on the fake board: codes are worked out here from the rig's volts. */
+/* Zero and shunt by command, and what the bands' watch says, on the fake board: codes are worked
+ * out here from the rig's volts. */
 #include "tests/firmware/play.h"
 
 #include "common/bands.h"
@@ -30,7 +31,8 @@ static void play_gages(unsigned blocks)
             double lb = gain[i] * (tension_lb[i] + (fake.shunted ? 40.0 : 0.0));
             if (i == 2 && index_now % 256 >= 128)
                 lb += wobble_lb;
-            block->sum[i] = (uint16_t)lround(8.0 * scale * (0.4 * 4096.0 / 3.3 + lb * CODES_PER_LB));
+            block->sum[i] =
+                (uint16_t)lround(8.0 * scale * (0.4 * 4096.0 / 3.3 + lb * CODES_PER_LB));
         }
         block->high[MR_TRANSDUCERS + 3] = broken;
         block->sum[MR_ADC1_STAIRCASE] = 8u * 62u;
@@ -81,8 +83,8 @@ static struct mr_shunt_result result_of(unsigned gage)
     struct mr_shunt_result result = {0};
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_shunt_result each;
-        if (fake.sent[i].id == MR_ID_SHUNT_RESULT && mr_shunt_result_get(&each, fake.sent[i].data, 8) == MR_OK &&
-            each.gage == gage)
+        if (fake.sent[i].id == MR_ID_SHUNT_RESULT &&
+            mr_shunt_result_get(&each, fake.sent[i].data, 8) == MR_OK && each.gage == gage)
             result = each;
     }
     assert_int_equal(result.gage, gage);
@@ -114,7 +116,8 @@ static void shunts_are_measured_and_a_wrong_gain_is_named(void **state)
     for (unsigned g = 1; g <= MR_GAGES; g++) {
         struct mr_shunt_result result = result_of(g);
         assert_int_equal(result.verdict, g == 5 ? 3 : 0);
-        assert_near(result.span_lb, g == 5 ? 41.2 : 40.0, 0.03); /* codes are whole eighths: 0.02 lb */
+        /* codes are whole eighths: 0.02 lb */
+        assert_near(result.span_lb, g == 5 ? 41.2 : 40.0, 0.03);
         assert_near(result.noise_lb, 0.0, 1e-3);
     }
     GET_LAST(shunt_check, SHUNT_CHECK, &check);
@@ -201,8 +204,8 @@ static struct mr_channel_zero zero_of(unsigned index)
     struct mr_channel_zero zero = {.index = 99};
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_channel_zero each;
-        if (fake.sent[i].id == MR_ID_CHANNEL_ZERO && mr_channel_zero_get(&each, fake.sent[i].data, 8) == MR_OK &&
-            each.index == index)
+        if (fake.sent[i].id == MR_ID_CHANNEL_ZERO &&
+            mr_channel_zero_get(&each, fake.sent[i].data, 8) == MR_OK && each.index == index)
             zero = each;
     }
     assert_int_equal(zero.index, index);
@@ -237,7 +240,8 @@ static void a_zero_is_in_force_and_told_and_the_configured_one_kept(void **state
     assert_false(zero_is_measured(1));
 }
 
-/* A converter whose scale is 1 % off: the zero is what it reads there, and pounds are pounds still. */
+/* A converter whose scale is 1 % off: the zero is what it reads there, and pounds are pounds
+ * still. */
 static void a_zero_holds_whatever_the_converters_scale(void **state)
 {
     (void)state;
@@ -264,8 +268,8 @@ static unsigned verdict_of_zero(unsigned index)
     unsigned verdict = 99;
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_zero_result result;
-        if (fake.sent[i].id == MR_ID_ZERO_RESULT && mr_zero_result_get(&result, fake.sent[i].data, 8) == MR_OK &&
-            result.index == index)
+        if (fake.sent[i].id == MR_ID_ZERO_RESULT &&
+            mr_zero_result_get(&result, fake.sent[i].data, 8) == MR_OK && result.index == index)
             verdict = result.verdict;
     }
     return verdict;
@@ -312,7 +316,8 @@ static void a_zero_can_be_given(void **state)
     assert_int_equal(zero_of(2).measured, 1);
 }
 
-/* What is read out is to be edited and sent back: a measured zero must not become a configured one on the way. It stays in force. */
+/* What is read out is to be edited and sent back: a measured zero must not become a configured one
+ * on the way. It stays in force. */
 static void the_configuration_read_out_has_the_configured_zeros(void **state)
 {
     (void)state;
@@ -328,7 +333,8 @@ static void the_configuration_read_out_has_the_configured_zeros(void **state)
     play_gages(MR_CONFIG_WORDS);
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_config_image word;
-        if (fake.sent[i].id == MR_ID_CONFIG_IMAGE && mr_config_image_get(&word, fake.sent[i].data, 8) == MR_OK)
+        if (fake.sent[i].id == MR_ID_CONFIG_IMAGE &&
+            mr_config_image_get(&word, fake.sent[i].data, 8) == MR_OK)
             mr_put_u32(image + 4u * word.offset, word.value);
     }
     assert_int_equal(mr_config_decode(image, sizeof image, &told), MR_OK);
@@ -338,7 +344,8 @@ static void the_configuration_read_out_has_the_configured_zeros(void **state)
     assert_true(zero_is_measured(1));
 }
 
-/* A band that creeps by half a pound while its shunt is on: the span is taken from the middle of before and after. */
+/* A band that creeps by half a pound while its shunt is on: the span is taken from the middle of
+ * before and after. */
 static void creep_is_taken_out_of_a_span(void **state)
 {
     (void)state;
@@ -352,8 +359,8 @@ static void creep_is_taken_out_of_a_span(void **state)
     assert_near(result_of(7).span_lb, 40.0, 0.03); /* not 40.25 */
 }
 
-/* A movement since the baseline: as built in, zero and drift drop out and 0.002 in of linearity near the zero is left; an
- * absolute reading of a gage keeps its zero's pound. */
+/* A movement since the baseline: as built in, zero and drift drop out and 0.002 in of linearity
+ * near the zero is left; an absolute reading of a gage keeps its zero's pound. */
 static void a_movement_is_without_the_error_of_the_zero(void **state)
 {
     (void)state;
@@ -362,13 +369,15 @@ static void a_movement_is_without_the_error_of_the_zero(void **state)
     play_gages(2100);
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_channel_quality each;
-        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY && mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK && each.index == 3)
+        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY &&
+            mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK && each.index == 3)
             error_in = (double)each.error_codes * 3.3 / 2048.0;
     }
     assert_in_range((unsigned)lround(error_in * 1e6), 1, 2000); /* the zero's error alone is 5800 */
 }
 
-/* Ten pounds are the new zero: what is told after it is ten, nothing or missing, never in between. */
+/* Ten pounds are the new zero: what is told after it is ten, nothing or missing, never in
+ * between. */
 static void no_mean_goes_over_two_zeros(void **state)
 {
     (void)state;
@@ -390,7 +399,8 @@ static void no_mean_goes_over_two_zeros(void **state)
     assert_near(tension.t1_lb, 0.0, 0.05);
 
     configured_zeros();
-    index_now = 57000; /* 3 s before a row of the slow log: its mean would begin 1.1 s before the zero */
+    /* 3 s before a row of the slow log: its mean would begin 1.1 s before the zero */
+    index_now = 57000;
     fake.sent_count = 0;
     command("zero 2");
     play_gages(3010);
@@ -400,7 +410,8 @@ static void no_mean_goes_over_two_zeros(void **state)
     assert_near(slow.a_lb, 0.0, 0.05);
 }
 
-/* As built in: 1 lb of the zero, 0.5 lb an hour of drift. Ten hours after power on, and just after a zero of the gages alone. */
+/* As built in: 1 lb of the zero, 0.5 lb an hour of drift. Ten hours after power on, and just after
+ * a zero of the gages alone. */
 static void drift_counts_from_the_zero(void **state)
 {
     (void)state;
@@ -413,7 +424,9 @@ static void drift_counts_from_the_zero(void **state)
     play_gages(1100);
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_channel_quality each;
-        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY && mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK && each.index >= MR_TRANSDUCERS)
+        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY &&
+            mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK &&
+            each.index >= MR_TRANSDUCERS)
             error_lb[each.index - MR_TRANSDUCERS] = (double)each.error_codes / CODES_PER_LB;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
@@ -424,7 +437,8 @@ static void drift_counts_from_the_zero(void **state)
 static void a_gage_without_a_shunt_is_left_out(void **state)
 {
     (void)state;
-    const struct mr_channel_config without = config.channel[MR_TRANSDUCERS + 4], none = config.channel[MR_TRANSDUCERS + 13];
+    const struct mr_channel_config without = config.channel[MR_TRANSDUCERS + 4],
+                                   none = config.channel[MR_TRANSDUCERS + 13];
     config.channel[MR_TRANSDUCERS + 4].shunt_lb = 0.0f;
     config.channel[MR_TRANSDUCERS + 13].kind = MR_KIND_NONE;
     fake.sent_count = 0;
@@ -458,7 +472,9 @@ static void nonsense_is_refused(void **state)
     (void)state;
     const float codes[] = {5000.0f, -5000.0f, NAN};
     for (unsigned i = 0; i < 4; i++) {
-        struct mr_command message = {.code = MR_COMMAND_ZERO, .index = i < 3 ? 3 : MR_TRANSDUCERS + MR_GAGES + 1, .tag = (uint16_t)(90 + i)};
+        struct mr_command message = {.code = MR_COMMAND_ZERO,
+                                     .index = i < 3 ? 3 : MR_TRANSDUCERS + MR_GAGES + 1,
+                                     .tag = (uint16_t)(90 + i)};
         struct board_can_frame *frame = &fake.received[fake.received_count++];
         if (i < 3)
             memcpy(&message.argument, &codes[i], sizeof codes[i]);
@@ -477,8 +493,8 @@ static void nonsense_is_refused(void **state)
     assert_false(zero_is_measured(2));
 }
 
-/* For what a landing records, the zeros as configured stand for a moment in place of the measured ones, and come back. A zero that
- * is measured twice has the configured one behind it still. */
+/* For what a landing records, the zeros as configured stand for a moment in place of the measured
+ * ones, and come back. A zero that is measured twice has the configured one behind it still. */
 static void measured_zeros_change_places_with_the_configured(void **state)
 {
     (void)state;
@@ -538,24 +554,36 @@ static void a_band_that_gives_way_is_told_with_its_figures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(shunts_are_measured_and_a_wrong_gain_is_named, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_gage_that_moves_or_fails_is_not_measured, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(neither_goes_on_in_a_landing_nor_beside_the_other, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(scans_that_stop_end_it_with_the_relay_off, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_is_in_force_and_told_and_the_configured_one_kept, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_holds_whatever_the_converters_scale, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_of_what_moves_fails_or_is_under_tension_is_refused, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(shunts_are_measured_and_a_wrong_gain_is_named, start_rig,
+                                        end_rig),
+        cmocka_unit_test_setup_teardown(a_gage_that_moves_or_fails_is_not_measured, start_rig,
+                                        end_rig),
+        cmocka_unit_test_setup_teardown(neither_goes_on_in_a_landing_nor_beside_the_other,
+                                        start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(scans_that_stop_end_it_with_the_relay_off, start_rig,
+                                        end_rig),
+        cmocka_unit_test_setup_teardown(a_zero_is_in_force_and_told_and_the_configured_one_kept,
+                                        start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_zero_holds_whatever_the_converters_scale, start_rig,
+                                        end_rig),
+        cmocka_unit_test_setup_teardown(a_zero_of_what_moves_fails_or_is_under_tension_is_refused,
+                                        start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_can_be_given, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(the_configuration_read_out_has_the_configured_zeros, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(the_configuration_read_out_has_the_configured_zeros,
+                                        start_rig, end_rig),
         cmocka_unit_test_setup_teardown(creep_is_taken_out_of_a_span, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_movement_is_without_the_error_of_the_zero, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_movement_is_without_the_error_of_the_zero, start_rig,
+                                        end_rig),
         cmocka_unit_test_setup_teardown(no_mean_goes_over_two_zeros, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(drift_counts_from_the_zero, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig,
+                                        end_rig),
         cmocka_unit_test_setup_teardown(a_gage_without_a_shunt_is_left_out, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_gage_that_moves_between_is_not_measured, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_gage_that_moves_between_is_not_measured, start_rig,
+                                        end_rig),
         cmocka_unit_test_setup_teardown(nonsense_is_refused, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(measured_zeros_change_places_with_the_configured, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(measured_zeros_change_places_with_the_configured, start_rig,
+                                        end_rig),
     };
     return cmocka_run_group_tests_name("firmware/calibrate", tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* The film camera and the time sync, above a fake board: when the trigger comes, which pulses are frames, what is told of them. */
+/* The film camera and the time sync, above a fake board: when the trigger comes, which pulses are
+ * frames, what is told of them. */
 #include "common/fault.h"
 #include "tests/firmware/play.h"
 
@@ -46,7 +47,8 @@ static void armed_it_is_triggered_for_ten_milliseconds(void **state)
     assert_int_equal(count_frames(MR_ID_CAMERA), 1);
 }
 
-/* The landing of play.h: x = 3 + 30 t - 3 t^2 after touchdown, so 40.5 ft is passed 1.4391 s after it, at t = 5 - sqrt(12.5). */
+/* The landing of play.h: x = 3 + 30 t - 3 t^2 after touchdown, so 40.5 ft is passed 1.4391 s after
+ * it, at t = 5 - sqrt(12.5). */
 static void by_station_it_is_triggered_where_the_gear_is(void **state)
 {
     (void)state;
@@ -60,7 +62,8 @@ static void by_station_it_is_triggered_where_the_gear_is(void **state)
     GET_LAST(camera, CAMERA, &told);
     assert_int_equal(told.cause, CAMERA_BY_STATION);
     double passed_s = touchdown_s + 5.0 - sqrt(12.5);
-    assert_near(told.block16 * 1e-3, passed_s, 0.004); /* the estimate is good to a tenth of a foot */
+    /* the estimate is good to a tenth of a foot */
+    assert_near(told.block16 * 1e-3, passed_s, 0.004);
 }
 
 static void by_command_it_is_triggered_at_any_time(void **state)
@@ -83,7 +86,8 @@ static void by_command_it_is_triggered_at_any_time(void **state)
     assert_int_equal(fake.camera_pulses, 1);
 }
 
-/* Asked for once more within the pulse of 10 ms: that one is as long as ever, and another follows it. */
+/* Asked for once more within the pulse of 10 ms: that one is as long as ever, and another follows
+ * it. */
 static void a_second_trigger_waits_for_the_first(void **state)
 {
     (void)state;
@@ -189,7 +193,8 @@ static void frames_go_on_over_the_wrap_of_the_clock(void **state)
     assert_int_equal(frame.tick, (uint32_t)(51255000ull * 84u));
 }
 
-/* Longer than half a round of the clock (25.6 s) after the frame before it, a pulse is told like any other. */
+/* Longer than half a round of the clock (25.6 s) after the frame before it, a pulse is told like
+ * any other. */
 static void a_pause_of_half_a_minute_refuses_no_frame(void **state)
 {
     (void)state;
@@ -204,8 +209,8 @@ static void a_pause_of_half_a_minute_refuses_no_frame(void **state)
     assert_int_equal(count_frames(MR_ID_FILM_FRAME), 2);
 }
 
-/* A second command in the pulse of the first waits for its end; a camera that is taken out meanwhile is not triggered when it
- * comes back. */
+/* A second command in the pulse of the first waits for its end; a camera that is taken out
+ * meanwhile is not triggered when it comes back. */
 static void a_trigger_does_not_outlast_its_camera(void **state)
 {
     (void)state;

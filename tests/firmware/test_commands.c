@@ -1,13 +1,15 @@
-/* What each command is answered in each state of the board: a table, against the application with a black box and a camera. */
+/* What each command is answered in each state of the board: a table, against the application with a
+ * black box and a camera. */
 #include "tests/firmware/fake_nor.h"
 #include "tests/firmware/play.h"
 
 #include "firmware/health.h"
 
 enum state { IDLE, TESTING, BUSY, ARMED, LANDING, SETTLING, CLOSING, DONE, STATES };
-static const char *const state_name[STATES] = {"idle", "self-test", "zero", "armed", "landing", "settling", "done, the box writing", "done"};
+static const char *const state_name[STATES] = {
+    "idle", "self-test", "zero", "armed", "landing", "settling", "done, the box writing", "done"};
 
-#define LATER 1 /* taken, and answered when it is over */
+#define LATER             1 /* taken, and answered when it is over */
 #define RECORDING(status) [ARMED] = (status), [LANDING] = (status), [SETTLING] = (status)
 
 static const struct row {
@@ -24,12 +26,18 @@ static const struct row {
     {"self-test", {[TESTING] = MR_WAIT, RECORDING(MR_NOT_NOW)}},
     {"zero", {LATER, LATER, MR_NOT_NOW, RECORDING(MR_NOT_NOW), [CLOSING] = LATER, [DONE] = LATER}},
     {"shunt", {LATER, LATER, MR_NOT_NOW, RECORDING(MR_NOT_NOW), [CLOSING] = LATER, [DONE] = LATER}},
-    {"config-apply 1", {MR_TOO_FEW, MR_TOO_FEW, MR_WAIT, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = MR_TOO_FEW}},
+    {"config-apply 1",
+     {MR_TOO_FEW, MR_TOO_FEW, MR_WAIT,
+      RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = MR_TOO_FEW}},
     {"config-read", {RECORDING(MR_NOT_NOW)}},
     {"camera", {0}},
     {"box-list", {[CLOSING] = MR_WAIT}},
-    {"box-read 32768", {MR_UNKNOWN, MR_UNKNOWN, MR_UNKNOWN, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT}}, /* record 1 */
-    {"box-free 9", {MR_UNKNOWN, MR_UNKNOWN, MR_UNKNOWN, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = MR_UNKNOWN}},
+    /* record 1 */
+    {"box-read 32768",
+     {MR_UNKNOWN, MR_UNKNOWN, MR_UNKNOWN, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT}},
+    {"box-free 9",
+     {MR_UNKNOWN, MR_UNKNOWN, MR_UNKNOWN,
+      RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = MR_UNKNOWN}},
     {"slow-read 1", {RECORDING(MR_NOT_NOW)}},
 };
 
@@ -83,7 +91,8 @@ static void until(enum landing_state wanted)
 
 static void reach(enum state wanted)
 {
-    for (unsigned n = 0; n < 5000 && !(blackbox_ready(&app.box) == MR_OK && app.slowlog.scanned); n++)
+    for (unsigned n = 0; n < 5000 && !(blackbox_ready(&app.box) == MR_OK && app.slowlog.scanned);
+         n++)
         pass(1);
     assert_int_equal(blackbox_ready(&app.box), MR_OK);
     if (wanted == IDLE)
@@ -132,13 +141,16 @@ static void each_command_is_answered_in_each_state(void **state)
             bool answered = count_frames(MR_ID_ACK) > 0;
             if (answered)
                 GET_LAST(ack, ACK, &ack);
-            if (answered != (table[r].status[s] != LATER) || (answered && ack.status != table[r].status[s]))
-                fail_msg("%s while %s: %d, not %d", table[r].words, state_name[s], answered ? ack.status : LATER, table[r].status[s]);
+            if (answered != (table[r].status[s] != LATER) ||
+                (answered && ack.status != table[r].status[s]))
+                fail_msg("%s while %s: %d, not %d", table[r].words, state_name[s],
+                         answered ? ack.status : LATER, table[r].status[s]);
         }
     }
 }
 
-/* A board whose scans stand obeys, but does not promise to record a landing; when they go on, it does. */
+/* A board whose scans stand obeys, but does not promise to record a landing; when they go on, it
+ * does. */
 static void without_scans_it_is_not_armed(void **state)
 {
     (void)state;
@@ -175,9 +187,11 @@ static void nothing_puts_out_the_lamp_of_a_self_test(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(each_command_is_answered_in_each_state, start_whole, put_back),
+        cmocka_unit_test_setup_teardown(each_command_is_answered_in_each_state, start_whole,
+                                        put_back),
         cmocka_unit_test_setup_teardown(without_scans_it_is_not_armed, start_whole, put_back),
-        cmocka_unit_test_setup_teardown(nothing_puts_out_the_lamp_of_a_self_test, start_whole, put_back),
+        cmocka_unit_test_setup_teardown(nothing_puts_out_the_lamp_of_a_self_test, start_whole,
+                                        put_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

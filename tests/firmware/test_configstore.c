@@ -1,4 +1,5 @@
-/* The stored configuration: changed over either link, refused with a reason, locked, and whole whenever the power goes. */
+/* The stored configuration: changed over either link, refused with a reason, locked, and whole
+ * whenever the power goes. */
 #include "tests/firmware/play.h"
 
 #include "common/framing.h"
@@ -43,7 +44,8 @@ static unsigned fault_count(void)
 static void receive(uint16_t id, const uint8_t *payload, size_t length, bool serial)
 {
     if (serial) {
-        fake.serial_in_count += mr_frame_encode(0, id, payload, length, fake.serial_in + fake.serial_in_count);
+        fake.serial_in_count += mr_frame_encode(0, id, payload, length,
+                                                fake.serial_in + fake.serial_in_count);
         return;
     }
     struct board_can_frame *frame = &fake.received[fake.received_count++];
@@ -62,8 +64,8 @@ static void send_words(unsigned from, unsigned to, bool serial)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     for (unsigned i = from; i < to; i++) {
-        uint32_t value = (uint32_t)image[4 * i] | (uint32_t)image[4 * i + 1] << 8 | (uint32_t)image[4 * i + 2] << 16 |
-                         (uint32_t)image[4 * i + 3] << 24;
+        uint32_t value = (uint32_t)image[4 * i] | (uint32_t)image[4 * i + 1] << 8 |
+                         (uint32_t)image[4 * i + 2] << 16 | (uint32_t)image[4 * i + 3] << 24;
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = transfer, .value = value};
         receive(MR_ID_CONFIG_WORD, payload, mr_config_word_put(&word, payload), serial);
         if (fake.received_count == 16 || fake.serial_in_count > 300 || i + 1 == to) {
@@ -76,7 +78,8 @@ static void send_words(unsigned from, unsigned to, bool serial)
 static struct mr_ack apply(uint32_t crc, bool serial)
 {
     uint8_t payload[MR_MESSAGE_MAX];
-    struct mr_command message = {.code = MR_COMMAND_CONFIG_APPLY, .tag = transfer, .argument = (int32_t)crc};
+    struct mr_command message = {
+        .code = MR_COMMAND_CONFIG_APPLY, .tag = transfer, .argument = (int32_t)crc};
     struct mr_ack ack;
     receive(MR_ID_COMMAND, payload, mr_command_put(&message, payload), serial);
     play(1);
@@ -181,7 +184,8 @@ static void what_it_is_comes_back(void **state)
     assert_int_equal(app.configstore.crc, crc);
 }
 
-/* What follows from the configuration follows from the new one: the reading, the name of a switch. */
+/* What follows from the configuration follows from the new one: the reading, the name of a
+ * switch. */
 static void readings_are_by_the_new_one(void **state)
 {
     (void)state;
@@ -209,13 +213,15 @@ static unsigned missing_told(unsigned position)
     unsigned count = 0;
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_switch_event event;
-        if (fake.sent[i].id == MR_ID_SWITCH_EVENT && mr_switch_event_get(&event, fake.sent[i].data, 8) == MR_OK)
+        if (fake.sent[i].id == MR_ID_SWITCH_EVENT &&
+            mr_switch_event_get(&event, fake.sent[i].data, 8) == MR_OK)
             count += event.position == position && event.reason == MR_SWITCH_MISSING;
     }
     return count;
 }
 
-/* Switch 5 is not fitted, 7 is and does not open: only that one is missing. At 30 ft/s, a switch each 5 ft from -2.5 ft on. */
+/* Switch 5 is not fitted, 7 is and does not open: only that one is missing. At 30 ft/s, a switch
+ * each 5 ft from -2.5 ft on. */
 static void what_is_not_fitted_is_not_missing(void **state)
 {
     (void)state;
@@ -390,7 +396,8 @@ static void an_unsound_copy_is_not_taken(void **state)
     (void)state;
     struct mr_config wanted = next_one();
     struct mr_config_state stored;
-    const float unsound[] = {0.0f, 25.4f * wanted.channel[0].unit_per_code}; /* mm for in: once a limit of 1000 in per code let that pass */
+    /* mm for in: once a limit of 1000 in per code let that pass */
+    const float unsound[] = {0.0f, 25.4f * wanted.channel[0].unit_per_code};
     for (unsigned i = 0; i < COUNT_OF(unsound); i++) {
         wanted.channel[0].unit_per_code = unsound[i];
         mr_config_encode(&wanted, fake_flash.cell[0]);
@@ -436,16 +443,16 @@ static enum mr_status change_directly(const struct mr_config *wanted)
     transfer++;
     for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = transfer};
-        word.value = (uint32_t)image[4 * i] | (uint32_t)image[4 * i + 1] << 8 | (uint32_t)image[4 * i + 2] << 16 |
-                     (uint32_t)image[4 * i + 3] << 24;
+        word.value = (uint32_t)image[4 * i] | (uint32_t)image[4 * i + 1] << 8 |
+                     (uint32_t)image[4 * i + 2] << 16 | (uint32_t)image[4 * i + 3] << 24;
         configstore_word(&store, &telemetry, payload, mr_config_word_put(&word, payload), false);
     }
     fake.sent_count = fake.serial_count = 0;
     return configstore_apply(&store, &telemetry, crc, false);
 }
 
-/* Of each operation of a change, begun and 0, 30, 70, 99.9 % done. What is in force after it is the old or the new one, whole, and
- * the next change goes through. */
+/* Of each operation of a change, begun and 0, 30, 70, 99.9 % done. What is in force after it is the
+ * old or the new one, whole, and the next change goes through. */
 static void the_power_goes_at_every_operation(void **state)
 {
     (void)state;

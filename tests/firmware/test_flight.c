@@ -83,8 +83,8 @@ static void closing_joints_ahead_are_warned_of(void **state)
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_int_equal(lead.warning, 0);
     assert_false(fake.warning);
-    /* no switch has told of a wheel, so transducers and survey speak alone: stations 40, 50 and 60 approach each other by 0.35 in
-     * each, the joints of three segments and a half: 70 mats */
+    /* no switch has told of a wheel, so transducers and survey speak alone: stations 40, 50 and 60
+     * approach each other by 0.35 in each, the joints of three segments and a half: 70 mats */
     close_joints();
     play(30);
     assert_true(fake.warning);
@@ -119,7 +119,7 @@ static void a_warning_ends_with_the_landing(void **state)
     pass_switch(1, (double)index_now * 1e-3);
     play(200);
     pass_switch(2, (double)index_now * 1e-3); /* 25 ft/s: a landing */
-    play(1000); /* at 25 ft/s the wheel is not yet there */
+    play(1000);                               /* at 25 ft/s the wheel is not yet there */
     assert_true(fake.warning);
     play(4100); /* three seconds without another switch, two of settling */
     GET_LAST(landing, LANDING, &message);
@@ -129,7 +129,8 @@ static void a_warning_ends_with_the_landing(void **state)
     assert_int_equal(lead.warning, 0);
 }
 
-/* Over the time limit while the motion is not known and transducers alone speak: the last word is that the warning is over. */
+/* Over the time limit while the motion is not known and transducers alone speak: the last word is
+ * that the warning is over. */
 static void a_kinematic_warning_ends_before_the_landing(void **state)
 {
     (void)state;
@@ -156,7 +157,8 @@ static void a_kinematic_warning_ends_before_the_landing(void **state)
     assert_int_equal(lead.warning, 0);
     bool done = false;
     for (size_t i = 0; i < fake.sent_count; i++) {
-        if (fake.sent[i].id == MR_ID_LANDING && mr_landing_get(&message, fake.sent[i].data, 8) == MR_OK)
+        if (fake.sent[i].id == MR_ID_LANDING &&
+            mr_landing_get(&message, fake.sent[i].data, 8) == MR_OK)
             done |= message.state == LANDING_DONE;
         assert_false(done && fake.sent[i].id == MR_ID_ZONE_LEAD);
     }
@@ -205,8 +207,8 @@ static void two_landings_in_one_run(void **state)
     assert_int_equal(message.state, LANDING_DONE);
 }
 
-/* Braking begins at touchdown; the switches on the track before it must not bend the parabola: from the third switch beyond
- * on, the deceleration told is the true one. */
+/* Braking begins at touchdown; the switches on the track before it must not bend the parabola: from
+ * the third switch beyond on, the deceleration told is the true one. */
 static void the_track_does_not_bend_the_motion(void **state)
 {
     (void)state;
@@ -291,7 +293,8 @@ static void a_landing_ends_at_its_limit(void **state)
     }
     GET_LAST(landing, LANDING, &message);
     assert_int_equal(message.state, LANDING_DONE);
-    assert_near(message.block, 100 + 2400 + 20000 + 2000, 10.0); /* known to be one at the second switch */
+    /* known to be one at the second switch */
+    assert_near(message.block, 100 + 2400 + 20000 + 2000, 10.0);
 }
 
 static void a_landing_without_a_fit_says_why(void **state)
@@ -307,7 +310,8 @@ static void a_landing_without_a_fit_says_why(void **state)
     assert_int_equal(count_frames(MR_ID_TOUCHDOWN), 0);
     bool told = false;
     for (size_t i = 0; i < fake.sent_count; i++)
-        told |= fake.sent[i].id == MR_ID_FAULT && mr_fault_get(&fault, fake.sent[i].data, 8) == MR_OK &&
+        told |= fake.sent[i].id == MR_ID_FAULT &&
+                mr_fault_get(&fault, fake.sent[i].data, 8) == MR_OK &&
                 fault.code == MR_FAULT_NO_FIT && fault.detail == -MR_TOO_FEW;
     assert_true(told);
 }

@@ -1,4 +1,5 @@
-/* The application's own health, on a fake board: which task is late, what CAN's state is called, what a self-test concludes. */
+/* The application's own health, on a fake board: which task is late, what CAN's state is called,
+ * what a self-test concludes. */
 #include "tests/firmware/play.h"
 
 #include "common/crash.h"
@@ -18,10 +19,12 @@ static void tick_all_but(enum mr_task left_out, unsigned ticks)
     }
 }
 
-/* Each task has a limit of its own, in ticks: one more is too many, and it is named; when it comes round, that is well again. */
+/* Each task has a limit of its own, in ticks: one more is too many, and it is named; when it comes
+ * round, that is well again. */
 static void each_task_has_its_limit(void **state)
 {
-    static const unsigned limit[MR_TASK_COUNT] = {0, 20, 30, 30, 30, 30, 30, 20, 100, 30}; /* 0.2, 0.3 and 1 s */
+    /* 0.2, 0.3 and 1 s */
+    static const unsigned limit[MR_TASK_COUNT] = {0, 20, 30, 30, 30, 30, 30, 20, 100, 30};
     (void)state;
     for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
         uint16_t before = health_counted(MR_FAULT_TASK_LATE);
@@ -101,25 +104,36 @@ static void the_states_of_can(void **state)
     assert_int_equal(can_state_after((struct board_can_errors){0}, 5), MR_CAN_GOOD);
     assert_int_equal(can_state_after((struct board_can_errors){.tec = 96}, 5), MR_CAN_WARNING);
     assert_int_equal(can_state_after((struct board_can_errors){.rec = 96}, 5), MR_CAN_WARNING);
-    assert_int_equal(can_state_after((struct board_can_errors){.tec = 130, .passive = true, .last_error = 3}, 5), MR_CAN_PASSIVE);
-    assert_int_equal(can_state_after((struct board_can_errors){.tec = 128, .passive = true, .last_error = 3, .pending = true}, 2),
+    assert_int_equal(
+        can_state_after((struct board_can_errors){.tec = 130, .passive = true, .last_error = 3}, 5),
+        MR_CAN_PASSIVE);
+    assert_int_equal(can_state_after(
+                         (struct board_can_errors){
+                             .tec = 128, .passive = true, .last_error = 3, .pending = true},
+                         2),
                      MR_CAN_UNPLUGGED);
-    assert_int_equal(can_state_after((struct board_can_errors){.tec = 128, .passive = true, .last_error = 5, .pending = true}, 2),
+    assert_int_equal(can_state_after(
+                         (struct board_can_errors){
+                             .tec = 128, .passive = true, .last_error = 5, .pending = true},
+                         2),
                      MR_CAN_STUCK);
     assert_int_equal(can_state_after((struct board_can_errors){.pending = true}, 1), MR_CAN_GOOD);
     assert_int_equal(can_state_after((struct board_can_errors){.pending = true}, 2), MR_CAN_STUCK);
     assert_int_equal(can_state_after((struct board_can_errors){.bus_off = true}, 1), MR_CAN_OFF);
-    assert_int_equal(can_state_after((struct board_can_errors){.missing = true}, 1), MR_CAN_MISSING);
+    assert_int_equal(can_state_after((struct board_can_errors){.missing = true}, 1),
+                     MR_CAN_MISSING);
 }
 
-/* Nothing passes for 0.1 s: what waits is dropped, one frame is left to the controller, and only when it has passed are there more. */
+/* Nothing passes for 0.1 s: what waits is dropped, one frame is left to the controller, and only
+ * when it has passed are there more. */
 static void stale_frames_are_dropped(void **state)
 {
     struct canwatch watch;
     (void)state;
     canwatch_start(&watch, false);
     fake.clears = 0;
-    fake.can_errors = (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
+    fake.can_errors =
+        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
     for (unsigned i = 0; i < 9; i++)
         assert_false(canwatch_tick(&watch).probe);
     assert_int_equal(fake.clears, 0);
@@ -213,12 +227,14 @@ static void a_self_test_concludes(void **state)
     fake.image_known = fake.image_bad = true;
     fake_nor.present = false;
     result = test_until_result(40);
-    assert_int_equal(result.failed, 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_NOR |
-                                        1u << MR_SELF_TEST_LAMP_ON | 1u << MR_SELF_TEST_IMAGE);
+    assert_int_equal(result.failed, 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH |
+                                        1u << MR_SELF_TEST_NOR | 1u << MR_SELF_TEST_LAMP_ON |
+                                        1u << MR_SELF_TEST_IMAGE);
     assert_int_equal(result.done, 0x17f);
 }
 
-/* Without blocks, nobody knows of reference and excitation: they are not done, and the test ends all the same. */
+/* Without blocks, nobody knows of reference and excitation: they are not done, and the test ends
+ * all the same. */
 static void what_cannot_be_tested_is_not_done(void **state)
 {
     struct mr_self_test result = {0};
@@ -231,7 +247,8 @@ static void what_cannot_be_tested_is_not_done(void **state)
         app_supervise(&app);
     }
     GET_LAST(self_test, SELF_TEST, &result);
-    assert_int_equal(result.done & (1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_EXCITATION), 0);
+    assert_int_equal(result.done & (1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_EXCITATION),
+                     0);
     assert_int_equal(result.failed, 0);
 }
 
@@ -310,7 +327,8 @@ static void a_crash_is_told(void **state)
     assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEMS);
 }
 
-/* What is not fitted is not tested: neither excitation nor black box, and a second test at the same time is refused. */
+/* What is not fitted is not tested: neither excitation nor black box, and a second test at the same
+ * time is refused. */
 static void what_is_not_fitted_is_not_tested(void **state)
 {
     (void)state;
@@ -338,8 +356,8 @@ static void what_is_not_fitted_is_not_tested(void **state)
     assert_int_equal(result.done, 0x7f & ~(1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR));
 }
 
-/* At 0.1 in below its mechanical zero of 50 mV a transducer gives no signal of either polarity: as if none were driven. Beyond it
- * the sign is the other one, and that is a signal. */
+/* At 0.1 in below its mechanical zero of 50 mV a transducer gives no signal of either polarity: as
+ * if none were driven. Beyond it the sign is the other one, and that is a signal. */
 static void transducers_without_a_signal_fail_the_excitation(void **state)
 {
     (void)state;
@@ -402,19 +420,22 @@ static void a_damaged_image_is_a_fault_at_start(void **state)
     play(1000); /* each second */
     for (size_t i = 0; i < fake.sent_count; i++) {
         struct mr_fault fault;
-        if (fake.sent[i].id == MR_ID_FAULT && mr_fault_get(&fault, fake.sent[i].data, fake.sent[i].length) == MR_OK)
+        if (fake.sent[i].id == MR_ID_FAULT &&
+            mr_fault_get(&fault, fake.sent[i].data, fake.sent[i].length) == MR_OK)
             told += fault.code == MR_FAULT_SELFTEST && fault.detail == MR_SELF_TEST_IMAGE;
     }
     assert_true(told > 0);
 }
 
-/* The cable is pulled and plugged in again: one frame asks whether it is back, and when it has passed the alarm is told on CAN. */
+/* The cable is pulled and plugged in again: one frame asks whether it is back, and when it has
+ * passed the alarm is told on CAN. */
 static void the_alarm_follows_an_outage(void **state)
 {
     (void)state;
     struct mr_can_alarm alarm;
     play(10);
-    fake.can_errors = (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
+    fake.can_errors =
+        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
     for (unsigned i = 0; i < 20; i++) {
         play(10);
         app_supervise(&app);
@@ -434,7 +455,8 @@ static void the_alarm_follows_an_outage(void **state)
     assert_int_equal(alarm.outages, 1);
 }
 
-/* Of several tasks that are late the first of the table is named; a loop that stands nowhere known is named itself. */
+/* Of several tasks that are late the first of the table is named; a loop that stands nowhere known
+ * is named itself. */
 static void of_late_tasks_the_first_is_named(void **state)
 {
     (void)state;

@@ -60,7 +60,8 @@ static void edges_are_told_while_live_alone(void **state)
     assert_int_equal(count_frames(MR_ID_EDGE), 0);
     assert_int_equal(answer_to("live 60"), MR_OK);
     for (unsigned i = 0; i < 5; i++)
-        trip(order[i], 2000 + 1500 * i); /* 5 ft in 2 s to 8 s: about the least speed of a landing, and below */
+        /* 5 ft in 2 s to 8 s: about the least speed of a landing, and below */
+        trip(order[i], 2000 + 1500 * i);
     assert_int_equal(count_frames(MR_ID_EDGE), 5);
     for (unsigned i = 0; i < 5; i++) {
         assert_int_equal(edge_at(i).position, order[i]);
@@ -76,7 +77,8 @@ static void a_fast_walk_is_no_landing(void **state) /* 30 ft/s, as a landing has
     assert_int_equal(answer_to("live 60"), MR_OK);
     touchdown_s = 1.0;
     fly(7.0);
-    assert_int_equal(count_frames(MR_ID_EDGE), 17); /* 3 ft + 75 ft lie behind switch 17, at 77.5 ft */
+    /* 3 ft + 75 ft lie behind switch 17, at 77.5 ft */
+    assert_int_equal(count_frames(MR_ID_EDGE), 17);
     for (unsigned i = 0; i < 17; i++)
         assert_int_equal(edge_at(i).position, i + 1);
     nothing_was_recorded();
@@ -145,8 +147,11 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup(name, start)
     const struct CMUnitTest tests[] = {
-        TEST(edges_are_told_while_live_alone), TEST(a_fast_walk_is_no_landing), TEST(a_record_goes_out_each_20_ms),
-        TEST(arming_ends_it),                  TEST(chatter_is_limited),
+        TEST(edges_are_told_while_live_alone),
+        TEST(a_fast_walk_is_no_landing),
+        TEST(a_record_goes_out_each_20_ms),
+        TEST(arming_ends_it),
+        TEST(chatter_is_limited),
     };
     return cmocka_run_group_tests_name("firmware/live", tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* The predictor on the board: what it says, the runway that it keeps through landings and resets, what stands in for what is missing. */
+/* The predictor on the board: what it says, the runway that it keeps through landings and resets,
+ * what stands in for what is missing. */
 #include "common/fault.h"
 #include "common/runway.h"
 #include "firmware/config.h"
@@ -80,7 +81,8 @@ static uint32_t told_crc(struct mr_predictor_state *state)
     state->scale = runway.resistance;
     assert_int_equal(count_frames(MR_ID_RUNWAY_JOINTS), 141); /* 421 joints, three in each */
     for (size_t i = 0; i < fake.sent_count; i++) {
-        if (fake.sent[i].id == MR_ID_RUNWAY_JOINTS && mr_runway_joints_get(&joints, fake.sent[i].data, 8) == MR_OK)
+        if (fake.sent[i].id == MR_ID_RUNWAY_JOINTS &&
+            mr_runway_joints_get(&joints, fake.sent[i].data, 8) == MR_OK)
             mr_runway_take(state, &joints);
     }
     GET_LAST(runway_store, RUNWAY_STORE, &stored);
@@ -192,7 +194,8 @@ static void armed_for_nothing_is_no_landing(void **state)
     assert_int_equal(told_store().copy_a, RUNWAYSTORE_BLANK);
 }
 
-/* The power goes in any operation of the memory, at its beginning, in its midst and at its end: the runway is the old one or the new. */
+/* The power goes in any operation of the memory, at its beginning, in its midst and at its end: the
+ * runway is the old one or the new. */
 static void a_power_cut_leaves_the_old_or_the_new(void **state)
 {
     (void)state;
@@ -228,7 +231,7 @@ static void a_power_cut_leaves_the_old_or_the_new(void **state)
         old_ones += stored.crc == old;
         new_ones += stored.crc == new;
     }
-    assert_true(new != old && old_ones >= 15 && new_ones >= 1);
+    assert_true(new != old &&old_ones >= 15 && new_ones >= 1);
     assert_false(health_faults() & 1u << MR_FAULT_NOR_FAILED);
 }
 
@@ -284,12 +287,14 @@ static void give(const struct mr_predictor_state *state, uint32_t crc)
 {
     char words[64];
     for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++) {
-        snprintf(words, sizeof words, "runway-word %u %ld", i, (long)mr_runway_word_argument(state, i));
+        snprintf(words, sizeof words, "runway-word %u %ld", i,
+                 (long)mr_runway_word_argument(state, i));
         command(words);
         live(1);
     }
     for (unsigned i = 0; i < 256; i++) {
-        snprintf(words, sizeof words, "runway-joints %u %ld", i, (long)mr_runway_joints_argument(state, i));
+        snprintf(words, sizeof words, "runway-joints %u %ld", i,
+                 (long)mr_runway_joints_argument(state, i));
         command(words);
         live(1);
     }
@@ -333,7 +338,8 @@ static void the_host_gives_a_runway(void **state)
     assert_int_equal(told.landings, 0);
     command("arm 1");
     live(10);
-    const char *const locked[] = {"runway-forget", "runway-read", "runway-word 0 0", "runway-joints 0 0"};
+    const char *const locked[] = {"runway-forget", "runway-read", "runway-word 0 0",
+                                  "runway-joints 0 0"};
     for (size_t i = 0; i < sizeof locked / sizeof *locked; i++) {
         command(locked[i]);
         live(1);
@@ -341,7 +347,8 @@ static void the_host_gives_a_runway(void **state)
     }
 }
 
-/* Blocks that wait put it down one level at once, and once in a look; that is told, and comes back. */
+/* Blocks that wait put it down one level at once, and once in a look; that is told, and comes
+ * back. */
 static void a_backlog_is_an_input(void **state)
 {
     (void)state;
@@ -378,8 +385,9 @@ static void a_backlog_is_an_input(void **state)
     assert_false(verdict.basis & MR_PREDICTOR_DEGRADED);
 }
 
-/* No switch tells of the gear: transducers 1 to 3 (40, 50 and 60 ft) approach each other by 0.35 in each. What they have moved is no new
- * zero, whatever time goes by; and the joints are others when it is over. */
+/* No switch tells of the gear: transducers 1 to 3 (40, 50 and 60 ft) approach each other by 0.35 in
+ * each. What they have moved is no new zero, whatever time goes by; and the joints are others when
+ * it is over. */
 static void without_switches_the_movement_stays(void **state)
 {
     (void)state;
@@ -402,7 +410,8 @@ static void without_switches_the_movement_stays(void **state)
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_in_range(lead.inferred_percent, 0, 5); /* between transducers at 40 and 110 */
     GET_LAST(zone_error, ZONE_ERROR, &zone_error);
-    assert_true(isnan(zone_error.start_ft) && isnan(zone_error.end_ft)); /* the score has none to state */
+    /* the score has none to state */
+    assert_true(isnan(zone_error.start_ft) && isnan(zone_error.end_ft));
     command("disarm");
     live(1200);
     assert_false(fake.warning);
@@ -449,8 +458,8 @@ static void rearm(void)
     live(1);
 }
 
-/* A statement rests on a survey only where the joints have its sums: not on one that they cannot have (ten have 0.3 in of slack), nor on
- * one that the host's runway has taken the place of. */
+/* A statement rests on a survey only where the joints have its sums: not on one that they cannot
+ * have (ten have 0.3 in of slack), nor on one that the host's runway has taken the place of. */
 static void a_survey_counts_where_the_joints_have_it(void **state)
 {
     (void)state;
@@ -477,7 +486,8 @@ static void a_survey_counts_where_the_joints_have_it(void **state)
     assert_int_equal(surveyed(), 9); /* but the one that could not be */
 }
 
-/* Left out of the configuration and back, the runway is what it was. One of other mats is not, but what was surveyed is. */
+/* Left out of the configuration and back, the runway is what it was. One of other mats is not, but
+ * what was surveyed is. */
 static void a_configuration_leaves_the_runway(void **state)
 {
     (void)state;
@@ -505,7 +515,8 @@ static void a_configuration_leaves_the_runway(void **state)
 static void the_newer_copy_is_found_beyond_the_wrap(void **state)
 {
     (void)state;
-    struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f}, newer = {.mats = 420, .landings = 2, .scale = 1.0f};
+    struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f},
+                              newer = {.mats = 420, .landings = 2, .scale = 1.0f};
     mr_runway_write(&older, UINT32_MAX, fake_nor.cell + A_COPY);
     mr_runway_write(&newer, 0, fake_nor.cell + B_COPY);
     boot();
@@ -515,8 +526,8 @@ static void the_newer_copy_is_found_beyond_the_wrap(void **state)
     assert_int_equal(stored.crc, mr_runway_crc(&newer));
 }
 
-/* Commands of the first millisecond, before the memory has been read: what is surveyed comes on top of what is kept, what is to be forgotten
- * stays so; and a landing waits for the runway. */
+/* Commands of the first millisecond, before the memory has been read: what is surveyed comes on top
+ * of what is kept, what is to be forgotten stays so; and a landing waits for the runway. */
 static void commands_before_the_memory_is_read(void **state)
 {
     (void)state;
@@ -587,7 +598,8 @@ static void a_mistake_in_reading_is_read_again(void **state)
     assert_int_equal(told_store().source, MR_RUNWAY_COPY_A);
 }
 
-/* The deceleration is taken from the third switch beyond touchdown on (17.5 ft, 0.509 s after it). */
+/* The deceleration is taken from the third switch beyond touchdown on (17.5 ft, 0.509 s after
+ * it). */
 static void braking_is_known_from_the_third_switch(void **state)
 {
     (void)state;
@@ -648,7 +660,8 @@ static void without_one_nothing_is_said_or_kept(void **state)
 static int with_a_refused_one(void **state)
 {
     built_in = config;
-    config.predict[0].step_ms = 0.4f; /* a firmware's own configuration is not checked: the predictor refuses it */
+    /* a firmware's own configuration is not checked: the predictor refuses it */
+    config.predict[0].step_ms = 0.4f;
     fake_nor_reset();
     fake_reset();
     app_start(&app);
@@ -693,7 +706,8 @@ int main(void)
         TEST(one_that_is_touched_is_no_landing),
         TEST(a_survey_counts_where_the_joints_have_it),
         TEST(a_configuration_leaves_the_runway),
-        cmocka_unit_test_setup_teardown(without_one_nothing_is_said_or_kept, without_predictor, put_back),
+        cmocka_unit_test_setup_teardown(without_one_nothing_is_said_or_kept, without_predictor,
+                                        put_back),
         cmocka_unit_test_setup_teardown(a_refused_one_says_why, with_a_refused_one, put_back),
     };
     return cmocka_run_group_tests_name("firmware/predict", tests, NULL, NULL);

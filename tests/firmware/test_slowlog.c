@@ -1,4 +1,5 @@
-/* The slow log against a memory that tears, wears and fails, beside the black box: rows are what was measured or are not there. */
+/* The slow log against a memory that tears, wears and fails, beside the black box: rows are what
+ * was measured or are not there. */
 #include "tests/firmware/fake_i2c.h"
 #include "tests/firmware/fake_nor.h"
 #include "tests/firmware/play.h"
@@ -7,7 +8,7 @@
 #include "firmware/norshare.h"
 
 #define FIRST_BYTE (NOR_SECTORS * NOR_SECTOR)
-#define ROWS_MAX 4000u
+#define ROWS_MAX   4000u
 
 static struct blackbox box;
 static struct slowlog row_log;
@@ -43,9 +44,18 @@ static void ms_passes(void)
 }
 
 /* What a minute measures follows from its block: any row can be checked. */
-static float displacement(uint32_t block, unsigned i) { return 0.001f * (float)(block / 60000u % 500u) - 0.01f * (float)i; }
-static float tension(uint32_t block, unsigned i) { return 50.0f + (float)(block / 60000u % 40u) + (float)i; }
-static float celsius(uint32_t block) { return 20.0f - 0.0625f * (float)(block / 60000u % 600u); }
+static float displacement(uint32_t block, unsigned i)
+{
+    return 0.001f * (float)(block / 60000u % 500u) - 0.01f * (float)i;
+}
+static float tension(uint32_t block, unsigned i)
+{
+    return 50.0f + (float)(block / 60000u % 40u) + (float)i;
+}
+static float celsius(uint32_t block)
+{
+    return 20.0f - 0.0625f * (float)(block / 60000u % 600u);
+}
 
 static void check_row(const struct mr_slowrow *row)
 {
@@ -199,7 +209,8 @@ static void power_cuts(unsigned before, unsigned operations)
             assert_true(told[0].seq <= first + 64); /* a sector that was being erased, no more */
             for (unsigned i = 1; i < rows; i++)
                 assert_true(told[i].seq >= told[i - 1].seq + (told[i].seq > first + 64));
-            assert_in_range(told[rows - 1].seq, kept, kept + 1); /* the last may have been complete when it went */
+            /* the last may have been complete when it went */
+            assert_in_range(told[rows - 1].seq, kept, kept + 1);
             minutes(70); /* and it goes on, over the next end of a sector */
             assert_int_equal(told[told_count - 1].seq, told[rows - 1].seq + 70);
             assert_int_equal(fake_nor.overwritten, 0); /* nothing over what was torn */
@@ -213,7 +224,8 @@ static void the_power_goes_at_any_operation_of_rows(void **state)
     power_cuts(10, 5);
 }
 
-/* Where the ring has gone round: the first operations are the erase ahead, then rows across the end of a sector. */
+/* Where the ring has gone round: the first operations are the erase ahead, then rows across the end
+ * of a sector. */
 static void the_power_goes_at_an_erase(void **state)
 {
     (void)state;
@@ -242,7 +254,8 @@ static void bad_places_are_passed_over(void **state)
     }
 }
 
-/* A memory that takes nothing any more: the row of that minute is lost, told as a fault, and its number with it; the next is kept. */
+/* A memory that takes nothing any more: the row of that minute is lost, told as a fault, and its
+ * number with it; the next is kept. */
 static void a_row_that_finds_no_place_is_lost_alone(void **state)
 {
     (void)state;
@@ -306,7 +319,8 @@ static void standing_armed(void **state)
     assert_true(fake_nor.erases > erases);
 }
 
-/* A configuration without the black box leaves the memory alone: rows are told at once, as without one. */
+/* A configuration without the black box leaves the memory alone: rows are told at once, as without
+ * one. */
 static void rows_are_told_without_the_box(void **state)
 {
     (void)state;
@@ -323,7 +337,8 @@ static void rows_are_told_without_the_box(void **state)
     assert_int_not_equal(told[7].seq, 0);
 }
 
-/* The box erases for minutes: rows wait, and are told when it lets go; one too many shows as a number that is missing. */
+/* The box erases for minutes: rows wait, and are told when it lets go; one too many shows as a
+ * number that is missing. */
 static void the_box_goes_first(void **state)
 {
     (void)state;
@@ -349,7 +364,8 @@ static void the_box_goes_first(void **state)
     assert_int_equal(told[8].seq, 11);
 }
 
-/* An erase of the log is known to the box, which begins its landing with as much room as beside one of its own. */
+/* An erase of the log is known to the box, which begins its landing with as much room as beside one
+ * of its own. */
 static void an_erase_under_way_is_told_to_the_box(void **state)
 {
     (void)state;
@@ -370,7 +386,8 @@ static void an_erase_under_way_is_told_to_the_box(void **state)
     assert_true(seen);
 }
 
-/* Through the application: none during a landing, one as soon as it is over; numbers from the pins' codes. */
+/* Through the application: none during a landing, one as soon as it is over; numbers from the pins'
+ * codes. */
 static void rows_of_the_application(void **state)
 {
     (void)state;
@@ -387,7 +404,8 @@ static void rows_of_the_application(void **state)
     memset(&reader, 0, sizeof reader);
     unsigned rows = 0;
     for (size_t i = 0; i < fake.sent_count; i++)
-        rows += mr_slowrow_take(&reader, fake.sent[i].id, fake.sent[i].data, fake.sent[i].length) == MR_OK;
+        rows += mr_slowrow_take(&reader, fake.sent[i].id, fake.sent[i].data, fake.sent[i].length) ==
+                MR_OK;
     assert_int_equal(rows, 1);
     assert_int_equal(reader.row.seq, 0); /* there is no memory to keep it */
     assert_int_equal(reader.row.block, 60000);

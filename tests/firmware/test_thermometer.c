@@ -1,4 +1,5 @@
-/* The thermometer's steps against a bus that answers, does not, or is stuck; readings by the TMP112's own table (SBOS473). */
+/* The thermometer's steps against a bus that answers, does not, or is stuck; readings by the
+ * TMP112's own table (SBOS473). */
 #include <math.h>
 
 #include "tests/firmware/fake_i2c.h"
@@ -32,7 +33,10 @@ static float second(void)
     return told;
 }
 
-static unsigned faults(void) { return health_take(MR_FAULT_THERMOMETER).count; }
+static unsigned faults(void)
+{
+    return health_take(MR_FAULT_THERMOMETER).count;
+}
 
 /* 12-bit temperature data format; the first row saturates there. */
 static void counts_are_the_data_sheets(void **state)
@@ -40,8 +44,10 @@ static void counts_are_the_data_sheets(void **state)
     static const struct {
         uint16_t counts;
         double celsius;
-    } format[] = {{0x7ff, 127.9375}, {0x640, 100.0}, {0x500, 80.0}, {0x4b0, 75.0},  {0x320, 50.0},   {0x190, 25.0},  {0x004, 0.25},
-                  {0x001, 0.0625},   {0x000, 0.0},   {0xfff, -0.0625}, {0xffc, -0.25}, {0xe70, -25.0}, {0xc90, -55.0}};
+    } format[] = {{0x7ff, 127.9375}, {0x640, 100.0},   {0x500, 80.0},  {0x4b0, 75.0},
+                  {0x320, 50.0},     {0x190, 25.0},    {0x004, 0.25},  {0x001, 0.0625},
+                  {0x000, 0.0},      {0xfff, -0.0625}, {0xffc, -0.25}, {0xe70, -25.0},
+                  {0xc90, -55.0}};
     (void)state;
     for (size_t i = 0; i < sizeof format / sizeof format[0]; i++) {
         uint8_t bytes[2] = {(uint8_t)(format[i].counts >> 4), (uint8_t)(format[i].counts << 4)};
@@ -55,7 +61,7 @@ static void one_reading_a_second(void **state)
     unsigned before = faults();
     assert_true((double)second() == 20.0);
     assert_near(thermometer.error_c, 0.289, 0.001); /* 0.5 C over the root of 3 */
-    fake_i2c.temperature = 0xf670; /* -9.5625 */
+    fake_i2c.temperature = 0xf670;                  /* -9.5625 */
     assert_true((double)second() == -9.5625);
     assert_near(thermometer.error_c, 0.577, 0.001);
     fake_i2c.temperature = 0x4600; /* 70 C */
@@ -65,7 +71,8 @@ static void one_reading_a_second(void **state)
     assert_int_equal(faults(), before);
 }
 
-/* What the register holds after power-up is no temperature, and a conversion that does not end gives none. */
+/* What the register holds after power-up is no temperature, and a conversion that does not end
+ * gives none. */
 static void zero_of_power_up_is_not_told(void **state)
 {
     (void)state;
@@ -108,7 +115,8 @@ static void what_fails_is_missing_and_comes_back(void **state)
 
 static void out_of_range(void **state)
 {
-    static const uint16_t wrong[] = {0x7ff0, 0xc8f0, 0x1908}; /* 127.9 C, -55.1 C, a bit that is always 0 */
+    /* 127.9 C, -55.1 C, a bit that is always 0 */
+    static const uint16_t wrong[] = {0x7ff0, 0xc8f0, 0x1908};
     (void)state;
     for (unsigned i = 0; i < 3; i++) {
         fake_i2c.temperature = wrong[i];

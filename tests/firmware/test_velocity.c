@@ -3,7 +3,8 @@
 
 #include <stdio.h>
 
-/* As fly(), with one switch that is missing, late, or one after another in the wrong place of the cable. */
+/* As fly(), with one switch that is missing, late, or one after another in the wrong place of the
+ * cable. */
 static void fly_damaged(unsigned missing, unsigned late, double late_s, unsigned swapped)
 {
     unsigned next = 1;
@@ -21,7 +22,9 @@ static void fly_damaged(unsigned missing, unsigned late, double late_s, unsigned
             pending_s = (double)NAN;
         }
         if (next <= 24 && t_s < now_s) {
-            unsigned named = swapped && next == swapped ? swapped + 1 : swapped && next == swapped + 1 ? swapped : next;
+            unsigned named = swapped && next == swapped     ? swapped + 1
+                           : swapped && next == swapped + 1 ? swapped
+                                                            : next;
             if (next == late)
                 pending_s = t_s + late_s;
             else if (next != missing)
@@ -39,7 +42,8 @@ static unsigned count_events(unsigned reason, unsigned position, float *late_ms)
         struct mr_switch_event event;
         if (fake.sent[i].id != MR_ID_SWITCH_EVENT)
             continue;
-        assert_int_equal(mr_switch_event_get(&event, fake.sent[i].data, fake.sent[i].length), MR_OK);
+        assert_int_equal(mr_switch_event_get(&event, fake.sent[i].data, fake.sent[i].length),
+                         MR_OK);
         if (event.reason != reason || event.position != position)
             continue;
         count++;
@@ -88,8 +92,11 @@ static void swapped_cables_are_survived(void **state)
 {
     (void)state;
     fly_damaged(0, 0, 0.0, 7);
-    assert_int_equal(count_events(MR_SWITCH_OUT_OF_ORDER, 7, NULL) + count_events(MR_SWITCH_OUT_OF_ORDER, 8, NULL) +
-                     count_events(MR_SWITCH_LATE, 8, NULL) + count_events(MR_SWITCH_EARLY, 8, NULL), 2);
+    assert_int_equal(count_events(MR_SWITCH_OUT_OF_ORDER, 7, NULL) +
+                         count_events(MR_SWITCH_OUT_OF_ORDER, 8, NULL) +
+                         count_events(MR_SWITCH_LATE, 8, NULL) +
+                         count_events(MR_SWITCH_EARLY, 8, NULL),
+                     2);
     check_speed();
 }
 

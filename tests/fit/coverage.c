@@ -1,8 +1,9 @@
-/* Coverage of the fit's intervals: CASES synthetic landings whose parameters scatter as the priors say, each fitted; how often
- * the stated 95 % intervals hold, the mean error, and how much the data narrowed the priors. Every other landing is surveyed, and
- * its gap then known from the survey. Gaps, resistances and noise of each case come from a seed of its own; the parameters are
- * spread evenly (a Kronecker sequence through the normal distribution), as a thousand drawn ones alone would add half a percent
- * to or take it from what holds.
+/* Coverage of the fit's intervals: CASES synthetic landings whose parameters scatter as the priors
+ * say, each fitted; how often the stated 95 % intervals hold, the mean error, and how much the data
+ * narrowed the priors. Every other landing is surveyed, and its gap then known from the survey.
+ * Gaps, resistances and noise of each case come from a seed of its own; the parameters are spread
+ * evenly (a Kronecker sequence through the normal distribution), as a thousand drawn ones alone
+ * would add half a percent to or take it from what holds.
  *
  *   coverage [CASES [DRAWS [FIRST]]] */
 #include <gsl/gsl_cdf.h>
@@ -12,7 +13,8 @@
 
 #include "tests/fit/cheap.h"
 
-#define KRONECKER 1.1347241384015194 /* x^6 = x + 1: powers of its inverse are far from fractions with small denominators */
+/* x^6 = x + 1: powers of its inverse are far from fractions with small denominators */
+#define KRONECKER 1.1347241384015194
 
 struct tally {
     unsigned held, below, above;
@@ -23,14 +25,17 @@ struct tally {
 static void print_tally(const char *name, const struct tally *tally, unsigned cases)
 {
     double held = 100.0 * tally->held / cases;
-    printf("  %-5s 95 %% intervals hold in %5.1f %% (missed above %u, below %u)  wanted 93.5 to 96.5 %s;  mean error %+.3f, rms %.3f, stated "
-           "%.3f\n", name, held, tally->below, tally->above, held >= 93.5 && held <= 96.5 ? "met" : "missed", tally->error / cases,
-           sqrt(tally->square / cases), sqrt(tally->spread / cases));
+    printf("  %-5s 95 %% intervals hold in %5.1f %% (missed above %u, below %u)  wanted 93.5 to "
+           "96.5 %s;  mean error %+.3f, rms %.3f, stated "
+           "%.3f\n",
+           name, held, tally->below, tally->above, held >= 93.5 && held <= 96.5 ? "met" : "missed",
+           tally->error / cases, sqrt(tally->square / cases), sqrt(tally->spread / cases));
 }
 
 int main(int argc, char **argv)
 {
-    size_t cases = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000, draws = argc > 2 ? strtoul(argv[2], NULL, 10) : 300;
+    size_t cases = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000,
+           draws = argc > 2 ? strtoul(argv[2], NULL, 10) : 300;
     uint64_t first = argc > 3 ? strtoul(argv[3], NULL, 10) : 1;
     struct tally tally[FIT_KEYS] = {{0}};
     unsigned fitted = 0, poor = 0;
@@ -41,7 +46,8 @@ int main(int argc, char **argv)
         struct error error = {0};
         struct fit_answer answer = {0};
         for (int k = 0; k < FIT_KEYS; k++)
-            z[k] = gsl_cdf_ugaussian_Pinv(fmod(0.5 + (double)(first + n) * pow(KRONECKER, -(k + 1)), 1.0));
+            z[k] = gsl_cdf_ugaussian_Pinv(
+                fmod(0.5 + (double)(first + n) * pow(KRONECKER, -(k + 1)), 1.0));
         bool good = cheap_landing(z, first + n, (first + n) % 2 == 1, &list, &error);
         struct fit_model model = fit_landings_model(&list);
         struct fit_options options = {.draws = draws, .seed = first + n};
@@ -58,8 +64,10 @@ int main(int argc, char **argv)
                 tally[k].square += miss * miss;
                 tally[k].spread += answer.covariance[k][k];
                 if (getenv("FIT_ROWS"))
-                    printf("%zu %s true %.3f est %.3f [%.3f, %.3f] bias %.3f sd %.3f rounds %u fits %.3f\n", n, fit_names[k].key, z[k],
-                           answer.z[k], answer.low[k], answer.high[k], answer.bias[k], sqrt(answer.covariance[k][k]), answer.rounds,
+                    printf("%zu %s true %.3f est %.3f [%.3f, %.3f] bias %.3f sd %.3f rounds %u "
+                           "fits %.3f\n",
+                           n, fit_names[k].key, z[k], answer.z[k], answer.low[k], answer.high[k],
+                           answer.bias[k], sqrt(answer.covariance[k][k]), answer.rounds,
                            answer.fits);
             }
         } else {
@@ -68,7 +76,9 @@ int main(int argc, char **argv)
         fit_free(&answer);
         fit_landings_free(&list);
     }
-    printf("%u of %zu cases fitted, %.0f simulations each; %u called a poor fit; errors in the prior's standard deviations:\n", fitted, cases, simulated / fitted, poor);
+    printf("%u of %zu cases fitted, %.0f simulations each; %u called a poor fit; errors in the "
+           "prior's standard deviations:\n",
+           fitted, cases, simulated / fitted, poor);
     for (int k = 0; k < FIT_KEYS; k++)
         print_tally(fit_names[k].key, &tally[k], fitted);
     return 0;

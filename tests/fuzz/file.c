@@ -16,7 +16,8 @@ static void remove_folder(void)
 const char *fuzz_file(const char *name, const uint8_t *data, size_t size)
 {
     if (!folder[0]) {
-        snprintf(folder, sizeof folder, "%s/matrig-fuzz.XXXXXX", access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp");
+        snprintf(folder, sizeof folder, "%s/matrig-fuzz.XXXXXX",
+                 access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp");
         FUZZ_REQUIRE(mkdtemp(folder));
         atexit(remove_folder);
     } else {

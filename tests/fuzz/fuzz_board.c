@@ -25,8 +25,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (status == MR_OK)
             hil_replay_free(&replay);
         break;
-    default:
-        status = hil_faults_read(path, NULL, &script, error, sizeof error);
+    default: status = hil_faults_read(path, NULL, &script, error, sizeof error);
     }
     FUZZ_REQUIRE(status == MR_OK || error[0]);
     return 0;

@@ -1,4 +1,5 @@
-/* Lines of a candump log. What is taken for a frame must come out of the printer and go in again as the same. */
+/* Lines of a candump log. What is taken for a frame must come out of the printer and go in again as
+ * the same. */
 #include <string.h>
 
 #include "host/link/candump.h"
@@ -13,7 +14,8 @@ static void parse(const char *line, size_t length)
     size_t printed = candump_print(&frame, text);
     FUZZ_REQUIRE(printed > 0 && printed < sizeof text && text[printed - 1] == '\n');
     FUZZ_REQUIRE(candump_parse(text, printed - 1, &again) == MR_OK);
-    FUZZ_REQUIRE(again.id == frame.id && again.length == frame.length && again.host_us == frame.host_us);
+    FUZZ_REQUIRE(again.id == frame.id && again.length == frame.length &&
+                 again.host_us == frame.host_us);
     FUZZ_REQUIRE(memcmp(again.data, frame.data, frame.length) == 0);
 }
 

@@ -1,5 +1,6 @@
-/* Campaign databases that were damaged, read as `matrig report` reads. The bytes are a row of patches (place, 3 bytes; count; bytes)
- * of a small campaign that is made here; when the first byte is 0xff, what follows is the whole file. */
+/* Campaign databases that were damaged, read as `matrig report` reads. The bytes are a row of
+ * patches (place, 3 bytes; count; bytes) of a small campaign that is made here; when the first byte
+ * is 0xff, what follows is the whole file. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,7 +40,8 @@ static void log_landing(struct collector *collector)
     const struct mr_message_info *catalogue = mr_catalogue(&count);
     memset(payload, 0, sizeof payload);
     for (size_t i = 0; i < count; i++) {
-        if (catalogue[i].id != MR_ID_HELLO && catalogue[i].id != MR_ID_LANDING && catalogue[i].length <= 8)
+        if (catalogue[i].id != MR_ID_HELLO && catalogue[i].id != MR_ID_LANDING &&
+            catalogue[i].length <= 8)
             give(collector, catalogue[i].id, payload, catalogue[i].length);
     }
 }
@@ -52,10 +54,12 @@ static void make_base(void)
     char path[200];
     snprintf(path, sizeof path, "%s", fuzz_file("campaign.db", NULL, 0));
     remove(path);
-    FUZZ_REQUIRE(store_open(path, STORE_CREATE, &store, &error) == MR_OK && store_begin(store, &error) == MR_OK);
+    FUZZ_REQUIRE(store_open(path, STORE_CREATE, &store, &error) == MR_OK &&
+                 store_begin(store, &error) == MR_OK);
     FUZZ_REQUIRE(collector_open(store, NULL, "serial:fuzz", &collector, &error) == MR_OK);
     log_landing(collector);
-    FUZZ_REQUIRE(collector_end(collector, "end", &error) == MR_OK && store_commit(store, &error) == MR_OK);
+    FUZZ_REQUIRE(collector_end(collector, "end", &error) == MR_OK &&
+                 store_commit(store, &error) == MR_OK);
     collector_close(collector);
     store_close(store);
     FILE *file = fopen(path, "rb");
@@ -72,7 +76,8 @@ static void patch(const uint8_t *data, size_t size)
 {
     memcpy(patched, base, base_size);
     while (size > 4) {
-        size_t at = (data[0] | (size_t)data[1] << 8 | (size_t)data[2] << 16) % base_size, count = data[3] % 32u;
+        size_t at = (data[0] | (size_t)data[1] << 8 | (size_t)data[2] << 16) % base_size,
+               count = data[3] % 32u;
         data += 4;
         size -= 4;
         for (; count && size; count--, size--, at = (at + 1) % base_size)

@@ -1,5 +1,6 @@
-/* Mapping files with the tables and logs that they are for: what is before the first NUL is the mapping, the rest the file. What can be
- * read goes into a campaign in memory; a landing whose record is long next to its samples is left out there. */
+/* Mapping files with the tables and logs that they are for: what is before the first NUL is the
+ * mapping, the rest the file. What can be read goes into a campaign in memory; a landing whose
+ * record is long next to its samples is left out there. */
 #include <math.h>
 #include <string.h>
 
@@ -28,8 +29,10 @@ static void import(const uint8_t *data, size_t size, struct mapping *mapping)
     const struct textfile file = {.text = (const char *)data, .length = size};
     struct import_result result = {0};
     struct error error = {0};
-    enum mr_status status = mapping->signals ? import_read_signals(&file, &request, mapping, &result, &error)
-                                             : csv_read(file.text, size, request.path, mapping, &result.rows, &result.verdict, &error);
+    enum mr_status status = mapping->signals
+                              ? import_read_signals(&file, &request, mapping, &result, &error)
+                              : csv_read(file.text, size, request.path, mapping, &result.rows,
+                                         &result.verdict, &error);
     if (status == MR_OK && is_short(mapping))
         status = import_landing(fuzz_store(), mapping, &request, &result, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);

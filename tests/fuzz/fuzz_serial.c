@@ -1,6 +1,7 @@
-/* Serial bytes and CAN frames of a board into a campaign: whatever they say, the collector goes on or refuses, and the campaign stays
- * whole. The first byte chooses: even, bytes as they are; odd, a row of messages (place in the catalogue, link, length, payload), framed with the
- * right CRC after a hello of the right layout, as no random bytes would be. */
+/* Serial bytes and CAN frames of a board into a campaign: whatever they say, the collector goes on
+ * or refuses, and the campaign stays whole. The first byte chooses: even, bytes as they are; odd, a
+ * row of messages (place in the catalogue, link, length, payload), framed with the right CRC after
+ * a hello of the right layout, as no random bytes would be. */
 #include <string.h>
 
 #include "common/framing.h"
@@ -17,7 +18,8 @@ static void give(uint16_t id, bool can, const uint8_t *payload, size_t length)
     uint8_t bytes[MR_FRAME_MAX];
     now_us += 700;
     if (can) {
-        struct link_frame frame = {.host_us = now_us, .id = id & 0x7ffu, .length = (uint8_t)(length > 8 ? 8 : length)};
+        struct link_frame frame = {
+            .host_us = now_us, .id = id & 0x7ffu, .length = (uint8_t)(length > 8 ? 8 : length)};
         memcpy(frame.data, payload, frame.length);
         (void)collector_frame(collector, &frame, &error);
         return;
@@ -37,7 +39,9 @@ static void give_messages(const uint8_t *data, size_t size)
     give(MR_ID_HELLO, true, payload, length);
     while (size >= 3) {
         size_t place = data[0] % (count + 2u);
-        uint16_t id = place < count ? catalogue[place].id : place == count ? MR_ID_BLOCK : MR_ID_BOX_PART;
+        uint16_t id = place < count  ? catalogue[place].id
+                    : place == count ? MR_ID_BLOCK
+                                     : MR_ID_BOX_PART;
         length = data[2] % (MR_FRAME_PAYLOAD_MAX + 1u);
         if (length > size - 3)
             length = size - 3;

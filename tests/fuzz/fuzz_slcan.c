@@ -13,7 +13,8 @@ static void again(const struct link_frame *frame)
     FUZZ_REQUIRE(length < sizeof line);
     for (size_t i = 0; i < length; i++)
         kind = slcan_push(&parser, line[i]);
-    FUZZ_REQUIRE(kind == SLCAN_FRAME && parser.frame.id == frame->id && parser.frame.length == frame->length);
+    FUZZ_REQUIRE(kind == SLCAN_FRAME && parser.frame.id == frame->id &&
+                 parser.frame.length == frame->length);
     FUZZ_REQUIRE(memcmp(parser.frame.data, frame->data, frame->length) == 0);
 }
 

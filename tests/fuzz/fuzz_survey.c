@@ -10,7 +10,8 @@ static void type_lines(struct survey_desk *desk, const char *text, size_t size)
     char line[200];
     for (const char *end = text + size; text < end;) {
         const char *newline = memchr(text, '\n', (size_t)(end - text));
-        size_t length = (size_t)((newline ? newline : end) - text), kept = length < sizeof line ? length : sizeof line - 1;
+        size_t length = (size_t)((newline ? newline : end) - text),
+               kept = length < sizeof line ? length : sizeof line - 1;
         struct survey_entry entry;
         size_t item;
         memcpy(line, text, kept);
@@ -31,7 +32,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct error error = {0};
     bool diagonal = size && data[0] & 1;
     survey_desk_init(&desk, diagonal ? SURVEY_PATTERN_DIAGONAL : SURVEY_STANDARD, SURVEY_EDGE_LEFT);
-    enum mr_status status = survey_sheet_read(fuzz_file("sheet.csv", data, size), &desk.plan, &sheet, &error);
+    enum mr_status status = survey_sheet_read(fuzz_file("sheet.csv", data, size), &desk.plan,
+                                              &sheet, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
     for (size_t i = 0; status == MR_OK && i < desk.plan.count; i++)
         FUZZ_REQUIRE(isnan(sheet.value_in[i]) || isfinite(sheet.value_in[i]));

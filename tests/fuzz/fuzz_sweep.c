@@ -42,9 +42,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct error error = {0};
     if (size == 0)
         return 0;
-    enum mr_status status = data[0] == 'r'   ? read_results(data + 1, size - 1, &error)
-                            : data[0] == 's' ? read_study(data + 1, size - 1, &error)
-                                             : read_campaign(data + 1, size - 1, &error);
+    enum mr_status status = data[0] == 'r' ? read_results(data + 1, size - 1, &error)
+                          : data[0] == 's' ? read_study(data + 1, size - 1, &error)
+                                           : read_campaign(data + 1, size - 1, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
     return 0;
 }

@@ -21,7 +21,8 @@ static uint8_t *read_all(const char *path, size_t *size)
     fseek(file, 0, SEEK_END);
     long length = ftell(file);
     rewind(file);
-    bytes = malloc(length > 0 ? (size_t)length : 1); /* to the byte: a sanitizer sees what lies beyond */
+    /* to the byte: a sanitizer sees what lies beyond */
+    bytes = malloc(length > 0 ? (size_t)length : 1);
     if (bytes && length > 0)
         *size = fread(bytes, 1, (size_t)length, file);
     fclose(file);

@@ -13,6 +13,7 @@ struct store *fuzz_store(void)
     store_close(store);
     store = NULL;
     uses = 0;
-    FUZZ_REQUIRE(store_open(":memory:", STORE_CREATE, &store, &error) == MR_OK && store_begin(store, &error) == MR_OK);
+    FUZZ_REQUIRE(store_open(":memory:", STORE_CREATE, &store, &error) == MR_OK &&
+                 store_begin(store, &error) == MR_OK);
     return store;
 }

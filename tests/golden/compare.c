@@ -6,15 +6,16 @@
 
 #include "tests/golden/golden.h"
 
-#define NEAR_BLOCKS 4 /* a message without a block of its own is placed by the newest that its link had told of */
-#define ROUNDING 1e-9
+/* a message without a block of its own is placed by the newest that its link had told of */
+#define NEAR_BLOCKS 4
+#define ROUNDING    1e-9
 
 struct finding { /* of one field, or of a whole message (field "") */
     enum golden_link link;
     const char *message, *field, *unit;
     const char *what; /* instead of values; NULL: they differ */
     size_t count;
-    long at;          /* the first */
+    long at; /* the first */
     double was, is;
 };
 
@@ -23,12 +24,13 @@ struct findings {
     size_t count;
 };
 
-static void find(struct findings *f, const struct golden_kind *kind, const char *field, const char *unit, const char *what, long at,
-                 double was, double is)
+static void find(struct findings *f, const struct golden_kind *kind, const char *field,
+                 const char *unit, const char *what, long at, double was, double is)
 {
     for (size_t i = 0; i < f->count; i++) {
         struct finding *old = &f->all[i];
-        if (old->link == kind->link && strcmp(old->message, kind->name) == 0 && strcmp(old->field, field) == 0) {
+        if (old->link == kind->link && strcmp(old->message, kind->name) == 0 &&
+            strcmp(old->field, field) == 0) {
             old->count++;
             if (at < old->at) {
                 old->at = at;
@@ -40,10 +42,12 @@ static void find(struct findings *f, const struct golden_kind *kind, const char 
         }
     }
     f->all = golden_grow(f->all, f->count, sizeof *f->all);
-    f->all[f->count++] = (struct finding){kind->link, kind->name, field, unit, what, 1, at, was, is};
+    f->all[f->count++] = (struct finding){kind->link, kind->name, field, unit, what,
+                                          1,          at,         was,   is};
 }
 
-/* Two resolutions of one value are at most half a step of each apart. A field in single precision has none. */
+/* Two resolutions of one value are at most half a step of each apart. A field in single precision
+ * has none. */
 static bool same(double was, double is, double was_step, double is_step)
 {
     if (isnan(was) || isnan(is))
@@ -62,7 +66,8 @@ static int field_named(const struct golden_kind *kind, const char *name)
     return -1;
 }
 
-static void compare_fields(struct findings *f, const struct golden_kind *was, const struct golden_kind *is)
+static void compare_fields(struct findings *f, const struct golden_kind *was,
+                           const struct golden_kind *is)
 {
     for (unsigned i = 0; i < was->fields; i++) {
         const struct golden_field *field = &was->field[i];
@@ -78,7 +83,8 @@ static void compare_fields(struct findings *f, const struct golden_kind *was, co
     }
 }
 
-static void compare_rows(struct findings *f, const struct golden_kind *was, const struct golden_row *a, const struct golden_kind *is,
+static void compare_rows(struct findings *f, const struct golden_kind *was,
+                         const struct golden_row *a, const struct golden_kind *is,
                          const struct golden_row *b)
 {
     for (unsigned i = 0; i < was->fields; i++) {
@@ -89,13 +95,15 @@ static void compare_rows(struct findings *f, const struct golden_kind *was, cons
     }
 }
 
-static void compare_kinds(struct findings *f, const struct golden_kind *was, const struct golden_kind *is)
+static void compare_kinds(struct findings *f, const struct golden_kind *was,
+                          const struct golden_kind *is)
 {
     long slack = was->own_block ? 0 : NEAR_BLOCKS;
     size_t i = 0, k = 0;
     compare_fields(f, was, is);
     while (i < was->rows || k < is->rows) {
-        long a = i < was->rows ? was->row[i].at : INT32_MAX, b = k < is->rows ? is->row[k].at : INT32_MAX;
+        long a = i < was->rows ? was->row[i].at : INT32_MAX,
+             b = k < is->rows ? is->row[k].at : INT32_MAX;
         if (i < was->rows && k < is->rows && labs(a - b) <= slack)
             compare_rows(f, was, &was->row[i++], is, &is->row[k++]);
         else if (a <= b)
@@ -105,7 +113,8 @@ static void compare_kinds(struct findings *f, const struct golden_kind *was, con
     }
 }
 
-static const struct golden_kind *kind_named(const struct golden_said *said, const struct golden_kind *like)
+static const struct golden_kind *kind_named(const struct golden_said *said,
+                                            const struct golden_kind *like)
 {
     for (size_t i = 0; i < said->kinds; i++) {
         if (said->kind[i].link == like->link && strcmp(said->kind[i].name, like->name) == 0)
@@ -114,7 +123,8 @@ static const struct golden_kind *kind_named(const struct golden_said *said, cons
     return NULL;
 }
 
-static void compare_all(struct findings *f, const struct golden_said *was, const struct golden_said *is)
+static void compare_all(struct findings *f, const struct golden_said *was,
+                        const struct golden_said *is)
 {
     for (size_t i = 0; i < was->kinds; i++) {
         const struct golden_kind *now = kind_named(is, &was->kind[i]);
@@ -136,12 +146,14 @@ static int by_time(const void *a, const void *b)
     const struct finding *x = a, *y = b;
     if (x->at != y->at)
         return x->at < y->at ? -1 : 1;
-    return strcmp(x->message, y->message) ? strcmp(x->message, y->message) : strcmp(x->field, y->field);
+    return strcmp(x->message, y->message) ? strcmp(x->message, y->message)
+                                          : strcmp(x->field, y->field);
 }
 
 static void tell(const struct finding *f)
 {
-    printf("%s.%s on %s, block %ld (%.3f s)", f->message, f->field[0] ? f->field : "*", golden_link_text[f->link], f->at, (double)f->at / 1e3);
+    printf("%s.%s on %s, block %ld (%.3f s)", f->message, f->field[0] ? f->field : "*",
+           golden_link_text[f->link], f->at, (double)f->at / 1e3);
     if (f->what)
         printf(": %s", f->what);
     else
@@ -158,7 +170,8 @@ unsigned said_compare(const struct golden_said *was, const struct golden_said *i
     for (size_t i = 0; i < f.count; i++) {
         bool named = false; /* on the other link */
         for (size_t k = 0; k < i && !named; k++)
-            named = strcmp(f.all[k].message, f.all[i].message) == 0 && strcmp(f.all[k].field, f.all[i].field) == 0;
+            named = strcmp(f.all[k].message, f.all[i].message) == 0 &&
+                    strcmp(f.all[k].field, f.all[i].field) == 0;
         count += !named;
         if (!brief)
             tell(&f.all[i]);

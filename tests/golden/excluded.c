@@ -13,8 +13,10 @@ static const struct {
     {"hello", "minor", "which image answers"},
     {"hello", "patch", "which image answers"},
     {"board_image", "image_crc", "which image answers"},
-    {"board_config", "config_crc", "a checksum over the configuration's layout; its values are told and compared"},
-    {"runway_store", "crc", "a checksum over the runway's layout; its joints are told and compared"},
+    {"board_config", "config_crc",
+     "a checksum over the configuration's layout; its values are told and compared"},
+    {"runway_store", "crc",
+     "a checksum over the runway's layout; its joints are told and compared"},
     {"restarts", "late_pc", "an address in the image"},
     {"ack", "code", "number of a command; its tag tells which one it was"},
     {"image_commit", NULL, "which commit the image was built from"},
@@ -46,5 +48,6 @@ void golden_tell_excluded(void)
 {
     printf("*." RESERVED ": %s\n", reserved);
     for (size_t i = 0; i < sizeof excluded / sizeof excluded[0]; i++)
-        printf("%s.%s: %s\n", excluded[i].message, excluded[i].field ? excluded[i].field : "*", excluded[i].reason);
+        printf("%s.%s: %s\n", excluded[i].message, excluded[i].field ? excluded[i].field : "*",
+               excluded[i].reason);
 }

@@ -15,10 +15,10 @@
 #include "host/store/store_predict.h"
 #include "tests/golden/golden.h"
 
-#define LINE 8192
+#define LINE          8192
 #define COUNTS_PER_IN 10000.0 /* argument of the command survey */
-#define HMIL_PER_IN 1e5
-#define HEX_DIGITS 400
+#define HMIL_PER_IN   1e5
+#define HEX_DIGITS    400
 
 static unsigned command_code(const char *name)
 {
@@ -45,7 +45,8 @@ static int32_t bits_of(float value)
 
 static bool is_runway(unsigned code)
 {
-    return code == MR_COMMAND_RUNWAY_WORD || code == MR_COMMAND_RUNWAY_JOINTS || code == MR_COMMAND_RUNWAY_TAKE;
+    return code == MR_COMMAND_RUNWAY_WORD || code == MR_COMMAND_RUNWAY_JOINTS ||
+           code == MR_COMMAND_RUNWAY_TAKE;
 }
 
 /* ---- taken from a replay file ---- */
@@ -55,7 +56,8 @@ static void take_command(struct golden_given *given, const char *line)
     struct golden_command command = {0};
     unsigned code;
     int32_t argument;
-    if (sscanf(line, "command %ld %u %u %u %" SCNd32, &command.block, &code, &command.index, &command.tag, &argument) != 5)
+    if (sscanf(line, "command %ld %u %u %u %" SCNd32, &command.block, &code, &command.index,
+               &command.tag, &argument) != 5)
         golden_fail(4, "a command expected: %s", line);
     if (is_runway(code)) {
         if (!given->has_runway) {
@@ -112,7 +114,8 @@ static void take_lines(struct golden_given *given, const char *path)
         else if (strncmp(line, "crystal ", 8) == 0)
             given->crystal = atoi(line + 8);
         else if (strncmp(line, "uid ", 4) == 0 &&
-                 sscanf(line, "uid %" SCNx32 " %" SCNx32 " %" SCNx32, &given->uid[0], &given->uid[1], &given->uid[2]) != 3)
+                 sscanf(line, "uid %" SCNx32 " %" SCNx32 " %" SCNx32, &given->uid[0],
+                        &given->uid[1], &given->uid[2]) != 3)
             golden_fail(4, "%s", line);
     }
     fclose(file);
@@ -138,7 +141,8 @@ void given_take(struct golden_given *given, const char *db, long run, const char
     if (status != MR_OK)
         golden_fail(4, "%s", error.text);
     if (input.shift_blocks)
-        golden_fail(4, "RUN %ld begins too late after the board's start: log it from the start", run);
+        golden_fail(4, "RUN %ld begins too late after the board's start: log it from the start",
+                    run);
     given->config = given_config_take((uint32_t)answers.landing.config_crc);
     take_lines(given, scratch_path);
     if (given->has_runway != runway)
@@ -165,8 +169,8 @@ static void write_block(gzFile file, const struct mr_block *block, const struct 
 static void write_runway(gzFile file, const struct golden_given *given)
 {
     const struct mr_predictor_state *runway = &given->runway;
-    gzprintf(file, "runway %ld %u %.9g %u %u\njoints_in", given->runway_block, given->runway_tag, (double)runway->scale,
-             runway->landings, runway->mats);
+    gzprintf(file, "runway %ld %u %.9g %u %u\njoints_in", given->runway_block, given->runway_tag,
+             (double)runway->scale, runway->landings, runway->mats);
     for (unsigned i = 0; i <= runway->mats; i++)
         gzprintf(file, " %.5f", runway->gap_hmil[i] / HMIL_PER_IN);
     gzprintf(file, "\n");
@@ -187,8 +191,9 @@ void given_write(const struct golden_given *given, const char *path)
     gzFile file = gzopen(path, "wb9");
     if (!file)
         golden_fail(3, "cannot write %s: %s", path, strerror(errno));
-    gzprintf(file, "matrig-golden-given 1\nuid %08x %08x %08x\ncrystal %d\n", (unsigned)given->uid[0], (unsigned)given->uid[1],
-             (unsigned)given->uid[2], given->crystal);
+    gzprintf(file, "matrig-golden-given 1\nuid %08x %08x %08x\ncrystal %d\n",
+             (unsigned)given->uid[0], (unsigned)given->uid[1], (unsigned)given->uid[2],
+             given->crystal);
     write_config(file, given->config);
     for (size_t i = 0; i < given->commands; i++) {
         const struct golden_command *c = &given->command[i];
@@ -197,7 +202,8 @@ void given_write(const struct golden_given *given, const char *path)
         else if (strcmp(c->name, "zero") == 0 && c->index)
             gzprintf(file, "zero %ld %u %u %.9g\n", c->block, c->tag, c->index, c->argument);
         else
-            gzprintf(file, "command %ld %u %s %u %.0f\n", c->block, c->tag, c->name, c->index, c->argument);
+            gzprintf(file, "command %ld %u %s %u %.0f\n", c->block, c->tag, c->name, c->index,
+                     c->argument);
     }
     if (given->has_runway)
         write_runway(file, given);
@@ -205,8 +211,8 @@ void given_write(const struct golden_given *given, const char *path)
         gzprintf(file, "edge %" PRIu64 "\n", given->edge[i]);
     for (size_t i = 0; i < given->frames; i++)
         gzprintf(file, "frame %" PRIu64 "\n", given->frame[i]);
-    gzprintf(file, "blocks %u %u %zu %06x\n", (unsigned)given->block[0].index, (unsigned)given->block[0].tick, given->blocks,
-             (unsigned)given->block[0].absent);
+    gzprintf(file, "blocks %u %u %zu %06x\n", (unsigned)given->block[0].index,
+             (unsigned)given->block[0].tick, given->blocks, (unsigned)given->block[0].absent);
     for (size_t i = 0; i < given->blocks; i++)
         write_block(file, &given->block[i], i ? &given->block[i - 1] : &none);
     gzprintf(file, "end\n");
@@ -236,17 +242,21 @@ static void read_joints(struct golden_given *given, char *text)
         given->runway.gap_hmil[i] = (uint16_t)lround(strtod(text, &text) * HMIL_PER_IN);
 }
 
-static void read_block(struct golden_given *given, char *text, uint32_t index, uint32_t tick, uint32_t absent)
+static void read_block(struct golden_given *given, char *text, uint32_t index, uint32_t tick,
+                       uint32_t absent)
 {
     given->block = golden_grow(given->block, given->blocks, sizeof *given->block);
     struct mr_block *block = &given->block[given->blocks];
     *block = (struct mr_block){.index = index, .tick = tick, .absent = absent};
     for (unsigned i = 0; i < MR_BLOCK_SUMS; i++)
-        block->sums[i] = (uint16_t)(strtol(text, &text, 10) + (given->blocks ? block[-1].sums[i] : 0));
+        block->sums[i] =
+            (uint16_t)(strtol(text, &text, 10) + (given->blocks ? block[-1].sums[i] : 0));
     unsigned channel, count;
     char kind;
     int length;
-    for (; sscanf(text, " %c%u:%u%n", &kind, &channel, &count, &length) == 3 && channel < MR_CHANNELS; text += length)
+    for (;
+         sscanf(text, " %c%u:%u%n", &kind, &channel, &count, &length) == 3 && channel < MR_CHANNELS;
+         text += length)
         (kind == 'l' ? block->low : block->high)[channel] = (uint8_t)count;
     if (text[strspn(text, " \n")])
         golden_fail(4, "block %u: `%s`", (unsigned)index, text);
@@ -263,15 +273,18 @@ static void read_blocks(struct golden_given *given, gzFile file, const char *lin
     for (size_t i = 0; i < count; i++) {
         if (!gzgets(file, row, sizeof row))
             golden_fail(4, "%s ends among its blocks", path);
-        read_block(given, row, first + (uint32_t)i, tick + (uint32_t)i * MR_TICKS_PER_BLOCK, absent);
+        read_block(given, row, first + (uint32_t)i, tick + (uint32_t)i * MR_TICKS_PER_BLOCK,
+                   absent);
     }
 }
 
 static void read_command(struct golden_given *given, const char *line, const char *path)
 {
     struct golden_command c = {0};
-    if (sscanf(line, "command %ld %u %47s %u %lf", &c.block, &c.tag, c.name, &c.index, &c.argument) != 5) {
-        if (sscanf(line, "%47s %ld %u %u %lf", c.name, &c.block, &c.tag, &c.index, &c.argument) != 5)
+    if (sscanf(line, "command %ld %u %47s %u %lf", &c.block, &c.tag, c.name, &c.index,
+               &c.argument) != 5) {
+        if (sscanf(line, "%47s %ld %u %u %lf", c.name, &c.block, &c.tag, &c.index, &c.argument) !=
+            5)
             golden_fail(4, "%s: %s", path, line);
     }
     given->command = golden_grow(given->command, given->commands, sizeof c);
@@ -282,8 +295,10 @@ static void read_runway(struct golden_given *given, gzFile file, const char *lin
 {
     unsigned landings, mats;
     char row[LINE];
-    if (sscanf(line, "runway %ld %u %f %u %u", &given->runway_block, &given->runway_tag, &given->runway.scale, &landings, &mats) != 5 ||
-        !gzgets(file, row, sizeof row) || strncmp(row, "joints_in ", 10) != 0 || mats + 1u > MR_RUNWAY_JOINTS)
+    if (sscanf(line, "runway %ld %u %f %u %u", &given->runway_block, &given->runway_tag,
+               &given->runway.scale, &landings, &mats) != 5 ||
+        !gzgets(file, row, sizeof row) || strncmp(row, "joints_in ", 10) != 0 ||
+        mats + 1u > MR_RUNWAY_JOINTS)
         golden_fail(4, "%s: %s", path, line);
     given->has_runway = true;
     given->runway.landings = (uint16_t)landings;
@@ -299,7 +314,8 @@ void given_read(struct golden_given *given, const char *path)
     if (!file || !gzgets(file, line, sizeof line) || strcmp(line, "matrig-golden-given 1\n") != 0)
         golden_fail(file ? 4 : 3, "not a file of what a golden landing was given: %s", path);
     while (gzgets(file, line, sizeof line) && strcmp(line, "end\n") != 0) {
-        if (strncmp(line, "survey ", 7) == 0 || strncmp(line, "zero ", 5) == 0 || strncmp(line, "command ", 8) == 0)
+        if (strncmp(line, "survey ", 7) == 0 || strncmp(line, "zero ", 5) == 0 ||
+            strncmp(line, "command ", 8) == 0)
             read_command(given, line, path);
         else if (strncmp(line, "config ", 7) == 0)
             read_config(given, file, line, path);
@@ -312,7 +328,8 @@ void given_read(struct golden_given *given, const char *path)
         else if (strncmp(line, "blocks ", 7) == 0)
             read_blocks(given, file, line, path);
         else if (sscanf(line, "crystal %d", &given->crystal) != 1 &&
-                 sscanf(line, "uid %" SCNx32 " %" SCNx32 " %" SCNx32, &given->uid[0], &given->uid[1], &given->uid[2]) != 3)
+                 sscanf(line, "uid %" SCNx32 " %" SCNx32 " %" SCNx32, &given->uid[0],
+                        &given->uid[1], &given->uid[2]) != 3)
             golden_fail(4, "%s: %s", path, line);
     }
     if (strcmp(line, "end\n") != 0 || !given->blocks || !given->config)
@@ -327,7 +344,8 @@ struct writer {
     uint32_t crc;
 };
 
-__attribute__((format(printf, 2, 3))) static void put(struct writer *writer, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void put(struct writer *writer, const char *format,
+                                                      ...)
 {
     char line[HEX_DIGITS];
     va_list arguments;
@@ -344,10 +362,13 @@ static void put_runway(struct writer *writer, const struct golden_given *given)
     long block = given->runway_block;
     unsigned tag = given->runway_tag;
     for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
-        put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i, tag++, mr_runway_word_argument(state, i));
+        put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i, tag++,
+            mr_runway_word_argument(state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state->mats; i++)
-        put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i, tag++, mr_runway_joints_argument(state, i));
-    put(writer, "command %ld %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE, given->runway_tag - 1u, (int32_t)mr_runway_crc(state));
+        put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
+            tag++, mr_runway_joints_argument(state, i));
+    put(writer, "command %ld %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
+        given->runway_tag - 1u, (int32_t)mr_runway_crc(state));
 }
 
 static void put_commands(struct writer *writer, const struct golden_given *given)
@@ -365,7 +386,8 @@ static void put_commands(struct writer *writer, const struct golden_given *given
             put_runway(writer, given);
             runway = true;
         }
-        put(writer, "command %ld %u %u %u %" PRId32 "\n", c->block, code, c->index, c->tag, argument);
+        put(writer, "command %ld %u %u %u %" PRId32 "\n", c->block, code, c->index, c->tag,
+            argument);
     }
     if (!runway)
         put_runway(writer, given);
@@ -377,8 +399,8 @@ void given_replay(const struct golden_given *given, const char *replay_path)
     if (!writer.file)
         golden_fail(3, "cannot write %s: %s", replay_path, strerror(errno));
     put(&writer, "matrig-replay 1\n");
-    put(&writer, "uid %08x %08x %08x\ncrystal %d\n", (unsigned)given->uid[0], (unsigned)given->uid[1], (unsigned)given->uid[2],
-        given->crystal);
+    put(&writer, "uid %08x %08x %08x\ncrystal %d\n", (unsigned)given->uid[0],
+        (unsigned)given->uid[1], (unsigned)given->uid[2], given->crystal);
     put_commands(&writer, given);
     for (size_t i = 0; i < given->edges; i++)
         put(&writer, "edge %" PRIu64 "\n", given->edge[i]);

@@ -1,4 +1,5 @@
-/* The configuration that the board was given: as text by name and unit, and from that into its flash. */
+/* The configuration that the board was given: as text by name and unit, and from that into its
+ * flash. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,14 +10,16 @@
 #include "tests/golden/golden.h"
 
 #define FLASH_PLACE 0x8000u /* of copy A: sector 2 */
-#define REVISION 1u         /* of a stored one; 0 is built in */
+#define REVISION    1u      /* of a stored one; 0 is built in */
 
 char *given_config_take(uint32_t crc)
 {
     static uint8_t image[MR_CONFIG_IMAGE];
     struct mr_config own = config;
     if (mr_config_encode(&own, image) != crc)
-        golden_fail(4, "recorded under another configuration than the one that is built in; record with that");
+        golden_fail(
+            4,
+            "recorded under another configuration than the one that is built in; record with that");
     own.site[0].revision = REVISION;
     char *text = configtext_write(&own);
     if (!text)
@@ -35,9 +38,13 @@ static const char *same_field(const char *text, const char *line)
     return NULL;
 }
 
-static bool is_setting(const char *line) { return line[0] != '#' && line[0] != '\n'; }
+static bool is_setting(const char *line)
+{
+    return line[0] != '#' && line[0] != '\n';
+}
 
-/* Today's text, with the values that were given. A field that has come since keeps the value that is built in. */
+/* Today's text, with the values that were given. A field that has come since keeps the value that
+ * is built in. */
 static char *merge(const char *given, const char *today)
 {
     char *out = malloc(strlen(given) + strlen(today) + 1), *end = out;
@@ -45,7 +52,9 @@ static char *merge(const char *given, const char *today)
         golden_fail(3, "no memory");
     for (const char *line = given; *line; line += strcspn(line, "\n"), line += *line == '\n') {
         if (is_setting(line) && !same_field(today, line))
-            golden_fail(4, "the configuration has no field `%.*s` any more: record what is given anew", (int)strcspn(line, "= \n"), line);
+            golden_fail(4,
+                        "the configuration has no field `%.*s` any more: record what is given anew",
+                        (int)strcspn(line, "= \n"), line);
     }
     for (const char *line = today; *line; line += strcspn(line, "\n"), line += *line == '\n') {
         const char *from = is_setting(line) ? same_field(given, line) : NULL;

@@ -7,11 +7,14 @@
 #include "tests/golden/golden.h"
 
 static const char usage[] =
-    "usage: golden given CAMPAIGN.db RUN SCRATCH OUT.given.gz      what the board was given; SCRATCH: a file that may be written\n"
-    "       golden replay IN.given.gz OUT.txt FLASH.bin            as a replay file of today, and the flash with the configuration\n"
+    "usage: golden given CAMPAIGN.db RUN SCRATCH OUT.given.gz      what the board was given; "
+    "SCRATCH: a file that may be written\n"
+    "       golden replay IN.given.gz OUT.txt FLASH.bin            as a replay file of today, and "
+    "the flash with the configuration\n"
     "       golden said IN.given.gz CAN.log SERIAL.bin OUT.said.gz what matrig-board said to it\n"
     "       golden compare [--fields] WAS.said.gz IS.said.gz       exit 1: they differ\n"
-    "       golden excluded                                        fields that are not compared, with the reason\n";
+    "       golden excluded                                        fields that are not compared, "
+    "with the reason\n";
 
 void golden_fail(int code, const char *format, ...)
 {
@@ -60,7 +63,8 @@ int main(int argc, char **argv)
         if (!said_take(&said, &given, argv[3], argv[4]))
             return 1;
         said_write(&said, argv[5]);
-    } else if (strcmp(word, "compare") == 0 && (argc == 4 || (argc == 5 && strcmp(argv[2], "--fields") == 0))) {
+    } else if (strcmp(word, "compare") == 0 &&
+               (argc == 4 || (argc == 5 && strcmp(argv[2], "--fields") == 0))) {
         return compare(argc, argv);
     } else if (strcmp(word, "excluded") == 0 && argc == 2) {
         golden_tell_excluded();

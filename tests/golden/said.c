@@ -9,8 +9,8 @@
 #include "common/framing.h"
 #include "tests/golden/golden.h"
 
-#define LINE 1024
-#define CHUNK 4096
+#define LINE      1024
+#define CHUNK     4096
 #define WHOLE_MAX 1e15
 
 const char *const golden_link_text[GOLDEN_LINKS] = {"serial", "CAN"};
@@ -30,7 +30,8 @@ static bool has_own_block(const struct mr_message_info *info)
     return strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
 }
 
-static struct golden_kind *find_kind(struct golden_said *said, enum golden_link link, const char *name)
+static struct golden_kind *find_kind(struct golden_said *said, enum golden_link link,
+                                     const char *name)
 {
     for (size_t i = 0; i < said->kinds; i++) {
         if (said->kind[i].link == link && strcmp(said->kind[i].name, name) == 0)
@@ -47,7 +48,8 @@ static double step_of(const struct mr_field_info *field)
     return field->per_unit > 0.0f ? 1.0 / (double)field->per_unit : 1.0;
 }
 
-/* The value as people write it: of a scaled field the count in its steps, of a single the shortest that is the same single. */
+/* The value as people write it: of a scaled field the count in its steps, of a single the shortest
+ * that is the same single. */
 static double plain_value(const struct mr_field_info *field, const uint8_t *payload)
 {
     char text[40];
@@ -55,7 +57,9 @@ static double plain_value(const struct mr_field_info *field, const uint8_t *payl
     if (isnan(value))
         return value;
     if (field->type != MR_WIRE_f32)
-        return field->per_unit > 0.0f ? round(value * (double)field->per_unit) / (double)field->per_unit : value;
+        return field->per_unit > 0.0f
+                 ? round(value * (double)field->per_unit) / (double)field->per_unit
+                 : value;
     for (int digits = 1; digits <= 9; digits++) {
         snprintf(text, sizeof text, "%.*g", digits, value);
         if (strtof(text, NULL) == (float)value)
@@ -64,7 +68,8 @@ static double plain_value(const struct mr_field_info *field, const uint8_t *payl
     return strtod(text, NULL);
 }
 
-static struct golden_kind *new_kind(struct golden_said *said, enum golden_link link, const struct mr_message_info *info)
+static struct golden_kind *new_kind(struct golden_said *said, enum golden_link link,
+                                    const struct mr_message_info *info)
 {
     said->kind = golden_grow(said->kind, said->kinds, sizeof *said->kind);
     struct golden_kind *kind = &said->kind[said->kinds++];
@@ -83,10 +88,12 @@ static struct golden_kind *new_kind(struct golden_said *said, enum golden_link l
     return kind;
 }
 
-static void take_message(struct listening *l, enum golden_link link, uint16_t id, const uint8_t *payload, size_t length)
+static void take_message(struct listening *l, enum golden_link link, uint16_t id,
+                         const uint8_t *payload, size_t length)
 {
     const struct mr_message_info *info = mr_message_find(id);
-    if (!info || info->direction == MR_DIRECTION_HOST || info->length != length || golden_excluded(info->name, NULL))
+    if (!info || info->direction == MR_DIRECTION_HOST || info->length != length ||
+        golden_excluded(info->name, NULL))
         return;
     struct golden_kind *kind = find_kind(l->said, link, info->name);
     if (!kind)
@@ -117,13 +124,16 @@ static void take_block(struct listening *l, const struct mr_block *block)
     for (unsigned i = 0; i < MR_BLOCK_SUMS && l->faithful; i++) {
         l->faithful = block->sums[i] == was->sums[i];
         if (!l->faithful)
-            printf("block record %u: sum %u was given as %u, comes back as %u\n", (unsigned)block->index, i + 1, was->sums[i],
-                   block->sums[i]);
+            printf("block record %u: sum %u was given as %u, comes back as %u\n",
+                   (unsigned)block->index, i + 1, was->sums[i], block->sums[i]);
     }
-    if (l->faithful && (memcmp(block->low, was->low, sizeof was->low) != 0 || memcmp(block->high, was->high, sizeof was->high) != 0 ||
+    if (l->faithful && (memcmp(block->low, was->low, sizeof was->low) != 0 ||
+                        memcmp(block->high, was->high, sizeof was->high) != 0 ||
                         block->absent != was->absent || block->tick != was->tick)) {
         l->faithful = false;
-        printf("block record %u: tick, fitted channels or saturation come back otherwise than given\n", (unsigned)block->index);
+        printf(
+            "block record %u: tick, fitted channels or saturation come back otherwise than given\n",
+            (unsigned)block->index);
     }
 }
 
@@ -171,13 +181,15 @@ static void listen_can(struct listening *l, const char *path)
     fclose(file);
 }
 
-bool said_take(struct golden_said *said, const struct golden_given *given, const char *can_path, const char *serial_path)
+bool said_take(struct golden_said *said, const struct golden_given *given, const char *can_path,
+               const char *serial_path)
 {
     struct listening l = {.said = said, .given = given, .faithful = true};
     *said = (struct golden_said){0};
     listen_serial(&l, serial_path);
     listen_can(&l, can_path);
-    if (l.faithful && l.echoed + 4 < given->blocks) /* the end of the landing ends them, a few early at most */
+    /* the end of the landing ends them, a few early at most */
+    if (l.faithful && l.echoed + 4 < given->blocks)
         printf("%zu of %zu block records came back\n", l.echoed, given->blocks);
     return l.faithful && l.echoed + 4 >= given->blocks;
 }
@@ -205,7 +217,8 @@ static void write_value(gzFile file, double value)
 static void write_kind(gzFile file, const struct golden_kind *kind)
 {
     long at = 0;
-    gzprintf(file, "message %s %s %zu %s\n", golden_link_text[kind->link], kind->name, kind->rows, kind->own_block ? "own" : "near");
+    gzprintf(file, "message %s %s %zu %s\n", golden_link_text[kind->link], kind->name, kind->rows,
+             kind->own_block ? "own" : "near");
     for (unsigned i = 0; i < kind->fields; i++) {
         gzprintf(file, "field %s", kind->field[i].name);
         write_value(file, kind->field[i].step);
@@ -233,7 +246,8 @@ void said_write(const struct golden_said *said, const char *path)
         golden_fail(3, "cannot write %s: is there room?", path);
 }
 
-static void read_rows(struct golden_kind *kind, size_t rows, gzFile file, char *line, const char *path)
+static void read_rows(struct golden_kind *kind, size_t rows, gzFile file, char *line,
+                      const char *path)
 {
     long at = 0;
     kind->row = calloc(rows ? rows : 1, sizeof *kind->row);
@@ -270,9 +284,11 @@ static void read_kind(struct golden_said *said, gzFile file, char *line, const c
         if (c != 'f')
             break;
         int length = 0;
-        if (!gzgets(file, line, LINE) || sscanf(line, "field %47s %lf%n", field->name, &field->step, &length) != 2)
+        if (!gzgets(file, line, LINE) ||
+            sscanf(line, "field %47s %lf%n", field->name, &field->step, &length) != 2)
             golden_fail(4, "%s: %s", path, line);
-        snprintf(field->unit, sizeof field->unit, "%.*s", (int)strcspn(line + length + 1, "\n"), line + length + 1);
+        snprintf(field->unit, sizeof field->unit, "%.*s", (int)strcspn(line + length + 1, "\n"),
+                 line + length + 1);
         kind.fields++;
     }
     read_rows(&kind, rows, file, line, path);

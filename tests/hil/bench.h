@@ -1,4 +1,5 @@
-/* What the tests of the emulated board share: a board with a test image on it, its words, its time. */
+/* What the tests of the emulated board share: a board with a test image on it, its words, its
+ * time. */
 #ifndef MATRIG_TESTS_HIL_BENCH_H
 #define MATRIG_TESTS_HIL_BENCH_H
 
@@ -15,7 +16,7 @@
 
 #include "hil/board/board.h"
 
-#define BENCH_IMAGES "build/tests/hil/images/"
+#define BENCH_IMAGES  "build/tests/hil/images/"
 #define BENCH_SCRATCH "build/test-tmp/hil"
 #define BENCH_RESULTS 0x20000000u
 #define BENCH_CONTROL 56u
@@ -47,7 +48,8 @@ static inline uint32_t bench_result(const struct hil_board *board, unsigned n)
 
 static inline void bench_control(struct hil_board *board, unsigned n, uint32_t value)
 {
-    assert_int_equal(hil_board_poke(board, BENCH_RESULTS + 4u * (BENCH_CONTROL + n), &value, 4), MR_OK);
+    assert_int_equal(hil_board_poke(board, BENCH_RESULTS + 4u * (BENCH_CONTROL + n), &value, 4),
+                     MR_OK);
 }
 
 static inline void bench_run(struct hil_board *board, uint64_t t_ps)

@@ -1,4 +1,5 @@
-/* What the host's side hears of a board that runs the firmware: every message, by link, decoded with the catalogue. */
+/* What the host's side hears of a board that runs the firmware: every message, by link, decoded
+ * with the catalogue. */
 #ifndef MATRIG_TESTS_HIL_EAR_H
 #define MATRIG_TESTS_HIL_EAR_H
 
@@ -14,9 +15,9 @@
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 
-#define EAR_ELF "build/firmware/matrig.elf"
+#define EAR_ELF     "build/firmware/matrig.elf"
 #define EAR_STILL_S 200.0
-#define EAR_SAID 4096
+#define EAR_SAID    4096
 
 enum { EAR_CAN, EAR_SERIAL, EAR_LINKS };
 
@@ -40,15 +41,16 @@ struct ear {
     unsigned can_at_health;                /* frames heard before it */
     struct ear_said said[EAR_LINKS][EAR_SAID];
     unsigned said_count[EAR_LINKS];
-    bool listens;                          /* keep `said` */
-    struct mr_block block;                 /* newest record */
+    bool listens;          /* keep `said` */
+    struct mr_block block; /* newest record */
     unsigned blocks;
     struct mr_deframer deframer;
     char log[16384];
     FILE *log_file;
 };
 
-static inline void ear_note(struct ear *ear, unsigned link, uint64_t t_ps, uint16_t id, const uint8_t *payload, size_t n)
+static inline void ear_note(struct ear *ear, unsigned link, uint64_t t_ps, uint16_t id,
+                            const uint8_t *payload, size_t n)
 {
     struct mr_fault fault;
     const struct mr_message_info *info = mr_message_find(id);
@@ -57,7 +59,8 @@ static inline void ear_note(struct ear *ear, unsigned link, uint64_t t_ps, uint1
     ear->heard[link][id]++;
     memcpy(ear->last[link][id], payload, n);
     ear->last_ps[link] = t_ps;
-    if (id == MR_ID_FAULT && mr_fault_get(&fault, payload, n) == MR_OK && fault.code < MR_FAULT_COUNT)
+    if (id == MR_ID_FAULT && mr_fault_get(&fault, payload, n) == MR_OK &&
+        fault.code < MR_FAULT_COUNT)
         ear->fault[fault.code] = fault;
     if (ear->listens && ear->said_count[link] < EAR_SAID) {
         struct ear_said *said = &ear->said[link][ear->said_count[link]++];
@@ -70,7 +73,8 @@ static inline void ear_can(void *ctx, uint64_t t_ps, const struct hil_can_frame 
 {
     struct ear *ear = ctx;
     struct mr_can_health health;
-    if (frame->id == MR_ID_CAN_HEALTH && mr_can_health_get(&health, frame->data, frame->length) == MR_OK) {
+    if (frame->id == MR_ID_CAN_HEALTH &&
+        mr_can_health_get(&health, frame->data, frame->length) == MR_OK) {
         ear->can_sent = health.sent;
         ear->can_at_health = ear->can_frames;
     }
@@ -161,7 +165,8 @@ static inline void ear_order(struct ear *ear, const char *line)
     char text[512], error[256];
     int n = snprintf(text, sizeof text, "matrig-faults 1\n%s\n", line);
     char name[80];
-    snprintf(name, sizeof name, "%s.faults", program_invocation_short_name); /* programs run at the same time */
+    /* programs run at the same time */
+    snprintf(name, sizeof name, "%s.faults", program_invocation_short_name);
     const char *path = bench_scratch(name, text, (size_t)n);
     if (hil_faults_read(path, EAR_ELF, &script, error, sizeof error) != MR_OK)
         fail_msg("%s", error);
@@ -169,7 +174,8 @@ static inline void ear_order(struct ear *ear, const char *line)
         fail_msg("%s", hil_board_reason(ear->board));
 }
 
-static inline void ear_command(struct ear *ear, unsigned link, unsigned code, int32_t argument, uint16_t tag)
+static inline void ear_command(struct ear *ear, unsigned link, unsigned code, int32_t argument,
+                               uint16_t tag)
 {
     static uint16_t seq;
     struct mr_command command = {.code = (uint8_t)code, .argument = argument, .tag = tag};
@@ -180,8 +186,10 @@ static inline void ear_command(struct ear *ear, unsigned link, unsigned code, in
     if (link == EAR_CAN)
         assert_int_equal(hil_board_can_inject(ear->board, &frame), MR_OK);
     else
-        assert_int_equal(hil_board_serial_inject(ear->board, bytes, mr_frame_encode(seq++, MR_ID_COMMAND, payload, n, bytes)),
-                         MR_OK);
+        assert_int_equal(
+            hil_board_serial_inject(ear->board, bytes,
+                                    mr_frame_encode(seq++, MR_ID_COMMAND, payload, n, bytes)),
+            MR_OK);
 }
 
 static inline uint32_t ear_faults(const struct ear *ear, unsigned link)

@@ -8,7 +8,8 @@
 
 #define NS_PS 1000.0
 
-/* Longest rise or fall by OSPEEDR, at 2.7 V or more and 50, 50, 40, 30 pF: STM32F407 data sheet, I/O AC characteristics. */
+/* Longest rise or fall by OSPEEDR, at 2.7 V or more and 50, 50, 40, 30 pF: STM32F407 data sheet,
+ * I/O AC characteristics. */
 static const double slew_ns_of_speed[4] = {100.0, 10.0, 6.0, 4.0};
 
 static double slew_ns(const struct hil_board *board, unsigned port, unsigned pin)
@@ -42,7 +43,9 @@ static unsigned instructions_before(const struct hil_pin_times *times)
 {
     const struct hil_board *board = times->board;
     uint32_t start = board->core.state.cpu.block_address, size = board->core.state.cpu.block_size;
-    const uint8_t *code = board->core.state.cpu.walking ? hil_memory_at(&board->core, start, size, false) : NULL;
+    const uint8_t *code = board->core.state.cpu.walking
+                            ? hil_memory_at(&board->core, start, size, false)
+                            : NULL;
     unsigned n = 0;
     for (uint32_t i = 0; code && i < size && start + i < times->pc; n++)
         i += code[i + 1] >= 0xe8u ? 4 : 2; /* ARMv7-M A5.1 */
@@ -58,7 +61,8 @@ static void begin_pulse(struct hil_pin_times *times, unsigned n, uint64_t now_ps
     time->pulse_pc = times->pc;
 }
 
-static void end_pulse(const struct hil_pin_times *times, struct hil_pin_time *time, double least_ns, uint64_t now_ps)
+static void end_pulse(const struct hil_pin_times *times, struct hil_pin_time *time, double least_ns,
+                      uint64_t now_ps)
 {
     double lasted_ns = (double)(now_ps - time->begin_ps) / NS_PS - time->begin_slew_ns;
     time->too_short += lasted_ns < least_ns;
@@ -75,7 +79,8 @@ static void follow_pin(struct hil_pin_times *times, unsigned n, uint64_t now_ps)
     const struct hil_board *board = times->board;
     const struct hil_pin_rule *rule = &times->rules[n];
     struct hil_pin_time *time = &times->of[n];
-    bool located = board->core.state.cpu.walking, high = hil_board_pin(board, rule->port, rule->pin);
+    bool located = board->core.state.cpu.walking,
+         high = hil_board_pin(board, rule->port, rule->pin);
     if (high == times->was_high[n])
         return;
     times->was_high[n] = high;
@@ -111,7 +116,8 @@ static void see_instruction(void *who, uint32_t pc)
 
 static const struct hil_store_watch_calls calls = {.wants = wants, .at = see_instruction};
 
-void hil_pin_times_watch(struct hil_board *board, struct hil_pin_times *times, const struct hil_pin_rule *rules, unsigned count)
+void hil_pin_times_watch(struct hil_board *board, struct hil_pin_times *times,
+                         const struct hil_pin_rule *rules, unsigned count)
 {
     times->rules = rules;
     times->count = count < HIL_PIN_RULES ? count : HIL_PIN_RULES;

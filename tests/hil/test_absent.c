@@ -1,12 +1,12 @@
-/* Rigs that lack channels: images whose configuration leaves them out (Makefile, variants). What they have measures as it does beside
- * all the rest, and what they lack costs nothing. */
+/* Rigs that lack channels: images whose configuration leaves them out (Makefile, variants). What
+ * they have measures as it does beside all the rest, and what they lack costs nothing. */
 #include <math.h>
 
 #include "tests/hil/ear.h"
 
-#define FULL EAR_ELF
+#define FULL          EAR_ELF
 #define VARIANT(name) "build/tests/variant/" name ".elf"
-#define BLOCKS_MAX 12000
+#define BLOCKS_MAX    12000
 
 struct heard {
     struct hil_board *board;
@@ -32,8 +32,10 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
     heard->said[heard->count].id = (uint16_t)frame->id;
     memcpy(heard->said[heard->count++].payload, frame->data, MR_MESSAGE_MAX);
     if (frame->id == MR_ID_EDGE && heard->edges < COUNT_OF(heard->edge))
-        assert_int_equal(mr_edge_get(&heard->edge[heard->edges++], frame->data, frame->length), MR_OK);
-    if (frame->id == MR_ID_ACK && mr_ack_get(&ack, frame->data, frame->length) == MR_OK && ack.code == MR_COMMAND_ARM)
+        assert_int_equal(mr_edge_get(&heard->edge[heard->edges++], frame->data, frame->length),
+                         MR_OK);
+    if (frame->id == MR_ID_ACK && mr_ack_get(&ack, frame->data, frame->length) == MR_OK &&
+        ack.code == MR_COMMAND_ARM)
         heard->armed = ack;
 }
 
@@ -43,10 +45,12 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
     struct mr_frame frame;
     (void)t_ps;
     for (size_t i = 0; i < n; i++) {
-        if (mr_deframer_push(&heard->deframer, bytes[i], &frame) != MR_OK || frame.type != MR_ID_BLOCK)
+        if (mr_deframer_push(&heard->deframer, bytes[i], &frame) != MR_OK ||
+            frame.type != MR_ID_BLOCK)
             continue;
         assert_true(heard->blocks < BLOCKS_MAX);
-        assert_int_equal(mr_block_get(&heard->block[heard->blocks++], frame.payload, frame.length), MR_OK);
+        assert_int_equal(mr_block_get(&heard->block[heard->blocks++], frame.payload, frame.length),
+                         MR_OK);
         heard->block_bytes = frame.length;
     }
 }
@@ -104,7 +108,8 @@ static const uint8_t *last(const struct heard *heard, uint16_t id)
 static struct mr_touchdown touchdown(const struct heard *heard)
 {
     struct mr_touchdown message;
-    assert_int_equal(mr_touchdown_get(&message, last(heard, MR_ID_TOUCHDOWN), MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_touchdown_get(&message, last(heard, MR_ID_TOUCHDOWN), MR_MESSAGE_MAX),
+                     MR_OK);
     return message;
 }
 
@@ -125,7 +130,8 @@ static unsigned sequence_length(const struct heard *heard, unsigned unit)
 static void assert_same_landing(const struct heard *full, const struct heard *some)
 {
     struct mr_touchdown a = touchdown(full), b = touchdown(some);
-    /* scans begin some microseconds apart, for the images start at another speed: not a digit of the speed depends on it */
+    /* scans begin some microseconds apart, for the images start at another speed: not a digit of
+     * the speed depends on it */
     assert_true(fabsf(a.speed_ft_s - b.speed_ft_s) < 0.0005f);
     assert_int_equal(full->edges, some->edges);
     assert_int_equal(faults(some), faults(full));
@@ -153,7 +159,8 @@ static void four_transducers_measure_the_same(void **state)
     assert_int_equal(count(four, MR_ID_DISPLACEMENT_7_8), 0);
     for (uint16_t id = MR_ID_TENSION_1_3; id <= MR_ID_TENSION_13_14; id++)
         assert_int_equal(count(four, id), 0);
-    assert_int_equal(count(four, MR_ID_CHANNEL) - count(four, MR_ID_CHANNEL_ZERO), 2 * 18); /* of absent ones: at start, when arming */
+    /* of absent ones: at start, when arming */
+    assert_int_equal(count(four, MR_ID_CHANNEL) - count(four, MR_ID_CHANNEL_ZERO), 2 * 18);
     close_board(full);
     close_board(four);
 }
@@ -179,16 +186,23 @@ static void switches_alone_time_the_landing(void **state)
 
 /* ---- the same codes, by replay ---- */
 
-/* The record of a landing with all channels, on a board that lacks some: what it has is the record's, sum by sum, and what it says of it
- * is what was said then. */
+/* The record of a landing with all channels, on a board that lacks some: what it has is the
+ * record's, sum by sum, and what it says of it is what was said then. */
 static void sums_are_those_of_the_full_configuration(void **state)
 {
     (void)state;
     struct heard *full = fly(FULL), *four = open_board(VARIANT("four"));
     uint64_t edge_tick[32];
-    struct hil_replay_command arm = {.block = full->armed.block, .message = {.code = MR_COMMAND_ARM, .argument = 5, .tag = 1}};
-    struct hil_replay replay = {.crystal = true, .blocks = full->block, .block_count = full->blocks, .edge_tick = edge_tick,
-                                .edge_count = full->edges, .commands = &arm, .command_count = 1, .origin_tick = 2352};
+    struct hil_replay_command arm = {.block = full->armed.block,
+                                     .message = {.code = MR_COMMAND_ARM, .argument = 5, .tag = 1}};
+    struct hil_replay replay = {.crystal = true,
+                                .blocks = full->block,
+                                .block_count = full->blocks,
+                                .edge_tick = edge_tick,
+                                .edge_count = full->edges,
+                                .commands = &arm,
+                                .command_count = 1,
+                                .origin_tick = 2352};
     assert_int_equal(full->block[full->blocks - 1].index - full->block[0].index + 1, full->blocks);
     for (size_t i = 0; i < full->edges; i++)
         edge_tick[i] = full->edge[i].tick;
@@ -204,24 +218,28 @@ static void sums_are_those_of_the_full_configuration(void **state)
         assert_int_equal(a->tick, b->tick);
         assert_memory_equal(a->plus, b->plus, 4 * sizeof a->plus[0]);
         assert_memory_equal(a->minus, b->minus, 4 * sizeof a->minus[0]);
-        assert_memory_equal(a->sum + MR_ADC1_STAIRCASE, b->sum + MR_ADC1_STAIRCASE, 2 * sizeof a->sum[0]);
+        assert_memory_equal(a->sum + MR_ADC1_STAIRCASE, b->sum + MR_ADC1_STAIRCASE,
+                            2 * sizeof a->sum[0]);
         compared++;
     }
     assert_true(compared + 4 >= full->blocks);
 
-    static const uint16_t equal[] = {MR_ID_TOUCHDOWN, MR_ID_STOP, MR_ID_MOTION, MR_ID_MOTION_ERROR, MR_ID_EDGE, MR_ID_DISPLACEMENT_1_3};
+    static const uint16_t equal[] = {MR_ID_TOUCHDOWN,    MR_ID_STOP, MR_ID_MOTION,
+                                     MR_ID_MOTION_ERROR, MR_ID_EDGE, MR_ID_DISPLACEMENT_1_3};
     for (size_t n = 0; n < COUNT_OF(equal); n++) {
         size_t k = 0, found = 0;
         for (size_t i = 0; i < full->count; i++) {
             if (full->said[i].id != equal[n])
                 continue;
             for (k = 0; k < four->count; k++) {
-                if (four->said[k].id == equal[n] && memcmp(four->said[k].payload, full->said[i].payload, MR_MESSAGE_MAX) == 0)
+                if (four->said[k].id == equal[n] &&
+                    memcmp(four->said[k].payload, full->said[i].payload, MR_MESSAGE_MAX) == 0)
                     break;
             }
             found += k < four->count;
         }
-        size_t idle = equal[n] == MR_ID_DISPLACEMENT_1_3 ? 20 : 0; /* told before and after the record */
+        /* told before and after the record */
+        size_t idle = equal[n] == MR_ID_DISPLACEMENT_1_3 ? 20 : 0;
         if (found + idle < count(full, equal[n]) || found == 0)
             fail_msg("0x%03x: %zu of %zu", equal[n], found, count(full, equal[n]));
     }
@@ -231,7 +249,8 @@ static void sums_are_those_of_the_full_configuration(void **state)
 
 /* ---- another configuration while scanning ---- */
 
-/* A rig at rest reads (2048 +- 62) * 4 forward and backward, bridges 8 * 496; any set of channels, 20 times a second. */
+/* A rig at rest reads (2048 +- 62) * 4 forward and backward, bridges 8 * 496; any set of channels,
+ * 20 times a second. */
 static void blocks_keep_their_place_when_channels_change(void **state)
 {
     (void)state;
@@ -274,7 +293,9 @@ static void blocks_keep_their_place_when_channels_change(void **state)
     assert_true(sets > 80);
     assert_true(adc3_longer > 10 && without_adc3 == 0);
     assert_true(lost < sets); /* the block that is being filled, or none when it is over already */
-    assert_int_equal(faults(heard) & (EAR_BIT(POLARITY) | EAR_BIT(SCAN_OVERRUN) | EAR_BIT(SCAN_STALL) | EAR_BIT(BLOCK_LATE)), 0);
+    assert_int_equal(faults(heard) & (EAR_BIT(POLARITY) | EAR_BIT(SCAN_OVERRUN) |
+                                      EAR_BIT(SCAN_STALL) | EAR_BIT(BLOCK_LATE)),
+                     0);
     hil_run_free(&still);
     close_board(heard);
 }

@@ -1,11 +1,12 @@
-/* The black box on the emulated board: the firmware as it is, its driver, and a W25Q128 that takes its time and tears. */
+/* The black box on the emulated board: the firmware as it is, its driver, and a W25Q128 that takes
+ * its time and tears. */
 #include "common/boxread.h"
 #include "hil/chips/w25q.h"
 #include "tests/hil/ear.h"
 
 #define BLOCKS_MAX 20000u
-#define PAGES_MAX 4000u
-#define POINTS 100u
+#define PAGES_MAX  4000u
+#define POINTS     100u
 
 struct witness {
     struct ear *ear;
@@ -51,14 +52,17 @@ static void witness_close(struct witness *witness)
     ear_close(witness->ear);
 }
 
-/* A record's pages straight from the memory's cells, from page `from` on: a fresh memory is written in order. */
+/* A record's pages straight from the memory's cells, from page `from` on: a fresh memory is written
+ * in order. */
 static size_t take_pages(const struct hil_board *board, uint32_t from, uint16_t record)
 {
     size_t count = 0;
     memset(present, 0, sizeof present);
     for (; count < PAGES_MAX; count++) {
         struct mr_boxpage_header header;
-        assert_int_equal(hil_board_nor_peek(board, (uint32_t)(from + count) * MR_BOXPAGE, pages[count], MR_BOXPAGE), MR_OK);
+        assert_int_equal(hil_board_nor_peek(board, (uint32_t)(from + count) * MR_BOXPAGE,
+                                            pages[count], MR_BOXPAGE),
+                         MR_OK);
         if (mr_boxpage_check(pages[count], &header) != MR_OK || header.record != record)
             break;
         present[count] = 1;
@@ -87,7 +91,8 @@ static struct told check_pages(size_t count, const struct witness *witness)
             told.first = told.next = record.block.index;
         assert_int_equal(record.block.index, told.next);
         if (witness && witness->known[record.block.index])
-            assert_memory_equal(&record.block, &witness->heard[record.block.index], sizeof record.block);
+            assert_memory_equal(&record.block, &witness->heard[record.block.index],
+                                sizeof record.block);
         told.next++;
         told.blocks++;
     }
@@ -127,12 +132,14 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
     assert_int_equal(start.landing, landing);
     assert_int_equal(told.edges, ear->heard[EAR_SERIAL][MR_ID_EDGE]);
     assert_int_equal(told.config, 48);
-    assert_true(told.first < start.trigger_block - 500); /* what was before: here back to the ring's length */
+    /* what was before: here back to the ring's length */
+    assert_true(told.first < start.trigger_block - 500);
     assert_int_equal(ear->serial_lost, 0);
     assert_int_equal(ear_faults(ear, EAR_CAN), 0);
-    print_message("# landing %u: %u blocks from %u ms before the first edge, %.1f kB/s of pages; block alone %.1f bytes\n",
-                  landing, told.blocks, start.trigger_block - told.first, (double)count * 256.0 / told.blocks,
-                  (double)(count - 8) * 244.0 / told.blocks);
+    print_message("# landing %u: %u blocks from %u ms before the first edge, %.1f kB/s of pages; "
+                  "block alone %.1f bytes\n",
+                  landing, told.blocks, start.trigger_block - told.first,
+                  (double)count * 256.0 / told.blocks, (double)(count - 8) * 244.0 / told.blocks);
     assert_true((double)count * 256.0 / told.blocks < 60.0);
     witness_close(&witness);
 }
@@ -155,13 +162,15 @@ static bool heard_record(const struct ear *ear, uint16_t number, struct mr_box_r
 {
     for (unsigned i = 0; i < ear->said_count[EAR_SERIAL]; i++) {
         const struct ear_said *said = &ear->said[EAR_SERIAL][i];
-        if (said->id == MR_ID_BOX_RECORD && mr_box_record_get(record, said->payload, 8) == MR_OK && record->record == number)
+        if (said->id == MR_ID_BOX_RECORD && mr_box_record_get(record, said->payload, 8) == MR_OK &&
+            record->record == number)
             return true;
     }
     return false;
 }
 
-/* One fork: cut in the memory's next operation, then what is left, and the next landing on what edges remain. */
+/* One fork: cut in the memory's next operation, then what is left, and the next landing on what
+ * edges remain. */
 static bool cut_here(const struct ear *base, unsigned permille)
 {
     struct ear *ear = calloc(1, sizeof *ear);
@@ -196,12 +205,14 @@ static bool cut_here(const struct ear *base, unsigned permille)
     struct mr_ack ack;
     assert_int_equal(mr_ack_get(&ack, ear->last[EAR_SERIAL][MR_ID_ACK], 8), MR_OK);
     assert_int_equal(ack.status, MR_OK);
-    /* It begins in the sector after the torn page, or in its own when it was the first there and is erased again by now. */
+    /* It begins in the sector after the torn page, or in its own when it was the first there and is
+     * erased again by now. */
     count = done % 16 == 0 ? take_pages(ear->board, (uint32_t)done, 2) : 0;
     if (!count)
         count = take_pages(ear->board, (uint32_t)(done / 16 + 1) * 16, 2);
     bool landed = count > 0;
-    assert_true(landed || ear->heard[EAR_SERIAL][MR_ID_EDGE] - edges_before < 2); /* a landing begins with the second edge */
+    /* a landing begins with the second edge */
+    assert_true(landed || ear->heard[EAR_SERIAL][MR_ID_EDGE] - edges_before < 2);
     if (landed) {
         struct mr_boxpage_start start;
         mr_boxpage_get_start(pages[0], &start);
@@ -235,7 +246,8 @@ static void the_power_goes_at_100_points(void **state)
         cuts++;
     }
     ear_close(ear);
-    print_message("# %u cuts over %zu pages, %u with another landing recorded after\n", cuts, total, landed);
+    print_message("# %u cuts over %zu pages, %u with another landing recorded after\n", cuts, total,
+                  landed);
     assert_true(landed > POINTS / 3);
 }
 

@@ -1,14 +1,14 @@
-/* The boot ROM over the emulated line: AN3155 as a host speaks it. What the chip must answer is in the note's tables;
- * version 0x31, chip id 0x413, bytes 8E1, ACK 0x79, NACK 0x1F. */
+/* The boot ROM over the emulated line: AN3155 as a host speaks it. What the chip must answer is in
+ * the note's tables; version 0x31, chip id 0x413, bytes 8E1, ACK 0x79, NACK 0x1F. */
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #include "common/command.h"
 
-#define ACK 0x79
-#define NACK 0x1f
-#define FLASH 0x08000000u
+#define ACK      0x79
+#define NACK     0x1f
+#define FLASH    0x08000000u
 #define SECTOR_1 0x08004000u
 
 struct host {
@@ -44,7 +44,10 @@ static int next_within(struct host *host, uint64_t limit_ms)
     return host->taken < host->count ? host->bytes[host->taken++] : -1;
 }
 
-static int next(struct host *host) { return next_within(host, 100); }
+static int next(struct host *host)
+{
+    return next_within(host, 100);
+}
 
 /* Bytes with their XOR behind (a single byte: its complement). */
 static int checked(struct host *host, const uint8_t *bytes, size_t n, uint64_t limit_ms)
@@ -57,11 +60,15 @@ static int checked(struct host *host, const uint8_t *bytes, size_t n, uint64_t l
     return next_within(host, limit_ms);
 }
 
-static int command(struct host *host, uint8_t code) { return checked(host, &code, 1, 100); }
+static int command(struct host *host, uint8_t code)
+{
+    return checked(host, &code, 1, 100);
+}
 
 static int address(struct host *host, uint32_t at)
 {
-    const uint8_t bytes[4] = {(uint8_t)(at >> 24), (uint8_t)(at >> 16), (uint8_t)(at >> 8), (uint8_t)at};
+    const uint8_t bytes[4] = {(uint8_t)(at >> 24), (uint8_t)(at >> 16), (uint8_t)(at >> 8),
+                              (uint8_t)at};
     return checked(host, bytes, 4, 100);
 }
 
@@ -171,7 +178,8 @@ static void test_rates(void **state)
         expect(host, "\x01\x04\x13\x79", 4);
         done(host);
     }
-    /* 8N1: nothing that a host would take for an answer to a command, whose bytes have the wrong parity or none */
+    /* 8N1: nothing that a host would take for an answer to a command, whose bytes have the wrong
+     * parity or none */
     struct host *host = chip(NULL, 115200, HIL_PARITY_NONE);
     send(host, (const uint8_t *)"\x7f", 1);
     wait_ps(host, 2 * HIL_MS_PS);
@@ -208,7 +216,11 @@ static void test_memory(void **state)
     assert_int_equal(next(host), NACK);
     assert_int_equal(command(host, 0x31), ACK);
     assert_int_equal(address(host, FLASH), ACK);
-    send(host, (const uint8_t *)"\x03" "abcd" "\x00", 6);
+    send(host,
+         (const uint8_t *)"\x03"
+                          "abcd"
+                          "\x00",
+         6);
     assert_int_equal(next(host), NACK);
     assert_int_equal(bench_word(host->board, FLASH), 0xffffffff);
 
@@ -216,8 +228,10 @@ static void test_memory(void **state)
     hil_board_poke(host->board, FLASH, &mark, 4);
     hil_board_poke(host->board, FLASH + 0x8000, &mark, 4);
     uint64_t begin_ps = hil_board_now_ps(host->board);
-    assert_int_equal(erase(host, (const uint8_t *)"\x00\x01\x00\x01\x00\x02", 6), ACK); /* sectors 1 and 2 */
-    assert_in_range((hil_board_now_ps(host->board) - begin_ps) / HIL_MS_PS, 500, 510); /* twice 250 ms at x32 */
+    /* sectors 1 and 2 */
+    assert_int_equal(erase(host, (const uint8_t *)"\x00\x01\x00\x01\x00\x02", 6), ACK);
+    /* twice 250 ms at x32 */
+    assert_in_range((hil_board_now_ps(host->board) - begin_ps) / HIL_MS_PS, 500, 510);
     assert_int_equal(bench_word(host->board, SECTOR_1), 0xffffffff);
     assert_int_equal(bench_word(host->board, FLASH + 0x8000), 0xffffffff);
     assert_int_equal(bench_word(host->board, FLASH), 0);
@@ -233,13 +247,14 @@ static void test_memory(void **state)
     done(host);
 }
 
-/* A program that stores 0x600d at 0x20003000 + 4 and the vector table offset behind it: Thumb, by hand.
- *     ldr r0, =0x20003000; movw r1, #0x600d; str r1, [r0, #4]; ldr r2, =0xe000ed08; ldr r2, [r2]; str r2, [r0, #8]
- *     b . */
+/* A program that stores 0x600d at 0x20003000 + 4 and the vector table offset behind it: Thumb, by
+ * hand.
+ *     ldr r0, =0x20003000; movw r1, #0x600d; str r1, [r0, #4]; ldr r2, =0xe000ed08; ldr r2, [r2];
+ *     str r2, [r0, #8] b . */
 static const uint8_t program[] = {
-    0x00, 0x80, 0x01, 0x20, 0x09, 0x00, 0x00, 0x08,
-    0x04, 0x48, 0x46, 0xf2, 0x0d, 0x01, 0x41, 0x60, 0x03, 0x4a, 0x12, 0x68, 0x82, 0x60, 0xfe, 0xe7, 0x00, 0xbf,
-    0x00, 0xbf, 0x00, 0x30, 0x00, 0x20, 0x08, 0xed, 0x00, 0xe0,
+    0x00, 0x80, 0x01, 0x20, 0x09, 0x00, 0x00, 0x08, 0x04, 0x48, 0x46, 0xf2,
+    0x0d, 0x01, 0x41, 0x60, 0x03, 0x4a, 0x12, 0x68, 0x82, 0x60, 0xfe, 0xe7,
+    0x00, 0xbf, 0x00, 0xbf, 0x00, 0x30, 0x00, 0x20, 0x08, 0xed, 0x00, 0xe0,
 };
 
 static void test_go(void **state)
@@ -253,7 +268,8 @@ static void test_go(void **state)
     assert_int_equal(address(host, FLASH), ACK);
     wait_ps(host, HIL_MS_PS);
     assert_int_equal(bench_word(host->board, 0x20003004), 0x600d);
-    assert_int_equal(bench_word(host->board, 0x20003008), 0); /* VTOR is untouched, and at 0 there is the ROM */
+    /* VTOR is untouched, and at 0 there is the ROM */
+    assert_int_equal(bench_word(host->board, 0x20003008), 0);
     assert_int_equal(bench_word(host->board, 4) & ~0xffffu, 0x1fff0000u);
     assert_int_equal(hil_board_hclk_hz(host->board), 16000000);
     done(host);
@@ -292,7 +308,8 @@ static void test_readout_protection(void **state)
     done(host);
 }
 
-/* A write-protected sector is neither programmed nor erased, without an error (AN3155 notes), until unprotected. */
+/* A write-protected sector is neither programmed nor erased, without an error (AN3155 notes), until
+ * unprotected. */
 static void test_write_protection(void **state)
 {
     (void)state;
@@ -315,13 +332,14 @@ static void test_write_protection(void **state)
     done(host);
 }
 
-/* Firmware that jumps to the vectors of system memory lands there too: the same answers without BOOT0. */
+/* Firmware that jumps to the vectors of system memory lands there too: the same answers without
+ * BOOT0. */
 static void test_jump(void **state)
 {
     /* ldr r0, =0x1fff0000; ldr r1, [r0]; msr msp, r1; ldr r1, [r0, #4]; bx r1 */
     static const uint8_t jumper[] = {
-        0x00, 0x80, 0x01, 0x20, 0x09, 0x00, 0x00, 0x08,
-        0x02, 0x48, 0x01, 0x68, 0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
+        0x00, 0x80, 0x01, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,
+        0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
     };
     struct hil_options options;
     struct host host = {0};
@@ -342,7 +360,8 @@ static void test_jump(void **state)
     hil_board_destroy(host.board);
 }
 
-/* The firmware goes there on command, while idle, and everything of it is reset: the ROM answers at another rate. */
+/* The firmware goes there on command, while idle, and everything of it is reset: the ROM answers at
+ * another rate. */
 static void test_command(void **state)
 {
     struct hil_options options;

@@ -1,4 +1,5 @@
-/* bxCAN and its bus on a test image (images/canbus.c): lengths in time, order, FIFO, error states. */
+/* bxCAN and its bus on a test image (images/canbus.c): lengths in time, order, FIFO, error
+ * states. */
 #include "hil/board/parts.h"
 #include "hil/periph/canbits.h"
 #include "tests/hil/bench.h"
@@ -42,8 +43,8 @@ static void queue(struct hil_board *board, uint32_t a, uint32_t b, uint32_t c)
     bench_control(board, 1, 3);
 }
 
-/* Mailboxes 0, 1, 2 are filled in that order within microseconds. The first starts at once; of the two
- * that wait, the lower identifier goes first, or the earlier request. */
+/* Mailboxes 0, 1, 2 are filled in that order within microseconds. The first starts at once; of the
+ * two that wait, the lower identifier goes first, or the earlier request. */
 static void test_mailbox_order(void **state)
 {
     struct heard heard;
@@ -66,8 +67,8 @@ static void test_mailbox_order(void **state)
     hil_board_destroy(board);
 }
 
-/* Frames back to back: the end of each is its own length plus three bits of intermission after the end of
- * the one before. */
+/* Frames back to back: the end of each is its own length plus three bits of intermission after the
+ * end of the one before. */
 static void test_time_on_the_bus(void **state)
 {
     struct heard heard;
@@ -78,8 +79,8 @@ static void test_time_on_the_bus(void **state)
     assert_int_equal(heard.count, 3);
     for (unsigned i = 1; i < 3; i++) {
         uint64_t bits = hil_can_frame_bits(&heard.frame[i]).length + 3u;
-        assert_true(llabs((long long)(heard.t_ps[i] - heard.t_ps[i - 1]) - (long long)(bits * HIL_US_PS)) <=
-                    1);
+        assert_true(llabs((long long)(heard.t_ps[i] - heard.t_ps[i - 1]) -
+                          (long long)(bits * HIL_US_PS)) <= 1);
     }
     assert_int_equal(heard.frame[0].length, 8);
     for (unsigned i = 0; i < 8; i++)
@@ -121,8 +122,8 @@ static void test_overrun(void **state)
     hil_board_destroy(board);
 }
 
-/* A lower identifier of the other node wins against the board's waiting one, and the board sends right
- * after. */
+/* A lower identifier of the other node wins against the board's waiting one, and the board sends
+ * right after. */
 static void test_arbitration(void **state)
 {
     struct heard heard;
@@ -138,13 +139,15 @@ static void test_arbitration(void **state)
     assert_int_equal(heard.frame[0].id, 0x005);
     assert_int_equal(heard.frame[1].id, 0x030);
     /* first, 5, second, 30, 31: between 5 and 30 lies `second` */
-    uint64_t bits = hil_can_frame_bits(&second).length + 3u + hil_can_frame_bits(&heard.frame[1]).length + 3u;
-    assert_true(llabs((long long)(heard.t_ps[1] - heard.t_ps[0]) - (long long)(bits * HIL_US_PS)) <= 1);
+    uint64_t bits = hil_can_frame_bits(&second).length + 3u +
+                    hil_can_frame_bits(&heard.frame[1]).length + 3u;
+    assert_true(llabs((long long)(heard.t_ps[1] - heard.t_ps[0]) - (long long)(bits * HIL_US_PS)) <=
+                1);
     hil_board_destroy(board);
 }
 
-/* Nobody acknowledges: TEC rises by 8 to 128 and stays; never bus-off; plugged in, the frame leaves and
- * TEC falls. */
+/* Nobody acknowledges: TEC rises by 8 to 128 and stays; never bus-off; plugged in, the frame leaves
+ * and TEC falls. */
 static void test_unplugged(void **state)
 {
     struct heard heard;
@@ -155,8 +158,8 @@ static void test_unplugged(void **state)
     bench_run(board, 500 * HIL_MS_PS);
     uint32_t esr = bench_result(board, 7);
     assert_int_equal(esr >> 16 & 0xffu, 128);
-    assert_int_equal(esr & 7u, 3u);        /* warning, passive, not off */
-    assert_int_equal(esr >> 4 & 7u, 3u);   /* acknowledge error */
+    assert_int_equal(esr & 7u, 3u);      /* warning, passive, not off */
+    assert_int_equal(esr >> 4 & 7u, 3u); /* acknowledge error */
     assert_int_equal(heard.count, 0);
     assert_true(hil_board_counters(board)->can_errors > 1000); /* it goes on trying */
     hil_can_set_bus(&board->mcu.can, HIL_CAN_CONNECTED);
@@ -166,8 +169,8 @@ static void test_unplugged(void **state)
     hil_board_destroy(board);
 }
 
-/* Wires touching: TEC 8 a try, bus-off at 256 after 32 tries; with automatic recovery it tries again, else
- * it stays off. */
+/* Wires touching: TEC 8 a try, bus-off at 256 after 32 tries; with automatic recovery it tries
+ * again, else it stays off. */
 static void test_bus_off(void **state)
 {
     struct heard heard;
@@ -190,8 +193,8 @@ static void test_bus_off(void **state)
     hil_board_destroy(board);
 }
 
-/* Filters: 32-bit list before mask, numbers counted per FIFO over all banks. Bank 0: 16-bit masks to FIFO
- * 0 (2 filters), bank 1: 32-bit list to FIFO 1 (2), bank 2: 32-bit mask to FIFO 0 (1). */
+/* Filters: 32-bit list before mask, numbers counted per FIFO over all banks. Bank 0: 16-bit masks
+ * to FIFO 0 (2 filters), bank 1: 32-bit list to FIFO 1 (2), bank 2: 32-bit mask to FIFO 0 (1). */
 static void test_filters(void **state)
 {
     struct hil_can can = {.fmr = 14u << 8, .fs1r = 6, .fm1r = 2, .ffa1r = 2, .fa1r = 7};
@@ -225,14 +228,10 @@ static void test_filters(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_mailbox_order),
-        cmocka_unit_test(test_time_on_the_bus),
-        cmocka_unit_test(test_receive),
-        cmocka_unit_test(test_overrun),
-        cmocka_unit_test(test_arbitration),
-        cmocka_unit_test(test_unplugged),
-        cmocka_unit_test(test_bus_off),
-        cmocka_unit_test(test_filters),
+        cmocka_unit_test(test_mailbox_order), cmocka_unit_test(test_time_on_the_bus),
+        cmocka_unit_test(test_receive),       cmocka_unit_test(test_overrun),
+        cmocka_unit_test(test_arbitration),   cmocka_unit_test(test_unplugged),
+        cmocka_unit_test(test_bus_off),       cmocka_unit_test(test_filters),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,8 +2,8 @@
 #include "hil/periph/canbits.h"
 #include "tests/hil/bench.h"
 
-/* All zero up to the CRC, which is then zero too: 1 + 11 + 3 + 4 + 15 = 34 equal bits, so a stuff bit
- * after every fifth: 6 of them (the 31st to 34th zero make no five). 34 + 6 + 10 = 50. */
+/* All zero up to the CRC, which is then zero too: 1 + 11 + 3 + 4 + 15 = 34 equal bits, so a stuff
+ * bit after every fifth: 6 of them (the 31st to 34th zero make no five). 34 + 6 + 10 = 50. */
 static void test_all_zero(void **state)
 {
     struct hil_can_frame frame = {.id = 0};
@@ -14,11 +14,11 @@ static void test_all_zero(void **state)
     assert_int_equal(bits.length, 50);
 }
 
-/* Identifier 0, one data byte 0: the only one among the 27 bits before the CRC is the last of the DLC, 8
- * places from the end. CRC = x^23 mod x^15+x^14+x^10+x^8+x^7+x^4+x^3+1. By hand, starting from x^15 =
- * 4599: 4EAB, 58CF, 7407, 2D97, 5B2E, 73C5, 2213, 4426. Bits: 18 zeros, 1, 8 zeros, 100010000100110. Stuff
- * bits after zeros 5, 10, 15 of the 18, and after 5 of the 8: 4. The CRC begins with 1 and has no run of
- * five. 19 + 8 + 15 + 4 + 10 = 56. */
+/* Identifier 0, one data byte 0: the only one among the 27 bits before the CRC is the last of the
+ * DLC, 8 places from the end. CRC = x^23 mod x^15+x^14+x^10+x^8+x^7+x^4+x^3+1. By hand, starting
+ * from x^15 = 4599: 4EAB, 58CF, 7407, 2D97, 5B2E, 73C5, 2213, 4426. Bits: 18 zeros, 1, 8 zeros,
+ * 100010000100110. Stuff bits after zeros 5, 10, 15 of the 18, and after 5 of the 8: 4. The CRC
+ * begins with 1 and has no run of five. 19 + 8 + 15 + 4 + 10 = 56. */
 static void test_one_bit(void **state)
 {
     struct hil_can_frame frame = {.id = 0, .length = 1};
@@ -29,8 +29,8 @@ static void test_one_bit(void **state)
     assert_int_equal(bits.length, 56);
 }
 
-/* A remote frame has the length of its data in the DLC and none of it on the wire: 1 + 11 + 1 + 2 + 4 + 15
- * + 10 bits. */
+/* A remote frame has the length of its data in the DLC and none of it on the wire: 1 + 11 + 1 + 2 +
+ * 4 + 15 + 10 bits. */
 static void test_remote_carries_no_data(void **state)
 {
     struct hil_can_frame frame = {.id = 0x2aa, .remote = true, .length = 8};
@@ -73,8 +73,8 @@ static unsigned count_stuffed(const char *bits)
     size_t n = 0;
     for (; *bits; bits++) {
         sent[n++] = *bits;
-        if (n >= 5 && sent[n - 1] == sent[n - 2] && sent[n - 2] == sent[n - 3] && sent[n - 3] == sent[n - 4]
-            && sent[n - 4] == sent[n - 5]) {
+        if (n >= 5 && sent[n - 1] == sent[n - 2] && sent[n - 2] == sent[n - 3] &&
+            sent[n - 3] == sent[n - 4] && sent[n - 4] == sent[n - 5]) {
             sent[n] = sent[n - 1] == '0' ? '1' : '0';
             n++;
         }
@@ -95,7 +95,8 @@ static void test_against_text(void **state)
         frame.length = (uint8_t)(trial % 9);
         for (unsigned i = 0; i < frame.length; i++) {
             random = random * 1664525u + 1013904223u;
-            frame.data[i] = (uint8_t)((random >> 28) ? random >> 16 : 0); /* some zeros, to be stuffed */
+            /* some zeros, to be stuffed */
+            frame.data[i] = (uint8_t)((random >> 28) ? random >> 16 : 0);
         }
         if (frame.extended) {
             append(text, frame.id >> 18, 11);
@@ -117,8 +118,8 @@ static void test_against_text(void **state)
     }
 }
 
-/* Dominant bits win: lower identifiers; a data frame before its remote frame; standard before extended of
- * equal base. */
+/* Dominant bits win: lower identifiers; a data frame before its remote frame; standard before
+ * extended of equal base. */
 static void test_arbitration(void **state)
 {
     struct hil_can_frame low = {.id = 0x080}, high = {.id = 0x400};

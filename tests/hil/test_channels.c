@@ -1,12 +1,18 @@
-/* The channels on the emulated board: an excitation without direct component, whatever happens to the scans; the noise that the
- * board tells; the faults of leads. */
+/* The channels on the emulated board: an excitation without direct component, whatever happens to
+ * the scans; the noise that the board tells; the faults of leads. */
 #include <math.h>
 
 #include "common/channels.h"
 #include "tests/hil/ear.h"
 
-static double plus_s(const struct ear *ear) { return (double)hil_board_counters(ear->board)->excitation_plus_ps * 1e-12; }
-static double minus_s(const struct ear *ear) { return (double)hil_board_counters(ear->board)->excitation_minus_ps * 1e-12; }
+static double plus_s(const struct ear *ear)
+{
+    return (double)hil_board_counters(ear->board)->excitation_plus_ps * 1e-12;
+}
+static double minus_s(const struct ear *ear)
+{
+    return (double)hil_board_counters(ear->board)->excitation_minus_ps * 1e-12;
+}
 
 static void overrun(struct ear *ear, unsigned unit)
 {
@@ -15,10 +21,10 @@ static void overrun(struct ear *ear, unsigned unit)
     adc->running = false;
 }
 
-/* Landing 5 from its arming on, both converters stopping once on the way. The time at each polarity, every 10 ms, at all
- * phases: never further
- * apart than one of 125 us, 0.1 % of the landing 80 times over in all; and so is the charge, for the transducer follows each
- * reversal alike. */
+/* Landing 5 from its arming on, both converters stopping once on the way. The time at each
+ * polarity, every 10 ms, at all phases: never further apart than one of 125 us, 0.1 % of the
+ * landing 80 times over in all; and so is the charge, for the transducer follows each reversal
+ * alike. */
 static void the_excitation_has_no_mean_through_stalls(void **state)
 {
     (void)state;
@@ -35,8 +41,9 @@ static void the_excitation_has_no_mean_through_stalls(void **state)
     }
     double sum_s = plus_s(ear) - plus + minus_s(ear) - minus;
     double mean = fabs((plus_s(ear) - plus) - (minus_s(ear) - minus)) / sum_s;
-    printf("# excitation: mean %.1e of its amplitude over %.3f s, at most %.1f us apart, %u stalls\n", mean, sum_s, worst_s * 1e6,
-           ear->fault[MR_FAULT_SCAN_STALL].count);
+    printf(
+        "# excitation: mean %.1e of its amplitude over %.3f s, at most %.1f us apart, %u stalls\n",
+        mean, sum_s, worst_s * 1e6, ear->fault[MR_FAULT_SCAN_STALL].count);
     assert_int_equal(ear->fault[MR_FAULT_SCAN_STALL].count, 2);
     assert_int_equal(ear->fault[MR_FAULT_POLARITY].count, 0);
     assert_near(sum_s, 8.05, 1e-4); /* always at one of them */
@@ -45,7 +52,8 @@ static void the_excitation_has_no_mean_through_stalls(void **state)
     ear_close(ear);
 }
 
-/* Wherever in a block one of them stops, right at its end too, where the codes that it has left look whole to every second block. */
+/* Wherever in a block one of them stops, right at its end too, where the codes that it has left
+ * look whole to every second block. */
 static void a_converter_that_stops_is_started_again(void **state)
 {
     (void)state;
@@ -61,8 +69,8 @@ static void a_converter_that_stops_is_started_again(void **state)
     ear_close(ear);
 }
 
-/* 2 LSB rms and rounding, sqrt(4 + 1/48 + 1/12) a code, mean of eight: 0.716 codes. A reading follows its block's reference too,
- * 0.716 codes of 3103: of a gage at 100 lb, 1117 codes, 0.26. */
+/* 2 LSB rms and rounding, sqrt(4 + 1/48 + 1/12) a code, mean of eight: 0.716 codes. A reading
+ * follows its block's reference too, 0.716 codes of 3103: of a gage at 100 lb, 1117 codes, 0.26. */
 static void the_noise_told_is_the_converters(void **state)
 {
     (void)state;
@@ -84,9 +92,11 @@ static void the_noise_told_is_the_converters(void **state)
         sum[kind] += (double)quality.noise_codes;
         count[kind]++;
         assert_int_equal(quality.invalid, 0);
-        assert_true(quality.error_codes > quality.noise_codes - 0.0055f); /* it is told to a hundredth */
+        /* it is told to a hundredth */
+        assert_true(quality.error_codes > quality.noise_codes - 0.0055f);
     }
-    printf("# noise told: transducers %.3f, gages %.3f codes\n", sum[0] / count[0], sum[1] / count[1]);
+    printf("# noise told: transducers %.3f, gages %.3f codes\n", sum[0] / count[0],
+           sum[1] / count[1]);
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++)
         assert_in_range(told[c], 4, 5); /* armed at 0.8 s */
     assert_near(sum[0] / count[0], 0.72, 0.05);

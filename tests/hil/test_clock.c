@@ -43,7 +43,8 @@ static void test_memory_to_memory(void **state)
     hil_board_destroy(board);
 }
 
-/* Without a crystal the wait gives up, and the board is still at 16 MHz, with the error of its oscillator. */
+/* Without a crystal the wait gives up, and the board is still at 16 MHz, with the error of its
+ * oscillator. */
 static void test_no_crystal(void **state)
 {
     struct hil_options options;
@@ -58,11 +59,14 @@ static void test_no_crystal(void **state)
     hil_board_destroy(board);
 }
 
-/* 4 * 64 cycles of the LSI: 8 ms at 32 kHz, 15.06 ms at 17 kHz. Fed, it never fires; starved, it resets
- * within that time of the last feeding, again and again, and RCC_CSR says why. */
+/* 4 * 64 cycles of the LSI: 8 ms at 32 kHz, 15.06 ms at 17 kHz. Fed, it never fires; starved, it
+ * resets within that time of the last feeding, again and again, and RCC_CSR says why. */
 static void test_watchdog(void **state)
 {
-    static const struct { uint32_t lsi_hz; uint64_t timeout_us; } cases[] = {{32000, 8000}, {17000, 15059}};
+    static const struct {
+        uint32_t lsi_hz;
+        uint64_t timeout_us;
+    } cases[] = {{32000, 8000}, {17000, 15059}};
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
         struct hil_options options;
@@ -80,7 +84,7 @@ static void test_watchdog(void **state)
         assert_int_equal(counters->resets, 1);
         bench_control(board, 1, 0);
         bench_run(board, 110 * HIL_MS_PS + cases[i].timeout_us * HIL_US_PS);
-        assert_int_equal(bench_result(board, 0), 2);          /* started twice */
+        assert_int_equal(bench_result(board, 0), 2); /* started twice */
         /* IWDGRSTF, PINRSTF; the first start cleared the others */
         assert_int_equal(bench_result(board, 2) >> 24, 0x24);
         hil_board_destroy(board);

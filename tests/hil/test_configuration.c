@@ -1,12 +1,12 @@
-/* The stored configuration on the emulated board: the firmware as it is, its flash driver, and a flash that stands still, takes its
- * time and tears. */
+/* The stored configuration on the emulated board: the firmware as it is, its flash driver, and a
+ * flash that stands still, takes its time and tears. */
 #include "common/config.h"
 #include "common/wire.h"
 #include "hil/board/parts.h"
 #include "tests/hil/ear.h"
 
 #define COPY(n) (0x08008000u + 0x4000u * (n))
-#define POINTS 24u
+#define POINTS  24u
 
 static struct mr_config now;
 static uint8_t image[MR_CONFIG_IMAGE];
@@ -41,7 +41,8 @@ static void read_out(struct ear *ear, struct mr_config *config)
     pass(ear, 0.5);
     assert_int_equal(last_ack(ear, EAR_CAN).status, MR_OK);
     for (unsigned i = 0; i < ear->said_count[EAR_SERIAL]; i++)
-        assert_int_not_equal(ear->said[EAR_SERIAL][i].id, MR_ID_CONFIG_IMAGE); /* only the link that asked */
+        /* only the link that asked */
+        assert_int_not_equal(ear->said[EAR_SERIAL][i].id, MR_ID_CONFIG_IMAGE);
     for (unsigned i = 0; i < ear->said_count[EAR_CAN]; i++) {
         const struct ear_said *said = &ear->said[EAR_CAN][i];
         struct mr_config_image word;
@@ -100,13 +101,17 @@ static uint32_t told_crc(const struct ear *ear)
     return told.config_crc;
 }
 
-/* A change stops sampling, once, for as long as the sector takes; that is told, and nothing else happens: not even with the slowest
- * erase and the fastest watchdog, which would be through in 0.34 s. */
+/* A change stops sampling, once, for as long as the sector takes; that is told, and nothing else
+ * happens: not even with the slowest erase and the fastest watchdog, which would be through in 0.34
+ * s. */
 static void a_change_costs_blocks_and_nothing_else(void **state)
 {
     (void)state;
-    static const struct { enum hil_cell_times times; uint32_t lsi_hz; double least_s, most_s; } cases[] = {
-        {HIL_TIMES_MAXIMUM, 47000, 0.5, 0.7}, {HIL_TIMES_TYPICAL, 17000, 0.25, 0.3}};
+    static const struct {
+        enum hil_cell_times times;
+        uint32_t lsi_hz;
+        double least_s, most_s;
+    } cases[] = {{HIL_TIMES_MAXIMUM, 47000, 0.5, 0.7}, {HIL_TIMES_TYPICAL, 17000, 0.25, 0.3}};
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         struct hil_options options = ear_options();
         options.cell_times = cases[i].times;
@@ -120,14 +125,16 @@ static void a_change_costs_blocks_and_nothing_else(void **state)
             uint8_t stored[MR_CONFIG_IMAGE];
             change(ear);
             pass(ear, 0.2);
-            assert_int_equal(hil_board_peek(ear->board, COPY(round - 1), stored, sizeof stored), MR_OK);
+            assert_int_equal(hil_board_peek(ear->board, COPY(round - 1), stored, sizeof stored),
+                             MR_OK);
             assert_memory_equal(stored, image, sizeof image);
             assert_int_equal(told_crc(ear), mr_config_encode(&now, image));
             assert_int_equal(mr_health_get(&health, ear->last[EAR_CAN][MR_ID_HEALTH], 8), MR_OK);
             assert_true(health.blocks_lost >= round * cases[i].least_s * 1000.0);
             assert_true(health.blocks_lost <= round * cases[i].most_s * 1000.0);
             assert_int_equal(health.faults, 0);
-            /* blocks keep their place on the clock: the first trigger of block n is at 2352 + 84000 n */
+            /* blocks keep their place on the clock: the first trigger of block n is at 2352 + 84000
+             * n */
             assert_int_equal(mr_clock_get(&clock, ear->last[EAR_CAN][MR_ID_CLOCK], 8), MR_OK);
             assert_int_equal(clock.tick, 2352u + 84000u * clock.block);
         }
@@ -136,12 +143,14 @@ static void a_change_costs_blocks_and_nothing_else(void **state)
         assert_int_equal(mr_config_encode(&back, image), mr_config_encode(&now, image));
         assert_int_equal(hil_board_counters(ear->board)->resets, 0);
         assert_int_equal(hil_board_counters(ear->board)->flash_refused, 0);
-        print_message("# %s: %u blocks lost in two changes\n", i ? "typical times" : "longest times", health.blocks_lost);
+        print_message("# %s: %u blocks lost in two changes\n",
+                      i ? "typical times" : "longest times", health.blocks_lost);
         ear_close(ear);
     }
 }
 
-/* A landing after a change is one by the new configuration: stations of all gates moved, and so the stop. */
+/* A landing after a change is one by the new configuration: stations of all gates moved, and so the
+ * stop. */
 static void a_landing_is_by_the_new_configuration(void **state)
 {
     (void)state;
@@ -154,7 +163,8 @@ static void a_landing_is_by_the_new_configuration(void **state)
     unsigned seen = 0;
     for (unsigned i = 0; i < ear->said_count[EAR_CAN]; i++) {
         const struct ear_said *said = &ear->said[EAR_CAN][i];
-        if (said->id == MR_ID_SWITCH_PLACE && mr_switch_place_get(&place, said->payload, 8) == MR_OK && place.position == 24)
+        if (said->id == MR_ID_SWITCH_PLACE &&
+            mr_switch_place_get(&place, said->payload, 8) == MR_OK && place.position == 24)
             seen = (unsigned)(place.station_ft * 1000.0f + 0.5f);
     }
     assert_int_equal(seen, 112625); /* 112.5 and an eighth */
@@ -162,7 +172,8 @@ static void a_landing_is_by_the_new_configuration(void **state)
 }
 
 /* One fork: cut in the n-th flash operation from now. True: the new one is in force after it. */
-static bool cut_here(const struct ear *base, const struct mr_config *old, const struct mr_config *new, uint64_t n, unsigned permille)
+static bool cut_here(const struct ear *base, const struct mr_config *old,
+                     const struct mr_config *new, uint64_t n, unsigned permille)
 {
     struct ear *ear = calloc(1, sizeof *ear);
     static uint8_t scratch[MR_CONFIG_IMAGE];
@@ -205,11 +216,14 @@ static void the_power_goes_at_24_points(void **state)
     uint16_t staged = tag;
     for (unsigned i = 0; i < POINTS; i++) {
         /* eight in the erase, twelve over the words, four in the last two */
-        uint64_t n = i < 8 ? 1 : i < 20 ? 2 + (uint64_t)(i - 8) * MR_CONFIG_WORDS / 12 : MR_CONFIG_WORDS + i % 2;
+        uint64_t n = i < 8  ? 1
+                   : i < 20 ? 2 + (uint64_t)(i - 8) * MR_CONFIG_WORDS / 12
+                            : MR_CONFIG_WORDS + i % 2;
         tag = staged;
         news += cut_here(ear, &old, &new, n, i < 8 ? i * 142u : i * 389u % 1000u);
     }
-    print_message("# %u cuts: %u times the new one, %u times the old one, never neither\n", POINTS, news, POINTS - news);
+    print_message("# %u cuts: %u times the new one, %u times the old one, never neither\n", POINTS,
+                  news, POINTS - news);
     assert_true(news < 6);
     ear_close(ear);
 }

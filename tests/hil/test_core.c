@@ -1,17 +1,19 @@
 /* The core's exceptions on a test image (images/core.c), and what stops a run (images/wild.c). */
 #include "tests/hil/bench.h"
 
-/* What the handlers note, worked out from the architecture's rules: irq 6 (0xf0) runs, pends 8 (0x40):
- * preempts at once; pends 7 (0xf0, equal): must wait until 6 returns, then tail-chains. */
+/* What the handlers note, worked out from the architecture's rules: irq 6 (0xf0) runs, pends 8
+ * (0x40): preempts at once; pends 7 (0xf0, equal): must wait until 6 returns, then tail-chains. */
 static void test_order(void **state)
 {
     static const uint32_t expected[] = {0x61, 0x81, 0x62, 0x71, 0x01, /* preemption, tail-chain */
-                                        0x81, 0x02, 0x71, 0x03,       /* BASEPRI 0x50 passes 0x40 only */
+                                        /* BASEPRI 0x50 passes 0x40 only */
+                                        0x81, 0x02, 0x71, 0x03,
                                         /* PRIMASK: WFI wakes, handler waits for cpsie */
-                                        0x04, 0x71,
-                                        0xa0, 0xb0,                   /* SVC, PendSV */
-                                        0x81,                         /* inside the floating-point loop */
-                                        0xa0};                        /* SVC from the process stack */
+                                        0x04, 0x71, 0xa0, 0xb0, /* SVC, PendSV */
+                                        /* inside the floating-point loop */
+                                        0x81,
+                                        /* SVC from the process stack */
+                                        0xa0};
     struct hil_board *board = bench_board("core", NULL);
     (void)state;
     bench_run(board, 20 * HIL_MS_PS);
@@ -20,15 +22,15 @@ static void test_order(void **state)
     for (unsigned i = 0; i < sizeof expected / sizeof expected[0]; i++)
         assert_int_equal(bench_result(board, 8 + i), expected[i]);
     assert_int_equal(hil_board_counters(board)->tail_chains, 1);
-    assert_int_equal(bench_result(board, 1), 0);  /* the stack pointer is where it was */
+    assert_int_equal(bench_result(board, 1), 0); /* the stack pointer is where it was */
     /* CONTROL.SPSEL survived an exception from the process stack */
     assert_int_equal(bench_result(board, 4), 2);
     assert_int_equal(bench_result(board, 3), 10); /* SysTick */
     hil_board_destroy(board);
 }
 
-/* 1.5 + 100 * 0.25 + 7 + 100 * 0.125 = 46: exact in single precision, and any register lost in the handler
- * changes it. */
+/* 1.5 + 100 * 0.25 + 7 + 100 * 0.125 = 46: exact in single precision, and any register lost in the
+ * handler changes it. */
 static void test_fp_context(void **state)
 {
     float sum;
@@ -51,7 +53,8 @@ static void test_pieces(void **state)
     for (uint64_t t_ps = 0; t_ps < 20 * HIL_MS_PS; t_ps += 37 * HIL_US_PS)
         bench_run(cut, t_ps);
     bench_run(cut, 20 * HIL_MS_PS);
-    assert_int_equal(hil_board_counters(cut)->instructions, hil_board_counters(whole)->instructions);
+    assert_int_equal(hil_board_counters(cut)->instructions,
+                     hil_board_counters(whole)->instructions);
     assert_int_equal(hil_board_counters(cut)->exceptions, hil_board_counters(whole)->exceptions);
     assert_int_equal(hil_board_now_cycles(cut), hil_board_now_cycles(whole));
     hil_board_destroy(whole);
@@ -104,7 +107,8 @@ static void test_clock_off(void **state)
     hil_board_destroy(board);
 }
 
-/* The handler sees a precise fault with its address, and asks for a reset; the image then starts again. */
+/* The handler sees a precise fault with its address, and asks for a reset; the image then starts
+ * again. */
 static void test_bus_fault(void **state)
 {
     (void)state;
@@ -123,7 +127,11 @@ static void test_bus_fault(void **state)
 
 static void test_halts(void **state)
 {
-    static const struct { uint32_t which; enum mr_status status; const char *part; } cases[] = {
+    static const struct {
+        uint32_t which;
+        enum mr_status status;
+        const char *part;
+    } cases[] = {
         {4, MR_HALTED, "exception 3 has no handler"},
         {5, MR_HALTED, "CFSR 0x00080000"}, /* NOCP */
         {15, MR_UNMODELLED, "0x40020010 (GPIOA + 0x10), PC 0x"},
@@ -142,12 +150,16 @@ static void test_halts(void **state)
     }
 }
 
-/* Usage faults that Unicorn does not know: the handler sees the cause, and what came before in the block was done. */
+/* Usage faults that Unicorn does not know: the handler sees the cause, and what came before in the
+ * block was done. */
 static void test_usage_faults(void **state)
 {
-    static const struct { uint32_t which, cfsr, done; bool alignment; } cases[] = {
-        {10, 1u << 24, 77, true}, {11, 1u << 24, 0, true}, {13, 1u << 19, 77, false}, {14, 1u << 19, 0, false},
-        {13, 1u << 19, 77, true},
+    static const struct {
+        uint32_t which, cfsr, done;
+        bool alignment;
+    } cases[] = {
+        {10, 1u << 24, 77, true}, {11, 1u << 24, 0, true},  {13, 1u << 19, 77, false},
+        {14, 1u << 19, 0, false}, {13, 1u << 19, 77, true},
     };
     (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -196,16 +208,11 @@ static void test_code_in_sram(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),
-        cmocka_unit_test(test_fp_context),
-        cmocka_unit_test(test_pieces),
-        cmocka_unit_test(test_code_in_sram),
-        cmocka_unit_test(test_unmodelled),
-        cmocka_unit_test(test_clock_off),
-        cmocka_unit_test(test_bus_fault),
-        cmocka_unit_test(test_halts),
-        cmocka_unit_test(test_usage_faults),
-        cmocka_unit_test(test_unaligned_words),
+        cmocka_unit_test(test_order),        cmocka_unit_test(test_fp_context),
+        cmocka_unit_test(test_pieces),       cmocka_unit_test(test_code_in_sram),
+        cmocka_unit_test(test_unmodelled),   cmocka_unit_test(test_clock_off),
+        cmocka_unit_test(test_bus_fault),    cmocka_unit_test(test_halts),
+        cmocka_unit_test(test_usage_faults), cmocka_unit_test(test_unaligned_words),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,13 @@
-/* The core under a debugger: it does the same as without, holds where asked, shows and takes registers and
- * memory. */
+/* The core under a debugger: it does the same as without, holds where asked, shows and takes
+ * registers and memory. */
 #include "hil/core/elf.h"
 #include "hil/debug/debug.h"
 #include "hil/symbols.h"
 #include "tests/hil/bench.h"
 
-#define SRAM 0x20000000u
+#define SRAM       0x20000000u
 #define SRAM_BYTES 0x20000u
-#define FIRMWARE "build/firmware/matrig.elf"
+#define FIRMWARE   "build/firmware/matrig.elf"
 
 static struct hil_board *firmware_board(void)
 {
@@ -57,13 +57,16 @@ static void test_steps_change_nothing(void **state)
     static const char *const images[] = {"core", "serial", "canbus"};
     (void)state;
     for (unsigned i = 0; i < sizeof images / sizeof images[0]; i++) {
-        struct hil_board *alone = bench_board(images[i], NULL), *stepped = bench_board(images[i], NULL);
+        struct hil_board *alone = bench_board(images[i], NULL),
+                         *stepped = bench_board(images[i], NULL);
         stepped_equals_run(alone, stepped, 0, HIL_MS_PS / 4, i != 1, 500);
         hil_board_destroy(alone);
         hil_board_destroy(stepped);
     }
-    /* a loop that is always awake: an interrupt shows where its blocks end, also those it was stepped through before */
-    struct hil_board *alone = bench_board("hang_loop", NULL), *stepped = bench_board("hang_loop", NULL);
+    /* a loop that is always awake: an interrupt shows where its blocks end, also those it was
+     * stepped through before */
+    struct hil_board *alone = bench_board("hang_loop", NULL),
+                     *stepped = bench_board("hang_loop", NULL);
     stepped_equals_run(alone, stepped, 11 * HIL_MS_PS, 12 * HIL_MS_PS, true, 5000);
     hil_board_destroy(alone);
     hil_board_destroy(stepped);
@@ -86,8 +89,8 @@ static uint32_t function_at(const char *name)
     return address;
 }
 
-/* Breakpoints at every other halfword of a function that each scan calls, most of them inside blocks: it holds at
- * each instruction that it comes to, and the run stays what it is. */
+/* Breakpoints at every other halfword of a function that each scan calls, most of them inside
+ * blocks: it holds at each instruction that it comes to, and the run stays what it is. */
 static void test_breaks_change_nothing(void **state)
 {
     const uint64_t end_ps = 40 * HIL_MS_PS;
@@ -107,21 +110,23 @@ static void test_breaks_change_nothing(void **state)
         if (!hil_debug_holds(broken))
             break;
         assert_int_equal(debug.hold, HIL_HOLD_BREAKPOINT);
-        assert_in_range(hil_board_register(broken, 15) & ~1u, address, address + 2u * HIL_BREAKPOINTS);
+        assert_in_range(hil_board_register(broken, 15) & ~1u, address,
+                        address + 2u * HIL_BREAKPOINTS);
         at_first += (hil_board_register(broken, 15) & ~1u) == address;
         hil_debug_run(broken);
     }
     assert_in_range(held, 1000, 1000000);
     bench_run(alone, end_ps);
-    assert_int_equal(at_first, hil_board_counters(alone)->adc_scans[0] / 8); /* one block of eight scans each */
+    /* one block of eight scans each */
+    assert_int_equal(at_first, hil_board_counters(alone)->adc_scans[0] / 8);
     assert_same(alone, broken);
     hil_debug_detach(broken);
     hil_board_destroy(alone);
     hil_board_destroy(broken);
 }
 
-/* Watched: the word at the top of the stack region that main's frame uses is written and read; the instruction told
- * is one that stores there. */
+/* Watched: the word at the top of the stack region that main's frame uses is written and read; the
+ * instruction told is one that stores there. */
 static void test_watchpoints(void **state)
 {
     struct hil_debug debug;
@@ -165,7 +170,8 @@ static void test_watchpoints(void **state)
     hil_board_destroy(later);
 }
 
-/* Looking at a register that reading changes (TIM2's capture clears its flag, SysTick's its own) changes nothing. */
+/* Looking at a register that reading changes (TIM2's capture clears its flag, SysTick's its own)
+ * changes nothing. */
 static void test_looking_changes_nothing(void **state)
 {
     uint8_t bytes[4];
@@ -208,13 +214,15 @@ static void test_registers(void **state)
     for (unsigned i = 0; i < HIL_REG_COUNT; i++) {
         if (i == HIL_REG_PC || (i >= HIL_REG_XPSR && i < HIL_REG_D0) || i == 13)
             continue;
-        uint64_t value = i >= HIL_REG_D0 && i < HIL_REG_FPSCR ? 0x123456789abcdef0u + i : 0x10000000u * (i % 8u);
+        uint64_t value = i >= HIL_REG_D0 && i < HIL_REG_FPSCR ? 0x123456789abcdef0u + i
+                                                              : 0x10000000u * (i % 8u);
         hil_debug_write_register(board, i, value);
         assert_int_equal(hil_debug_read_register(board, i), value);
     }
     hil_debug_write_register(board, HIL_REG_XPSR, 0xa0000000u);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_XPSR) >> 27, 0xa0000000u >> 27);
-    assert_int_equal(hil_debug_read_register(board, HIL_REG_XPSR) & 0x1ffu, 16 + 60); /* still in the handler */
+    /* still in the handler */
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_XPSR) & 0x1ffu, 16 + 60);
     hil_debug_write_register(board, HIL_REG_PC, other);
     assert_in_range(hil_board_counters(board)->instructions - instructions, 1, 2);
     assert_int_equal(hil_debug_break(board, other + 2u, true), MR_OK);
@@ -227,7 +235,8 @@ static void test_registers(void **state)
 /* BKPT holds under a debugger, and going on steps over it; without one it is a HardFault. */
 static void test_bkpt(void **state)
 {
-    static const uint16_t code[] = {0x2001, 0xbe2a, 0x3004, 0xe7fe}; /* movs r0, #1; bkpt #42; adds r0, #4; b . */
+    /* movs r0, #1; bkpt #42; adds r0, #4; b . */
+    static const uint16_t code[] = {0x2001, 0xbe2a, 0x3004, 0xe7fe};
     struct hil_debug debug, passing;
     struct hil_board *board = firmware_board(), *alone = firmware_board();
     (void)state;
@@ -259,9 +268,12 @@ static void test_bkpt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_steps_change_nothing), cmocka_unit_test(test_breaks_change_nothing),
-        cmocka_unit_test(test_watchpoints),          cmocka_unit_test(test_looking_changes_nothing),
-        cmocka_unit_test(test_registers),            cmocka_unit_test(test_bkpt),
+        cmocka_unit_test(test_steps_change_nothing),
+        cmocka_unit_test(test_breaks_change_nothing),
+        cmocka_unit_test(test_watchpoints),
+        cmocka_unit_test(test_looking_changes_nothing),
+        cmocka_unit_test(test_registers),
+        cmocka_unit_test(test_bkpt),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

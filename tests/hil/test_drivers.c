@@ -1,14 +1,15 @@
-/* The firmware's drivers on the emulated board: what each line of them is for, shown by what happens without it. The
- * faults below are put straight into the peripherals' state, as a disturbance would. */
+/* The firmware's drivers on the emulated board: what each line of them is for, shown by what
+ * happens without it. The faults below are put straight into the peripherals' state, as a
+ * disturbance would. */
 #include <math.h>
 
 #include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
-#define TICKS_PER_S 84e6
-#define TRIGGER_TICK 2352u
+#define TICKS_PER_S     84e6
+#define TRIGGER_TICK    2352u
 #define TICKS_PER_BLOCK 84000u
-#define BLOCK_S 1e-3
+#define BLOCK_S         1e-3
 
 /* One reversal of the excitation missed: from then on plus is minus. The board says so. */
 static void a_missed_reversal_is_told(void **state)
@@ -27,7 +28,8 @@ static void a_missed_reversal_is_told(void **state)
     ear_close(ear);
 }
 
-/* A code of ADC3 lost: all transducers after it would be taken for their neighbours. Not one such block is given out. */
+/* A code of ADC3 lost: all transducers after it would be taken for their neighbours. Not one such
+ * block is given out. */
 static void a_lost_code_shifts_no_channel(void **state)
 {
     (void)state;
@@ -63,7 +65,8 @@ static bool on_both_links(uint16_t id)
     return info && info->direction == MR_DIRECTION_BOTH;
 }
 
-/* More frames wait than there are mailboxes: they still leave as they were queued, for can_health counts on it. */
+/* More frames wait than there are mailboxes: they still leave as they were queued, for can_health
+ * counts on it. */
 static void frames_leave_in_their_order(void **state)
 {
     (void)state;
@@ -75,7 +78,8 @@ static void frames_leave_in_their_order(void **state)
     ear->listens = false;
     unsigned n = 0;
     unsigned from = 0; /* serial and CAN may stand a message apart at the beginning */
-    while (from < 4 && memcmp(&ear->said[EAR_SERIAL][from], &ear->said[EAR_CAN][0], sizeof(struct ear_said)) != 0)
+    while (from < 4 && memcmp(&ear->said[EAR_SERIAL][from], &ear->said[EAR_CAN][0],
+                              sizeof(struct ear_said)) != 0)
         from++;
     for (unsigned c = 0, s = from; c < ear->said_count[EAR_CAN]; c++) {
         const struct ear_said *can = &ear->said[EAR_CAN][c];
@@ -84,7 +88,8 @@ static void frames_leave_in_their_order(void **state)
         if (s == ear->said_count[EAR_SERIAL])
             break;
         const struct ear_said *serial = &ear->said[EAR_SERIAL][s++];
-        if (can->id == MR_ID_CAN_HEALTH || can->id == MR_ID_SERIAL_HEALTH || can->id == MR_ID_MESSAGE_COUNT) {
+        if (can->id == MR_ID_CAN_HEALTH || can->id == MR_ID_SERIAL_HEALTH ||
+            can->id == MR_ID_MESSAGE_COUNT) {
             assert_int_equal(serial->id, can->id);
             continue;
         }
@@ -97,7 +102,8 @@ static void frames_leave_in_their_order(void **state)
     ear_close(ear);
 }
 
-/* Only the identifiers of commands and of words of a configuration pass the filter: of all 2048 with every other frame format, two. */
+/* Only the identifiers of commands and of words of a configuration pass the filter: of all 2048
+ * with every other frame format, two. */
 static void only_commands_pass_the_filter(void **state)
 {
     (void)state;
@@ -106,7 +112,8 @@ static void only_commands_pass_the_filter(void **state)
     ear_until(ear, t_s);
     for (uint32_t id = 0; id < 2048; id++) {
         for (unsigned form = 0; form < 3; form++) { /* data, remote, extended */
-            struct hil_can_frame frame = {.id = form == 2 ? id << 18 : id, .extended = form == 2, .remote = form == 1};
+            struct hil_can_frame frame = {
+                .id = form == 2 ? id << 18 : id, .extended = form == 2, .remote = form == 1};
             while (hil_board_can_inject(ear->board, &frame) == MR_FULL)
                 ear_until(ear, t_s += 2e-3);
         }
@@ -118,8 +125,9 @@ static void only_commands_pass_the_filter(void **state)
     ear_close(ear);
 }
 
-/* Wires touch: bus-off. Apart again: within 0.12 s (a try each 0.1 s) the board is back, says how long it was away, and its count of
- * what it sent is right: what waited for more than 0.1 s, and what came later, was dropped and counted. */
+/* Wires touch: bus-off. Apart again: within 0.12 s (a try each 0.1 s) the board is back, says how
+ * long it was away, and its count of what it sent is right: what waited for more than 0.1 s, and
+ * what came later, was dropped and counted. */
 static void bus_off_is_left_again(void **state)
 {
     (void)state;
@@ -138,8 +146,8 @@ static void bus_off_is_left_again(void **state)
     ear_close(ear);
 }
 
-/* The bus is held dominant from power on: the controller cannot leave initialisation. The firmware does not wait for it,
- * and takes part when the bus is free. */
+/* The bus is held dominant from power on: the controller cannot leave initialisation. The firmware
+ * does not wait for it, and takes part when the bus is free. */
 static void a_dominant_bus_does_not_hold_the_start(void **state)
 {
     (void)state;
@@ -160,7 +168,8 @@ static void a_dominant_bus_does_not_hold_the_start(void **state)
     ear_close(ear);
 }
 
-/* No crystal, and the internal oscillator 0.9 % fast: everything 0.9 % fast and no more, serial understood, CAN silent. */
+/* No crystal, and the internal oscillator 0.9 % fast: everything 0.9 % fast and no more, serial
+ * understood, CAN silent. */
 static void without_a_crystal_the_internal_oscillator_serves(void **state)
 {
     (void)state;
@@ -180,7 +189,8 @@ static void without_a_crystal_the_internal_oscillator_serves(void **state)
     mr_clock_get(&from, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX);
     ear_until(ear, 2.0);
     mr_clock_get(&to, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX);
-    assert_int_equal(to.block - from.block, 1000); /* messages come every 100 blocks: 991 or 1009 ms */
+    /* messages come every 100 blocks: 991 or 1009 ms */
+    assert_int_equal(to.block - from.block, 1000);
     ear_close(ear);
 }
 
@@ -193,8 +203,9 @@ static void poke_code(struct ear *ear, const char *symbol, uint16_t code, uint16
     assert_int_equal(hil_board_poke(ear->board, address, &code, 2), MR_OK);
 }
 
-/* The main loop hangs (branch to itself) while interrupts go on: 500 periods of LSI / 32 after the last feeding, at most
- * a supervision tick before the hang, the watchdog resets; the next start says so. */
+/* The main loop hangs (branch to itself) while interrupts go on: 500 periods of LSI / 32 after the
+ * last feeding, at most a supervision tick before the hang, the watchdog resets; the next start
+ * says so. */
 static void a_hang_ends_in_a_reset(void **state)
 {
     static const uint32_t lsi_hz[] = {17000, 32000, 47000};
@@ -224,8 +235,8 @@ static void a_hang_ends_in_a_reset(void **state)
 static double scan_zero_s(const struct hil_board *board)
 {
     const struct hil_tim *tim2 = &board->state.mcu.tim[HIL_TIM2];
-    return (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 - tim2->base_count / TICKS_PER_S
-           + TRIGGER_TICK / TICKS_PER_S;
+    return (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 -
+           tim2->base_count / TICKS_PER_S + TRIGGER_TICK / TICKS_PER_S;
 }
 
 /* The index that the board gives the newest block, and its tick, are those of its moment. */
@@ -233,18 +244,22 @@ static void assert_in_place(struct ear *ear, double zero_s)
 {
     struct mr_clock clock;
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12;
-    assert_int_equal(mr_clock_get(&clock, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_clock_get(&clock, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX),
+                     MR_OK);
     assert_int_equal(clock.tick, TRIGGER_TICK + clock.block * TICKS_PER_BLOCK);
     /* the message is at most 100 blocks old, and was sent when its block was complete */
     double block_s = zero_s + (double)clock.block * BLOCK_S;
     assert_true(now_s - block_s < 0.104 && now_s - block_s > BLOCK_S);
-    /* and the scans of a block lie within it: just before its first trigger the DMA stands at a half */
+    /* and the scans of a block lie within it: just before its first trigger the DMA stands at a
+     * half */
     ear_until(ear, zero_s + (floor((now_s - zero_s) / BLOCK_S) + 2.0) * BLOCK_S - 5e-6);
-    assert_int_equal(ear->board->state.mcu.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
+    assert_int_equal(
+        ear->board->state.mcu.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
     assert_false(ear->board->state.mcu.adc[HIL_ADC1].running);
 }
 
-/* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after TIM2 has wrapped. */
+/* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after
+ * TIM2 has wrapped. */
 static void stall(struct ear *ear, double at_s, double zero_s)
 {
     ear_until(ear, at_s);
@@ -267,8 +282,8 @@ static void delay_landing(struct hil_run *run, double by_s)
         run->commands[i].t_ps += by_ps;
 }
 
-/* The restart just after the wrap, where a difference of ticks taken the wrong way would be 51 s wrong: in a second board
- * that goes on from the first. */
+/* The restart just after the wrap, where a difference of ticks taken the wrong way would be 51 s
+ * wrong: in a second board that goes on from the first. */
 static void stall_in_a_fork(const struct ear *ear, double zero_s)
 {
     struct ear *other = malloc(sizeof *other);
@@ -281,7 +296,8 @@ static void stall_in_a_fork(const struct ear *ear, double zero_s)
     free(other);
 }
 
-/* 103 s of one board: stalls before and after TIM2's wraps (every 51.13 s), and a landing across the first. */
+/* 103 s of one board: stalls before and after TIM2's wraps (every 51.13 s), and a landing across
+ * the first. */
 static void time_goes_on_across_the_wrap(void **state)
 {
     (void)state;
@@ -302,7 +318,8 @@ static void time_goes_on_across_the_wrap(void **state)
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 1);
     mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_MAX);
     assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5); /* truth of landing5.run */
-    assert_int_equal(ear->heard[EAR_CAN][MR_ID_EDGE], hil_board_counters(ear->board)->switches_opened);
+    assert_int_equal(ear->heard[EAR_CAN][MR_ID_EDGE],
+                     hil_board_counters(ear->board)->switches_opened);
     stall(ear, 103.0, zero_s);
     ear_close(ear);
 }

@@ -1,5 +1,5 @@
-/* The loader refuses what is not firmware for this chip, each with its status and a message that names the
- * file. */
+/* The loader refuses what is not firmware for this chip, each with its status and a message that
+ * names the file. */
 #include "tests/hil/bench.h"
 
 static uint8_t image[32768];
@@ -60,7 +60,8 @@ static void test_missing(void **state)
     struct hil_board *board = hil_board_create(&options);
     assert_int_equal(hil_board_load_elf(board, "build/test-tmp/hil/no-such.elf"), MR_IO);
     assert_non_null(strstr(hil_board_reason(board), "no-such.elf"));
-    assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_HALTED); /* erased flash has no reset vector */
+    /* erased flash has no reset vector */
+    assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_HALTED);
     hil_board_destroy(board);
 }
 
@@ -128,8 +129,9 @@ static void test_refused_changes_nothing(void **state)
     uint32_t before = bench_word(board, 0x08000004);
     (void)state;
     read_image();
-    assert_int_equal(hil_board_load_elf(board, bench_scratch("short.elf", image, word(segment() + 4) + 8)),
-                     MR_TRUNCATED);
+    assert_int_equal(
+        hil_board_load_elf(board, bench_scratch("short.elf", image, word(segment() + 4) + 8)),
+        MR_TRUNCATED);
     assert_int_equal(bench_word(board, 0x08000004), before);
     bench_run(board, 5 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 1), 0x100);
@@ -139,14 +141,10 @@ static void test_refused_changes_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_whole),
-        cmocka_unit_test(test_missing),
-        cmocka_unit_test(test_no_elf),
-        cmocka_unit_test(test_other_machine),
-        cmocka_unit_test(test_object_file),
-        cmocka_unit_test(test_other_chip),
-        cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_refused_changes_nothing),
+        cmocka_unit_test(test_whole),       cmocka_unit_test(test_missing),
+        cmocka_unit_test(test_no_elf),      cmocka_unit_test(test_other_machine),
+        cmocka_unit_test(test_object_file), cmocka_unit_test(test_other_chip),
+        cmocka_unit_test(test_truncated),   cmocka_unit_test(test_refused_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
-/* Every kind of fault of hil/rig/faults.h, in the words of a fault file, and the answer that the firmware promises to it
- * (common/fault.h, catalogue.def, channels.h). The log says each fault with its time. */
+/* Every kind of fault of hil/rig/faults.h, in the words of a fault file, and the answer that the
+ * firmware promises to it (common/fault.h, catalogue.def, channels.h). The log says each fault with
+ * its time. */
 #include <math.h>
 
 #include "common/image.h"
@@ -41,7 +42,8 @@ static void a_power_cut_starts_again_from_nothing(void **state)
     ear_until(ear, 1.0);
     /* power (1), pin (2), brown-out (32: RM0090 sets it with every power-on) */
     assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 1 | 2 | 32);
-    assert_int_equal(ear_faults(ear, EAR_CAN), 0); /* noise in RAM is not taken for a note of a processor fault */
+    /* noise in RAM is not taken for a note of a processor fault */
+    assert_int_equal(ear_faults(ear, EAR_CAN), 0);
     ear_logged(ear, "fault at 0.5000000");
     ear_logged(ear, "power cut for 20 ms (line 2)");
     ear_close(ear);
@@ -59,8 +61,8 @@ static void a_brown_out_is_named(void **state)
     ear_close(ear);
 }
 
-/* With the level off, as delivered, silicon would go on at 168 MHz on 2.6 V, beyond its data sheet: the run ends. At
- * 2.8 V it may. Below the power-down level it is a power cut. */
+/* With the level off, as delivered, silicon would go on at 168 MHz on 2.6 V, beyond its data sheet:
+ * the run ends. At 2.8 V it may. Below the power-down level it is a power cut. */
 static void a_brown_out_without_reset_ends_the_run(void **state)
 {
     (void)state;
@@ -77,7 +79,8 @@ static void a_brown_out_without_reset_ends_the_run(void **state)
 
 /* --- crystal --- */
 
-/* It stops in flight: clock security resets at once, and the board goes on from the internal oscillator, CAN silent. */
+/* It stops in flight: clock security resets at once, and the board goes on from the internal
+ * oscillator, CAN silent. */
 static void a_crystal_that_stops_is_replaced(void **state)
 {
     (void)state;
@@ -106,8 +109,8 @@ static void a_crystal_that_comes_back_is_used(void **state)
     ear_close(ear);
 }
 
-/* An image without clock security: instructions and scans stand still, physical time does not, and both go on when the
- * crystal has started again, 2 ms after it can. */
+/* An image without clock security: instructions and scans stand still, physical time does not, and
+ * both go on when the crystal has started again, 2 ms after it can. */
 static void without_clock_security_the_clock_stands_still(void **state)
 {
     (void)state;
@@ -132,7 +135,8 @@ static void without_clock_security_the_clock_stands_still(void **state)
     hil_run_free(&run);
 }
 
-/* And with a watchdog on its own oscillator: the reset comes in its time (the firmware before it secured its clock). */
+/* And with a watchdog on its own oscillator: the reset comes in its time (the firmware before it
+ * secured its clock). */
 static void the_watchdog_outlives_the_clock(void **state)
 {
     (void)state;
@@ -154,7 +158,9 @@ static void the_watchdog_outlives_the_clock(void **state)
 static unsigned image_state(const struct ear *ear)
 {
     struct mr_image_commit commit;
-    assert_int_equal(mr_image_commit_get(&commit, ear->last[EAR_CAN][MR_ID_IMAGE_COMMIT], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(
+        mr_image_commit_get(&commit, ear->last[EAR_CAN][MR_ID_IMAGE_COMMIT], MR_MESSAGE_MAX),
+        MR_OK);
     return commit.state;
 }
 
@@ -162,7 +168,8 @@ static unsigned image_state(const struct ear *ear)
 static void a_bit_of_vectors_or_header_is_told(void **state)
 {
     (void)state;
-    static const char *const flips[] = {"at 0.8 flip 0x08000184 5\nat 0.9 power-cut 1", "at 0.8 flip 0x08000218 0\nat 0.9 power-cut 1"};
+    static const char *const flips[] = {"at 0.8 flip 0x08000184 5\nat 0.9 power-cut 1",
+                                        "at 0.8 flip 0x08000218 0\nat 0.9 power-cut 1"};
     for (unsigned i = 0; i < 2; i++) {
         struct ear *ear = ear_open(NULL, 0);
         ear_order(ear, flips[i]);
@@ -172,7 +179,8 @@ static void a_bit_of_vectors_or_header_is_told(void **state)
     }
 }
 
-/* A bit of the program, where nothing goes: the image is no longer the one that was flashed, and the next hello says so. */
+/* A bit of the program, where nothing goes: the image is no longer the one that was flashed, and
+ * the next hello says so. */
 static void a_bit_of_flash_changes_the_image(void **state)
 {
     (void)state;
@@ -204,7 +212,8 @@ static void a_bit_of_the_vectors_is_a_processor_fault(void **state)
     ear_close(ear);
 }
 
-/* A bit of RAM: the CAN driver forgets that it runs. What it cannot send is counted, and told on serial. */
+/* A bit of RAM: the CAN driver forgets that it runs. What it cannot send is counted, and told on
+ * serial. */
 static void a_bit_of_ram_is_survived(void **state)
 {
     (void)state;
@@ -221,7 +230,8 @@ static void a_bit_of_ram_is_survived(void **state)
 
 /* --- frames --- */
 
-/* Lost between the board and the host: the board counts what it sent, so the host sees how many are missing. */
+/* Lost between the board and the host: the board counts what it sent, so the host sees how many are
+ * missing. */
 static void dropped_frames_are_missed(void **state)
 {
     (void)state;
@@ -243,7 +253,8 @@ static void repeated_frames_are_too_many(void **state)
     ear_close(ear);
 }
 
-/* Destroyed on the wire: sent again, so nothing is missing; TEC shows it, 8 up each, 1 down for each that passes. */
+/* Destroyed on the wire: sent again, so nothing is missing; TEC shows it, 8 up each, 1 down for
+ * each that passes. */
 static void corrupted_frames_are_sent_again(void **state)
 {
     (void)state;
@@ -257,7 +268,8 @@ static void corrupted_frames_are_sent_again(void **state)
     ear_close(ear);
 }
 
-/* 17 in a row: TEC 8 * 17 = 136, beyond 127: error passive, told with its TEC as far as it has come down since. */
+/* 17 in a row: TEC 8 * 17 = 136, beyond 127: error passive, told with its TEC as far as it has come
+ * down since. */
 static void many_corrupted_frames_make_it_passive(void **state)
 {
     (void)state;
@@ -289,7 +301,8 @@ static void delayed_frames_are_overtaken(void **state)
     unsigned last = 0, overtaken = 0; /* place on serial, where the order is the board's own */
     for (unsigned i = 0; i < ear->said_count[EAR_CAN]; i++) {
         for (unsigned k = 0; k < ear->said_count[EAR_SERIAL]; k++) {
-            if (memcmp(&ear->said[EAR_CAN][i], &ear->said[EAR_SERIAL][k], sizeof(struct ear_said)) != 0)
+            if (memcmp(&ear->said[EAR_CAN][i], &ear->said[EAR_SERIAL][k],
+                       sizeof(struct ear_said)) != 0)
                 continue;
             overtaken += k < last;
             last = k;
@@ -302,11 +315,14 @@ static void delayed_frames_are_overtaken(void **state)
     ear_close(ear);
 }
 
-/* Commands: one that does not come is not answered, one that comes twice is answered twice, one destroyed on the wire
- * is sent again by its sender and answered once. */
+/* Commands: one that does not come is not answered, one that comes twice is answered twice, one
+ * destroyed on the wire is sent again by its sender and answered once. */
 static void commands_by_can(void **state)
 {
-    static const struct { const char *order; unsigned acks; } cases[] = {
+    static const struct {
+        const char *order;
+        unsigned acks;
+    } cases[] = {
         {"at 0.3 can in drop 1", 0},
         {"at 0.3 can in repeat 1", 2},
         {"at 0.3 can in corrupt 3", 1},
@@ -340,7 +356,8 @@ static void bytes_from_the_board(void **state)
     assert_int_equal(ear->serial_bad, 0);
     ear_until(ear, 1.5);
     unsigned bad = ear->serial_bad;
-    assert_in_range(bad, 1, 4); /* refused by its checksum; one more when the end of a frame was hit */
+    /* refused by its checksum; one more when the end of a frame was hit */
+    assert_in_range(bad, 1, 4);
     ear_until(ear, 2.5);
     assert_true(ear->serial_bad > bad);
     bad = ear->serial_bad;
@@ -358,11 +375,13 @@ static void bytes_from_the_board(void **state)
 
 static void bytes_to_the_board(void **state)
 {
-    static const struct { const char *order; unsigned acks; bool refused; } cases[] = {
-        {"at 0.3 serial in corrupt 1", 0, true},
-        {"at 0.3 serial in drop 1", 0, true},
-        {"at 0.3 serial in repeat 1", 0, true},
-        {"at 0.3 serial in delay 1 us 10000", 1, false},
+    static const struct {
+        const char *order;
+        unsigned acks;
+        bool refused;
+    } cases[] = {
+        {"at 0.3 serial in corrupt 1", 0, true},  {"at 0.3 serial in drop 1", 0, true},
+        {"at 0.3 serial in repeat 1", 0, true},   {"at 0.3 serial in delay 1 us 10000", 1, false},
         {"at 0.3 serial in noise 3", 1, false},   /* two of three samples were right: the byte is */
         {"at 0.3 serial in framing 1", 1, false}, /* the frame's checksum decides */
     };
@@ -375,7 +394,8 @@ static void bytes_to_the_board(void **state)
         ear_until(ear, 0.6);
         if (ear->heard[EAR_SERIAL][MR_ID_ACK] != cases[i].acks)
             fail_msg("%s: %u answers", cases[i].order, ear->heard[EAR_SERIAL][MR_ID_ACK]);
-        assert_int_equal((ear_faults(ear, EAR_SERIAL) & EAR_BIT(SERIAL_BAD_FRAME)) != 0, cases[i].refused);
+        assert_int_equal((ear_faults(ear, EAR_SERIAL) & EAR_BIT(SERIAL_BAD_FRAME)) != 0,
+                         cases[i].refused);
         ear_close(ear);
     }
 }
@@ -392,11 +412,13 @@ static void an_unplugged_bus_is_told(void **state)
     assert_int_equal(can_health(ear, EAR_SERIAL).tec, 128);
     ear_until(ear, 1.5);
     assert_int_equal(ear->fault[MR_FAULT_CAN_PASSIVE].detail, 128);
-    assert_int_equal(ear->can_sent, ear->can_at_health); /* what waited in the queue came afterwards */
+    /* what waited in the queue came afterwards */
+    assert_int_equal(ear->can_sent, ear->can_at_health);
     ear_close(ear);
 }
 
-/* Held dominant in flight: a transmitter counts to bus-off; free again, it comes back after 128 x 11 bits. */
+/* Held dominant in flight: a transmitter counts to bus-off; free again, it comes back after 128 x
+ * 11 bits. */
 static void a_dominant_bus_is_told_and_left(void **state)
 {
     (void)state;
@@ -421,11 +443,15 @@ static void a_dominant_bus_is_told_and_left(void **state)
 
 static void channels_that_fail_are_missing(void **state)
 {
-    static const struct { const char *what; uint16_t displacements, tensions; } cases[] = {
-        {"transducer 3 open", 1u << 2, 0},   {"transducer 8 high", 1u << 7, 0}, {"transducer 1 low", 1u << 0, 0},
-        {"gage 5 open", 0, 1u << 4},         {"gage 14 high", 0, 1u << 13},     {"gage 1 low", 0, 1u << 0},
-        {"reference high", 0xff, 0x3fff},    {"reference open", 0xff, 0x3fff},  {"transducer 2 stick", 0, 0},
-        {"staircase open", 0, 0},
+    static const struct {
+        const char *what;
+        uint16_t displacements, tensions;
+    } cases[] = {
+        {"transducer 3 open", 1u << 2, 0}, {"transducer 8 high", 1u << 7, 0},
+        {"transducer 1 low", 1u << 0, 0},  {"gage 5 open", 0, 1u << 4},
+        {"gage 14 high", 0, 1u << 13},     {"gage 1 low", 0, 1u << 0},
+        {"reference high", 0xff, 0x3fff},  {"reference open", 0xff, 0x3fff},
+        {"transducer 2 stick", 0, 0},      {"staircase open", 0, 0},
     };
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
@@ -435,11 +461,14 @@ static void channels_that_fail_are_missing(void **state)
         char order[160], name[64];
         snprintf(name, sizeof name, "%s", cases[i].what);
         *strrchr(name, ' ') = '\0';
-        snprintf(order, sizeof order, "at %.6f %s\nat %.6f %s mend", t_s + 0.001, cases[i].what, t_s + 0.25, name);
+        snprintf(order, sizeof order, "at %.6f %s\nat %.6f %s mend", t_s + 0.001, cases[i].what,
+                 t_s + 0.25, name);
         ear_order(ear, order);
         ear_until(ear, t_s + 0.25);
-        if (invalid_displacements(ear) != cases[i].displacements || invalid_tensions(ear) != cases[i].tensions)
-            fail_msg("%s: missing 0x%x, 0x%x", cases[i].what, invalid_displacements(ear), invalid_tensions(ear));
+        if (invalid_displacements(ear) != cases[i].displacements ||
+            invalid_tensions(ear) != cases[i].tensions)
+            fail_msg("%s: missing 0x%x, 0x%x", cases[i].what, invalid_displacements(ear),
+                     invalid_tensions(ear));
         t_s += 0.5;
         ear_until(ear, t_s);
         assert_int_equal(invalid_displacements(ear), 0);
@@ -470,7 +499,8 @@ static void a_stuck_channel_holds_its_value(void **state)
     ear_close(ear);
 }
 
-/* The truth of the run says when the wheel is at the zone, which is beyond the last switch that opens. */
+/* The truth of the run says when the wheel is at the zone, which is beyond the last switch that
+ * opens. */
 static void stations_are_passed_when_the_truth_says(void **state)
 {
     (void)state;
@@ -489,9 +519,11 @@ static void stations_are_passed_when_the_truth_says(void **state)
     }
     fclose(file);
     assert_true(at_s > 0.0 && station_ft > 0.0);
-    struct hil_fault fault = {.trigger = HIL_AT_STATION, .station_ft = station_ft, .action = HIL_FAULT_SKIP, .index = 23};
+    struct hil_fault fault = {
+        .trigger = HIL_AT_STATION, .station_ft = station_ft, .action = HIL_FAULT_SKIP, .index = 23};
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_OK);
-    assert_near((double)ear->board->state.faults.due_ps[0] * 1e-12, at_s, 0.05); /* braking changes at the end */
+    /* braking changes at the end */
+    assert_near((double)ear->board->state.faults.due_ps[0] * 1e-12, at_s, 0.05);
     ear_close(ear);
 }
 
@@ -508,7 +540,8 @@ static void land(struct ear *ear, const char *order, struct mr_stop *stop)
     assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5);
 }
 
-/* Switches that do not open, or bounce, are named right or not at all; the speed does not suffer. */
+/* Switches that do not open, or bounce, are named right or not at all; the speed does not
+ * suffer. */
 static void switches_that_skip_or_bounce(void **state)
 {
     (void)state;
@@ -543,12 +576,14 @@ static void without_the_staircase_there_is_no_speed(void **state)
 
 /* --- counted triggers, hooks, sameness --- */
 
-/* Operations of flash and NOR trigger; while idle the firmware has none, so they are begun by hand, when it has looked through its memory. */
+/* Operations of flash and NOR trigger; while idle the firmware has none, so they are begun by hand,
+ * when it has looked through its memory. */
 static void counted_operations_trigger(void **state)
 {
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
-    ear_order(ear, "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
+    ear_order(ear,
+              "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
     ear_until(ear, 1.1);
     hil_faults_flash_operation(&ear->board->faults);
     hil_faults_flash_operation(&ear->board->faults);
@@ -574,7 +609,8 @@ static void counted_operations_trigger(void **state)
 
 static void same_seed_same_faults(void **state)
 {
-    static const char order[] = "at 0.1 can out drop all p 0.1\nat 0.1 serial out corrupt all p 0.01";
+    static const char order[] =
+        "at 0.1 can out drop all p 0.1\nat 0.1 serial out corrupt all p 0.01";
     char with_seed[128];
     (void)state;
     struct ear *boards[3];
@@ -597,14 +633,16 @@ static void same_seed_same_faults(void **state)
 static unsigned take_stack_used(struct ear *ear)
 {
     struct mr_upkeep upkeep;
-    assert_int_equal(mr_upkeep_get(&upkeep, ear->last[EAR_SERIAL][MR_ID_UPKEEP], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_upkeep_get(&upkeep, ear->last[EAR_SERIAL][MR_ID_UPKEEP], MR_MESSAGE_MAX),
+                     MR_OK);
     for (unsigned link = 0; link < EAR_LINKS; link++)
         memset(ear->last[link][MR_ID_UPKEEP], 0, 2); /* u16, the first */
     return upkeep.stack_used;
 }
 
-/* The firmware makes no unaligned multiple transfer, and watching for one changes nothing but how deep the stack has been: an interrupt
- * comes between two pieces of code that the CPU translates at once, and looking at each instruction cuts them elsewhere. */
+/* The firmware makes no unaligned multiple transfer, and watching for one changes nothing but how
+ * deep the stack has been: an interrupt comes between two pieces of code that the CPU translates at
+ * once, and looking at each instruction cuts them elsewhere. */
 static void watching_alignment_changes_nothing(void **state)
 {
     (void)state;
@@ -626,26 +664,33 @@ static void watching_alignment_changes_nothing(void **state)
 /* What is wrong with a line, where, and what is right. */
 static void mistakes_are_named(void **state)
 {
-    static const struct { const char *text; enum mr_status status; const char *part; } cases[] = {
+    static const struct {
+        const char *text;
+        enum mr_status status;
+        const char *part;
+    } cases[] = {
         {"", MR_MALFORMED, "first line must be `matrig-faults 1`"},
         {"faults 1\n", MR_MALFORMED, ":1: not a fault file"},
         {"matrig-faults 2\n", MR_VERSION, "reads version 1"},
         {"matrig-faults 1\nwhen 3 bus short\n", MR_MALFORMED, ":2: `when` is no trigger"},
         {"matrig-faults 1\nat x bus short\n", MR_MALFORMED, "seconds, 0 to 1000000, not `x`"},
         {"matrig-faults 1\nat -1 bus short\n", MR_MALFORMED, "not `-1`"},
-        {"matrig-faults 1\n\n# remark\nframe 0 bus short\n", MR_MALFORMED, ":4: `frame` needs a count from 1"},
+        {"matrig-faults 1\n\n# remark\nframe 0 bus short\n", MR_MALFORMED,
+         ":4: `frame` needs a count from 1"},
         {"matrig-faults 1\nat 1 + 0 bus short\n", MR_MALFORMED, "microseconds above 0"},
         {"matrig-faults 1\nat 1 bus loose\n", MR_MALFORMED, "connect, unplug, short, dominant"},
         {"matrig-faults 1\nat 1 explode\n", MR_MALFORMED, "`explode` is no action"},
         {"matrig-faults 1\nat 1\n", MR_MALFORMED, "`end of line` is no action"},
         {"matrig-faults 1\nat 1 can up drop 1\n", MR_MALFORMED, "`up` is no direction"},
-        {"matrig-faults 1\nat 1 can out noise 1\n", MR_MALFORMED, "`noise` is no fault of that line"},
+        {"matrig-faults 1\nat 1 can out noise 1\n", MR_MALFORMED,
+         "`noise` is no fault of that line"},
         {"matrig-faults 1\nat 1 can out drop\n", MR_MALFORMED, "how many?"},
         {"matrig-faults 1\nat 1 can out drop 1 p 0\n", MR_MALFORMED, "probability above 0"},
         {"matrig-faults 1\nat 1 transducer 9 open\n", MR_MALFORMED, "1 to 8"},
         {"matrig-faults 1\nat 1 gage 3 broken\n", MR_MALFORMED, "stick, high, low, open, mend"},
         {"matrig-faults 1\nat 1 switch 25 skip\n", MR_MALFORMED, "1 to 24"},
-        {"matrig-faults 1\nat 1 thermometer hot\n", MR_MALFORMED, "dead, stuck, hang, stretch, mend"},
+        {"matrig-faults 1\nat 1 thermometer hot\n", MR_MALFORMED,
+         "dead, stuck, hang, stretch, mend"},
         {"matrig-faults 1\nat 1 thermometer stretch\n", MR_MALFORMED, "milliseconds above 0"},
         {"matrig-faults 1\nat 1 switch 2 bounce 0 100\n", MR_MALFORMED, "1 to 255"},
         {"matrig-faults 1\nat 1 power-cut\n", MR_MALFORMED, "milliseconds above 0"},
@@ -676,7 +721,8 @@ static void impossible_orders_are_refused(void **state)
 {
     (void)state;
     struct ear *ear = ear_open(NULL, 5);
-    struct hil_fault fault = {.trigger = HIL_AT_STATION, .station_ft = 118.0, .action = HIL_FAULT_BUS};
+    struct hil_fault fault = {
+        .trigger = HIL_AT_STATION, .station_ft = 118.0, .action = HIL_FAULT_BUS};
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_UNKNOWN); /* it stops before */
     fault = (struct hil_fault){.action = HIL_FAULT_FLIP, .address = 0x20020000};
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_USAGE);

@@ -1,16 +1,18 @@
-/* The flash interface on a test image (images/flash.c): keys, errors, times, the stall, what a power cut leaves.
+/* The flash interface on a test image (images/flash.c): keys, errors, times, the stall, what a
+ * power cut leaves.
  *
- * HCLK is 16 MHz, so a cycle is 62.5 ns: a word takes 16 us = 256 cycles, a 16 KiB sector at x32 250 ms = 4,000,000
- * (DS8626, typical). A loop around the operation adds some tens of cycles. */
+ * HCLK is 16 MHz, so a cycle is 62.5 ns: a word takes 16 us = 256 cycles, a 16 KiB sector at x32
+ * 250 ms = 4,000,000 (DS8626, typical). A loop around the operation adds some tens of cycles. */
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
-#define SECTOR_1 0x08004000u
+#define SECTOR_1    0x08004000u
 #define WORD_CYCLES 256u
 #define LOOP_CYCLES 100u
 
-static struct hil_board *flash_board(enum hil_cell_times times, uint32_t which, uint32_t a, uint32_t b)
+static struct hil_board *flash_board(enum hil_cell_times times, uint32_t which, uint32_t a,
+                                     uint32_t b)
 {
     struct hil_options options;
     hil_options_default(&options);
@@ -30,7 +32,8 @@ static void finish(struct hil_board *board, uint64_t t_ps)
 
 static void test_keys(void **state)
 {
-    static const uint32_t control_register[] = {0x80000000u, 0x80000000u, 0x80000000u, 1, 0x80000000u, 0, 0x80000000u};
+    static const uint32_t control_register[] = {0x80000000u, 0x80000000u, 0x80000000u, 1,
+                                                0x80000000u, 0,           0x80000000u};
     (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 1, 0, 0);
     finish(board, HIL_MS_PS);
@@ -46,12 +49,14 @@ static void test_program(void **state)
     (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 2, 0, 0);
     finish(board, 10 * HIL_MS_PS);
-    assert_in_range(bench_result(board, 2) - bench_result(board, 1), WORD_CYCLES, WORD_CYCLES + LOOP_CYCLES);
+    assert_in_range(bench_result(board, 2) - bench_result(board, 1), WORD_CYCLES,
+                    WORD_CYCLES + LOOP_CYCLES);
     assert_int_equal(bench_result(board, 3), 0x12345678);
     assert_int_equal(bench_result(board, 4), 0x12340000); /* 0x12345678 and 0xffff0000 */
     assert_int_equal(bench_result(board, 5), 0);
     /* five words up to here, two of them waited for, three back to back */
-    assert_in_range(bench_result(board, 6) - bench_result(board, 1), 5 * WORD_CYCLES, 5 * WORD_CYCLES + LOOP_CYCLES);
+    assert_in_range(bench_result(board, 6) - bench_result(board, 1), 5 * WORD_CYCLES,
+                    5 * WORD_CYCLES + LOOP_CYCLES);
     assert_int_equal(bench_result(board, 7), 0x11111111);
     assert_int_equal(bench_result(board, 8), 0x22222222);
     assert_int_equal(bench_result(board, 9), 0x33333333);
@@ -79,27 +84,32 @@ static void test_mistakes(void **state)
     hil_board_destroy(board);
 }
 
-/* Typical and maximum erase times by PSIZE (x8, x16, x32) and sector size, in milliseconds (DS8626). */
+/* Typical and maximum erase times by PSIZE (x8, x16, x32) and sector size, in milliseconds
+ * (DS8626). */
 static void test_erase_times(void **state)
 {
-    static const struct { uint32_t psize, sector, typical_ms, maximum_ms; } cases[] = {
-        {0, 1, 400, 800}, {1, 2, 300, 600}, {2, 3, 250, 500},
+    static const struct {
+        uint32_t psize, sector, typical_ms, maximum_ms;
+    } cases[] = {
+        {0, 1, 400, 800},   {1, 2, 300, 600},  {2, 3, 250, 500},
         {0, 4, 1200, 2400}, {2, 4, 550, 1100}, {2, 11, 1000, 2000},
     };
     (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         for (unsigned maximum = 0; maximum < 2; maximum++) {
             uint32_t ms = maximum ? cases[i].maximum_ms : cases[i].typical_ms;
-            struct hil_board *board = flash_board(maximum ? HIL_TIMES_MAXIMUM : HIL_TIMES_TYPICAL, 4, cases[i].psize,
-                                                  cases[i].sector);
+            struct hil_board *board = flash_board(maximum ? HIL_TIMES_MAXIMUM : HIL_TIMES_TYPICAL,
+                                                  4, cases[i].psize, cases[i].sector);
             finish(board, 3 * HIL_SECOND_PS);
-            assert_in_range(bench_result(board, 2) - bench_result(board, 1), ms * 16000u, ms * 16000u + 200u);
+            assert_in_range(bench_result(board, 2) - bench_result(board, 1), ms * 16000u,
+                            ms * 16000u + 200u);
             hil_board_destroy(board);
         }
     }
 }
 
-/* Code in flash stands still: one look at BSY, and of 250 SysTick interrupts one, pending, is taken. */
+/* Code in flash stands still: one look at BSY, and of 250 SysTick interrupts one, pending, is
+ * taken. */
 static void test_stall(void **state)
 {
     (void)state;
@@ -112,7 +122,8 @@ static void test_stall(void **state)
     assert_in_range(bench_result(board, 5), 1, 2);
     assert_in_range(hil_board_counters(board)->flash_stall_cycles, 3999000, 4000000);
     assert_int_equal(bench_result(board, 4) & (1u << 16), 0); /* STRT fell back */
-    assert_int_equal(bench_result(board, 41), 1);             /* end of operation, EOP only because of EOPIE */
+    /* end of operation, EOP only because of EOPIE */
+    assert_int_equal(bench_result(board, 41), 1);
     assert_int_equal(bench_result(board, 42), 1);
     hil_board_destroy(board);
 }
@@ -123,14 +134,16 @@ static void test_no_stall_in_ram(void **state)
     (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 5, 0, 0);
     finish(board, HIL_SECOND_PS);
-    assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000, 4000000 + LOOP_CYCLES);
+    assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000,
+                    4000000 + LOOP_CYCLES);
     assert_true(bench_result(board, 3) > 400000);
     assert_int_equal(hil_board_counters(board)->flash_stall_cycles, 0);
     hil_board_destroy(board);
 
     board = flash_board(HIL_TIMES_TYPICAL, 5, 0, 1);
     finish(board, HIL_SECOND_PS);
-    assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000, 4000000 + LOOP_CYCLES);
+    assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000,
+                    4000000 + LOOP_CYCLES);
     assert_int_equal(bench_result(board, 3), 0); /* the load of flash took all the time */
     assert_int_equal(bench_result(board, 6), 0xffffffff);
     assert_int_equal(bench_result(board, 7), 0);
@@ -164,11 +177,13 @@ static void test_options(void **state)
     assert_int_equal(bench_result(board, 2), 0x5513aaec); /* value below, complement above */
     assert_int_equal(bench_result(board, 3), 0xf0000fff);
     for (unsigned i = 5; i < 8; i++)
-        assert_int_equal(bench_result(board, i), 0x10); /* WRPERR: sector erase, store, mass erase */
+        /* WRPERR: sector erase, store, mass erase */
+        assert_int_equal(bench_result(board, i), 0x10);
     hil_supply_cut(&board->supply);
     bench_run(board, hil_board_now_ps(board) + 70 * HIL_NS_PS);
     assert_int_equal(hil_board_counters(board)->power_cuts, 1);
-    assert_int_not_equal(bench_result(board, 43), 0x600d); /* RAM is noise now, and main has not looked yet */
+    /* RAM is noise now, and main has not looked yet */
+    assert_int_not_equal(bench_result(board, 43), 0x600d);
     bench_control(board, 0, 6);
     bench_control(board, 1, 0);
     finish(board, hil_board_now_ps(board) + HIL_SECOND_PS);
@@ -177,9 +192,13 @@ static void test_options(void **state)
     hil_board_destroy(board);
 }
 
-static unsigned zero_bits(uint32_t word) { return (unsigned)__builtin_popcount(~word); }
+static unsigned zero_bits(uint32_t word)
+{
+    return (unsigned)__builtin_popcount(~word);
+}
 
-/* Power cut in the middle of the 10th word: nine are there, the 10th has some of its bits, the rest is erased. */
+/* Power cut in the middle of the 10th word: nine are there, the 10th has some of its bits, the rest
+ * is erased. */
 static void test_torn_word(void **state)
 {
     unsigned zeroes[3] = {0}, n = 0;
@@ -197,14 +216,16 @@ static void test_torn_word(void **state)
             for (unsigned i = 0; i < 9; i++)
                 assert_int_equal(bench_word(board, SECTOR_1 + 4 * i), 0x5a000000u + i);
             uint32_t torn = bench_word(board, SECTOR_1 + 36);
-            assert_int_equal(torn & (0x5a000000u + 9), 0x5a000000u + 9); /* no bit that was not to change */
+            /* no bit that was not to change */
+            assert_int_equal(torn & (0x5a000000u + 9), 0x5a000000u + 9);
             zeroes[n] += zero_bits(torn);
             for (unsigned i = 10; i < 64; i++)
                 assert_int_equal(bench_word(board, SECTOR_1 + 4 * i), 0xffffffff);
             hil_board_destroy(board);
         }
     }
-    /* 26 bits of 0x5a000009 are zero; 8 words: none, 45 %, 90 % of 208, within four sigma (7.2 and 4.3) */
+    /* 26 bits of 0x5a000009 are zero; 8 words: none, 45 %, 90 % of 208, within four sigma (7.2 and
+     * 4.3) */
     assert_int_equal(zeroes[0], 0);
     assert_in_range(zeroes[1], 208 * 45 / 100 - 29, 208 * 45 / 100 + 29);
     assert_in_range(zeroes[2], 208 * 90 / 100 - 18, 208);
@@ -220,7 +241,8 @@ static void test_torn_sector(void **state)
     for (uint32_t at = SECTOR_1; at < SECTOR_1 + 0x8000; at += sizeof old)
         assert_int_equal(hil_board_poke(board, at, old, sizeof old), MR_OK);
     hil_flash_cut_at(&board->mcu.flash, 1, 250);
-    bench_run(board, 63 * HIL_MS_PS); /* 62.5 ms of 250, then it has started anew; RAM is noise, control too */
+    /* 62.5 ms of 250, then it has started anew; RAM is noise, control too */
+    bench_run(board, 63 * HIL_MS_PS);
     assert_int_equal(hil_board_peek(board, SECTOR_1, cells, sizeof cells), MR_OK);
     for (unsigned i = 0; i < sizeof cells; i++)
         ones += (unsigned)__builtin_popcount(cells[i]);
@@ -247,22 +269,18 @@ static void test_spread(void **state)
     }
     assert_int_equal(cycles[0], cycles[1]);
     assert_int_not_equal(cycles[0], cycles[2]);
-    assert_in_range(cycles[0], 64 * 250, 64 * 800); /* mean of the spread: 16 + 84 / 9 us = 405 cycles */
+    /* mean of the spread: 16 + 84 / 9 us = 405 cycles */
+    assert_in_range(cycles[0], 64 * 250, 64 * 800);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_keys),
-        cmocka_unit_test(test_program),
-        cmocka_unit_test(test_mistakes),
-        cmocka_unit_test(test_erase_times),
-        cmocka_unit_test(test_stall),
-        cmocka_unit_test(test_no_stall_in_ram),
-        cmocka_unit_test(test_dma_waits),
-        cmocka_unit_test(test_options),
-        cmocka_unit_test(test_torn_word),
-        cmocka_unit_test(test_torn_sector),
+        cmocka_unit_test(test_keys),      cmocka_unit_test(test_program),
+        cmocka_unit_test(test_mistakes),  cmocka_unit_test(test_erase_times),
+        cmocka_unit_test(test_stall),     cmocka_unit_test(test_no_stall_in_ram),
+        cmocka_unit_test(test_dma_waits), cmocka_unit_test(test_options),
+        cmocka_unit_test(test_torn_word), cmocka_unit_test(test_torn_sector),
         cmocka_unit_test(test_spread),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

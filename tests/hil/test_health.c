@@ -1,5 +1,6 @@
-/* What the firmware promises to each fault of its own (hil/README.md has the table): detected, counted, told and recovered from,
- * within the times stated there, which are virtual and so the same on any machine. */
+/* What the firmware promises to each fault of its own (hil/README.md has the table): detected,
+ * counted, told and recovered from, within the times stated there, which are virtual and so the
+ * same on any machine. */
 #include <math.h>
 
 #include "common/crash.h"
@@ -7,10 +8,10 @@
 #include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
-#define HANG 0xe7feu      /* b . */
-#define RETURN 0x4770u    /* bx lr */
+#define HANG      0xe7feu /* b . */
+#define RETURN    0x4770u /* bx lr */
 #define UNDEFINED 0xde00u /* udf #0 */
-#define PE 4u
+#define PE        4u
 
 static double now_s(const struct ear *ear)
 {
@@ -30,12 +31,13 @@ static double until_heard(struct ear *ear, unsigned link, uint16_t id, double wi
     return now_s(ear);
 }
 
-#define GET(ear, link, name, NAME)                                                                                    \
-    ({                                                                                                                 \
-        struct mr_##name message_;                                                                                     \
-        assert_true((ear)->heard[link][MR_ID_##NAME] > 0);                                                             \
-        assert_int_equal(mr_##name##_get(&message_, (ear)->last[link][MR_ID_##NAME], MR_MESSAGE_MAX), MR_OK);          \
-        message_;                                                                                                      \
+#define GET(ear, link, name, NAME)                                                               \
+    ({                                                                                           \
+        struct mr_##name message_;                                                               \
+        assert_true((ear)->heard[link][MR_ID_##NAME] > 0);                                       \
+        assert_int_equal(                                                                        \
+            mr_##name##_get(&message_, (ear)->last[link][MR_ID_##NAME], MR_MESSAGE_MAX), MR_OK); \
+        message_;                                                                                \
     })
 
 static uint32_t symbol(const char *name)
@@ -47,7 +49,8 @@ static uint32_t symbol(const char *name)
 }
 
 /* Other code in place of a function's beginning; returns what was there. */
-static void patch(struct ear *ear, uint32_t address, const uint16_t *code, size_t n, uint16_t *before)
+static void patch(struct ear *ear, uint32_t address, const uint16_t *code, size_t n,
+                  uint16_t *before)
 {
     if (before)
         assert_int_equal(hil_board_peek(ear->board, address, before, 2 * n), MR_OK);
@@ -79,8 +82,8 @@ static int8_t answer(struct ear *ear, unsigned code, uint16_t tag)
 
 /* ---- tasks ---- */
 
-/* A part hangs: reset within 0.75 s (0.2 s until it is late, 0.5 s of the watchdog since the last feed), and told which, and where,
- * within 1 s of the restart. */
+/* A part hangs: reset within 0.75 s (0.2 s until it is late, 0.5 s of the watchdog since the last
+ * feed), and told which, and where, within 1 s of the restart. */
 static void a_part_that_hangs_is_named(void **state)
 {
     static const uint16_t hang[] = {HANG};
@@ -129,7 +132,8 @@ static void a_part_that_is_left_out_is_named(void **state)
     ear_close(ear);
 }
 
-/* A board that is reset again and again stops measuring after five times, and only speaks; it warns. A command brings it back. */
+/* A board that is reset again and again stops measuring after five times, and only speaks; it
+ * warns. A command brings it back. */
 static void a_row_of_resets_ends(void **state)
 {
     static const uint16_t hang[] = {HANG};
@@ -199,7 +203,8 @@ static void a_board_without_scans_is_not_reset(void **state)
 
 /* ---- processor faults ---- */
 
-static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[MR_CRASH_ITEMS], uint16_t *age)
+static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[MR_CRASH_ITEMS],
+                           uint16_t *age)
 {
     unsigned told = 0;
     for (unsigned i = 0; i < ear->said_count[link]; i++) {
@@ -216,15 +221,17 @@ static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[M
     return told;
 }
 
-/* Each register gets a value of its own, four words are pushed, and an instruction is met that there is not. */
+/* Each register gets a value of its own, four words are pushed, and an instruction is met that
+ * there is not. */
 static void a_processor_fault_leaves_its_registers_and_stack(void **state)
 {
     static const uint16_t code[] = {
         0x2010, 0x2121, 0x2232, 0x2343, 0x2454, 0x2565, 0x2676, 0x2787, /* movs r0..r7, #... */
-        0x46a0, 0x46a9, 0x46b2, 0x46bb, 0x4684,                         /* mov r8, r4; r9, r5; r10, r6; r11, r7; r12, r0 */
-        0xb4f0,                                                         /* push {r4-r7} */
+        /* mov r8, r4; r9, r5; r10, r6; r11, r7; r12, r0 */
+        0x46a0, 0x46a9, 0x46b2, 0x46bb, 0x4684, 0xb4f0, /* push {r4-r7} */
         UNDEFINED};
-    static const uint32_t expected[13] = {0x10, 0x21, 0x32, 0x43, 0x54, 0x65, 0x76, 0x87, 0x54, 0x65, 0x76, 0x87, 0x10};
+    static const uint32_t expected[13] = {0x10, 0x21, 0x32, 0x43, 0x54, 0x65, 0x76,
+                                          0x87, 0x54, 0x65, 0x76, 0x87, 0x10};
     uint16_t before[COUNT_OF(code)];
     uint32_t word[MR_CRASH_ITEMS] = {0};
     uint16_t age = 99;
@@ -232,11 +239,13 @@ static void a_processor_fault_leaves_its_registers_and_stack(void **state)
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("healthlink_regular");
     ear_until(ear, 0.6);
-    uint32_t block = GET(ear, EAR_SERIAL, clock, CLOCK).block; /* the newest told: up to 100 before */
+    /* the newest told: up to 100 before */
+    uint32_t block = GET(ear, EAR_SERIAL, clock, CLOCK).block;
     patch(ear, place, code, COUNT_OF(code), before);
     double reset_s = until_reset(ear, 0.003); /* the next block, and 13 us to write it down */
     patch(ear, place, before, COUNT_OF(code), NULL);
-    assert_int_equal(hil_board_counters(ear->board)->last_fault_pc, place + 2 * (COUNT_OF(code) - 1));
+    assert_int_equal(hil_board_counters(ear->board)->last_fault_pc,
+                     place + 2 * (COUNT_OF(code) - 1));
     ear->listens = true;
     ear_until(ear, reset_s + 0.1);
     assert_int_equal(take_crash(ear, EAR_CAN, word, &age), MR_CRASH_ITEMS);
@@ -247,7 +256,8 @@ static void a_processor_fault_leaves_its_registers_and_stack(void **state)
         assert_int_equal(word[MR_CRASH_R0 + i], expected[i]);
     assert_int_equal(word[MR_CRASH_PC], place + 2 * (COUNT_OF(code) - 1));
     assert_int_equal(word[MR_CRASH_CFSR], 1u << 16); /* UNDEFINSTR: PM0214 4.4.10 */
-    assert_int_equal(word[MR_CRASH_HFSR], 1u << 30); /* FORCED: the handler of usage faults is off */
+    /* FORCED: the handler of usage faults is off */
+    assert_int_equal(word[MR_CRASH_HFSR], 1u << 30);
     assert_int_equal(word[MR_CRASH_EXCEPTION], 3);
     assert_int_equal(word[MR_CRASH_XPSR] & 0x1ffu, 0); /* in the main loop */
     assert_int_equal(word[MR_CRASH_TASK], MR_TASK_TELEMETRY);
@@ -260,7 +270,8 @@ static void a_processor_fault_leaves_its_registers_and_stack(void **state)
     assert_int_equal(ear->fault[MR_FAULT_HARD_FAULT].detail, MR_CRASH_USAGE);
     assert_int_equal(ear->fault[MR_FAULT_HARD_FAULT].count, 1);
 
-    /* again on command, and after a restart that somebody asked for: then only on command, as an old one */
+    /* again on command, and after a restart that somebody asked for: then only on command, as an
+     * old one */
     assert_int_equal(answer(ear, MR_COMMAND_STATE, 1), MR_OK);
     ear_until(ear, now_s(ear) + 0.2);
     assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 2 * MR_CRASH_ITEMS);
@@ -304,7 +315,8 @@ static void a_power_cut_forgets_the_fault(void **state)
 
 /* ---- memories ---- */
 
-/* One bit of RAM that sticks is found within a round of the idle board: 3 s for each 16 KiB, 21 s in all. */
+/* One bit of RAM that sticks is found within a round of the idle board: 3 s for each 16 KiB, 21 s
+ * in all. */
 static void a_stuck_bit_of_ram_is_found(void **state)
 {
     static const char *const places[] = {"config+100 7 1", "app+3000 30 0"};
@@ -325,7 +337,10 @@ static void a_stuck_bit_of_ram_is_found(void **state)
 /* Buffers of DMA and RAM that nobody uses: at start. */
 static void ram_is_tested_at_start(void **state)
 {
-    static const struct { const char *order; unsigned which; } cases[] = {
+    static const struct {
+        const char *order;
+        unsigned which;
+    } cases[] = {
         {"at 0.3 stick adc1_code+5 3 1", MR_SELF_TEST_RAM},
         {"at 0.3 stick ram_used_end+1024 17 0", MR_SELF_TEST_RAM_START},
     };
@@ -342,7 +357,8 @@ static void ram_is_tested_at_start(void **state)
     }
 }
 
-/* A bit of the program turns over: found within two rounds of its checksum, 2 x 20 s, and stays found. */
+/* A bit of the program turns over: found within two rounds of its checksum, 2 x 20 s, and stays
+ * found. */
 static void a_changed_program_is_found(void **state)
 {
     (void)state;
@@ -354,7 +370,8 @@ static void a_changed_program_is_found(void **state)
     ear_close(ear);
 }
 
-/* Sound memories are gone through again and again, without a fault; the stack never goes deeper than the call graph allows. */
+/* Sound memories are gone through again and again, without a fault; the stack never goes deeper
+ * than the call graph allows. */
 static void sound_memories_pass_and_the_stack_fits(void **state)
 {
     unsigned bound = 0, size = 0;
@@ -368,8 +385,9 @@ static void sound_memories_pass_and_the_stack_fits(void **state)
     struct ear *ear = ear_open(NULL, 5);
     ear_until(ear, ear->run.duration_s + 46.0);
     struct mr_upkeep upkeep = GET(ear, EAR_SERIAL, upkeep, UPKEEP);
-    print_message("# stack %u bytes used of %u, bound %u; RAM tested %u times, program %u times\n", upkeep.stack_used,
-                  upkeep.stack_size, bound, upkeep.ram_tested, upkeep.flash_checked);
+    print_message("# stack %u bytes used of %u, bound %u; RAM tested %u times, program %u times\n",
+                  upkeep.stack_used, upkeep.stack_size, bound, upkeep.ram_tested,
+                  upkeep.flash_checked);
     assert_int_equal(upkeep.stack_size, size);
     assert_in_range(upkeep.stack_used, 800, bound);
     assert_true(upkeep.ram_tested >= 2);
@@ -417,15 +435,20 @@ static void a_sound_board_passes_its_self_test(void **state)
 
 static void a_self_test_names_what_fails(void **state)
 {
-    static const struct { const char *order; unsigned which; } cases[] = {
+    static const struct {
+        const char *order;
+        unsigned which;
+    } cases[] = {
         {"at 2 lamp broken", MR_SELF_TEST_LAMP_ON},
         {"at 2 lamp shorted", MR_SELF_TEST_LAMP_OFF},
         {"at 2 reference open", MR_SELF_TEST_REFERENCE},
         {"at 2 nor dead", MR_SELF_TEST_NOR},
         {"at 2 stick config+200 0 1", MR_SELF_TEST_RAM},
         {"at 2 flip limit_ticks+1 0", MR_SELF_TEST_FLASH}, /* and so IMAGE */
-        {"at 2 transducer 1 open\nat 2 transducer 2 open\nat 2 transducer 3 open\nat 2 transducer 4 open\n"
-         "at 2 transducer 5 open\nat 2 transducer 6 open\nat 2 transducer 7 open\nat 2 transducer 8 open",
+        {"at 2 transducer 1 open\nat 2 transducer 2 open\nat 2 transducer 3 open\nat 2 transducer "
+         "4 open\n"
+         "at 2 transducer 5 open\nat 2 transducer 6 open\nat 2 transducer 7 open\nat 2 transducer "
+         "8 open",
          MR_SELF_TEST_EXCITATION},
     };
     (void)state;
@@ -459,7 +482,8 @@ static void a_landing_is_not_disturbed(void **state)
     ear_until(ear, now_s(ear) + 0.05);
     assert_true(hil_board_pin(ear->board, PE, 0));
     assert_int_equal(GET(ear, EAR_SERIAL, self_test, SELF_TEST).tag, 1);
-    assert_int_equal(GET(ear, EAR_SERIAL, self_test, SELF_TEST).done & 1u << MR_SELF_TEST_LAMP_OFF, 0);
+    assert_int_equal(GET(ear, EAR_SERIAL, self_test, SELF_TEST).done & 1u << MR_SELF_TEST_LAMP_OFF,
+                     0);
     assert_int_equal(answer(ear, MR_COMMAND_SELF_TEST, 4), MR_NOT_NOW);
     assert_int_equal(answer(ear, MR_COMMAND_RESET, 5), MR_NOT_NOW);
     ear_until(ear, now_s(ear) + 0.5);
@@ -481,7 +505,8 @@ static void a_dead_board_warns(void **state)
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
     double boots_s = 0.0;
-    while (hil_rig_lamp_draws(&ear->board->rig) && boots_s < 0.1) { /* from power on until it is known to be well */
+    while (hil_rig_lamp_draws(&ear->board->rig) && boots_s < 0.1) {
+        /* from power on until it is known to be well */
         boots_s += 1e-3;
         ear_until(ear, boots_s);
     }
@@ -508,8 +533,9 @@ static struct mr_can_alarm can_alarm(const struct ear *ear, unsigned link)
     return GET(ear, link, can_alarm, CAN_ALARM);
 }
 
-/* Unplugged: told on serial within 30 ms as what it is, with TEC 128 and never bus-off. Plugged in again: the alarm is the first frame,
- * within 0.7 ms; 20 ms later the board has said how long it was and what was dropped, and the counts agree. */
+/* Unplugged: told on serial within 30 ms as what it is, with TEC 128 and never bus-off. Plugged in
+ * again: the alarm is the first frame, within 0.7 ms; 20 ms later the board has said how long it
+ * was and what was dropped, and the counts agree. */
 static void an_unplugged_cable_is_told_apart(void **state)
 {
     (void)state;
@@ -518,7 +544,8 @@ static void an_unplugged_cable_is_told_apart(void **state)
     ear_order(ear, "at 0.7 bus unplug\nat 3.7 bus connect");
     ear_until(ear, 0.7);
     double told_s = until_heard(ear, EAR_SERIAL, MR_ID_CAN_ALARM, 0.1);
-    while (can_alarm(ear, EAR_SERIAL).state != MR_CAN_UNPLUGGED && now_s(ear) < 0.9) /* error passive, then nothing passes */
+    /* error passive, then nothing passes */
+    while (can_alarm(ear, EAR_SERIAL).state != MR_CAN_UNPLUGGED && now_s(ear) < 0.9)
         told_s = until_heard(ear, EAR_SERIAL, MR_ID_CAN_ALARM, 0.1);
     print_message("# unplugged told after %.0f ms\n", 1e3 * (told_s - 0.7));
     assert_true(told_s < 0.7 + 0.05);
@@ -564,8 +591,8 @@ static void a_connector_that_bounces_loses_nothing(void **state)
     ear_close(ear);
 }
 
-/* Wires touch: bus-off told on serial within 30 ms; at most ten tries a second of 32 destroyed frames each; apart again: back within
- * 0.12 s, with the alarm. */
+/* Wires touch: bus-off told on serial within 30 ms; at most ten tries a second of 32 destroyed
+ * frames each; apart again: back within 0.12 s, with the alarm. */
 static void bus_off_is_left_at_a_bounded_rate(void **state)
 {
     (void)state;
@@ -611,7 +638,8 @@ static void drops_are_counted_by_cause(void **state)
     assert_true(drops.queue_full > 0);
     assert_true(drops.timeout >= 256);
     assert_int_equal(drops.bus_off + drops.silent, 0);
-    assert_int_equal(GET(ear, EAR_CAN, can_health, CAN_HEALTH).dropped, drops.queue_full + drops.timeout);
+    assert_int_equal(GET(ear, EAR_CAN, can_health, CAN_HEALTH).dropped,
+                     drops.queue_full + drops.timeout);
     assert_int_equal(ear->can_sent, ear->can_at_health);
     assert_int_equal(ear->fault[MR_FAULT_CAN_QUEUE_FULL].count, drops.queue_full);
     ear_close(ear);
@@ -627,21 +655,28 @@ static void drops_are_counted_by_cause(void **state)
 
 /* ---- supply and clock ---- */
 
-/* The level of the option bytes is told (0 off, as delivered); a dip below it resets at once, and the board speaks 30 ms after the
- * supply is back. RAM stays, and no restart is held against the firmware. */
+/* The level of the option bytes is told (0 off, as delivered); a dip below it resets at once, and
+ * the board speaks 30 ms after the supply is back. RAM stays, and no restart is held against the
+ * firmware. */
 static void the_brown_out_level_is_told(void **state)
 {
     (void)state;
-    static const struct { uint32_t bits; unsigned level; } cases[] = {{3, 0}, {2, 1}, {1, 2}, {0, 3}}; /* RM0090 3.9.10 */
+    /* RM0090 3.9.10 */
+    static const struct {
+        uint32_t bits;
+        unsigned level;
+    } cases[] = {{3, 0}, {2, 1}, {1, 2}, {0, 3}};
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
-        ear->board->state.mcu.flash.options = (ear->board->state.mcu.flash.options & ~0xcu) | cases[i].bits << 2;
+        ear->board->state.mcu.flash.options = (ear->board->state.mcu.flash.options & ~0xcu) |
+                                              cases[i].bits << 2;
         hil_supply_cut(&ear->board->supply); /* the options are loaded when power comes */
         ear_until(ear, 0.6);
         assert_int_equal(GET(ear, EAR_CAN, restarts, RESTARTS).brown_out, cases[i].level);
         if (cases[i].level == 3) {
             ear_order(ear, "at 0.7 brown-out 2.6 5");
-            assert_true(until_reset(ear, 0.2) < 0.7061); /* the reset ends when the supply is back */
+            /* the reset ends when the supply is back */
+            assert_true(until_reset(ear, 0.2) < 0.7061);
             until_heard(ear, EAR_CAN, MR_ID_HELLO, 0.03);
             ear_until(ear, 1.5);
             assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 2 | 32);
@@ -651,8 +686,8 @@ static void the_brown_out_level_is_told(void **state)
     }
 }
 
-/* The crystal stops: reset within 0.2 ms, on the internal oscillator it speaks 0.1 s later (most of it waits for the crystal), with
- * what was running when it stopped. */
+/* The crystal stops: reset within 0.2 ms, on the internal oscillator it speaks 0.1 s later (most of
+ * it waits for the crystal), with what was running when it stopped. */
 static void clock_security_tells_where(void **state)
 {
     uint32_t word[MR_CRASH_ITEMS] = {0};

@@ -1,5 +1,6 @@
-/* I2C1 and the thermometer behind it, register by register: sequences and flags of RM0090 27.3.3 (master, figures of transmission and of
- * reception of one, two and more bytes), times from CCR (27.6.8), and the TMP112's own table of readings (SBOS473, 12-bit format). */
+/* I2C1 and the thermometer behind it, register by register: sequences and flags of RM0090 27.3.3
+ * (master, figures of transmission and of reception of one, two and more bytes), times from CCR
+ * (27.6.8), and the TMP112's own table of readings (SBOS473, 12-bit format). */
 #include <math.h>
 
 #include "hil/board/parts.h"
@@ -8,25 +9,34 @@
 #include "hil/rig/faults.h"
 #include "tests/hil/bench.h"
 
-#define CR1 0x40005400u
-#define CR2 0x40005404u
-#define DR 0x40005410u
-#define SR1 0x40005414u
-#define SR2 0x40005418u
-#define CCR 0x4000541cu
-#define TRISE 0x40005420u
+#define CR1    0x40005400u
+#define CR2    0x40005404u
+#define DR     0x40005410u
+#define SR1    0x40005414u
+#define SR2    0x40005418u
+#define CCR    0x4000541cu
+#define TRISE  0x40005420u
 #define PORT_B 0x40020400u
 enum { PE = 1, START = 1 << 8, STOP = 1 << 9, ACK = 1 << 10, POS = 1 << 11, SWRST = 1 << 15 };
 enum { SB = 1, ADDR = 2, BTF = 4, RXNE = 0x40, TXE = 0x80, BERR = 0x100, ARLO = 0x200, AF = 0x400 };
 enum { MSL = 1, BUSY = 2, TRA = 4 };
 #define WRITE_48 0x90u
-#define READ_48 0x91u
+#define READ_48  0x91u
 
 static struct hil_board *board;
 
-static uint32_t get(uint32_t address) { return hil_bus_read(&board->core, address, 4); }
-static void put(uint32_t address, uint32_t value) { hil_bus_write(&board->core, address, 4, value); }
-static void pass_us(uint64_t us) { (void)hil_board_run_until(board, hil_board_now_ps(board) + us * HIL_US_PS); }
+static uint32_t get(uint32_t address)
+{
+    return hil_bus_read(&board->core, address, 4);
+}
+static void put(uint32_t address, uint32_t value)
+{
+    hil_bus_write(&board->core, address, 4, value);
+}
+static void pass_us(uint64_t us)
+{
+    (void)hil_board_run_until(board, hil_board_now_ps(board) + us * HIL_US_PS);
+}
 
 /* Open-drain pins that are I2C1's, PCLK1 16 MHz (HSI), 100 kHz: CCR 80. */
 static void configure_i2c(void)
@@ -114,7 +124,8 @@ static void send(const uint8_t *bytes, unsigned n)
     }
 }
 
-/* Two bytes by the manual's method: POS before, ACK off before ADDR is cleared, both read at BTF. */
+/* Two bytes by the manual's method: POS before, ACK off before ADDR is cleared, both read at
+ * BTF. */
 static uint16_t receive_two(void)
 {
     put(CR1, get(CR1) | ACK | POS);
@@ -145,8 +156,9 @@ static uint16_t read_register(uint8_t pointer)
 static const struct {
     double temperature_c;
     uint16_t counts;
-} format[] = {{128.0, 0x7ff}, {127.9375, 0x7ff}, {100.0, 0x640}, {80.0, 0x500},  {75.0, 0x4b0},  {50.0, 0x320},  {25.0, 0x190},
-              {0.25, 0x004},  {0.0625, 0x001},   {0.0, 0x000},   {-0.0625, 0xfff}, {-0.25, 0xffc}, {-25.0, 0xe70}, {-55.0, 0xc90}};
+} format[] = {{128.0, 0x7ff},   {127.9375, 0x7ff}, {100.0, 0x640}, {80.0, 0x500},   {75.0, 0x4b0},
+              {50.0, 0x320},    {25.0, 0x190},     {0.25, 0x004},  {0.0625, 0x001}, {0.0, 0x000},
+              {-0.0625, 0xfff}, {-0.25, 0xffc},    {-25.0, 0xe70}, {-55.0, 0xc90}};
 
 static void readings_are_the_data_sheets(void **state)
 {
@@ -233,7 +245,10 @@ static void one_byte_and_three(void **state)
 
 static void fault(enum hil_thermometer_fault choice, uint64_t duration_ps)
 {
-    struct hil_fault f = {.trigger = HIL_AT_TIME, .t_ps = hil_board_now_ps(board), .action = HIL_FAULT_THERMOMETER, .choice = choice,
+    struct hil_fault f = {.trigger = HIL_AT_TIME,
+                          .t_ps = hil_board_now_ps(board),
+                          .action = HIL_FAULT_THERMOMETER,
+                          .choice = choice,
                           .duration_ps = duration_ps};
     assert_int_equal(hil_faults_add(&board->faults, &f), MR_OK);
     pass_us(1);
@@ -310,7 +325,8 @@ static void nine_clocks_free_a_chip_that_hangs(void **state)
     assert_int_equal(read_register(0), 0x1900);
 }
 
-/* A reset of the chip while it is being read leaves it in the middle of a byte: 0x19 is 00011001, five bits of zeroes and ones to go. */
+/* A reset of the chip while it is being read leaves it in the middle of a byte: 0x19 is 00011001,
+ * five bits of zeroes and ones to go. */
 static void a_reset_in_mid_byte_leaves_it_hanging(void **state)
 {
     uint8_t pointer = 0;

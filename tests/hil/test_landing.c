@@ -1,5 +1,6 @@
-/* Whole landings: the firmware image on the emulated board, the synthetic runs on its pins, the truth of the run files as the
- * expected values. The firmware never sees that truth; tests/runs/README.md says where it comes from. */
+/* Whole landings: the firmware image on the emulated board, the synthetic runs on its pins, the
+ * truth of the run files as the expected values. The firmware never sees that truth;
+ * tests/runs/README.md says where it comes from. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@
 #include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
 
-#define ELF "build/firmware/matrig.elf"
+#define ELF         "build/firmware/matrig.elf"
 #define TICKS_PER_S 84e6
 
 struct flight {
@@ -23,8 +24,8 @@ struct flight {
     size_t byte_count, byte_room;
 
     unsigned can_frames, serial_frames, serial_bad, blocks;
-    uint32_t last_sent;      /* of the last can_health */
-    unsigned can_at_health;  /* frames received before it */
+    uint32_t last_sent;     /* of the last can_health */
+    unsigned can_at_health; /* frames received before it */
     uint16_t can_dropped, serial_dropped;
     uint32_t faults;
     struct mr_deframer deframer;
@@ -55,7 +56,8 @@ static void keep(struct flight *flight, const void *bytes, size_t n)
     flight->byte_count += n;
 }
 
-/* Power-on time of the middle of the `count` blocks that end with the block whose low 16 bits are given. */
+/* Power-on time of the middle of the `count` blocks that end with the block whose low 16 bits are
+ * given. */
 static double middle_s(const struct flight *flight, uint16_t block16, double count)
 {
     uint32_t block = (flight->clock_block & ~0xffffu) | block16;
@@ -64,8 +66,9 @@ static double middle_s(const struct flight *flight, uint16_t block16, double cou
     return flight->scan_zero_s + 2352.0 / TICKS_PER_S + ((double)block + 1.0 - 0.5 * count) * 1e-3;
 }
 
-static void compare_values(struct flight *flight, const struct mr_message_info *info, const uint8_t *payload,
-                           unsigned first_column, unsigned count, double blocks, double *worst, unsigned *seen)
+static void compare_values(struct flight *flight, const struct mr_message_info *info,
+                           const uint8_t *payload, unsigned first_column, unsigned count,
+                           double blocks, double *worst, unsigned *seen)
 {
     const uint8_t *p = payload + 6;
     uint16_t block16 = (uint16_t)(p[0] | p[1] << 8);
@@ -73,7 +76,8 @@ static void compare_values(struct flight *flight, const struct mr_message_info *
         return;
     double t_s = middle_s(flight, block16, blocks);
     for (unsigned i = 0; i < count; i++) {
-        double error = fabs(mr_field_value(&info->fields[i], payload) - hil_run_truth(&flight->run, first_column + i, t_s));
+        double error = fabs(mr_field_value(&info->fields[i], payload) -
+                            hil_run_truth(&flight->run, first_column + i, t_s));
         assert_true(error == error);
         if (error > *worst)
             *worst = error;
@@ -92,7 +96,8 @@ static void on_edge(struct flight *flight, const struct hil_can_frame *frame)
         flight->scan_zero_s = open_s - edge.tick / TICKS_PER_S;
     flight->zero_known = true;
     /* every later edge must agree to one tick of 84 MHz, and half a nanosecond of the run file */
-    flight->edges_named_right += fabs(open_s - edge.tick / TICKS_PER_S - flight->scan_zero_s) < 2.1 / TICKS_PER_S;
+    flight->edges_named_right += fabs(open_s - edge.tick / TICKS_PER_S - flight->scan_zero_s) <
+                                 2.1 / TICKS_PER_S;
 }
 
 static void on_zone_lead(struct flight *flight, uint64_t t_ps, const struct hil_can_frame *frame)
@@ -157,7 +162,8 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
                        &flight->worst_displacement_in, &flight->displacements);
         break;
     case MR_ID_DISPLACEMENT_7_8:
-        compare_values(flight, info, frame->data, 6, 2, 2.0, &flight->worst_displacement_in, &flight->displacements);
+        compare_values(flight, info, frame->data, 6, 2, 2.0, &flight->worst_displacement_in,
+                       &flight->displacements);
         break;
     case MR_ID_TENSION_1_3:
     case MR_ID_TENSION_4_6:
@@ -167,7 +173,8 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
                        &flight->worst_tension_lb, &flight->tensions);
         break;
     case MR_ID_TENSION_13_14:
-        compare_values(flight, info, frame->data, 8 + 12, 2, 4.0, &flight->worst_tension_lb, &flight->tensions);
+        compare_values(flight, info, frame->data, 8 + 12, 2, 4.0, &flight->worst_tension_lb,
+                       &flight->tensions);
         break;
     default: break;
     }
@@ -193,7 +200,8 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
 
 static struct hil_callbacks callbacks_of(struct flight *flight)
 {
-    return (struct hil_callbacks){.ctx = flight, .on_can_frame = on_can, .on_serial_bytes = on_serial};
+    return (struct hil_callbacks){
+        .ctx = flight, .on_can_frame = on_can, .on_serial_bytes = on_serial};
 }
 
 static void open_flight(struct flight *flight, unsigned landing)
@@ -251,13 +259,17 @@ static void check_flight(struct flight *flight, unsigned landing)
     double speed = truth_of(landing, "touchdown_speed_ft_s");
     double deceleration = truth_of(landing, "mean_deceleration_ft_s2");
     double sum_ps = (double)counters->excitation_plus_ps + (double)counters->excitation_minus_ps;
-    double mean = ((double)counters->excitation_plus_ps - (double)counters->excitation_minus_ps) / sum_ps;
+    double mean = ((double)counters->excitation_plus_ps - (double)counters->excitation_minus_ps) /
+                  sum_ps;
 
-    printf("# landing %u: speed %.3f (truth %.3f), deceleration %.3f +- %.3f (%.3f), worst displacement error %.4f in of %u, "
+    printf("# landing %u: speed %.3f (truth %.3f), deceleration %.3f +- %.3f (%.3f), worst "
+           "displacement error %.4f in of %u, "
            "worst tension error %.2f lb of %u, excitation mean %.1e\n",
-           landing, (double)flight->touchdown.speed_ft_s, speed, (double)flight->touchdown.deceleration_ft_s2,
-           (double)flight->touchdown.deceleration_error_ft_s2, deceleration, flight->worst_displacement_in,
-           flight->displacements, flight->worst_tension_lb, flight->tensions, mean);
+           landing, (double)flight->touchdown.speed_ft_s, speed,
+           (double)flight->touchdown.deceleration_ft_s2,
+           (double)flight->touchdown.deceleration_error_ft_s2, deceleration,
+           flight->worst_displacement_in, flight->displacements, flight->worst_tension_lb,
+           flight->tensions, mean);
     assert_int_equal(flight->faults, 0);
     assert_int_equal(counters->resets, 0);
     assert_int_equal(counters->faults, 0);
@@ -308,22 +320,29 @@ static void landing_5_is_measured_and_its_zone_warned_of_in_time(void **state)
     struct flight flight;
     open_flight(&flight, 5);
     fly_until(&flight, 3.0);
-    assert_true(hil_board_pin(flight.board, 'E' - 'A', 0)); /* low warns; the longest zone ahead has 24 mats */
+    /* low warns; the longest zone ahead has 24 mats */
+    assert_true(hil_board_pin(flight.board, 'E' - 'A', 0));
     fly_until(&flight, flight.run.duration_s);
     check_flight(&flight, 5);
 
-    /* Warned well before the wheel comes into the zone that the landing starts with, into which it pushes another one. */
-    double start_ft = truth_of(5, "zone_at_end_start_station_ft"), end_ft = truth_of(5, "zone_at_end_end_station_ft");
+    /* Warned well before the wheel comes into the zone that the landing starts with, into which it
+     * pushes another one. */
+    double start_ft = truth_of(5, "zone_at_end_start_station_ft"),
+           end_ft = truth_of(5, "zone_at_end_end_station_ft");
     double wheel_there_s = truth_of(5, "wheel_at_zone_at_start_t_s");
     double warned_s = (double)flight.first_warning_ps * 1e-12;
-    printf("# warned of %u mats %.1f to %.1f ft at %.2f s, wheel in the old zone at %.2f s; zone left %.1f to %.1f ft, stated %.1f +- %.1f to %.1f +- %.1f ft\n",
-           flight.warned_zone.mats, (double)flight.warned_zone.start_ft, (double)flight.warned_zone.end_ft, warned_s, wheel_there_s, start_ft, end_ft,
-           (double)flight.zone.start_ft, 1.96 * (double)flight.zone_error.start_ft, (double)flight.zone.end_ft, 1.96 * (double)flight.zone_error.end_ft);
+    printf("# warned of %u mats %.1f to %.1f ft at %.2f s, wheel in the old zone at %.2f s; zone "
+           "left %.1f to %.1f ft, stated %.1f +- %.1f to %.1f +- %.1f ft\n",
+           flight.warned_zone.mats, (double)flight.warned_zone.start_ft,
+           (double)flight.warned_zone.end_ft, warned_s, wheel_there_s, start_ft, end_ft,
+           (double)flight.zone.start_ft, 1.96 * (double)flight.zone_error.start_ft,
+           (double)flight.zone.end_ft, 1.96 * (double)flight.zone_error.end_ft);
     assert_true(flight.first_warning_ps > 0);
     assert_true(warned_s < wheel_there_s - 0.5);
     assert_true((double)flight.warned_zone.end_ft > truth_of(5, "zone_at_start_start_station_ft"));
-    /* The zone that is left: its end within the interval that the board states (95 %). The start is where the board takes the gear to
-     * rest, which is outside what that interval was made for (a rolling wheel): within a survey segment, as far as a stop is told. */
+    /* The zone that is left: its end within the interval that the board states (95 %). The start is
+     * where the board takes the gear to rest, which is outside what that interval was made for (a
+     * rolling wheel): within a survey segment, as far as a stop is told. */
     assert_near(flight.zone.start_ft, start_ft, 20.0 / 7.0);
     assert_near(flight.zone.end_ft, end_ft, 1.96 * (double)flight.zone_error.end_ft);
     assert_int_equal(flight.backlogs, 0);

@@ -1,5 +1,6 @@
-/* Register layouts against a source that neither firmware nor emulator was written from (tests/conformance/registers.txt): every
- * register, bit and interrupt number in the drivers' header, and what the emulated board has at those addresses. */
+/* Register layouts against a source that neither firmware nor emulator was written from
+ * (tests/conformance/registers.txt): every register, bit and interrupt number in the drivers'
+ * header, and what the emulated board has at those addresses. */
 #include <ctype.h>
 #include <inttypes.h>
 
@@ -42,7 +43,9 @@ static int read_facts(void **state)
             snprintf(fact->name, sizeof fact->name, "%.18s.%.18s", a, b);
         else
             memcpy(fact->name, a, sizeof a);
-        if (strcmp(kind, "own") != 0 && sscanf(line, offset ? "%*s %*s %*s %" SCNi32 : "%*s %*s %" SCNi32, (int32_t *)&fact->value) != 1)
+        if (strcmp(kind, "own") != 0 &&
+            sscanf(line, offset ? "%*s %*s %*s %" SCNi32 : "%*s %*s %" SCNi32,
+                   (int32_t *)&fact->value) != 1)
             fail_msg("registers.txt: %s", line);
         fact_count++;
     }
@@ -78,11 +81,13 @@ static void compare(const char *kind, const char *name, uint32_t firmware)
         return;
     if (!fact) {
         different++;
-        print_error("registers.txt has no %s %s (0x%x in regs.h): add it from the source it names, or as `own` with a reason\n", kind,
-                    name, (unsigned)firmware);
+        print_error("registers.txt has no %s %s (0x%x in regs.h): add it from the source it names, "
+                    "or as `own` with a reason\n",
+                    kind, name, (unsigned)firmware);
     } else if (fact->value != firmware) {
         different++;
-        print_error("%s %s is 0x%x in regs.h and 0x%x in registers.txt\n", kind, name, (unsigned)firmware, (unsigned)fact->value);
+        print_error("%s %s is 0x%x in regs.h and 0x%x in registers.txt\n", kind, name,
+                    (unsigned)firmware, (unsigned)fact->value);
     }
 }
 
@@ -108,11 +113,11 @@ static void the_drivers_have_the_same_layouts(void **state)
     (void)state;
     compared = different = 0;
 #define ADDRESS(what) ((uint32_t)(uintptr_t)(what))
-#define LVALUE(name) compare_number(#name, ADDRESS(&name));
-#define NUMBER(name) compare_number(#name, ADDRESS(name));
+#define LVALUE(name)  compare_number(#name, ADDRESS(&name));
+#define NUMBER(name)  compare_number(#name, ADDRESS(name));
 #define MACRO(name)
 #define FIELD(type, name) compare_field(#type, #name, offsetof(struct type, name));
-#define IRQ(name) compare("irq", #name + 4, (uint32_t)name);
+#define IRQ(name)         compare("irq", #name + 4, (uint32_t)name);
 #include "registers.inc"
     compare("offset", "DMA.stream", offsetof(struct dma_regs, stream));
     compare("offset", "DMA_STREAM.size", sizeof(struct dma_stream_regs));
@@ -165,11 +170,15 @@ static int wake(void **state)
     assert_int_equal(hil_board_poke(board, 0x08000000u, vectors, sizeof vectors), MR_OK);
     assert_int_equal(hil_board_poke(board, 0x08000100u, loop, sizeof loop), MR_OK);
     hil_cpu_reset(&board->core);
-    set(at("RCC", "RCC", "AHB1ENR"), value_of("bits", "RCC_AHB1ENR_GPIO_A_TO_F") | value_of("bits", "RCC_AHB1ENR_DMA1") |
+    set(at("RCC", "RCC", "AHB1ENR"), value_of("bits", "RCC_AHB1ENR_GPIO_A_TO_F") |
+                                         value_of("bits", "RCC_AHB1ENR_DMA1") |
                                          value_of("bits", "RCC_AHB1ENR_DMA2"));
-    set(at("RCC", "RCC", "APB1ENR"), value_of("bits", "RCC_APB1ENR_TIM2") | value_of("bits", "RCC_APB1ENR_TIM4") |
-                                         value_of("bits", "RCC_APB1ENR_I2C1") | value_of("bits", "RCC_APB1ENR_CAN1") | value_of("bits", "RCC_APB1ENR_PWR"));
-    set(at("RCC", "RCC", "APB2ENR"), value_of("bits", "RCC_APB2ENR_USART1") | value_of("bits", "RCC_APB2ENR_ADC1") |
+    set(at("RCC", "RCC", "APB1ENR"),
+        value_of("bits", "RCC_APB1ENR_TIM2") | value_of("bits", "RCC_APB1ENR_TIM4") |
+            value_of("bits", "RCC_APB1ENR_I2C1") | value_of("bits", "RCC_APB1ENR_CAN1") |
+            value_of("bits", "RCC_APB1ENR_PWR"));
+    set(at("RCC", "RCC", "APB2ENR"), value_of("bits", "RCC_APB2ENR_USART1") |
+                                         value_of("bits", "RCC_APB2ENR_ADC1") |
                                          value_of("bits", "RCC_APB2ENR_ADC3"));
     assert_string_equal(hil_board_reason(board), "");
     return 0;
@@ -188,16 +197,20 @@ static void every_register_is_where_it_should_be(void **state)
     (void)state;
     static const struct {
         const char *base, *kind;
-    } units[] = {{"RCC", "RCC"}, {"GPIOA", "GPIO"}, {"GPIOF", "GPIO"}, {"TIM2", "TIM"}, {"TIM4", "TIM"}, {"ADC1", "ADC"},
-                 {"ADC3", "ADC"}, {"CAN1", "CAN"}, {"USART1", "USART"}, {"IWDG", "IWDG"}, {"PWR", "PWR"}, {"I2C1", "I2C"}};
-    /* write-only, structs, or refused by name: backup domain, pin locks, injected channels, smart card */
-    static const char *const without[] = {"RCC.BDCR", "GPIO.BSRR", "GPIO.LCKR", "ADC.JOFR", "ADC.JDR", "CAN.tx", "CAN.rx", "CAN.filter",
-                                          "USART.GTPR"};
+    } units[] = {{"RCC", "RCC"},      {"GPIOA", "GPIO"}, {"GPIOF", "GPIO"}, {"TIM2", "TIM"},
+                 {"TIM4", "TIM"},     {"ADC1", "ADC"},   {"ADC3", "ADC"},   {"CAN1", "CAN"},
+                 {"USART1", "USART"}, {"IWDG", "IWDG"},  {"PWR", "PWR"},    {"I2C1", "I2C"}};
+    /* write-only, structs, or refused by name: backup domain, pin locks, injected channels, smart
+     * card */
+    static const char *const without[] = {"RCC.BDCR", "GPIO.BSRR",  "GPIO.LCKR",
+                                          "ADC.JOFR", "ADC.JDR",    "CAN.tx",
+                                          "CAN.rx",   "CAN.filter", "USART.GTPR"};
     unsigned read = 0;
     for (size_t u = 0; u < sizeof units / sizeof units[0]; u++) {
         size_t n = strlen(units[u].kind);
         for (size_t i = 0; i < fact_count; i++) {
-            bool skip = strcmp(facts[i].kind, "offset") != 0 || strncmp(facts[i].name, units[u].kind, n) != 0 || facts[i].name[n] != '.';
+            bool skip = strcmp(facts[i].kind, "offset") != 0 ||
+                        strncmp(facts[i].name, units[u].kind, n) != 0 || facts[i].name[n] != '.';
             for (size_t k = 0; k < sizeof without / sizeof without[0]; k++)
                 skip = skip || strcmp(facts[i].name, without[k]) == 0;
             if (skip)
@@ -223,8 +236,10 @@ static void what_is_reserved_stops_the_board(void **state)
 static void bits_do_what_they_should(void **state)
 {
     (void)state;
-    uint32_t cr = at("RCC", "RCC", "CR"), odr = at("GPIOE", "GPIO", "ODR"), tim2 = value_of("base", "TIM2");
-    assert_int_equal(get(cr) & (value_of("bits", "RCC_CR_HSION") | value_of("bits", "RCC_CR_HSIRDY")), 3);
+    uint32_t cr = at("RCC", "RCC", "CR"), odr = at("GPIOE", "GPIO", "ODR"),
+             tim2 = value_of("base", "TIM2");
+    assert_int_equal(
+        get(cr) & (value_of("bits", "RCC_CR_HSION") | value_of("bits", "RCC_CR_HSIRDY")), 3);
     set(cr, get(cr) | value_of("bits", "RCC_CR_HSEON"));
     hil_board_run_until(board, hil_board_now_ps(board) + 20 * HIL_MS_PS);
     assert_true(get(cr) & value_of("bits", "RCC_CR_HSERDY"));
@@ -257,21 +272,26 @@ static void bits_do_what_they_should(void **state)
     set(at("GPIOB", "GPIO", "AFR"), 0x44000000);
     set(at("GPIOB", "GPIO", "MODER"), 0xa000);
     set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_PE"));
-    set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_PE") | value_of("bits", "I2C_CR1_START"));
+    set(at("I2C1", "I2C", "CR1"),
+        value_of("bits", "I2C_CR1_PE") | value_of("bits", "I2C_CR1_START"));
     hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
     assert_int_equal(get(at("I2C1", "I2C", "SR1")), value_of("bits", "I2C_SR1_SB"));
-    assert_int_equal(get(at("I2C1", "I2C", "SR2")), value_of("bits", "I2C_SR2_MSL") | value_of("bits", "I2C_SR2_BUSY"));
+    assert_int_equal(get(at("I2C1", "I2C", "SR2")),
+                     value_of("bits", "I2C_SR2_MSL") | value_of("bits", "I2C_SR2_BUSY"));
     set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_SWRST"));
     assert_int_equal(get(at("I2C1", "I2C", "SR2")), 0);
 
-    assert_int_equal(get(at("USART1", "USART", "SR")), value_of("bits", "USART_SR_TXE") | value_of("bits", "USART_SR_TC"));
+    assert_int_equal(get(at("USART1", "USART", "SR")),
+                     value_of("bits", "USART_SR_TXE") | value_of("bits", "USART_SR_TC"));
 
     set(at("CAN1", "CAN", "MCR"), value_of("bits", "CAN_MCR_INRQ"));
     hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
-    assert_int_equal(get(at("CAN1", "CAN", "MSR")) & (value_of("bits", "CAN_MSR_INAK") | value_of("bits", "CAN_MSR_SLAK")),
+    assert_int_equal(get(at("CAN1", "CAN", "MSR")) &
+                         (value_of("bits", "CAN_MSR_INAK") | value_of("bits", "CAN_MSR_SLAK")),
                      value_of("bits", "CAN_MSR_INAK"));
     assert_int_equal(get(at("CAN1", "CAN", "TSR")) & 0x1c000000u,
-                     value_of("bits", "CAN_TSR_TME(0)") | value_of("bits", "CAN_TSR_TME(1)") | value_of("bits", "CAN_TSR_TME(2)"));
+                     value_of("bits", "CAN_TSR_TME(0)") | value_of("bits", "CAN_TSR_TME(1)") |
+                         value_of("bits", "CAN_TSR_TME(2)"));
     assert_string_equal(hil_board_reason(board), "");
 }
 
@@ -279,22 +299,28 @@ static void bits_do_what_they_should(void **state)
 static void converter_and_dma(void **state)
 {
     (void)state;
-    uint32_t stream = value_of("base", "DMA2") + value_of("offset", "DMA.stream") + value_of("offset", "DMA_STREAM.size");
+    uint32_t stream = value_of("base", "DMA2") + value_of("offset", "DMA.stream") +
+                      value_of("offset", "DMA_STREAM.size");
     uint16_t code = 0xffff;
     assert_int_equal(hil_board_poke(board, 0x20000100u, &code, 2), MR_OK);
     set(stream + value_of("offset", "DMA_STREAM.PAR"), at("ADC3", "ADC", "DR"));
     set(stream + value_of("offset", "DMA_STREAM.M0AR"), 0x20000100u);
     set(stream + value_of("offset", "DMA_STREAM.NDTR"), 1);
-    set(stream + value_of("offset", "DMA_STREAM.CR"), 2 * value_of("bits", "DMA_CR_CHANNEL(1)") | value_of("bits", "DMA_CR_PSIZE_16") |
-                                                          value_of("bits", "DMA_CR_MSIZE_16") | value_of("bits", "DMA_CR_EN"));
+    set(stream + value_of("offset", "DMA_STREAM.CR"),
+        2 * value_of("bits", "DMA_CR_CHANNEL(1)") | value_of("bits", "DMA_CR_PSIZE_16") |
+            value_of("bits", "DMA_CR_MSIZE_16") | value_of("bits", "DMA_CR_EN"));
     set(at("ADC3", "ADC", "SQR3"), 9);
-    set(at("ADC3", "ADC", "CR2"), value_of("bits", "ADC_CR2_ADON") | value_of("bits", "ADC_CR2_DMA"));
-    set(at("ADC3", "ADC", "CR2"), value_of("bits", "ADC_CR2_ADON") | value_of("bits", "ADC_CR2_DMA") | value_of("bits", "ADC_CR2_SWSTART"));
+    set(at("ADC3", "ADC", "CR2"),
+        value_of("bits", "ADC_CR2_ADON") | value_of("bits", "ADC_CR2_DMA"));
+    set(at("ADC3", "ADC", "CR2"), value_of("bits", "ADC_CR2_ADON") |
+                                      value_of("bits", "ADC_CR2_DMA") |
+                                      value_of("bits", "ADC_CR2_SWSTART"));
     hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
     assert_int_equal(hil_board_peek(board, 0x20000100u, &code, 2), MR_OK);
     assert_in_range(code, 0, 4095);
     assert_int_equal(get(stream + value_of("offset", "DMA_STREAM.NDTR")), 0);
-    assert_true(get(value_of("base", "DMA2") + value_of("offset", "DMA.ISR")) & value_of("bits", "DMA_FLAG_TCIF") << 6);
+    assert_true(get(value_of("base", "DMA2") + value_of("offset", "DMA.ISR")) &
+                value_of("bits", "DMA_FLAG_TCIF") << 6);
     assert_true(get(at("ADC3", "ADC", "SR")) & value_of("bits", "ADC_SR_STRT"));
     assert_string_equal(hil_board_reason(board), "");
 }

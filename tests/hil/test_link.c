@@ -1,5 +1,5 @@
-/* The board's ends of its wires: socket frames, candump text, refusals, a host that hangs up or does not
- * read. */
+/* The board's ends of its wires: socket frames, candump text, refusals, a host that hangs up or
+ * does not read. */
 #include <fcntl.h>
 #include <linux/can.h>
 #include <poll.h>
@@ -53,7 +53,8 @@ static void test_can_frames(void **state)
     struct hil_board *board = bench_board("canbus", NULL);
     bench_run(board, 5 * HIL_MS_PS);
     struct can_frame frames[3] = {{.can_id = 0x400, .can_dlc = 1, .data = {7}},
-                                  {.can_id = CAN_ERR_FLAG | 4, .can_dlc = 8}, /* not from the bus: ignored */
+                                  /* not from the bus: ignored */
+                                  {.can_id = CAN_ERR_FLAG | 4, .can_dlc = 8},
                                   {.can_id = 0x401}};
     const char *bytes = (const char *)frames;
     for (size_t i = 0; i < sizeof frames; i += 7) {
@@ -71,7 +72,8 @@ static void test_can_frames(void **state)
     assert_int_equal(access(SOCKET, F_OK), -1); /* the socket is gone */
 }
 
-/* A host that does not read: max waits and then gives up; real drops whole frames and counts them. */
+/* A host that does not read: max waits and then gives up; real drops whole frames and counts
+ * them. */
 static void test_full_socket(void **state)
 {
     struct hil_link link;
@@ -128,8 +130,9 @@ static void test_candump_text(void **state)
     char error[256], text[256] = "";
     (void)state;
     bench_scratch("can.log", "old", 3);
-    assert_int_equal(hil_link_open(&link, HIL_LINK_CAN, "file:" BENCH_SCRATCH "/can.log", error,
-                                   sizeof error), MR_OK);
+    assert_int_equal(
+        hil_link_open(&link, HIL_LINK_CAN, "file:" BENCH_SCRATCH "/can.log", error, sizeof error),
+        MR_OK);
     struct hil_can_frame frame = {.id = 0x5, .length = 2, .data = {0xab, 0x01}};
     hil_link_put_frame(&link, 12345678901ull * HIL_US_PS / 1000u, &frame);
     frame = (struct hil_can_frame){.id = 0x1abcdef0, .extended = true, .remote = true, .length = 4};
@@ -140,16 +143,23 @@ static void test_candump_text(void **state)
     assert_non_null(file);
     assert_true(fread(text, 1, sizeof text - 1, file) > 0);
     fclose(file);
-    assert_string_equal(text, "(0000000012.345678) can0 005#AB01\n(0000000020.000000) can0 1ABCDEF0#R4\n");
+    assert_string_equal(
+        text, "(0000000012.345678) can0 005#AB01\n(0000000020.000000) can0 1ABCDEF0#R4\n");
 }
 
 static void test_refusals(void **state)
 {
-    static const struct { const char *text; enum mr_status status; const char *part; } cases[] = {
+    static const struct {
+        const char *text;
+        enum mr_status status;
+        const char *part;
+    } cases[] = {
         {"can:can0", MR_USAGE, "no link of the emulated board"},
         {"unix:", MR_USAGE, "unix:PATH"},
-        {"unix:" BENCH_SCRATCH "/aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
-         "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", MR_USAGE, "at most 107"},
+        {"unix:" BENCH_SCRATCH
+         "/aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
+         "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
+         MR_USAGE, "at most 107"},
         {"unix:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot listen"},
         {"unix:" BENCH_SCRATCH "/marker", MR_IO, "no socket"},
         {"file:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot write"},
@@ -175,7 +185,8 @@ static void test_nobody_comes(void **state)
     (void)state;
     bench_scratch("marker", "", 0);
     unlink(SOCKET);
-    assert_int_equal(hil_link_open(&link, HIL_LINK_SERIAL, "unix:" SOCKET, error, sizeof error), MR_OK);
+    assert_int_equal(hil_link_open(&link, HIL_LINK_SERIAL, "unix:" SOCKET, error, sizeof error),
+                     MR_OK);
     assert_int_equal(hil_link_accept(&link, 10, &go_on, error, sizeof error), MR_TIMEOUT);
     assert_non_null(strstr(error, "no host connected"));
     hil_link_close(&link);
@@ -184,12 +195,9 @@ static void test_nobody_comes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_can_frames),
-        cmocka_unit_test(test_full_socket),
-        cmocka_unit_test(test_host_hangs_up),
-        cmocka_unit_test(test_candump_text),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_nobody_comes),
+        cmocka_unit_test(test_can_frames),    cmocka_unit_test(test_full_socket),
+        cmocka_unit_test(test_host_hangs_up), cmocka_unit_test(test_candump_text),
+        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_nobody_comes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* The chip's peripherals on a bare core: no board, no rig, no Unicorn. What is outside are fakes on the wires. */
+/* The chip's peripherals on a bare core: no board, no rig, no Unicorn. What is outside are fakes on
+ * the wires. */
 #include <string.h>
 
 #include "hil/core/bus.h"
@@ -9,15 +10,15 @@
 #include "hil/periph/options.h"
 #include "tests/cmocka_all.h"
 
-#define RCC_AHB1ENR 0x40023830u
-#define RCC_APB1ENR 0x40023840u
-#define RCC_APB2ENR 0x40023844u
+#define RCC_AHB1ENR  0x40023830u
+#define RCC_APB1ENR  0x40023840u
+#define RCC_APB2ENR  0x40023844u
 #define RCC_APB1RSTR 0x40023820u
-#define GPIOA 0x40020000u
-#define GPIOB 0x40020400u
-#define USART1 0x40011000u
-#define SPI2 0x40003800u
-#define I2C1 0x40005400u
+#define GPIOA        0x40020000u
+#define GPIOB        0x40020400u
+#define USART1       0x40011000u
+#define SPI2         0x40003800u
+#define I2C1         0x40005400u
 
 /* What the fakes have seen. */
 static struct {
@@ -35,7 +36,8 @@ static void take_serial(void *who, uint64_t t_ps, uint8_t *bytes, size_t n)
     seen.t_ps = t_ps;
 }
 
-static bool suffers_nothing(void *who, enum hil_line line, enum hil_line_fault kind, const char *what, uint32_t number)
+static bool suffers_nothing(void *who, enum hil_line line, enum hil_line_fault kind,
+                            const char *what, uint32_t number)
 {
     (void)who, (void)line, (void)kind, (void)what, (void)number;
     return false;
@@ -81,13 +83,19 @@ static uint8_t give_byte(void *who)
     return 0xff;
 }
 
-static void ignore(void *who) { (void)who; }
+static void ignore(void *who)
+{
+    (void)who;
+}
 static bool never(const void *who)
 {
     (void)who;
     return false;
 }
-static void ignore_hang(void *who, unsigned clocks) { (void)who, (void)clocks; }
+static void ignore_hang(void *who, unsigned clocks)
+{
+    (void)who, (void)clocks;
+}
 static uint64_t no_stretch(void *who)
 {
     (void)who;
@@ -116,11 +124,19 @@ static int power_on(void **state)
     hil_clock_start(&bare->core.state.clock, 16000000);
     hil_bus_create(&bare->core);
     hil_mcu_create(&bare->mcu, &bare->core, &bare->options, &bare->state);
-    bare->mcu.usart.wire = bare->mcu.can.wire = (struct hil_wire){.suffers = suffers_nothing, .serial_out = take_serial};
+    bare->mcu.usart.wire = bare->mcu.can.wire = (struct hil_wire){.suffers = suffers_nothing,
+                                                                  .serial_out = take_serial};
     bare->mcu.spi.slave = (struct hil_spi_slave){NULL, select_chip, deselect_chip, exchange};
     bare->mcu.i2c.slave = (struct hil_i2c_slave){
-        .address = take_address, .write = take_byte, .read = give_byte, .stop = ignore, .speaks = never, .holds_sda = never,
-        .hang = ignore_hang, .clock = ignore, .stretch_ps = no_stretch,
+        .address = take_address,
+        .write = take_byte,
+        .read = give_byte,
+        .stop = ignore,
+        .speaks = never,
+        .holds_sda = never,
+        .hang = ignore_hang,
+        .clock = ignore,
+        .stretch_ps = no_stretch,
     };
     hil_flash_create(&bare->mcu.flash);
     hil_mcu_reset(&bare->mcu, 0);
@@ -134,8 +150,14 @@ static int power_off(void **state)
     return 0;
 }
 
-static void put(uint32_t address, uint32_t value) { hil_bus_write(&bare->core, address, 4, value); }
-static uint32_t get(uint32_t address) { return hil_bus_read(&bare->core, address, 4); }
+static void put(uint32_t address, uint32_t value)
+{
+    hil_bus_write(&bare->core, address, 4, value);
+}
+static uint32_t get(uint32_t address)
+{
+    return hil_bus_read(&bare->core, address, 4);
+}
 
 static void pass(uint64_t cycles)
 {
@@ -221,7 +243,9 @@ static void clocks_and_resets_reach_by_the_bus(void **state)
     assert_false(bare->core.stopped);
     assert_int_equal(get(SPI2 + 0x04), 0);
     assert_true(bare->core.stopped);
-    assert_non_null(strstr(bare->core.reason, "clock of the peripheral is off: read of 4 bytes at 0x40003804 (SPI2 + 0x4)"));
+    assert_non_null(
+        strstr(bare->core.reason,
+               "clock of the peripheral is off: read of 4 bytes at 0x40003804 (SPI2 + 0x4)"));
 }
 
 int main(void)
@@ -229,7 +253,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(usart_sends_to_whoever_is_on_its_wire, power_on, power_off),
         cmocka_unit_test_setup_teardown(spi_exchanges_with_any_slave, power_on, power_off),
-        cmocka_unit_test_setup_teardown(i2c_asks_any_slave_for_its_acknowledge, power_on, power_off),
+        cmocka_unit_test_setup_teardown(i2c_asks_any_slave_for_its_acknowledge, power_on,
+                                        power_off),
         cmocka_unit_test_setup_teardown(clocks_and_resets_reach_by_the_bus, power_on, power_off),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

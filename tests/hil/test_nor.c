@@ -1,5 +1,5 @@
-/* SPI2 and the W25Q128JV through a test image (images/nor.c). Commands, times and wraps are those of the data sheet;
- * at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
+/* SPI2 and the W25Q128JV through a test image (images/nor.c). Commands, times and wraps are those
+ * of the data sheet; at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
@@ -23,9 +23,15 @@ static struct hil_board *nor_board_seeded(enum hil_cell_times times, uint64_t se
     return board;
 }
 
-static struct hil_board *nor_board(void) { return nor_board_seeded(HIL_TIMES_TYPICAL, 1); }
+static struct hil_board *nor_board(void)
+{
+    return nor_board_seeded(HIL_TIMES_TYPICAL, 1);
+}
 
-static void wait_ps(struct hil_board *board, uint64_t t_ps) { bench_run(board, hil_board_now_ps(board) + t_ps); }
+static void wait_ps(struct hil_board *board, uint64_t t_ps)
+{
+    bench_run(board, hil_board_now_ps(board) + t_ps);
+}
 
 /* One transaction; what came back replaces `bytes`. */
 static void transact(struct hil_board *board, unsigned way, uint32_t cr1, uint8_t *bytes, size_t n)
@@ -63,7 +69,8 @@ static void address(uint8_t *bytes, uint8_t code, uint32_t at)
     bytes[3] = (uint8_t)at;
 }
 
-static void addressed(struct hil_board *board, uint8_t code, uint32_t at, const uint8_t *data, size_t n)
+static void addressed(struct hil_board *board, uint8_t code, uint32_t at, const uint8_t *data,
+                      size_t n)
 {
     uint8_t bytes[400];
     address(bytes, code, at);
@@ -81,7 +88,8 @@ static void read_back(struct hil_board *board, uint32_t at, uint8_t *data, size_
     memcpy(data, bytes + 4, n);
 }
 
-static void assert_cells(const struct hil_board *board, uint32_t at, const uint8_t *expected, size_t n)
+static void assert_cells(const struct hil_board *board, uint32_t at, const uint8_t *expected,
+                         size_t n)
 {
     uint8_t cells[HIL_NOR_SECTOR];
     assert_int_equal(hil_board_nor_peek(board, at, cells, n), MR_OK);
@@ -92,7 +100,8 @@ static void test_identity(void **state)
 {
     (void)state;
     struct hil_board *board = nor_board();
-    uint8_t jedec[4] = {0x9f}, device[7] = {0x90}, swapped[6] = {0x90, 0, 0, 1}, release[6] = {0xab};
+    uint8_t jedec[4] = {0x9f}, device[7] = {0x90}, swapped[6] = {0x90, 0, 0, 1},
+            release[6] = {0xab};
     uint8_t unique[13] = {0x4b}, again[13] = {0x4b};
     transact(board, POLLED, 0, jedec, sizeof jedec);
     assert_memory_equal(jedec + 1, "\xef\x40\x18", 3);
@@ -120,7 +129,8 @@ static void test_spi(void **state)
     struct hil_board *board = nor_board();
     for (uint32_t br = 0; br < 4; br++) {
         transact(board, BY_DMA, br << 3, bytes, sizeof bytes);
-        assert_in_range(bench_result(board, 1), sizeof bytes * (64u << br), sizeof bytes * (64u << br) + 150u);
+        assert_in_range(bench_result(board, 1), sizeof bytes * (64u << br),
+                        sizeof bytes * (64u << br) + 150u);
         bytes[0] = 0x9f;
     }
     transact(board, BY_DMA, 3, bytes, 4); /* CPOL and CPHA: mode 3 */
@@ -143,12 +153,14 @@ static void test_spi(void **state)
     uint8_t jedec = 0x9f;
     assert_int_equal(hil_board_poke(board, bench_result(board, 4), &jedec, 1), MR_OK);
     assert_int_equal(hil_board_serial_inject(board, &jedec, 1), MR_OK);
-    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS), MR_UNMODELLED);
+    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS),
+                     MR_UNMODELLED);
     assert_non_null(strstr(hil_board_reason(board), "command 0x4f of the NOR"));
     hil_board_destroy(board);
 }
 
-/* Programming: needs WEL, takes 0.7 ms (to 3), clears WEL, turns 1 into 0 only, wraps in its page. */
+/* Programming: needs WEL, takes 0.7 ms (to 3), clears WEL, turns 1 into 0 only, wraps in its
+ * page. */
 static void test_program(void **state)
 {
     static const uint8_t data[4] = {0x11, 0x22, 0x33, 0x44}, over[4] = {0xf0, 0x0f, 0xff, 0x00};
@@ -185,7 +197,8 @@ static void test_program(void **state)
     assert_cells(board, 0x030000, expected, 256);
     assert_cells(board, 0x030100, (const uint8_t *)"\xff\xff\xff\xff", 4);
 
-    addressed(board, 0x02, 0xfffffe, data, 4); /* wraps to the begin of the last page, not of the chip */
+    /* wraps to the begin of the last page, not of the chip */
+    addressed(board, 0x02, 0xfffffe, data, 4);
     wait_ps(board, HIL_MS_PS);
     assert_cells(board, 0xffff00, (const uint8_t *)"\x33\x44", 2);
     read_back(board, 0xfffffe, bytes, 3); /* reading wraps to address 0 */
@@ -196,7 +209,8 @@ static void test_program(void **state)
     hil_board_destroy(board);
 }
 
-/* While BUSY nothing but status is heard; a deselect inside a byte, or an erase of another length, does nothing. */
+/* While BUSY nothing but status is heard; a deselect inside a byte, or an erase of another length,
+ * does nothing. */
 static void test_ignored(void **state)
 {
     static const uint8_t data[2] = {0x12, 0x34};
@@ -229,16 +243,23 @@ static void test_ignored(void **state)
 /* Erases: what they reach, and typical and maximum times in ms. */
 static void test_erase(void **state)
 {
-    static const struct { uint8_t code; uint32_t bytes, typical_ms, maximum_ms; } cases[] = {
-        {0x20, 0x1000, 45, 400}, {0x52, 0x8000, 120, 1600}, {0xd8, 0x10000, 150, 2000},
+    static const struct {
+        uint8_t code;
+        uint32_t bytes, typical_ms, maximum_ms;
+    } cases[] = {
+        {0x20, 0x1000, 45, 400},
+        {0x52, 0x8000, 120, 1600},
+        {0xd8, 0x10000, 150, 2000},
     };
     static const uint8_t zero = 0, erased = 0xff;
     (void)state;
     for (unsigned i = 0; i < 3; i++) {
         for (unsigned maximum = 0; maximum < 2; maximum++) {
             uint32_t base = 0x120000, ms = maximum ? cases[i].maximum_ms : cases[i].typical_ms;
-            struct hil_board *board = nor_board_seeded(maximum ? HIL_TIMES_MAXIMUM : HIL_TIMES_TYPICAL, 1);
-            const uint32_t at[4] = {base - 1, base, base + cases[i].bytes - 1, base + cases[i].bytes};
+            struct hil_board *board =
+                nor_board_seeded(maximum ? HIL_TIMES_MAXIMUM : HIL_TIMES_TYPICAL, 1);
+            const uint32_t at[4] = {base - 1, base, base + cases[i].bytes - 1,
+                                    base + cases[i].bytes};
             for (unsigned k = 0; k < 4; k++)
                 hil_board_nor_poke(board, at[k], &zero, 1);
             addressed(board, cases[i].code, base + 0x321, NULL, 0);
@@ -263,7 +284,8 @@ static void test_erase(void **state)
     hil_board_destroy(board);
 }
 
-/* Status writes take 10 ms and last, those after 50h neither; block protection; reset by command. */
+/* Status writes take 10 ms and last, those after 50h neither; block protection; reset by
+ * command. */
 static void test_status(void **state)
 {
     static const uint8_t data = 0x5a, erased = 0xff;
@@ -327,7 +349,8 @@ static void test_spread(void **state)
     assert_in_range(us[0], 20 * 700, 20 * 1700);
 }
 
-/* A power cut in the 3rd page leaves two whole pages and part of the third; in an erase, part of the old bits. */
+/* A power cut in the 3rd page leaves two whole pages and part of the third; in an erase, part of
+ * the old bits. */
 static void test_power_cut(void **state)
 {
     uint8_t page[256], cells[HIL_NOR_SECTOR] = {0};
@@ -369,14 +392,21 @@ static void test_power_cut(void **state)
 static void test_faults(void **state)
 {
     static const uint8_t zeroes[256] = {0};
-    static const struct { unsigned kind; uint8_t code; uint64_t wait_ms; } cases[] = {
-        {HIL_W25Q_PROGRAM_ERROR, 0x02, 30}, {HIL_W25Q_ERASE_ERROR, 0x20, 4000},
-        {HIL_W25Q_PROGRAM_SILENT, 0x02, 1}, {HIL_W25Q_ERASE_SILENT, 0x20, 45},
+    static const struct {
+        unsigned kind;
+        uint8_t code;
+        uint64_t wait_ms;
+    } cases[] = {
+        {HIL_W25Q_PROGRAM_ERROR, 0x02, 30},
+        {HIL_W25Q_ERASE_ERROR, 0x20, 4000},
+        {HIL_W25Q_PROGRAM_SILENT, 0x02, 1},
+        {HIL_W25Q_ERASE_SILENT, 0x20, 45},
     };
     uint8_t cells[256], before[256];
     (void)state;
     for (unsigned i = 0; i < 4; i++) {
-        bool program = cases[i].code == 0x02, hangs = cases[i].wait_ms == 30 || cases[i].wait_ms == 4000;
+        bool program = cases[i].code == 0x02,
+             hangs = cases[i].wait_ms == 30 || cases[i].wait_ms == 4000;
         struct hil_board *board = nor_board();
         hil_w25q_set_faults(&board->w25q, &(struct hil_w25q_faults){cases[i].kind, 0x2000, 0x3000});
         memset(before, program ? 0xff : 0x00, sizeof before);
@@ -402,7 +432,8 @@ static void test_faults(void **state)
 
     struct hil_board *board = nor_board();
     unsigned wrong = 0;
-    hil_w25q_set_faults(&board->w25q, &(struct hil_w25q_faults){HIL_W25Q_READ_ERROR, 0x2000, 0x3000});
+    hil_w25q_set_faults(&board->w25q,
+                        &(struct hil_w25q_faults){HIL_W25Q_READ_ERROR, 0x2000, 0x3000});
     for (unsigned i = 0; i < 16; i++) {
         read_back(board, 0x2000 + 256 * i, cells, 256);
         for (unsigned k = 0; k < 256; k++) {
@@ -423,14 +454,18 @@ static void test_faults(void **state)
 
 static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t count)
 {
-    struct hil_fault fault = {.trigger = HIL_AT_TIME, .t_ps = hil_board_now_ps(board), .action = HIL_FAULT_NOR,
-                              .choice = choice, .count = count};
+    struct hil_fault fault = {.trigger = HIL_AT_TIME,
+                              .t_ps = hil_board_now_ps(board),
+                              .action = HIL_FAULT_NOR,
+                              .choice = choice,
+                              .count = count};
     if (hil_faults_add(&board->faults, &fault) != MR_OK)
         fail_msg("%s", hil_board_reason(board));
     wait_ps(board, HIL_US_PS);
 }
 
-/* The same by fault script (hil/rig/faults.h): so many operations fail, the chip is dead and mended, or full. */
+/* The same by fault script (hil/rig/faults.h): so many operations fail, the chip is dead and
+ * mended, or full. */
 static void test_ordered_faults(void **state)
 {
     static const uint8_t data = 0x5a, erased = 0xff, zero = 0x00;
@@ -484,10 +519,12 @@ static void test_snapshot(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_identity), cmocka_unit_test(test_spi),     cmocka_unit_test(test_program),
-        cmocka_unit_test(test_ignored),  cmocka_unit_test(test_erase),   cmocka_unit_test(test_status),
-        cmocka_unit_test(test_spread),   cmocka_unit_test(test_power_cut), cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_ordered_faults), cmocka_unit_test(test_snapshot),
+        cmocka_unit_test(test_identity), cmocka_unit_test(test_spi),
+        cmocka_unit_test(test_program),  cmocka_unit_test(test_ignored),
+        cmocka_unit_test(test_erase),    cmocka_unit_test(test_status),
+        cmocka_unit_test(test_spread),   cmocka_unit_test(test_power_cut),
+        cmocka_unit_test(test_faults),   cmocka_unit_test(test_ordered_faults),
+        cmocka_unit_test(test_snapshot),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,14 +3,15 @@
 #include "hil/symbols.h"
 #include "tests/hil/ear.h"
 
-#define PORT_B 1u
-#define CYCLE_NS 62.5 /* of 16 MHz */
-#define FAST_NS 4.0   /* slew at OSPEEDR 3 */
-#define USED_SECTORS 4u /* erased in half a second */
+#define PORT_B       1u
+#define CYCLE_NS     62.5 /* of 16 MHz */
+#define FAST_NS      4.0  /* slew at OSPEEDR 3 */
+#define USED_SECTORS 4u   /* erased in half a second */
 
 /* What outside chips demand of pins that the firmware drives itself. */
 static const struct hil_pin_rule rules[] = {
-    {"black box /CS high", PORT_B, 12, true, 50.0, "W25Q128JV data sheet rev. F, 9.6: tSHSL2, before and after an erase, program or status"},
+    {"black box /CS high", PORT_B, 12, true, 50.0,
+     "W25Q128JV data sheet rev. F, 9.6: tSHSL2, before and after an erase, program or status"},
 };
 enum { SELECT, RULES };
 
@@ -22,7 +23,8 @@ static void each_store_is_placed_at_its_instruction(void **state)
     (void)state;
     for (unsigned round = 0; round < 5; round++) {
         unsigned least = round ? round - 1u : 0; /* the first learns */
-        struct hil_pin_rule rule = {"a pin", PORT_B, 12, true, cycles[least] * CYCLE_NS - FAST_NS, "this test"};
+        struct hil_pin_rule rule = {
+            "a pin", PORT_B, 12, true, cycles[least] * CYCLE_NS - FAST_NS, "this test"};
         struct hil_board *board = bench_board("pins", NULL);
         hil_pin_times_watch(board, &times, &rule, 1);
         bench_run(board, HIL_MS_PS);
@@ -56,7 +58,8 @@ static void tell_function(uint32_t pc, char *text, size_t size)
     hil_symbols_free(&symbols);
 }
 
-static void check_rules(const struct hil_pin_times *times, const char *when, uint64_t pulses_at_least)
+static void check_rules(const struct hil_pin_times *times, const char *when,
+                        uint64_t pulses_at_least)
 {
     assert_int_equal(times->unlocated, 0);
     for (unsigned i = 0; i < times->count; i++) {
@@ -65,17 +68,22 @@ static void check_rules(const struct hil_pin_times *times, const char *when, uin
         char begin[80], end[80];
         tell_function(time->begin_pc, begin, sizeof begin);
         tell_function(time->end_pc, end, sizeof end);
-        print_message("# %s, %s: %llu pulses, %llu too short; the shortest %.1f ns of %.0f, slew of %.0f ns taken off, from %s to %s\n",
-                      when, rule->name, (unsigned long long)time->pulses, (unsigned long long)time->too_short, time->shortest_ns,
-                      rule->least_ns, time->slew_ns, begin, end);
+        print_message("# %s, %s: %llu pulses, %llu too short; the shortest %.1f ns of %.0f, slew "
+                      "of %.0f ns taken off, from %s to %s\n",
+                      when, rule->name, (unsigned long long)time->pulses,
+                      (unsigned long long)time->too_short, time->shortest_ns, rule->least_ns,
+                      time->slew_ns, begin, end);
         if (time->too_short)
-            fail_msg("%s lasts %.1f ns, less than the %.0f ns of %s", rule->name, time->shortest_ns, rule->least_ns, rule->source);
+            fail_msg("%s lasts %.1f ns, less than the %.0f ns of %s", rule->name, time->shortest_ns,
+                     rule->least_ns, rule->source);
         assert_true(time->pulses >= pulses_at_least);
     }
 }
 
-/* Everything that the black box does: looks for its chip, reads, erases a used chip, programs through a landing, tells itself. */
-static struct ear *work_the_black_box(const struct hil_options *options, struct hil_pin_times *times)
+/* Everything that the black box does: looks for its chip, reads, erases a used chip, programs
+ * through a landing, tells itself. */
+static struct ear *work_the_black_box(const struct hil_options *options,
+                                      struct hil_pin_times *times)
 {
     static uint8_t used[HIL_NOR_SECTOR];
     struct ear *ear = ear_open(options, 5);
@@ -126,7 +134,8 @@ static void watching_changes_nothing(void **state)
     for (unsigned i = 0; i < 2; i++) {
         watched = work_the_black_box(&options, &times);
         assert_int_equal(hil_board_now_cycles(alone->board), hil_board_now_cycles(watched->board));
-        assert_memory_equal(hil_board_counters(alone->board), hil_board_counters(watched->board), sizeof(struct hil_counters));
+        assert_memory_equal(hil_board_counters(alone->board), hil_board_counters(watched->board),
+                            sizeof(struct hil_counters));
         assert_memory_equal(alone->heard, watched->heard, sizeof alone->heard);
         assert_memory_equal(alone->last, watched->last, sizeof alone->last);
         ear_close(watched);

@@ -1,10 +1,11 @@
-/* What the predictor costs on the emulated board, in instructions, by the mat updates and visits it counts itself: the figures that
- * `matrig error --predictor` states costs with (host/sim/check/predictor_cost.h). */
+/* What the predictor costs on the emulated board, in instructions, by the mat updates and visits it
+ * counts itself: the figures that `matrig error --predictor` states costs with
+ * (host/sim/check/predictor_cost.h). */
 #include "hil/debug/profile.h"
 #include "host/sim/check/predictor_cost.h"
 #include "tests/hil/bench.h"
 
-#define IMAGE "build/tests/hil/images/predictor_cost.elf"
+#define IMAGE  "build/tests/hil/images/predictor_cost.elf"
 #define BLOCKS 3000u
 
 struct cost {
@@ -24,10 +25,13 @@ static bool one_of(const char *name, const char *const *list)
 /* Lines `COUNT ... NAME` of the profile, by function. */
 static void add_up(struct cost *cost, FILE *profile)
 {
-    static const char *const chain[] = {"mr_chain_step", "step_bay", "pull", "slip", "mr_chain_settle", "moves", "mr_chain_take", NULL};
-    static const char *const scan[] = {"mr_zonescan", "closes", "is_open", "find_start", "find_end", "lie", "leave_place", "begin_place",
-                                       "mr_chain_opening", "mr_chain_compression", NULL};
-    static const char *const outside[] = {"main", "measure", "play", "set_up", "reset", "memset", "memcpy", NULL};
+    static const char *const chain[] = {"mr_chain_step",   "step_bay", "pull",          "slip",
+                                        "mr_chain_settle", "moves",    "mr_chain_take", NULL};
+    static const char *const scan[] = {
+        "mr_zonescan", "closes",      "is_open",          "find_start",           "find_end", "lie",
+        "leave_place", "begin_place", "mr_chain_opening", "mr_chain_compression", NULL};
+    static const char *const outside[] = {"main",  "measure", "play",   "set_up",
+                                          "reset", "memset",  "memcpy", NULL};
     char line[256], name[128];
     bool functions = false;
     while (fgets(line, sizeof line, profile)) {
@@ -93,25 +97,33 @@ static void figures_hold(void **state)
         struct cost cost = measure(level, 0);
         double cycles = PREDICTOR_CYCLES(cost.updates, cost.visits, cost.blocks);
         double measured = 1.5 * (cost.chain + cost.scan + cost.rest) + 12.5 * cost.slow;
-        print_message("level %u: %.0f updates, %.0f visits: %.1f instructions an update, %.1f a visit, %.0f a block; most in a block %.0f; "
-                      "divides and roots %.1f a block; cycles/s %.2f %% of 168 MHz, stated %.2f %%\n", level, cost.updates, cost.visits,
-                      cost.updates > 0 ? cost.chain / cost.updates : 0.0, cost.scan / cost.visits, cost.rest / cost.blocks, cost.most,
-                      cost.slow / cost.blocks, measured / cost.blocks / 1680.0, cycles / cost.blocks / 1680.0);
+        print_message(
+            "level %u: %.0f updates, %.0f visits: %.1f instructions an update, %.1f a visit, %.0f "
+            "a block; most in a block %.0f; "
+            "divides and roots %.1f a block; cycles/s %.2f %% of 168 MHz, stated %.2f %%\n",
+            level, cost.updates, cost.visits, cost.updates > 0 ? cost.chain / cost.updates : 0.0,
+            cost.scan / cost.visits, cost.rest / cost.blocks, cost.most, cost.slow / cost.blocks,
+            measured / cost.blocks / 1680.0, cycles / cost.blocks / 1680.0);
         assert_true(cycles > 0.8 * measured && cycles < 1.25 * measured);
     }
 }
 
-/* No transducer, or one: less work in every block, by nearly an eighth each. A survey costs nothing in the landing either way. (How many
- * mats move is a matter of the landing: readings that stand still hold them.) */
+/* No transducer, or one: less work in every block, by nearly an eighth each. A survey costs nothing
+ * in the landing either way. (How many mats move is a matter of the landing: readings that stand
+ * still hold them.) */
 static void what_is_not_there_costs_nothing(void **state)
 {
     (void)state;
     enum { NONE = 1, SURVEYED = 2, ONE = 4 };
-    struct cost all = measure(0, 0), none = measure(0, NONE), one = measure(0, ONE), surveyed = measure(0, SURVEYED);
-    double of_all = all.rest / all.blocks, of_none = none.rest / none.blocks, of_one = one.rest / one.blocks;
-    print_message("instructions a block beside mats and search: eight transducers %.0f, one %.0f, none %.0f; surveyed %.0f\n", of_all, of_one,
-                  of_none, surveyed.rest / surveyed.blocks);
-    print_message("mat updates: eight transducers %.0f, one %.0f, none %.0f\n", all.updates, one.updates, none.updates);
+    struct cost all = measure(0, 0), none = measure(0, NONE), one = measure(0, ONE),
+                surveyed = measure(0, SURVEYED);
+    double of_all = all.rest / all.blocks, of_none = none.rest / none.blocks,
+           of_one = one.rest / one.blocks;
+    print_message("instructions a block beside mats and search: eight transducers %.0f, one %.0f, "
+                  "none %.0f; surveyed %.0f\n",
+                  of_all, of_one, of_none, surveyed.rest / surveyed.blocks);
+    print_message("mat updates: eight transducers %.0f, one %.0f, none %.0f\n", all.updates,
+                  one.updates, none.updates);
     double each = (of_all - of_none) / 8.0;
     assert_true(each > 50.0);
     assert_true(of_one < of_none + 2.0 * each);
@@ -120,6 +132,7 @@ static void what_is_not_there_costs_nothing(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(figures_hold), cmocka_unit_test(what_is_not_there_costs_nothing)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(figures_hold),
+                                       cmocka_unit_test(what_is_not_there_costs_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

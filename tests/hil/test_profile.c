@@ -1,4 +1,5 @@
-/* Kinds of instructions and names of functions against binutils' objdump and nm, which share nothing with ours. */
+/* Kinds of instructions and names of functions against binutils' objdump and nm, which share
+ * nothing with ours. */
 #include <inttypes.h>
 
 #include "hil/debug/profile.h"
@@ -6,7 +7,10 @@
 
 #define FIRMWARE "build/firmware/matrig.elf"
 
-static bool begins(const char *text, const char *prefix) { return strncmp(text, prefix, strlen(prefix)) == 0; }
+static bool begins(const char *text, const char *prefix)
+{
+    return strncmp(text, prefix, strlen(prefix)) == 0;
+}
 
 static bool one_of(const char *word, const char *const *list)
 {
@@ -17,15 +21,20 @@ static bool one_of(const char *word, const char *const *list)
     return false;
 }
 
-/* Kind by the name that objdump gives the instruction; conditions and width suffixes are cut off. */
+/* Kind by the name that objdump gives the instruction; conditions and width suffixes are cut
+ * off. */
 static int kind_by_name(const char *mnemonic)
 {
-    static const char *const branches[] = {"b", "bl", "blx", "bx", "cbz", "cbnz", "tbb", "tbh", NULL};
-    static const char *const system[] = {"svc", "udf", "bkpt", "dsb", "dmb", "isb", "msr", "mrs", "cpsid", "cpsie", "nop",
-                                         "wfi", "wfe", "sev", "yield", NULL};
-    static const char *const multiplies[] = {"mul", "muls", "mla", "mls", "umull", "smull", "umlal", "smlal", "smulbb",
-                                             "smlabb", "smmul", "smulbt", "smultb", "smultt", "umaal", NULL};
-    static const char *const conditions[] = {"eq", "ne", "cs", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le", NULL};
+    static const char *const branches[] = {"b",    "bl",  "blx", "bx", "cbz",
+                                           "cbnz", "tbb", "tbh", NULL};
+    static const char *const system[] = {"svc", "udf", "bkpt",  "dsb",   "dmb", "isb",
+                                         "msr", "mrs", "cpsid", "cpsie", "nop", "wfi",
+                                         "wfe", "sev", "yield", NULL};
+    static const char *const multiplies[] = {
+        "mul",    "muls",   "mla",   "mls",    "umull",  "smull",  "umlal", "smlal",
+        "smulbb", "smlabb", "smmul", "smulbt", "smultb", "smultt", "umaal", NULL};
+    static const char *const conditions[] = {"eq", "ne", "cs", "cc", "mi", "pl", "vs", "vc",
+                                             "hi", "ls", "ge", "lt", "gt", "le", NULL};
     char name[32], bare[32];
     snprintf(name, sizeof name, "%s", mnemonic);
     name[strcspn(name, ".")] = '\0';
@@ -60,7 +69,8 @@ static void test_kinds(void **state)
     unsigned seen[HIL_KINDS] = {0}, wrong = 0, count = 0;
     char line[256];
     (void)state;
-    FILE *dump = popen("arm-none-eabi-objdump -d " FIRMWARE " build/tests/hil/images/core.elf", "r");
+    FILE *dump = popen("arm-none-eabi-objdump -d " FIRMWARE " build/tests/hil/images/core.elf",
+                       "r");
     assert_non_null(dump);
     while (fgets(line, sizeof line, dump)) {
         unsigned first = 0, second = 0;
@@ -77,7 +87,8 @@ static void test_kinds(void **state)
             continue;
         int expected = kind_by_name(mnemonic);
         enum hil_kind got = hil_profile_kind((uint16_t)first, (uint16_t)second);
-        bool pc = strstr(line, "pc}") || strstr(line, "\tpc,"); /* a load or move to PC: either is right */
+        /* a load or move to PC: either is right */
+        bool pc = strstr(line, "pc}") || strstr(line, "\tpc,");
         if ((int)got != expected && !(pc && got == HIL_KIND_BRANCH) && wrong++ < 10)
             print_message("%s is %s here\n", line, hil_profile_kind_name(got));
         seen[expected]++;
@@ -102,10 +113,12 @@ static void test_names(void **state)
     while (fgets(line, sizeof line, nm)) {
         unsigned address, size;
         char type, name[128];
-        if (sscanf(line, "%x %x %c %127s", &address, &size, &type, name) != 4 || (type != 'T' && type != 't'))
+        if (sscanf(line, "%x %x %c %127s", &address, &size, &type, name) != 4 ||
+            (type != 'T' && type != 't'))
             continue;
         const struct mr_symbol *symbol = mr_symbols_at(&symbols, address);
-        if (!symbol || symbol->address != address) /* an object in .text, or a name inside another function */
+        /* an object in .text, or a name inside another function */
+        if (!symbol || symbol->address != address)
             continue;
         assert_ptr_equal(mr_symbols_at(&symbols, address + symbol->size - 2u), symbol);
         if (strcmp(symbol->name, name) == 0) {

@@ -1,5 +1,5 @@
-/* build/matrig-board as a process: what it writes over sockets, into files, and in-process are the same
- * bytes; mistakes end with one line and the right exit code. */
+/* build/matrig-board as a process: what it writes over sockets, into files, and in-process are the
+ * same bytes; mistakes end with one line and the right exit code. */
 #include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -11,13 +11,13 @@
 #include "hil/rig/runfile.h"
 #include "tests/hil/bench.h"
 
-#define PROGRAM "build/matrig-board"
-#define ELF "build/firmware/matrig.elf"
-#define RUN "tests/runs/landing5.run"
-#define CAN_SOCKET BENCH_SCRATCH "/p.can"
+#define PROGRAM       "build/matrig-board"
+#define ELF           "build/firmware/matrig.elf"
+#define RUN           "tests/runs/landing5.run"
+#define CAN_SOCKET    BENCH_SCRATCH "/p.can"
 #define SERIAL_SOCKET BENCH_SCRATCH "/p.serial"
-#define STDERR_FILE BENCH_SCRATCH "/p.stderr"
-#define BYTES_MAX (4u << 20)
+#define STDERR_FILE   BENCH_SCRATCH "/p.stderr"
+#define BYTES_MAX     (4u << 20)
 
 struct bytes {
     size_t n;
@@ -96,11 +96,20 @@ static void read_both(const int fds[2], struct bytes into[2])
 
 static void play_over_sockets(const char *speed, const char *for_s, struct bytes into[2])
 {
-    char *arguments[] = {(char *)PROGRAM, (char *)"--elf", (char *)ELF, (char *)"--rig", (char *)RUN,
-                         (char *)"--can", (char *)"unix:" CAN_SOCKET, (char *)"--serial",
-                             (char *)"unix:" SERIAL_SOCKET,
-                         (char *)"--speed", (char *)(uintptr_t)speed, (char *)"--for",
-                             (char *)(uintptr_t)for_s, NULL};
+    char *arguments[] = {(char *)PROGRAM,
+                         (char *)"--elf",
+                         (char *)ELF,
+                         (char *)"--rig",
+                         (char *)RUN,
+                         (char *)"--can",
+                         (char *)"unix:" CAN_SOCKET,
+                         (char *)"--serial",
+                         (char *)"unix:" SERIAL_SOCKET,
+                         (char *)"--speed",
+                         (char *)(uintptr_t)speed,
+                         (char *)"--for",
+                         (char *)(uintptr_t)for_s,
+                         NULL};
     pid_t child = start(arguments);
     int can = connect_to(CAN_SOCKET);
     const int fds[2] = {can, connect_to(SERIAL_SOCKET)};
@@ -176,11 +185,18 @@ static void test_same_bytes_everywhere(void **state)
     assert_same_bytes(sockets[1], inside[1]);
     free_both(sockets);
 
-    char *arguments[] = {(char *)PROGRAM, (char *)"--elf", (char *)ELF, (char *)"--rig", (char *)RUN,
+    char *arguments[] = {(char *)PROGRAM,
+                         (char *)"--elf",
+                         (char *)ELF,
+                         (char *)"--rig",
+                         (char *)RUN,
                          (char *)"--for",
-                         (char *)"2.5", (char *)"--serial", (char *)"file:" BENCH_SCRATCH "/p.bin",
-                             (char *)"--can",
-                         (char *)"file:" BENCH_SCRATCH "/p.log", NULL};
+                         (char *)"2.5",
+                         (char *)"--serial",
+                         (char *)"file:" BENCH_SCRATCH "/p.bin",
+                         (char *)"--can",
+                         (char *)"file:" BENCH_SCRATCH "/p.log",
+                         NULL};
     assert_int_equal(finish(start(arguments)), 0);
     struct bytes serial = file_bytes(BENCH_SCRATCH "/p.bin");
     assert_same_bytes(serial, inside[1]);
@@ -207,9 +223,14 @@ static void test_real_speed(void **state)
 
 static void test_signal_ends_cleanly(void **state)
 {
-    char *arguments[] = {(char *)PROGRAM, (char *)"--elf", (char *)ELF, (char *)"--can",
+    char *arguments[] = {(char *)PROGRAM,
+                         (char *)"--elf",
+                         (char *)ELF,
+                         (char *)"--can",
                          (char *)"unix:" CAN_SOCKET,
-                         (char *)"--speed", (char *)"real", NULL};
+                         (char *)"--speed",
+                         (char *)"real",
+                         NULL};
     (void)state;
     pid_t child = start(arguments);
     int can = connect_to(CAN_SOCKET);
@@ -223,7 +244,11 @@ static void test_signal_ends_cleanly(void **state)
 
 static void test_mistakes(void **state)
 {
-    static const struct { const char *arguments[8]; int code; const char *part; } cases[] = {
+    static const struct {
+        const char *arguments[8];
+        int code;
+        const char *part;
+    } cases[] = {
         {{NULL}, 2, "--elf"},
         {{"--elf", "no-such.elf"}, 3, "no-such.elf"},
         {{"--elf", "README-not.elf", "--nonsense", "1"}, 2, "unknown option --nonsense"},
@@ -249,7 +274,8 @@ static void test_mistakes(void **state)
         struct bytes said = file_bytes(STDERR_FILE);
         said.at[said.n] = '\0';
         const char *newline = strchr((const char *)said.at, '\n');
-        if (code != cases[i].code || !strstr((const char *)said.at, cases[i].part) || !newline || newline[1])
+        if (code != cases[i].code || !strstr((const char *)said.at, cases[i].part) || !newline ||
+            newline[1])
             fail_msg("case %u: exit %d, said: %s", i, code, (const char *)said.at);
         free(said.at);
     }

@@ -1,6 +1,7 @@
-/* The table of what is modelled (hil/core/registers.def) against what the peripherals do: every word of every peripheral is
- * read after reset, and every bit of every register is written. What the table calls plain reads back, what it refuses
- * or calls reserved ends the run, what is not in it ends the run. */
+/* The table of what is modelled (hil/core/registers.def) against what the peripherals do: every
+ * word of every peripheral is read after reset, and every bit of every register is written. What
+ * the table calls plain reads back, what it refuses or calls reserved ends the run, what is not in
+ * it ends the run. */
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
 #include "hil/core/registers.h"
@@ -8,9 +9,9 @@
 #include "tests/hil/bench.h"
 
 #define PERIPHERAL_BYTES 0x400u
-#define SYSTEM_BYTES 0x1000u
-#define SYSTEM_BASE 0xe000e000u
-#define MCR 0x40006400u
+#define SYSTEM_BYTES     0x1000u
+#define SYSTEM_BASE      0xe000e000u
+#define MCR              0x40006400u
 
 /* State copies are far cheaper than boards: nothing runs in between. */
 static struct hil_board *board;
@@ -32,10 +33,17 @@ static void restore(void)
     board->core.reset = (struct hil_reset){0};
 }
 
-static uint32_t read_word(uint32_t address) { return hil_bus_read(&board->core, address, 4); }
-static void write_word(uint32_t address, uint32_t value) { hil_bus_write(&board->core, address, 4, value); }
+static uint32_t read_word(uint32_t address)
+{
+    return hil_bus_read(&board->core, address, 4);
+}
+static void write_word(uint32_t address, uint32_t value)
+{
+    hil_bus_write(&board->core, address, 4, value);
+}
 
-/* All clocks on and whatever a register needs so that it can be written: CAN in initialisation, watchdog unlocked. */
+/* All clocks on and whatever a register needs so that it can be written: CAN in initialisation,
+ * watchdog unlocked. */
 static void prepare(void **state)
 {
     struct hil_options options;
@@ -82,11 +90,14 @@ static void every_word_is_in_the_table_or_ends_the_run(void **state)
             uint32_t address = set[i].base + offset;
             uint32_t value = read_word(address);
             if (stops() != (r == NULL))
-                fail_msg("%s + 0x%x: %s", set[i].peripheral, offset, r ? "is in the table, but stops" : "answers");
-            uint32_t known = r && !r->reset ? ~r->status : UINT32_MAX; /* pins and flags that come up as they do */
-            if (r && r->access != 'w' && ((value ^ r->reset) & known) && !differs_by_preparation(address))
-                fail_msg("%s %s (+ 0x%x) is 0x%08x after reset, not 0x%08x", set[i].peripheral, r->name, offset,
-                         (unsigned)value, (unsigned)r->reset);
+                fail_msg("%s + 0x%x: %s", set[i].peripheral, offset,
+                         r ? "is in the table, but stops" : "answers");
+            /* pins and flags that come up as they do */
+            uint32_t known = r && !r->reset ? ~r->status : UINT32_MAX;
+            if (r && r->access != 'w' && ((value ^ r->reset) & known) &&
+                !differs_by_preparation(address))
+                fail_msg("%s %s (+ 0x%x) is 0x%08x after reset, not 0x%08x", set[i].peripheral,
+                         r->name, offset, (unsigned)value, (unsigned)r->reset);
             *(r ? &modelled : &not_modelled) += 1;
             restore();
             write_word(address, r ? r->reset : 0);
@@ -95,7 +106,8 @@ static void every_word_is_in_the_table_or_ends_the_run(void **state)
             restore();
         }
     }
-    print_message("# %u registers modelled, %u words beside them refused\n", modelled, not_modelled);
+    print_message("# %u registers modelled, %u words beside them refused\n", modelled,
+                  not_modelled);
     assert_true(modelled > 400);
     hil_board_destroy(board);
     free(before);
@@ -118,7 +130,9 @@ static const char *poke(uint32_t address, const struct hil_register *r, uint32_t
         return stopped ? "in the table, but ends the run" : "reserved, but taken";
     if (!(r->plain & bit))
         return NULL;
-    return ((read_word(address) ^ r->reset) & r->plain) == bit ? NULL : "called plain, but does not read back";
+    return ((read_word(address) ^ r->reset) & r->plain) == bit
+             ? NULL
+             : "called plain, but does not read back";
 }
 
 static void every_bit_does_as_the_table_says(void **state)
@@ -136,8 +150,8 @@ static void every_bit_does_as_the_table_says(void **state)
                     restore();
                     const char *why = poke(set[i].base + offset, r, 1u << bit);
                     if (why && wrong++ < 20)
-                        print_error("%s %s (+ 0x%x) bit %u: %s (%s)\n", set[i].peripheral, r->name, offset, bit, why,
-                                    hil_board_reason(board));
+                        print_error("%s %s (+ 0x%x) bit %u: %s (%s)\n", set[i].peripheral, r->name,
+                                    offset, bit, why, hil_board_reason(board));
                 }
             }
         }
@@ -155,7 +169,8 @@ static void every_peripheral_has_a_table(void **state)
     (void)state;
     for (uint32_t base = 0x40000000u; base < 0x40080000u; base += PERIPHERAL_BYTES) {
         if (hil_mcu_has(base) != (hil_registers_of(base) != NULL))
-            fail_msg("0x%08x: on the bus or in hil/core/registers.def, but not in both", (unsigned)base);
+            fail_msg("0x%08x: on the bus or in hil/core/registers.def, but not in both",
+                     (unsigned)base);
     }
 }
 

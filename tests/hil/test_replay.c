@@ -1,4 +1,5 @@
-/* Replay's parts: codes that have given sums and counts, and the file's parser. The whole of it: tests/cli/replay.sh. */
+/* Replay's parts: codes that have given sums and counts, and the file's parser. The whole of it:
+ * tests/cli/replay.sh. */
 #include "common/crc32.h"
 #include "hil/rig/codes.h"
 #include "hil/rig/replayfile.h"
@@ -22,7 +23,8 @@ static uint16_t random_code(void)
 /* What the board would sum from the codes. */
 static void sum_up(const struct hil_codes *codes, struct mr_block *block)
 {
-    uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS], adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
+    uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
+        adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             transducers[scan][i] = codes->transducer[scan % 2][i][scan / 2];
@@ -36,7 +38,8 @@ static void any_block_has_codes(void **state)
 {
     (void)state;
     for (unsigned round = 0; round < 20000; round++) {
-        uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS], adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
+        uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
+            adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
         struct mr_block wanted, got = {.index = round, .tick = 7};
         struct hil_codes codes;
         unsigned channel;
@@ -53,7 +56,8 @@ static void any_block_has_codes(void **state)
     }
 }
 
-/* Eight codes, none counted as saturated, cannot add up to less than 8 * 9 or more than 8 * 4086. */
+/* Eight codes, none counted as saturated, cannot add up to less than 8 * 9 or more than 8 *
+ * 4086. */
 static void impossible_blocks_have_none(void **state)
 {
     (void)state;
@@ -76,7 +80,8 @@ static void impossible_blocks_have_none(void **state)
     block.high[MR_TRANSDUCERS + 3] = 1;
     assert_true(hil_codes_of(&block, &codes, &channel));
     block.plus[5] = 4 * 9 - 1;
-    block.minus[5] = 4 * 4086 + 1; /* one low code forward, one high code backward, or none at all */
+    /* one low code forward, one high code backward, or none at all */
+    block.minus[5] = 4 * 4086 + 1;
     assert_false(hil_codes_of(&block, &codes, &channel));
     assert_int_equal(channel, 5);
     block.low[5] = block.high[5] = 1;
@@ -106,12 +111,14 @@ static const char *block_line(uint32_t index, uint32_t tick)
     return line;
 }
 
-static enum mr_status read_text(const char *lines, bool with_end, char *error, struct hil_replay *replay)
+static enum mr_status read_text(const char *lines, bool with_end, char *error,
+                                struct hil_replay *replay)
 {
     snprintf(text, sizeof text, "matrig-replay 1\n%s", lines);
     size_t n = strlen(text);
     if (with_end)
-        snprintf(text + n, sizeof text - n, "end %08x\n", (unsigned)mr_crc32(0, (const uint8_t *)text, n));
+        snprintf(text + n, sizeof text - n, "end %08x\n",
+                 (unsigned)mr_crc32(0, (const uint8_t *)text, n));
     return hil_replay_read(bench_scratch("test.replay", text, strlen(text)), replay, error, 300);
 }
 
@@ -120,10 +127,13 @@ static void a_whole_file_is_read(void **state)
     (void)state;
     char lines[2000], error[300] = "";
     struct hil_replay replay;
-    int n = snprintf(lines, sizeof lines, "# made up\nuid 00000001 0000000a ffffffff\ncrystal 0\n"
-                     "command 40 5 3 1 3050\ncommand 50 2 0 7 -1\nedge 5000\nedge 4294967296000\nframe 84000\nframe 168000\n");
+    int n = snprintf(lines, sizeof lines,
+                     "# made up\nuid 00000001 0000000a ffffffff\ncrystal 0\n"
+                     "command 40 5 3 1 3050\ncommand 50 2 0 7 -1\nedge 5000\nedge "
+                     "4294967296000\nframe 84000\nframe 168000\n");
     for (unsigned i = 0; i < 3; i++)
-        n += snprintf(lines + n, sizeof lines - (size_t)n, "%s", block_line(51130 + i, (51130u + i) * 84000u + 2352u));
+        n += snprintf(lines + n, sizeof lines - (size_t)n, "%s",
+                      block_line(51130 + i, (51130u + i) * 84000u + 2352u));
     assert_int_equal(read_text(lines, true, error, &replay), MR_OK);
     assert_true(replay.has_uid);
     assert_int_equal(replay.uid[1], 10);
@@ -138,7 +148,8 @@ static void a_whole_file_is_read(void **state)
     assert_true(replay.edge_tick[1] == 4294967296000u);
     assert_int_equal(replay.frame_count, 2);
     assert_int_equal(replay.frame_tick[1], 168000);
-    assert_int_equal(replay.block_count, 3); /* TIM2 has wrapped between the first and the last of them */
+    /* TIM2 has wrapped between the first and the last of them */
+    assert_int_equal(replay.block_count, 3);
     assert_int_equal(replay.origin_tick, 2352);
     assert_int_equal(replay.blocks[2].index, 51132);
     hil_replay_free(&replay);
@@ -161,15 +172,18 @@ static void what_is_none_is_refused(void **state)
     refused("crystal 1\n", true, MR_MALFORMED, "no block records");
     refused("crystal 2\n", true, MR_MALFORMED, "test.replay:2: unknown line");
     refused("edge 70\nedge 70\n", true, MR_MALFORMED, "test.replay:3: edges must be in order");
-    refused("frame 70\nframe 84069\n", true, MR_MALFORMED, "test.replay:3: film frames must be in order");
+    refused("frame 70\nframe 84069\n", true, MR_MALFORMED,
+            "test.replay:3: film frames must be in order");
     refused("frame 70 1\n", true, MR_MALFORMED, "`frame <tick>`");
-    refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED, "commands must be in order");
+    refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED,
+            "commands must be in order");
     refused("command 7 300 0 0 0\n", true, MR_MALFORMED, "`command <block>");
     refused("block 00zz\n", true, MR_MALFORMED, "`z` is no hex digit");
     refused("block 0011\n", true, MR_MALFORMED, "no block record of this layout");
     refused(block_line(5, 2352), true, MR_MALFORMED, "block 5 cannot begin at tick 2352");
     snprintf(lines, sizeof lines, "%s", block_line(5, 5 * 84000 + 2352));
-    snprintf(lines + strlen(lines), sizeof lines - strlen(lines), "%s", block_line(7, 7 * 84000 + 2352));
+    snprintf(lines + strlen(lines), sizeof lines - strlen(lines), "%s",
+             block_line(7, 7 * 84000 + 2352));
     refused(lines, true, MR_MALFORMED, "block 7 does not follow block 5");
     refused(block_line(5, 5 * 84000 + 2352), false, MR_TRUNCATED, "without its `end` line");
     snprintf(lines, sizeof lines, "%send 00000000\n", block_line(5, 5 * 84000 + 2352));

@@ -7,12 +7,15 @@
 static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,
                          double volts)
 {
-    double got = hil_rig_volts(&board->rig, port, pin, hil_clock_cycle(&board->core.state.clock, t_ps));
-    if (fabs(got - volts) > 2e-5) /* a step settles by 15 uV in the cycle that times are rounded to */
+    double got = hil_rig_volts(&board->rig, port, pin,
+                               hil_clock_cycle(&board->core.state.clock, t_ps));
+    /* a step settles by 15 uV in the cycle that times are rounded to */
+    if (fabs(got - volts) > 2e-5)
         fail_msg("pin %c%u: %.9f V, expected %.9f", 'A' + (int)port, pin, got, volts);
 }
 
-/* 64 + 8 * ((7 (p - 1)) mod 24): a permutation of 64 to 248 in steps of 8, neighbours at least 56 apart. */
+/* 64 + 8 * ((7 (p - 1)) mod 24): a permutation of 64 to 248 in steps of 8, neighbours at least 56
+ * apart. */
 static void test_steps(void **state)
 {
     static const unsigned by_hand[6] = {64, 120, 176, 232, 96, 152};
@@ -60,8 +63,14 @@ static void test_pulse(void **state)
     run.switch_open_ps[4] = 10 * HIL_MS_PS;
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
-    static const struct { uint64_t t_us; bool level; } expected[] = {
-        {9999, false}, {10001, true}, {10019, true}, {10021, false},
+    static const struct {
+        uint64_t t_us;
+        bool level;
+    } expected[] = {
+        {9999, false},
+        {10001, true},
+        {10019, true},
+        {10021, false},
     };
     for (unsigned i = 0; i < 4; i++) {
         bench_run(board, expected[i].t_us * HIL_US_PS);
@@ -79,9 +88,9 @@ static void test_truth_and_gages(void **state)
     (void)state;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         run.switch_open_ps[i] = HIL_RUN_NEVER;
-    table[1][0] = 50000;                          /* transducer 1: 0.5 in */
-    table[0][8] = 10000, table[1][8] = 20000;     /* gage 1: 100 to 200 lb */
-    table[0][21] = -5000, table[1][21] = -5000;   /* gage 14: -50 lb */
+    table[1][0] = 50000;                        /* transducer 1: 0.5 in */
+    table[0][8] = 10000, table[1][8] = 20000;   /* gage 1: 100 to 200 lb */
+    table[0][21] = -5000, table[1][21] = -5000; /* gage 14: -50 lb */
     assert_true(hil_run_truth(&run, 0, 0.0005) == 0.25);
     assert_true(hil_run_truth(&run, 0, 5.0) == 0.5);
     assert_true(fabs(hil_run_truth(&run, 8, 0.00025) - 125.0) < 1e-9);
@@ -96,8 +105,8 @@ static void test_truth_and_gages(void **state)
     hil_board_destroy(board);
 }
 
-/* Excitation driven by hand: +1 settles from 0 as 1 - exp(-t/4 us), a reversal as 1 - 2 exp(-t/4 us) with
- * the other sign. With d = 0.5 in the full voltage is 0.3 V. */
+/* Excitation driven by hand: +1 settles from 0 as 1 - exp(-t/4 us), a reversal as 1 - 2 exp(-t/4
+ * us) with the other sign. With d = 0.5 in the full voltage is 0.3 V. */
 static void test_excitation(void **state)
 {
     static int32_t table[1][HIL_RUN_COLUMNS];
@@ -129,10 +138,8 @@ static void test_excitation(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_steps),
-        cmocka_unit_test(test_staircase),
-        cmocka_unit_test(test_pulse),
-        cmocka_unit_test(test_truth_and_gages),
+        cmocka_unit_test(test_steps),      cmocka_unit_test(test_staircase),
+        cmocka_unit_test(test_pulse),      cmocka_unit_test(test_truth_and_gages),
         cmocka_unit_test(test_excitation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

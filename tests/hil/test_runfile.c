@@ -35,8 +35,14 @@ static void body(void)
         line("gage %u %u %u\n", i, 10 * i, i <= 7 ? 1 : 2);
     for (unsigned k = 0; k < 2; k++) {
         for (unsigned i = 0; i < 421; i++)
-            line("%s%s %.4f", i % 10 ? "" : i ? "\n" : "", i % 10 ? "" : k ? "gap_end_in" : "gap_in", 0.0001
-                 * i);
+            line("%s%s %.4f",
+                 i % 10 ? ""
+                 : i    ? "\n"
+                        : "",
+                 i % 10 ? ""
+                 : k    ? "gap_end_in"
+                        : "gap_in",
+                 0.0001 * i);
         line("\n");
     }
     line("command 0.25 can survey 3 0.305\ncommand 0.5 serial arm 5\n");
@@ -45,7 +51,10 @@ static void body(void)
     line("100 2 3 4 5 6 7 8 -900 10 11 12 13 14 15 16 17 18 19 20 21 22\n");
 }
 
-static void finish(void) { line("end %08x\n", (unsigned)mr_crc32(0, (const uint8_t *)text, strlen(text))); }
+static void finish(void)
+{
+    line("end %08x\n", (unsigned)mr_crc32(0, (const uint8_t *)text, strlen(text)));
+}
 
 static enum mr_status read_text(struct hil_run *run, char *error, size_t size)
 {
@@ -133,7 +142,9 @@ static void test_damaged(void **state)
 /* Change one thing, keep the checksum right: the line number is named. */
 static void test_malformed(void **state)
 {
-    static const struct { const char *from, *to, *part; } cases[] = {
+    static const struct {
+        const char *from, *to, *part;
+    } cases[] = {
         {"landing 5", "lending 5", "test.run:4: unknown keyword `lending`"},
         {"duration_s 1.5", "duration_s no!", "test.run:5"},
         {"switch 3 12.5", "switch 9 12.5", "switch 3 of 24"},
@@ -179,12 +190,9 @@ static void test_landings(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_whole),
-        cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_foreign),
-        cmocka_unit_test(test_damaged),
-        cmocka_unit_test(test_malformed),
-        cmocka_unit_test(test_landings),
+        cmocka_unit_test(test_whole),     cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_foreign),   cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_malformed), cmocka_unit_test(test_landings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,15 @@
-/* Scans, excitation and edges on the board (images/scan.c): times, order, codes and captures worked out
- * from RM0090 and the rig's formulas. TIM2 and TIM4 start together; TIM4 triggers at count 2000 of 10500,
- * 84 MHz, 2 HCLK cycles a count. */
+/* Scans, excitation and edges on the board (images/scan.c): times, order, codes and captures worked
+ * out from RM0090 and the rig's formulas. TIM2 and TIM4 start together; TIM4 triggers at count 2000
+ * of 10500, 84 MHz, 2 HCLK cycles a count. */
 #include <math.h>
 
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
-#define TRIGGER 4000u                              /* cycles after the start */
-#define PERIOD 21000u
-#define ADC1_SCAN ((2u + 16u * (112u + 12u)) * 8u) /* latency, 16 conversions; ADC clock = HCLK / 8 */
+#define TRIGGER   4000u /* cycles after the start */
+#define PERIOD    21000u
+/* latency, 16 conversions; ADC clock = HCLK / 8 */
+#define ADC1_SCAN ((2u + 16u * (112u + 12u)) * 8u)
 #define ADC3_SCAN ((2u + 8u * (112u + 12u)) * 8u)
 
 static struct hil_run run;
@@ -52,7 +53,10 @@ static uint16_t code_at(const struct hil_board *board, uint32_t table, unsigned 
     return code;
 }
 
-static unsigned code_of(double volts) { return (unsigned)floor(volts / 3.3 * 4096.0 + 0.5); }
+static unsigned code_of(double volts)
+{
+    return (unsigned)floor(volts / 3.3 * 4096.0 + 0.5);
+}
 
 static void test_scan_times(void **state)
 {
@@ -78,15 +82,16 @@ static void test_scan_times(void **state)
     hil_run_free(&run);
 }
 
-/* Half transfer after two scans, complete after four; the handler reads TIM2 within 20 ticks of the last
- * conversion. */
+/* Half transfer after two scans, complete after four; the handler reads TIM2 within 20 ticks of the
+ * last conversion. */
 static void test_dma_flags(void **state)
 {
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
     (void)state;
     run_to_cycle(board, start + TRIGGER + ADC1_SCAN + 3u * PERIOD + 400u);
-    uint32_t half = (TRIGGER + PERIOD + ADC1_SCAN) / 2u, complete = (TRIGGER + 3u * PERIOD + ADC1_SCAN) / 2u;
+    uint32_t half = (TRIGGER + PERIOD + ADC1_SCAN) / 2u,
+             complete = (TRIGGER + 3u * PERIOD + ADC1_SCAN) / 2u;
     assert_int_equal(bench_result(board, 1), 2);
     assert_in_range(bench_result(board, 2), half, half + 20u);
     assert_in_range(bench_result(board, 3), complete, complete + 20u);
@@ -103,15 +108,17 @@ static void test_order_and_codes(void **state)
     uint32_t adc1 = bench_result(board, 4), adc3 = bench_result(board, 5);
     for (unsigned scan = 0; scan < 2; scan++) {
         for (unsigned g = 1; g <= 14; g++)
-            assert_int_equal(code_at(board, adc1, 16u * scan + g - 1), code_of(0.400 + 0.005 * 10.0 * g));
+            assert_int_equal(code_at(board, adc1, 16u * scan + g - 1),
+                             code_of(0.400 + 0.005 * 10.0 * g));
         assert_int_equal(code_at(board, adc1, 16u * scan + 14), code_of(0.050));
         assert_int_equal(code_at(board, adc1, 16u * scan + 15), 3103);
-        /* Output 1 starts high and 2 low; both toggle at count 100, before the scan: the first polarity is
-         * minus. */
+        /* Output 1 starts high and 2 low; both toggle at count 100, before the scan: the first
+         * polarity is minus. */
         double polarity = scan ? 1.0 : -1.0;
         for (unsigned ch = 1; ch <= 8; ch++) {
             double since_s = (TRIGGER + (2.0 + 112.0 * ch + 12.0 * (ch - 1)) * 8.0 - 200.0) / 168e6;
-            double volts = 1.65 + polarity * (0.050 + 0.5 * 0.1 * ch) * (1.0 - 2.0 * exp(-since_s / 4e-6));
+            double volts = 1.65 +
+                           polarity * (0.050 + 0.5 * 0.1 * ch) * (1.0 - 2.0 * exp(-since_s / 4e-6));
             assert_int_equal(code_at(board, adc3, 8u * scan + ch - 1), code_of(volts));
         }
     }
@@ -119,8 +126,8 @@ static void test_order_and_codes(void **state)
     hil_run_free(&run);
 }
 
-/* Reversed every scan, each polarity lasts as long as the other: over 40 periods of 250 us, 5 ms and 5 ms,
- * to the ps. */
+/* Reversed every scan, each polarity lasts as long as the other: over 40 periods of 250 us, 5 ms
+ * and 5 ms, to the ps. */
 static void test_excitation_has_no_mean(void **state)
 {
     uint64_t start;
@@ -136,7 +143,8 @@ static void test_excitation_has_no_mean(void **state)
     hil_run_free(&run);
 }
 
-/* Without the alternate function the excitation never reaches the transducers, and they sit at mid-scale. */
+/* Without the alternate function the excitation never reaches the transducers, and they sit at
+ * mid-scale. */
 static void test_no_excitation(void **state)
 {
     uint64_t start;
@@ -150,7 +158,8 @@ static void test_no_excitation(void **state)
     hil_run_free(&run);
 }
 
-/* Edges at 10 ms + k * 2.5 ms are 210000 ticks of 84 MHz apart, exactly; the first is where its time says. */
+/* Edges at 10 ms + k * 2.5 ms are 210000 ticks of 84 MHz apart, exactly; the first is where its
+ * time says. */
 static void test_captures(void **state)
 {
     uint64_t start;
@@ -158,7 +167,8 @@ static void test_captures(void **state)
     struct hil_board *board = scanning(0, &start);
     (void)state;
     for (unsigned k = 0; k < 6; k++)
-        run.switch_open_ps[5 - k] = (10000000u + 2500000u * k) * HIL_NS_PS; /* position 6 first, 1 last */
+        /* position 6 first, 1 last */
+        run.switch_open_ps[5 - k] = (10000000u + 2500000u * k) * HIL_NS_PS;
     hil_board_attach_rig(board, &run);
     bench_run(board, 30 * HIL_MS_PS);
     uint32_t edges = bench_result(board, 6);
@@ -167,10 +177,12 @@ static void test_captures(void **state)
     uint32_t first = bench_word(board, edges);
     assert_true(fabs(first - expected) <= 1.0);
     for (unsigned k = 1; k < 6; k++)
-        assert_int_equal(bench_word(board, edges + 4u * k) - bench_word(board, edges + 4u * (k - 1)), 210000);
+        assert_int_equal(
+            bench_word(board, edges + 4u * k) - bench_word(board, edges + 4u * (k - 1)), 210000);
     assert_int_equal(hil_board_counters(board)->edges_captured, 6);
     /* codes after all six: 64 + 8 * perm, perm = 0 7 14 21 4 11: 840 codes on top of 0.050 V */
-    assert_int_equal(code_at(board, bench_result(board, 4), 14), code_of(0.050 + 840.0 * 3.3 / 4096.0));
+    assert_int_equal(code_at(board, bench_result(board, 4), 14),
+                     code_of(0.050 + 840.0 * 3.3 / 4096.0));
     hil_board_destroy(board);
     hil_run_free(&run);
 }
@@ -189,8 +201,8 @@ static void test_edges_need_their_pin(void **state)
     hil_run_free(&run);
 }
 
-/* The filter delays by its length, 8 clocks for IC1F = 3, and swallows what is shorter. Driven by hand, no
- * image. */
+/* The filter delays by its length, 8 clocks for IC1F = 3, and swallows what is shorter. Driven by
+ * hand, no image. */
 static void test_capture_filter(void **state)
 {
     uint64_t start;
@@ -199,7 +211,8 @@ static void test_capture_filter(void **state)
     struct hil_tim *t = &board->state.mcu.tim[HIL_TIM2];
     run_to_cycle(board, start + 100000);
     t->ccmr[0] = 0x31;
-    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now(&board->core)); /* 12 cycles: 6 clocks, too short */
+    /* 12 cycles: 6 clocks, too short */
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now(&board->core));
     run_to_cycle(board, start + 100012);
     hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now(&board->core));
     run_to_cycle(board, start + 101000);
@@ -214,7 +227,8 @@ static void test_capture_filter(void **state)
     hil_run_free(&run);
 }
 
-/* Noise: 2 LSB rms and no mean over 32000 codes of the reference (standard errors 0.011 and 0.008 LSB). */
+/* Noise: 2 LSB rms and no mean over 32000 codes of the reference (standard errors 0.011 and 0.008
+ * LSB). */
 static void test_noise(void **state)
 {
     struct hil_options options;
@@ -230,7 +244,8 @@ static void test_noise(void **state)
     for (uint64_t t_us = 5000; n < 32000; t_us += 500) { /* four scans in the circle */
         bench_run(board, t_us * HIL_US_PS);
         for (unsigned scan = 0; scan < 4; scan++, n++) {
-            double error = code_at(board, bench_result(board, 4), 16u * scan + 15) - 2.5 / 3.3 * 4096.0;
+            double error = code_at(board, bench_result(board, 4), 16u * scan + 15) -
+                           2.5 / 3.3 * 4096.0;
             sum += error;
             squares += error * error;
         }

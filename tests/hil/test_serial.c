@@ -29,9 +29,9 @@ static struct hil_board *talking(uint32_t brr, uint32_t from_ccm, struct heard *
     return board;
 }
 
-/* A byte is 10 bits of 0.5 us: 840 cycles of 168 MHz. The last of 100 bytes leaves DR two byte times
- * before the end (one byte is in the shift register when the last enters DR), so: DMA complete at 98
- * bytes, TC at 100. Handlers are late by an entry and a few instructions. */
+/* A byte is 10 bits of 0.5 us: 840 cycles of 168 MHz. The last of 100 bytes leaves DR two byte
+ * times before the end (one byte is in the shift register when the last enters DR), so: DMA
+ * complete at 98 bytes, TC at 100. Handlers are late by an entry and a few instructions. */
 static void test_send(void **state)
 {
     struct heard heard;
@@ -47,8 +47,9 @@ static void test_send(void **state)
     hil_board_destroy(board);
 }
 
-/* Twice the divider: half the rate, so that the other end sees each bit twice. Byte 1 is low twice, high twice, low:
- * after the start bit it reads 0, 1, 1, 0 ...; byte 2 likewise a bit later. The first byte has no stop bit left (0). */
+/* Twice the divider: half the rate, so that the other end sees each bit twice. Byte 1 is low twice,
+ * high twice, low: after the start bit it reads 0, 1, 1, 0 ...; byte 2 likewise a bit later. The
+ * first byte has no stop bit left (0). */
 static void test_wrong_rate(void **state)
 {
     struct heard heard;

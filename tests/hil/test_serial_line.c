@@ -1,5 +1,6 @@
-/* What the two ends of a serial line make of each other, and the pseudo-terminal and the files by which hosts reach a
- * board. Expected bytes are drawn by hand: bits in the order of the line, least significant first. */
+/* What the two ends of a serial line make of each other, and the pseudo-terminal and the files by
+ * which hosts reach a board. Expected bytes are drawn by hand: bits in the order of the line, least
+ * significant first. */
 #include <errno.h>
 #include <fcntl.h>
 #include <termios.h>
@@ -13,13 +14,14 @@
 
 #define BIT_PS 1e6
 
-static const struct hil_serial_format none = {BIT_PS, HIL_PARITY_NONE}, even = {BIT_PS, HIL_PARITY_EVEN},
+static const struct hil_serial_format none = {BIT_PS, HIL_PARITY_NONE},
+                                      even = {BIT_PS, HIL_PARITY_EVEN},
                                       odd = {BIT_PS, HIL_PARITY_ODD};
 
 static struct hil_heard_byte heard[HIL_HEARD_MAX];
 
-static unsigned hear(uint8_t byte, int follower, const struct hil_serial_format *sender, double rate,
-                     enum hil_parity parity)
+static unsigned hear(uint8_t byte, int follower, const struct hil_serial_format *sender,
+                     double rate, enum hil_parity parity)
 {
     struct hil_serial_format receiver = {BIT_PS / rate, parity};
     memset(heard, 0, sizeof heard);
@@ -35,7 +37,8 @@ static void test_agreement(void **state)
         for (unsigned r = 0; r < 3; r++) {
             for (unsigned byte = 0; byte < 256; byte++) {
                 int follower = (int)(byte * 7 % 256);
-                assert_int_equal(hear((uint8_t)byte, follower, formats[f], rates[r], formats[f]->parity), 1);
+                assert_int_equal(
+                    hear((uint8_t)byte, follower, formats[f], rates[r], formats[f]->parity), 1);
                 assert_int_equal(heard[0].value, byte);
                 assert_false(heard[0].parity_error || heard[0].framing_error);
             }
@@ -53,7 +56,8 @@ static void test_parity(void **state)
     assert_int_equal(hear(0x03, -1, &odd, 1.0, HIL_PARITY_EVEN), 1);
     assert_int_equal(heard[0].value, 0x03);
     assert_true(heard[0].parity_error && heard[0].parity_bit && !heard[0].framing_error);
-    /* no parity sent: the stop bit is taken for it, and the stop bit is the idle line or the next start bit */
+    /* no parity sent: the stop bit is taken for it, and the stop bit is the idle line or the next
+     * start bit */
     assert_int_equal(hear(0x03, -1, &none, 1.0, HIL_PARITY_EVEN), 1);
     assert_true(heard[0].parity_error && !heard[0].framing_error);
     assert_int_equal(hear(0x07, -1, &none, 1.0, HIL_PARITY_EVEN), 1);
@@ -70,19 +74,19 @@ static void test_parity(void **state)
 static void test_rates(void **state)
 {
     (void)state;
-    /* Twice as fast a receiver sees 0x01 as 00 11 00 ... : start 0, data 0 1 1 0 0 0 0 0, stop 0; then the line rises
-     * for good. */
+    /* Twice as fast a receiver sees 0x01 as 00 11 00 ... : start 0, data 0 1 1 0 0 0 0 0, stop 0;
+     * then the line rises for good. */
     assert_int_equal(hear(0x01, -1, &none, 2.0, HIL_PARITY_NONE), 1);
     assert_int_equal(heard[0].value, 0x06);
     assert_true(heard[0].framing_error);
-    /* 0x11: low, high, three low, high, three low, high, each sampled twice; the second fall gives a second byte: start
-     * and five zeroes of six samples low, then high: 00000 111 -> 0xe0. */
+    /* 0x11: low, high, three low, high, three low, high, each sampled twice; the second fall gives
+     * a second byte: start and five zeroes of six samples low, then high: 00000 111 -> 0xe0. */
     assert_int_equal(hear(0x11, -1, &none, 2.0, HIL_PARITY_NONE), 2);
     assert_int_equal(heard[0].value, 0x06);
     assert_int_equal(heard[1].value, 0xe0);
     assert_false(heard[1].framing_error);
-    /* At 0.6 of the rate 0x55 (0 1 0 1 0 1 0 1 0 1 on the line) is sampled at 2.5, 4.2, 5.8, 7.5, 9.2 of its bits: 0 0 1
-     * 1 1, and then the idle line. */
+    /* At 0.6 of the rate 0x55 (0 1 0 1 0 1 0 1 0 1 on the line) is sampled at 2.5, 4.2, 5.8, 7.5,
+     * 9.2 of its bits: 0 0 1 1 1, and then the idle line. */
     assert_int_equal(hear(0x55, -1, &none, 0.6, HIL_PARITY_NONE), 1);
     assert_int_equal(heard[0].value, 0xfc);
 }
@@ -139,7 +143,8 @@ static void test_files(void **state)
     assert_int_equal(hil_board_load_nor(other, BENCH_SCRATCH "/nor"), MR_OK);
     assert_int_equal(hil_board_nor_peek(other, 0xfffffd, cells, 3), MR_OK);
     assert_memory_equal(cells, mark, 3);
-    assert_int_equal(hil_board_load_flash(other, BENCH_SCRATCH "/nor"), MR_MALFORMED); /* sixteen times too large */
+    /* sixteen times too large */
+    assert_int_equal(hil_board_load_flash(other, BENCH_SCRATCH "/nor"), MR_MALFORMED);
     const char *database = bench_scratch("db", "SQLite format 3\0 and more", 26);
     assert_int_equal(hil_board_load_nor(other, database), MR_MALFORMED);
     assert_non_null(strstr(hil_board_reason(other), "a database"));
@@ -151,8 +156,9 @@ static void test_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_agreement), cmocka_unit_test(test_parity), cmocka_unit_test(test_rates),
-        cmocka_unit_test(test_pty),       cmocka_unit_test(test_files),
+        cmocka_unit_test(test_agreement), cmocka_unit_test(test_parity),
+        cmocka_unit_test(test_rates),     cmocka_unit_test(test_pty),
+        cmocka_unit_test(test_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

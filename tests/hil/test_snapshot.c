@@ -1,5 +1,5 @@
-/* Snapshot, restore and fork: the copy goes on exactly as the original, byte for byte; and two runs are
- * the same. */
+/* Snapshot, restore and fork: the copy goes on exactly as the original, byte for byte; and two runs
+ * are the same. */
 #include "common/crc32.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
@@ -43,7 +43,8 @@ static void assert_same(struct hil_board *a, struct hil_board *b)
     assert_memory_equal(&a->state, &b->state, sizeof a->state);
 }
 
-/* Scans in full swing, in the middle of one, with noise; floating point and stacks in the core image. */
+/* Scans in full swing, in the middle of one, with noise; floating point and stacks in the core
+ * image. */
 static void test_fork(void **state)
 {
     static const char *const images[] = {"scan", "core", "serial"};
@@ -69,8 +70,9 @@ static void test_fork(void **state)
     }
 }
 
-/* A fork at any moment: inside handlers, with numbers in the floating-point registers, with BASEPRI or
- * PRIMASK set, on the process stack. The image's own sum and notes come out right in every copy. */
+/* A fork at any moment: inside handlers, with numbers in the floating-point registers, with BASEPRI
+ * or PRIMASK set, on the process stack. The image's own sum and notes come out right in every
+ * copy. */
 static void test_fork_anywhere(void **state)
 {
     struct hil_board *board = bench_board("core", NULL);
@@ -107,8 +109,9 @@ static void test_restore(void **state)
     hil_board_destroy(board);
 }
 
-/* The real firmware and a real landing: two boards say the same bytes at the same times, also when one of
- * them is cut into pieces and replaced by a fork half way; another seed says something else. */
+/* The real firmware and a real landing: two boards say the same bytes at the same times, also when
+ * one of them is cut into pieces and replaced by a fork half way; another seed says something
+ * else. */
 static void test_firmware(void **state)
 {
     struct hil_run run;

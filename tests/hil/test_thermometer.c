@@ -1,4 +1,5 @@
-/* The firmware's thermometer and slow log on the emulated board: readings against its truth, each fault of the bus, what it costs. */
+/* The firmware's thermometer and slow log on the emulated board: readings against its truth, each
+ * fault of the bus, what it costs. */
 #include <math.h>
 
 #include "hil/core/bus.h"
@@ -15,7 +16,8 @@ static float told_c(const struct ear *ear, unsigned link)
 {
     struct mr_temperature message;
     assert_true(ear->heard[link][MR_ID_TEMPERATURE] > 0);
-    assert_int_equal(mr_temperature_get(&message, ear->last[link][MR_ID_TEMPERATURE], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(
+        mr_temperature_get(&message, ear->last[link][MR_ID_TEMPERATURE], MR_MESSAGE_MAX), MR_OK);
     return message.temperature_c;
 }
 
@@ -43,18 +45,21 @@ static void readings_follow_the_truth(void **state)
     }
     struct ear *ear = open_at(10.0, 3600.0); /* a degree a second */
     ear_until(ear, 9.9);
-    assert_true(fabs((double)told_c(ear, EAR_CAN) - 19.18) < 0.05); /* converted at 9.12 to 9.17 s by the board's blocks */
+    /* converted at 9.12 to 9.17 s by the board's blocks */
+    assert_true(fabs((double)told_c(ear, EAR_CAN) - 19.18) < 0.05);
     ear_close(ear);
 }
 
-/* `order` at 1.6 s, mended at 4.6: nothing is told in between, `detail` is counted once a second, and then it is there again. */
+/* `order` at 1.6 s, mended at 4.6: nothing is told in between, `detail` is counted once a second,
+ * and then it is there again. */
 static void what_fails_is_told_and_comes_back(void **state)
 {
     static const struct {
         const char *order;
         unsigned detail, missing;
     } cases[] = {
-        {"thermometer dead", 1, 3}, {"thermometer stuck", 2, 3}, {"thermometer hang", 2, 1}, {"thermometer stretch 50", 2, 1},
+        {"thermometer dead", 1, 3},      {"thermometer stuck", 2, 3},
+        {"thermometer hang", 2, 1},      {"thermometer stretch 50", 2, 1},
         {"thermometer stretch 5", 0, 0},
     };
     (void)state;
@@ -74,7 +79,8 @@ static void what_fails_is_told_and_comes_back(void **state)
         if (missing != cases[i].missing || ear->fault[MR_FAULT_THERMOMETER].count != missing ||
             ear->fault[MR_FAULT_THERMOMETER].detail != cases[i].detail)
             fail_msg("%s: %u readings missing, fault %u times, detail %u", cases[i].order, missing,
-                     ear->fault[MR_FAULT_THERMOMETER].count, ear->fault[MR_FAULT_THERMOMETER].detail);
+                     ear->fault[MR_FAULT_THERMOMETER].count,
+                     ear->fault[MR_FAULT_THERMOMETER].detail);
         assert_true((double)told_c(ear, EAR_CAN) == 21.5);
         ear_close(ear);
     }
@@ -89,7 +95,8 @@ static void a_reset_while_it_is_read(void **state)
     ear_until(ear, 1.0);
     for (unsigned n = 0; n < 1000000 && !seen; n++) {
         bench_run(ear->board, hil_board_now_ps(ear->board) + 20 * HIL_US_PS);
-        seen = ear->board->state.mcu.i2c.phase == HIL_I2C_RECEIVING && ear->board->state.tmp112.pointer == 0;
+        seen = ear->board->state.mcu.i2c.phase == HIL_I2C_RECEIVING &&
+               ear->board->state.tmp112.pointer == 0;
     }
     assert_true(seen);
     hil_core_request_reset(&ear->board->core, 0);
@@ -130,15 +137,17 @@ static void not_fitted_costs_nothing(void **state)
         assert_int_equal(hil_bus_read(&ear->board->core, APB1ENR, 4) >> 21 & 1u, with);
         assert_int_equal(hil_bus_read(&ear->board->core, MODER_B, 4) >> 12 & 15u, with ? 0xau : 0u);
         assert_int_equal(ear->heard[EAR_CAN][MR_ID_TEMPERATURE], with ? 11 : 0);
-        assert_int_equal(ear_faults(ear, EAR_SERIAL) & ~(with ? 0u : EAR_BIT(SELFTEST)), 0); /* the poke shows: another image */
+        /* the poke shows: another image */
+        assert_int_equal(ear_faults(ear, EAR_SERIAL) & ~(with ? 0u : EAR_BIT(SELFTEST)), 0);
         ear_close(ear);
     }
-    print_message("# thermometer: %lld instructions and %u CAN frames in 10 s\n", (long long)(instructions[1] - instructions[0]),
-                  frames[1] - frames[0]);
+    print_message("# thermometer: %lld instructions and %u CAN frames in 10 s\n",
+                  (long long)(instructions[1] - instructions[0]), frames[1] - frames[0]);
     assert_int_equal(frames[1] - frames[0], 10);
 }
 
-/* Three minutes with a power cut between the second and the third row; then all are read out over CAN and over serial. */
+/* Three minutes with a power cut between the second and the third row; then all are read out over
+ * CAN and over serial. */
 static void rows_survive_a_power_cut(void **state)
 {
     struct mr_slowrow_reader reader = {0};

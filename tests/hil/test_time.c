@@ -1,5 +1,6 @@
-/* Time on the emulated board, which knows when everything really happened: sync frames against the bus, film frames against the
- * camera, with the firmware image that has one (build/tests/variant/camera.elf). */
+/* Time on the emulated board, which knows when everything really happened: sync frames against the
+ * bus, film frames against the camera, with the firmware image that has one
+ * (build/tests/variant/camera.elf). */
 #include <math.h>
 #include <stdio.h>
 
@@ -12,10 +13,10 @@
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 
-#define ELF "build/tests/variant/camera.elf"
+#define ELF         "build/tests/variant/camera.elf"
 #define TICKS_PER_S 84e6
-#define TICK_S (1.0 / TICKS_PER_S)
-#define FRAMES 4096
+#define TICK_S      (1.0 / TICKS_PER_S)
+#define FRAMES      4096
 
 struct ear {
     struct hil_board *board;
@@ -86,7 +87,8 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
     }
 }
 
-static struct ear *play(const char *elf, double hz, double delay_ms, double jitter_us, const char *fault, double end_s)
+static struct ear *play(const char *elf, double hz, double delay_ms, double jitter_us,
+                        const char *fault, double end_s)
 {
     struct ear *ear = calloc(1, sizeof *ear);
     struct hil_options options;
@@ -122,8 +124,8 @@ static void leave(struct ear *ear)
     free(ear);
 }
 
-/* The bus is two fifths full and the processor busy; the tick told is that of the end of the frame all the same, late by the
- * interrupt alone. */
+/* The bus is two fifths full and the processor busy; the tick told is that of the end of the frame
+ * all the same, late by the interrupt alone. */
 static void sync_at_tells_when_the_sync_frame_ended(void **state)
 {
     (void)state;
@@ -139,7 +141,8 @@ static void sync_at_tells_when_the_sync_frame_ended(void **state)
     leave(ear);
 }
 
-/* A camera without jitter exposes frame n at trigger + delay + n / rate, and that is the tick told, but for the clock's grain. */
+/* A camera without jitter exposes frame n at trigger + delay + n / rate, and that is the tick told,
+ * but for the clock's grain. */
 static void film_frames_are_where_the_camera_put_them(void **state)
 {
     (void)state;
@@ -154,15 +157,18 @@ static void film_frames_are_where_the_camera_put_them(void **state)
         assert_int_equal(ear->frame[i].number, i + 1);
         worst_s = fmax(worst_s, fabs(since_s - (0.0125 + 0.01 * i)));
     }
-    printf("# %u film frames, worst %.0f ns from trigger + delay + n / rate\n", ear->frames, worst_s * 1e9);
-    assert_true(worst_s < 1e-6); /* the trigger's own tick is read some instructions after the pin moved */
+    printf("# %u film frames, worst %.0f ns from trigger + delay + n / rate\n", ear->frames,
+           worst_s * 1e9);
+    /* the trigger's own tick is read some instructions after the pin moved */
+    assert_true(worst_s < 1e-6);
     leave(ear);
 }
 
 static void jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap(void **state)
 {
     (void)state;
-    struct ear *ear = play(ELF, 200.0, 0.0, 300.0, "matrig-faults 1\nat 3.0 camera skip 1\nat 3.5 camera skip 2\n", 5.0);
+    struct ear *ear = play(ELF, 200.0, 0.0, 300.0,
+                           "matrig-faults 1\nat 3.0 camera skip 1\nat 3.5 camera skip 2\n", 5.0);
     unsigned single = 0, twofold = 0;
     double least_s = 1.0, most_s = 0.0;
     for (unsigned i = 1; i < ear->frames; i++) {
@@ -178,20 +184,23 @@ static void jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap(void *
     }
     assert_int_equal(single, 1);
     assert_int_equal(twofold, 1);
-    assert_true(least_s >= 0.0044 && least_s < 0.0046); /* 5 ms less or more twice 300 us, of hundreds */
+    /* 5 ms less or more twice 300 us, of hundreds */
+    assert_true(least_s >= 0.0044 && least_s < 0.0046);
     assert_true(most_s <= 0.0056 && most_s > 0.0054);
     assert_int_equal(ear->frames, hil_board_counters(ear->board)->film_frames);
     leave(ear);
 }
 
-/* Pulses at twice the rate that a camera can have: every second one is refused, and that is told. */
+/* Pulses at twice the rate that a camera can have: every second one is refused, and that is
+ * told. */
 static void what_no_camera_gives_is_refused(void **state)
 {
     (void)state;
     struct ear *ear = play(ELF, 2000.0, 0.0, 0.0, NULL, 2.0);
     assert_true(ear->faults & 1u << MR_FAULT_EDGE_OVERRUN);
     assert_true(hil_board_counters(ear->board)->film_frames > 2000);
-    assert_in_range(ear->frames, hil_board_counters(ear->board)->film_frames / 2 - 10, hil_board_counters(ear->board)->film_frames / 2 + 1);
+    assert_in_range(ear->frames, hil_board_counters(ear->board)->film_frames / 2 - 10,
+                    hil_board_counters(ear->board)->film_frames / 2 + 1);
     for (unsigned i = 1; i < ear->frames; i++)
         assert_true(ear->frame[i].tick - ear->frame[i - 1].tick >= 84000 - 1);
     leave(ear);

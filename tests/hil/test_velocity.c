@@ -1,4 +1,5 @@
-/* The velocity rig on the emulated board: seeded landings, damaged switches, the model pushed back. */
+/* The velocity rig on the emulated board: seeded landings, damaged switches, the model pushed
+ * back. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,10 +16,10 @@
 #include "tests/cmocka_all.h"
 #include "tests/common/seeded_landing.h"
 
-#define ELF "build/firmware/matrig.elf"
-#define RAM 0x20000000u
+#define ELF       "build/firmware/matrig.elf"
+#define RAM       0x20000000u
 #define RAM_BYTES 0x20000u
-#define EVENTS 64
+#define EVENTS    64
 
 struct rig {
     struct hil_run run;
@@ -48,10 +49,15 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
         break;
     case MR_ID_SWITCH_EVENT:
         assert_in_range(rig->events, 0, EVENTS - 1);
-        assert_int_equal(mr_switch_event_get(&rig->event[rig->events++], frame->data, frame->length), MR_OK);
+        assert_int_equal(
+            mr_switch_event_get(&rig->event[rig->events++], frame->data, frame->length), MR_OK);
         break;
-    case MR_ID_SITE: assert_int_equal(mr_site_get(&rig->site, frame->data, frame->length), MR_OK); break;
-    case MR_ID_HEALTH: assert_int_equal(mr_health_get(&rig->health, frame->data, frame->length), MR_OK); break;
+    case MR_ID_SITE:
+        assert_int_equal(mr_site_get(&rig->site, frame->data, frame->length), MR_OK);
+        break;
+    case MR_ID_HEALTH:
+        assert_int_equal(mr_health_get(&rig->health, frame->data, frame->length), MR_OK);
+        break;
     case MR_ID_TOUCHDOWN:
         assert_int_equal(mr_touchdown_get(&rig->touchdown, frame->data, frame->length), MR_OK);
         rig->touchdowns++;
@@ -112,15 +118,21 @@ static void open_still(struct rig *rig, double duration_s)
         rig->run.switch_open_ps[i] = HIL_RUN_NEVER;
 }
 
-static void order_fault(struct rig *rig, enum hil_action action, unsigned position, uint32_t count, double period_s)
+static void order_fault(struct rig *rig, enum hil_action action, unsigned position, uint32_t count,
+                        double period_s)
 {
-    struct hil_fault fault = {.trigger = HIL_AT_TIME, .t_ps = 50000000000u, .action = action, .index = position,
-                              .count = count, .duration_ps = (uint64_t)(period_s * 1e12)};
+    struct hil_fault fault = {.trigger = HIL_AT_TIME,
+                              .t_ps = 50000000000u,
+                              .action = action,
+                              .index = position,
+                              .count = count,
+                              .duration_ps = (uint64_t)(period_s * 1e12)};
     if (hil_faults_add(&rig->board->faults, &fault) != MR_OK)
         fail_msg("%s", hil_board_reason(rig->board));
 }
 
-/* The board's results stand in its RAM exactly as the host computes them from the edges that the board told. */
+/* The board's results stand in its RAM exactly as the host computes them from the edges that the
+ * board told. */
 static void results_are_the_hosts(struct rig *rig)
 {
     static uint8_t ram[RAM_BYTES];
@@ -133,11 +145,13 @@ static void results_are_the_hosts(struct rig *rig)
             continue;
         if (count == 0)
             first_tick = rig->edge[i].tick;
-        gates[count++] = (struct mr_gate){.t_s = (double)(uint32_t)(rig->edge[i].tick - first_tick) * (1.0 / 84.0e6),
-                                          .station_ft = -2.5 + 5.0 * (rig->edge[i].position - 1)};
+        gates[count++] = (struct mr_gate){
+            .t_s = (double)(uint32_t)(rig->edge[i].tick - first_tick) * (1.0 / 84.0e6),
+            .station_ft = -2.5 + 5.0 * (rig->edge[i].position - 1)};
     }
-    assert_int_equal(mr_gates_summarise(gates, count, (double)rig->site.touchdown_ft, (double)rig->site.switch_error_ft,
-                                        &summary), MR_OK);
+    assert_int_equal(mr_gates_summarise(gates, count, (double)rig->site.touchdown_ft,
+                                        (double)rig->site.switch_error_ft, &summary),
+                     MR_OK);
     assert_int_equal(hil_board_peek(rig->board, RAM, ram, sizeof ram), MR_OK);
     /* five values with their errors, one after the other */
     _Static_assert(offsetof(struct mr_gates_summary, used_for_stop) == 80, "as on the board");
@@ -204,14 +218,14 @@ static unsigned count_events(const struct rig *rig, unsigned reason, unsigned po
 }
 
 /* Speeds from tests/runs/README.md. */
-static void check_twin(struct rig *rig, unsigned landing, double rest_s, unsigned reason, unsigned position,
-                       unsigned times)
+static void check_twin(struct rig *rig, unsigned landing, double rest_s, unsigned reason,
+                       unsigned position, unsigned times)
 {
     double truth = landing == 5 ? 35.5 : 28.0;
     run_until(rig, rest_s + 1.2);
-    printf("# landing %u, switch %u %s: speed %.3f +- %.3f (truth %.1f), %u events\n", landing, position,
-           mr_switch_reason_text(reason), (double)rig->touchdown.speed_ft_s, (double)rig->touchdown.speed_error_ft_s, truth,
-           rig->events);
+    printf("# landing %u, switch %u %s: speed %.3f +- %.3f (truth %.1f), %u events\n", landing,
+           position, mr_switch_reason_text(reason), (double)rig->touchdown.speed_ft_s,
+           (double)rig->touchdown.speed_error_ft_s, truth, rig->events);
     assert_int_equal(rig->touchdowns, 1);
     assert_near(rig->touchdown.speed_ft_s, truth, 0.01 * truth);
     assert_int_equal(count_events(rig, reason, position), times);
@@ -231,7 +245,8 @@ static void a_missing_switch_is_named(void **state)
         struct rig rig;
         open_twin(&rig, twins[i].landing);
         order_fault(&rig, HIL_FAULT_SKIP, twins[i].position - 1, 0, 0.0);
-        check_twin(&rig, twins[i].landing, twins[i].rest_s, MR_SWITCH_MISSING, twins[i].position, 1);
+        check_twin(&rig, twins[i].landing, twins[i].rest_s, MR_SWITCH_MISSING, twins[i].position,
+                   1);
     }
 }
 
@@ -245,8 +260,10 @@ static void a_bouncing_switch_is_named(void **state)
     for (unsigned i = 0; i < COUNT_OF(twins); i++) {
         struct rig rig;
         open_twin(&rig, twins[i].landing);
-        order_fault(&rig, HIL_FAULT_BOUNCE, twins[i].position - 1, twins[i].times, twins[i].period_s);
-        check_twin(&rig, twins[i].landing, twins[i].rest_s, MR_SWITCH_BOUNCE, twins[i].position, twins[i].times);
+        order_fault(&rig, HIL_FAULT_BOUNCE, twins[i].position - 1, twins[i].times,
+                    twins[i].period_s);
+        check_twin(&rig, twins[i].landing, twins[i].rest_s, MR_SWITCH_BOUNCE, twins[i].position,
+                   twins[i].times);
     }
 }
 
@@ -263,13 +280,15 @@ static void a_pushback_is_told_and_is_no_landing(void **state)
             speed_ft_s = 1.4 + 0.4 * n;
         open_still(&rig, 10.0);
         for (unsigned i = 0; i < 3; i++)
-            rig.run.switch_open_ps[forward ? 4 + i : 12 - i] = (uint64_t)((0.5 + 5.0 / speed_ft_s * i) * 1e12);
+            rig.run.switch_open_ps[forward ? 4 + i : 12 - i] =
+                (uint64_t)((0.5 + 5.0 / speed_ft_s * i) * 1e12);
         power_on(&rig, n);
         run_until(&rig, 0.5 + 10.0 / speed_ft_s + 0.2);
         assert_int_equal(rig.edges, 3);
         assert_int_equal(rig.pushbacks, 1);
         assert_int_equal(rig.pushback.count, 1);
-        assert_near(rig.pushback.speed_ft_s, forward ? speed_ft_s : -speed_ft_s, 0.003); /* as sent, 1/500 ft/s */
+        /* as sent, 1/500 ft/s */
+        assert_near(rig.pushback.speed_ft_s, forward ? speed_ft_s : -speed_ft_s, 0.003);
         assert_false(rig.landed);
         assert_int_equal(rig.touchdowns, 0);
         assert_int_equal(rig.warnings, 0);

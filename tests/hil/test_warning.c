@@ -1,7 +1,8 @@
-/* From the decisive sample to the warning output: 30 ms at most. Landings on the emulated board, armed with a runway that one landing
- * more would not bear; the blocks it recorded go through the same application on the host, whose predictor is asked after every block, not
- * every tenth, and by a search of the whole runway at once, not one spread over blocks, whether a warning is due. The pin is looked at
- * each 0.1 ms. */
+/* From the decisive sample to the warning output: 30 ms at most. Landings on the emulated board,
+ * armed with a runway that one landing more would not bear; the blocks it recorded go through the
+ * same application on the host, whose predictor is asked after every block, not every tenth, and by
+ * a search of the whole runway at once, not one spread over blocks, whether a warning is due. The
+ * pin is looked at each 0.1 ms. */
 #include <math.h>
 
 #include "firmware/app.h"
@@ -11,10 +12,10 @@
 #include "tests/firmware/fake_nor.h"
 #include "tests/hil/ear.h"
 
-#define BLOCKS_MAX 20000u
-#define EDGES_MAX 64u
+#define BLOCKS_MAX  20000u
+#define EDGES_MAX   64u
 #define LAST_SCAN_S (7.0 * 125e-6)
-#define LIMIT_S 0.030
+#define LIMIT_S     0.030
 
 static struct flight {
     struct ear *ear;
@@ -36,10 +37,13 @@ static void take(const struct mr_frame *frame)
     struct mr_slack slack;
     struct mr_ack ack;
     if (frame->type == MR_ID_BLOCK && flight.blocks < BLOCKS_MAX)
-        flight.blocks += mr_block_get(&flight.block[flight.blocks], frame->payload, frame->length) == MR_OK;
-    else if (frame->type == MR_ID_EDGE && flight.edges < EDGES_MAX && mr_edge_get(&edge, frame->payload, frame->length) == MR_OK)
+        flight.blocks += mr_block_get(&flight.block[flight.blocks], frame->payload,
+                                      frame->length) == MR_OK;
+    else if (frame->type == MR_ID_EDGE && flight.edges < EDGES_MAX &&
+             mr_edge_get(&edge, frame->payload, frame->length) == MR_OK)
         flight.edge_tick[flight.edges++] = edge.tick;
-    else if (frame->type == MR_ID_SLACK && mr_slack_get(&slack, frame->payload, frame->length) == MR_OK)
+    else if (frame->type == MR_ID_SLACK &&
+             mr_slack_get(&slack, frame->payload, frame->length) == MR_OK)
         flight.slack_in[slack.segment] = slack.slack_in;
     else if (frame->type == MR_ID_ACK && mr_ack_get(&ack, frame->payload, frame->length) == MR_OK &&
              ack.code == MR_COMMAND_ARM && ack.status == MR_OK) {
@@ -64,17 +68,24 @@ static bool is_due(const struct mr_block *block)
     const struct mr_predictor *p = &app.predict.predictor;
     const struct mr_chain *chain = &p->chain;
     struct mr_zonescan scan;
-    float mat_ft = p->config.chain.mat_length_ft * (float)chain->group, end_ft = mat_ft * (float)chain->count;
-    if (!(p->speed_ft_s > 0.0f) || !(p->wheel_ft >= 0.0f && p->wheel_ft < end_ft) || !landing_may_warn(&app.landing, block->index))
+    float mat_ft = p->config.chain.mat_length_ft * (float)chain->group,
+          end_ft = mat_ft * (float)chain->count;
+    if (!(p->speed_ft_s > 0.0f) || !(p->wheel_ft >= 0.0f && p->wheel_ft < end_ft) ||
+        !landing_may_warn(&app.landing, block->index))
         return false;
     float braking_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
-    float stop_ft = fminf(p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / braking_ft_s2, end_ft - 0.01f);
+    float stop_ft = fminf(p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / braking_ft_s2,
+                          end_ft - 0.01f);
     unsigned place = (unsigned)(p->wheel_ft / mat_ft) + 1;
-    mr_zonescan_begin(&scan, chain, &(struct mr_zonescan_order){.from = (uint16_t)(place + 1), .place = (uint16_t)place,
-                                                               .last_place = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
-                                                               .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb,
-                                                               .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
-    while (!mr_zonescan_go(&scan, chain, 10000)) {}
+    mr_zonescan_begin(&scan, chain,
+                      &(struct mr_zonescan_order){
+                          .from = (uint16_t)(place + 1),
+                          .place = (uint16_t)place,
+                          .last_place = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
+                          .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb,
+                          .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
+    while (!mr_zonescan_go(&scan, chain, 10000)) {
+    }
     return scan.found.coming * chain->group >= MR_PREDICTOR_WARNING_MATS;
 }
 
@@ -111,7 +122,8 @@ static uint32_t decisive_block(void)
 static double sampled_s(const struct hil_board *board, uint32_t index)
 {
     const struct hil_tim *tim2 = &board->state.mcu.tim[HIL_TIM2];
-    double zero_s = (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 - (double)tim2->base_count / 84e6;
+    double zero_s = (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 -
+                    (double)tim2->base_count / 84e6;
     return zero_s + 2352.0 / 84e6 + (double)index * 1e-3 + LAST_SCAN_S;
 }
 
@@ -143,8 +155,8 @@ static double fly(unsigned landing, uint64_t seed, bool noise)
     if (isnan(warned_s))
         print_message("# landing %u: no warning, and none was due\n", landing);
     else
-        print_message("# landing %u, seed %u%s: warned %.1f ms after the decisive sample\n", landing, (unsigned)seed,
-                      noise ? ", noise" : "", 1e3 * late_s);
+        print_message("# landing %u, seed %u%s: warned %.1f ms after the decisive sample\n",
+                      landing, (unsigned)seed, noise ? ", noise" : "", 1e3 * late_s);
     ear_close(flight.ear);
     return late_s;
 }

@@ -1,5 +1,6 @@
-/* A boot ROM in memory, written from AN3155's flow charts: bytes go in, bytes come out, time passes only when nobody has anything to
- * say. On the way each byte can be turned over in one bit, dropped, or be the last before the line is gone. */
+/* A boot ROM in memory, written from AN3155's flow charts: bytes go in, bytes come out, time passes
+ * only when nobody has anything to say. On the way each byte can be turned over in one bit,
+ * dropped, or be the last before the line is gone. */
 #ifndef MATRIG_TESTS_HOST_FAKE_ROM_H
 #define MATRIG_TESTS_HOST_FAKE_ROM_H
 
@@ -8,12 +9,22 @@
 
 #include "host/flash/bootrom.h"
 
-#define CHIP_FLASH 0x20000u /* sectors 0 to 4 */
+#define CHIP_FLASH   0x20000u /* sectors 0 to 4 */
 #define CHIP_SECTORS 12u
-#define CHIP_ACK 0x79u
-#define CHIP_NACK 0x1fu
+#define CHIP_ACK     0x79u
+#define CHIP_NACK    0x1fu
 
-enum chip_stage { CHIP_SYNC, CHIP_COMMAND, CHIP_COMPLEMENT, CHIP_ADDRESS, CHIP_LENGTH, CHIP_DATA, CHIP_COUNT, CHIP_LIST, CHIP_GONE };
+enum chip_stage {
+    CHIP_SYNC,
+    CHIP_COMMAND,
+    CHIP_COMPLEMENT,
+    CHIP_ADDRESS,
+    CHIP_LENGTH,
+    CHIP_DATA,
+    CHIP_COUNT,
+    CHIP_LIST,
+    CHIP_GONE
+};
 enum damage { DAMAGE_NONE, DAMAGE_FLIP, DAMAGE_DROP, DAMAGE_CUT };
 enum way { TO_CHIP, TO_HOST };
 
@@ -39,7 +50,7 @@ struct chip {
 
     enum damage damage;
     enum way way;
-    size_t at;    /* the n-th byte that way, from 0 */
+    size_t at; /* the n-th byte that way, from 0 */
     unsigned bit;
     size_t passed[2];
     bool damaged, cut;
@@ -67,8 +78,8 @@ static void chip_answer(struct chip *chip, bool good)
 /* RM0090 table 5 */
 static uint32_t chip_sector_start(unsigned sector)
 {
-    static const uint32_t starts[] = {0x00000, 0x04000, 0x08000, 0x0c000, 0x10000, 0x20000, 0x40000, 0x60000, 0x80000, 0xa0000, 0xc0000,
-                                      0xe0000, 0x100000};
+    static const uint32_t starts[] = {0x00000, 0x04000, 0x08000, 0x0c000, 0x10000, 0x20000, 0x40000,
+                                      0x60000, 0x80000, 0xa0000, 0xc0000, 0xe0000, 0x100000};
     return starts[sector];
 }
 
@@ -85,7 +96,8 @@ static void chip_erase(struct chip *chip, unsigned sector)
     chip->erases[sector]++;
     if (chip->write_protected >> sector & 1u)
         return; /* the ROM does not tell */
-    for (uint32_t at = chip_sector_start(sector); at < chip_sector_start(sector + 1) && at < CHIP_FLASH; at++)
+    for (uint32_t at = chip_sector_start(sector);
+         at < chip_sector_start(sector + 1) && at < CHIP_FLASH; at++)
         chip->flash[at] = 0xff;
 }
 
@@ -103,7 +115,8 @@ static void chip_expect(struct chip *chip, enum chip_stage stage, size_t need)
 
 static void chip_command(struct chip *chip, uint8_t command)
 {
-    static const uint8_t get[] = {11, 0x31, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x63, 0x73, 0x82, 0x92};
+    static const uint8_t get[] = {11,   0x31, 0x00, 0x01, 0x02, 0x11, 0x21,
+                                  0x31, 0x44, 0x63, 0x73, 0x82, 0x92};
     chip_expect(chip, CHIP_COMMAND, 1);
     chip->command = command;
     bool always = command <= 0x02;
@@ -136,16 +149,16 @@ static void chip_command(struct chip *chip, uint8_t command)
         chip->sum = 0;
         chip_expect(chip, CHIP_COUNT, 2);
         break;
-    case 0x63: /* all of these change the option bytes, and the last may erase everything: nobody here wants them */
+    case 0x63:
+        /* all of these change the option bytes, and the last may erase everything: nobody here
+         * wants them */
     case 0x73:
     case 0x82:
     case 0x92:
         chip_answer(chip, true);
         chip->harm++;
         break;
-    default:
-        chip_answer(chip, false);
-        break;
+    default: chip_answer(chip, false); break;
     }
 }
 
@@ -208,7 +221,8 @@ static void chip_list(struct chip *chip, uint8_t byte)
     }
     bool good = chip->sum == byte && !chip->bad;
     chip->harm += good && chip->count == 0xffff;
-    for (unsigned i = 0; good && i <= chip->count && i < CHIP_SECTORS && chip->count < CHIP_SECTORS; i++)
+    for (unsigned i = 0; good && i <= chip->count && i < CHIP_SECTORS && chip->count < CHIP_SECTORS;
+         i++)
         chip_erase(chip, chip->buffer[2 * i + 1]);
     chip_expect(chip, CHIP_COMMAND, 1);
     chip_answer(chip, good);
@@ -280,7 +294,8 @@ static bool chip_pass(struct chip *chip, enum way way, uint8_t *byte)
     return !(here && chip->damage == DAMAGE_DROP);
 }
 
-static enum mr_status chip_line_send(void *context, const uint8_t *bytes, size_t count, struct error *error)
+static enum mr_status chip_line_send(void *context, const uint8_t *bytes, size_t count,
+                                     struct error *error)
 {
     struct chip *chip = context;
     for (size_t i = 0; i < count && !chip->cut; i++) {
@@ -293,7 +308,8 @@ static enum mr_status chip_line_send(void *context, const uint8_t *bytes, size_t
     return chip->cut ? error_set(error, MR_IO, "the device went away: fake; plug it in") : MR_OK;
 }
 
-static enum mr_status chip_line_receive(void *context, uint8_t *byte, unsigned timeout_ms, struct error *error)
+static enum mr_status chip_line_receive(void *context, uint8_t *byte, unsigned timeout_ms,
+                                        struct error *error)
 {
     struct chip *chip = context;
     (void)timeout_ms;
@@ -304,7 +320,8 @@ static enum mr_status chip_line_receive(void *context, uint8_t *byte, unsigned t
         if (chip_pass(chip, TO_HOST, byte))
             return MR_OK;
     }
-    return chip->cut ? error_set(error, MR_IO, "the device went away: fake; plug it in") : MR_TIMEOUT;
+    return chip->cut ? error_set(error, MR_IO, "the device went away: fake; plug it in")
+                     : MR_TIMEOUT;
 }
 
 /* The cable is in again: what was on the way is lost, the chip is where it was. */

@@ -1,4 +1,5 @@
-/* Scenes that the tests of the runway's modifications share, and how they run them. Units ft, lb, s. The caller frees what it gets. */
+/* Scenes that the tests of the runway's modifications share, and how they run them. Units ft, lb,
+ * s. The caller frees what it gets. */
 #ifndef MATRIG_TESTS_HOST_MODS_CASE_H
 #define MATRIG_TESTS_HOST_MODS_CASE_H
 
@@ -9,12 +10,13 @@
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
 
-#define G 32.174
+#define G  32.174
 #define PI 3.14159265358979323846
 
 static struct error error;
 
-/* N free mats far apart (joints never meet), 32.174 lb each: mass 1 slug; bands of A E = 1000 lb. */
+/* N free mats far apart (joints never meet), 32.174 lb each: mass 1 slug; bands of A E = 1000
+ * lb. */
 static inline struct sim_scene apart(int mats)
 {
     struct sim_scene scene;
@@ -66,7 +68,8 @@ static inline void near(double value, double expected, double tolerance)
 static inline struct sim_scene runway(void)
 {
     struct sim_scene scene;
-    const struct sim_path_row rows[] = {{0, 2, 0}, {0.05, 3.4, 25}, {0.5, 13.5, 25}, {0.8, 17.5, 25}, {0.8, 17.5, 0}};
+    const struct sim_path_row rows[] = {
+        {0, 2, 0}, {0.05, 3.4, 25}, {0.5, 13.5, 25}, {0.8, 17.5, 25}, {0.8, 17.5, 0}};
     double gaps[121], grits[121];
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
@@ -98,8 +101,14 @@ static inline void add_all(struct sim_scene *scene)
     scene->mods.band[0].k_lb_ft = 2000.0;
     scene->mods.band[0].grip_lb = 25.0;
     tension(scene, &t0, 1);
-    scene->mods.band[1] = (struct sim_bands){.count = 0.25, .area_ft2 = scene->mods.band[0].area_ft2, .e_lb_ft2 = scene->mods.band[0].e_lb_ft2,
-                                             .every = 15, .k_lb_ft = 1000.0, .grip_lb = 25.0, .pull_lb = INFINITY, .wear_ft = INFINITY};
+    scene->mods.band[1] = (struct sim_bands){.count = 0.25,
+                                             .area_ft2 = scene->mods.band[0].area_ft2,
+                                             .e_lb_ft2 = scene->mods.band[0].e_lb_ft2,
+                                             .every = 15,
+                                             .k_lb_ft = 1000.0,
+                                             .grip_lb = 25.0,
+                                             .pull_lb = INFINITY,
+                                             .wear_ft = INFINITY};
     assert_int_equal(sim_scene_set_list(&scene->mods.band[1].t0_lb, &t0, 1, &error), MR_OK);
     scene->mods.cleat_every = 7;
     scene->mods.cleat_hold_lb = 2.0;

@@ -1,5 +1,5 @@
-/* A link whose other end is a function of the test: what is sent is given to it, and it puts what comes. Its clock is the test's too: each
- * look that finds nothing takes SCRIPTED_LOOK_S. */
+/* A link whose other end is a function of the test: what is sent is given to it, and it puts what
+ * comes. Its clock is the test's too: each look that finds nothing takes SCRIPTED_LOOK_S. */
 #ifndef MATRIG_TESTS_HOST_SCRIPTED_LINK_H
 #define MATRIG_TESTS_HOST_SCRIPTED_LINK_H
 
@@ -19,11 +19,11 @@ typedef void scripted_board(struct scripted *other_end, const struct mr_command 
 
 struct scripted {
     struct link *link;
-    scripted_board *board;     /* NULL: silent */
+    scripted_board *board;                    /* NULL: silent */
     void (*idle)(struct scripted *other_end); /* nothing waits; NULL: nothing happens either */
-    unsigned commands;         /* that were sent */
+    unsigned commands;                        /* that were sent */
     struct mr_command first, newest;
-    uint8_t bytes[1u << 16];   /* serial, to be read */
+    uint8_t bytes[1u << 16]; /* serial, to be read */
     size_t start, end;
     struct link_frame frames[64]; /* CAN, to be read */
     size_t taken, put;
@@ -41,7 +41,8 @@ static inline double scripted_clock(void)
 
 static struct scripted *scripted_of[LINK_KINDS];
 
-static inline void scripted_say(struct scripted *s, uint16_t id, const uint8_t *payload, size_t length)
+static inline void scripted_say(struct scripted *s, uint16_t id, const uint8_t *payload,
+                                size_t length)
 {
     if (s->link->kind == LINK_SERIAL) {
         s->end += mr_frame_encode(s->seq++, id, payload, length, s->bytes + s->end);
@@ -52,10 +53,11 @@ static inline void scripted_say(struct scripted *s, uint16_t id, const uint8_t *
     }
 }
 
-#define SCRIPTED_SAY(s, name, ID, ...)                                                                              \
-    do {                                                                                                            \
-        uint8_t said_[MR_MESSAGE_MAX];                                                                              \
-        scripted_say(s, MR_ID_##ID, said_, mr_##name##_put(&(const struct mr_##name){__VA_ARGS__}, said_));         \
+#define SCRIPTED_SAY(s, name, ID, ...)                                                \
+    do {                                                                              \
+        uint8_t said_[MR_MESSAGE_MAX];                                                \
+        scripted_say(s, MR_ID_##ID, said_,                                            \
+                     mr_##name##_put(&(const struct mr_##name){__VA_ARGS__}, said_)); \
     } while (0)
 
 static inline bool scripted_empty(struct scripted *s)
@@ -84,7 +86,8 @@ static inline ssize_t scripted_read(struct link *link, uint8_t *bytes, size_t si
     return (ssize_t)count;
 }
 
-static inline enum mr_status scripted_frame(struct link *link, struct link_frame *frame, struct error *error)
+static inline enum mr_status scripted_frame(struct link *link, struct link_frame *frame,
+                                            struct error *error)
 {
     struct scripted *s = scripted_of[link->kind];
     (void)error;
@@ -103,7 +106,8 @@ static inline void scripted_obey(struct scripted *s, const uint8_t *payload, siz
         s->board(s, &s->newest);
 }
 
-static inline enum mr_status scripted_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+static inline enum mr_status scripted_send(struct link *link, const uint8_t *bytes, size_t length,
+                                           struct error *error)
 {
     struct scripted *s = scripted_of[link->kind];
     struct mr_frame frame;
@@ -114,21 +118,25 @@ static inline enum mr_status scripted_send(struct link *link, const uint8_t *byt
         return MR_OK;
     }
     for (size_t i = 0; i < length; i++) {
-        if (mr_deframer_push(&s->deframer, bytes[i], &frame) == MR_OK && frame.type == MR_ID_COMMAND)
+        if (mr_deframer_push(&s->deframer, bytes[i], &frame) == MR_OK &&
+            frame.type == MR_ID_COMMAND)
             scripted_obey(s, frame.payload, frame.length);
     }
     return MR_OK;
 }
 
-static const struct link_ops scripted_ops = {.kinds = 3, .receive_frame = scripted_frame,
-                                             .read = scripted_read, .send = scripted_send};
+static const struct link_ops scripted_ops = {
+    .kinds = 3, .receive_frame = scripted_frame, .read = scripted_read, .send = scripted_send};
 
 /* As link_open makes one. The caller's dialogue closes it. */
 static inline struct link *scripted_open(struct scripted *s, enum link_kind kind)
 {
     struct link *link = calloc(1, sizeof *link);
     assert_non_null(link);
-    *link = (struct link){.ops = &scripted_ops, .form = "scripted:", .kind = kind, .source = -1,
+    *link = (struct link){.ops = &scripted_ops,
+                          .form = "scripted:",
+                          .kind = kind,
+                          .source = -1,
                           .spec = strdup(kind == LINK_CAN ? "scripted can" : "scripted")};
     link->fd = open("/dev/zero", O_RDONLY | O_CLOEXEC); /* always ready: waiting takes no time */
     assert_true(link->fd >= 0);

@@ -1,5 +1,5 @@
-/* A hand-made board's output, logged into a fresh database without processes: for tests of collector and
- * analysis. */
+/* A hand-made board's output, logged into a fresh database without processes: for tests of
+ * collector and analysis. */
 #ifndef MATRIG_TESTS_HOST_SESSION_H
 #define MATRIG_TESTS_HOST_SESSION_H
 
@@ -39,7 +39,8 @@ static inline void session_feed_line(struct session *session, const char **at)
     collector_frame(session->collector, &frame, &session->error);
 }
 
-/* Log all that was written, the links in step as `matrig log` keeps them. Stops at the first error. */
+/* Log all that was written, the links in step as `matrig log` keeps them. Stops at the first
+ * error. */
 static inline void session_log(struct session *session, const char *db)
 {
     char path[200];
@@ -50,8 +51,8 @@ static inline void session_log(struct session *session, const char *db)
     struct error *error = &session->error;
     store_open(scratch_path(path, sizeof path, db), STORE_CREATE, &session->store, error);
     store_begin(session->store, error);
-    collector_open(session->store, session->can ? "file:can" : NULL, session->serial ? "file:serial" : NULL,
-                   &session->collector, error);
+    collector_open(session->store, session->can ? "file:can" : NULL,
+                   session->serial ? "file:serial" : NULL, &session->collector, error);
     assert_no_error(error);
     const char *can = session->can;
     size_t serial = 0;
@@ -64,7 +65,8 @@ static inline void session_log(struct session *session, const char *db)
                                              collector_block(session->collector, LINK_SERIAL))) {
             session_feed_line(session, &can);
         } else {
-            size_t length = session->serial_length - serial < 100 ? session->serial_length - serial : 100;
+            size_t length = session->serial_length - serial < 100 ? session->serial_length - serial
+                                                                  : 100;
             collector_bytes(session->collector, (const uint8_t *)session->serial + serial, length,
                             1700000000000000u, error);
             serial += length;

@@ -1,9 +1,10 @@
-/* A board made by hand for tests of the host: writes a candump log and serial bytes, message by message,
- * through common/.
+/* A board made by hand for tests of the host: writes a candump log and serial bytes, message by
+ * message, through common/.
  *
- * stream_landing plays one whole landing whose truth is closed form: touchdown at 3 ft with speed v0,
- * constant deceleration a, so x = 3 + v0 t - a t^2 / 2; transducer n moves by peak * n / 8 over 0.2 s as the
- * wheel passes; gage n pulls 100 + n pounds, falling by 10 ahead of the wheel. Two links, no noise. */
+ * stream_landing plays one whole landing whose truth is closed form: touchdown at 3 ft with speed
+ * v0, constant deceleration a, so x = 3 + v0 t - a t^2 / 2; transducer n moves by peak * n / 8 over
+ * 0.2 s as the wheel passes; gage n pulls 100 + n pounds, falling by 10 ahead of the wheel. Two
+ * links, no noise. */
 #ifndef MATRIG_TESTS_HOST_STREAM_H
 #define MATRIG_TESTS_HOST_STREAM_H
 
@@ -20,9 +21,9 @@
 #include "common/framing.h"
 #include "host/link/candump.h"
 
-#define STREAM_IN_PER_CODE 0.0016f
-#define STREAM_LB_PER_CODE 0.16f
-#define STREAM_ZERO_CODE 62.0f
+#define STREAM_IN_PER_CODE     0.0016f
+#define STREAM_LB_PER_CODE     0.16f
+#define STREAM_ZERO_CODE       62.0f
 #define STREAM_SWITCH_ERROR_FT 0.001f
 
 struct stream {
@@ -50,7 +51,8 @@ struct stream_truth {
     bool warn;
 };
 
-static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t *payload, size_t length)
+static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t *payload,
+                              size_t length)
 {
     char line[CANDUMP_LINE_MAX];
     struct link_frame frame = {.id = id, .length = (uint8_t)length, .host_us = stream->host_us};
@@ -64,7 +66,8 @@ static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t 
     fputs(line, stream->can);
 }
 
-static inline void stream_serial(struct stream *stream, uint16_t type, const uint8_t *payload, size_t length)
+static inline void stream_serial(struct stream *stream, uint16_t type, const uint8_t *payload,
+                                 size_t length)
 {
     uint8_t frame[MR_FRAME_MAX];
     size_t size = mr_frame_encode(stream->seq++, type, payload, length, frame);
@@ -94,13 +97,16 @@ static inline void stream_serial(struct stream *stream, uint16_t type, const uin
 
 static inline void stream_hello(struct stream *stream, unsigned layout)
 {
-    STREAM_BOTH(stream, hello, HELLO, .layout = (uint16_t)layout, .major = 9, .minor = 8, .patch = 7);
+    STREAM_BOTH(stream, hello, HELLO, .layout = (uint16_t)layout, .major = 9, .minor = 8,
+                .patch = 7);
     STREAM_BOTH(stream, board_uid, BOARD_UID, .uid0 = 0x11, .uid1 = 0x22);
     STREAM_BOTH(stream, board_image, BOARD_IMAGE, .uid2 = 0x33, .image_crc = 0xdeadbeef);
-    STREAM_BOTH(stream, board_config, BOARD_CONFIG, .config_crc = 0x12345678, .channels = MR_CHANNELS,
-                .switches = 24, .segments = 42, .warning_mats = 30);
-    STREAM_BOTH(stream, image_commit, IMAGE_COMMIT, .commit = 0xc7a3136a, .commit_more = 0xb3a3, .changed = 1, .state = 1);
-    STREAM_BOTH(stream, site, SITE, .touchdown_ft = 3.0f, .switch_error_ft = STREAM_SWITCH_ERROR_FT);
+    STREAM_BOTH(stream, board_config, BOARD_CONFIG, .config_crc = 0x12345678,
+                .channels = MR_CHANNELS, .switches = 24, .segments = 42, .warning_mats = 30);
+    STREAM_BOTH(stream, image_commit, IMAGE_COMMIT, .commit = 0xc7a3136a, .commit_more = 0xb3a3,
+                .changed = 1, .state = 1);
+    STREAM_BOTH(stream, site, SITE, .touchdown_ft = 3.0f,
+                .switch_error_ft = STREAM_SWITCH_ERROR_FT);
 }
 
 static inline struct mr_channel_config stream_channel(unsigned index)
@@ -108,17 +114,22 @@ static inline struct mr_channel_config stream_channel(unsigned index)
     static const float gage_ft[7] = {15.0f, 30.0f, 45.0f, 55.0f, 65.0f, 75.0f, 85.0f};
     struct mr_channel_config config = {.station_ft = NAN, .unit_per_code = 1.0f};
     if (index < MR_TRANSDUCERS) {
-        config = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT, .number = (uint8_t)(index + 1),
+        config = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT,
+                                            .number = (uint8_t)(index + 1),
                                             .station_ft = 40.0f + 10.0f * (float)index,
-                                            .unit_per_code = STREAM_IN_PER_CODE, .zero_code = STREAM_ZERO_CODE};
+                                            .unit_per_code = STREAM_IN_PER_CODE,
+                                            .zero_code = STREAM_ZERO_CODE};
     } else if (index < MR_TRANSDUCERS + MR_GAGES) {
         unsigned gage = index - MR_TRANSDUCERS;
-        config = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(gage + 1),
-                                            .band = (uint8_t)(1 + gage / 7), .station_ft = gage_ft[gage % 7],
-                                            .unit_per_code = STREAM_LB_PER_CODE, .zero_code = STREAM_ZERO_CODE};
+        config = (struct mr_channel_config){.kind = MR_KIND_TENSION,
+                                            .number = (uint8_t)(gage + 1),
+                                            .band = (uint8_t)(1 + gage / 7),
+                                            .station_ft = gage_ft[gage % 7],
+                                            .unit_per_code = STREAM_LB_PER_CODE,
+                                            .zero_code = STREAM_ZERO_CODE};
     } else {
-        config.kind =
-            (uint8_t)(index == MR_TRANSDUCERS + MR_ADC1_STAIRCASE ? MR_KIND_STAIRCASE : MR_KIND_REFERENCE);
+        config.kind = (uint8_t)(index == MR_TRANSDUCERS + MR_ADC1_STAIRCASE ? MR_KIND_STAIRCASE
+                                                                            : MR_KIND_REFERENCE);
     }
     return config;
 }
@@ -127,8 +138,8 @@ static inline void stream_configuration(struct stream *stream)
 {
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         struct mr_channel_config c = stream_channel(i);
-        STREAM_BOTH(stream, channel, CHANNEL, .index = (uint8_t)i, .kind = c.kind, .station_ft = c.station_ft,
-                    .unit_per_code = c.unit_per_code);
+        STREAM_BOTH(stream, channel, CHANNEL, .index = (uint8_t)i, .kind = c.kind,
+                    .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
         STREAM_BOTH(stream, channel_zero, CHANNEL_ZERO, .index = (uint8_t)i, .number = c.number,
                     .band = c.band, .zero_code = c.zero_code);
     }
@@ -141,8 +152,8 @@ static inline void stream_configuration(struct stream *stream)
                     .start_ft = (float)s * 20.0f / 7.0f, .end_ft = (float)(s + 1) * 20.0f / 7.0f);
 }
 
-static inline void stream_state(struct stream *stream, unsigned state, unsigned cause, unsigned number,
-                                uint32_t block)
+static inline void stream_state(struct stream *stream, unsigned state, unsigned cause,
+                                unsigned number, uint32_t block)
 {
     STREAM_BOTH(stream, landing, LANDING, .state = (uint8_t)state, .cause = (uint8_t)cause,
                 .landing = (uint16_t)number, .block = block);
@@ -154,17 +165,19 @@ static inline uint32_t stream_tick(double board_s)
 }
 
 /* A block with given inches and pounds; the reference is exact, so the ratio is 3103 / 3103. */
-static inline struct mr_block stream_block(uint32_t index, const double *inches, const double *pounds)
+static inline struct mr_block stream_block(uint32_t index, const double *inches,
+                                           const double *pounds)
 {
     struct mr_block block = {.index = index, .tick = stream_tick((double)index / 1000.0)};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        long half = lround(4.0 * (inches[i] / (double)STREAM_IN_PER_CODE + (double)STREAM_ZERO_CODE));
+        long half =
+            lround(4.0 * (inches[i] / (double)STREAM_IN_PER_CODE + (double)STREAM_ZERO_CODE));
         block.plus[i] = (uint16_t)(4 * 2048 + half);
         block.minus[i] = (uint16_t)(4 * 2048 - half);
     }
     for (unsigned i = 0; i < MR_GAGES; i++)
-        block.sum[i] =
-            (uint16_t)lround(8.0 * (pounds[i] / (double)STREAM_LB_PER_CODE + (double)STREAM_ZERO_CODE));
+        block.sum[i] = (uint16_t)lround(
+            8.0 * (pounds[i] / (double)STREAM_LB_PER_CODE + (double)STREAM_ZERO_CODE));
     block.sum[MR_ADC1_STAIRCASE] = 8 * 100;
     block.sum[MR_ADC1_REFERENCE] = 8 * 3103;
     return block;
@@ -179,14 +192,16 @@ static inline double stream_station_ft(const struct stream_truth *truth, double 
     return 3.0 + truth->v0_ft_s * t - 0.5 * truth->a_ft_s2 * t * t;
 }
 
-/* Board time at which the wheel is at a station; NAN: it never is. Before touchdown it comes at v0. */
+/* Board time at which the wheel is at a station; NAN: it never is. Before touchdown it comes at
+ * v0. */
 static inline double stream_time_s(const struct stream_truth *truth, double station_ft)
 {
     double way = station_ft - 3.0;
     double v = truth->v0_ft_s, a = truth->a_ft_s2;
     if (way < 0.0)
         return truth->touchdown_s + way / v;
-    return v * v < 2.0 * a * way ? (double)NAN : truth->touchdown_s + (v - sqrt(v * v - 2.0 * a * way)) / a;
+    return v * v < 2.0 * a * way ? (double)NAN
+                                 : truth->touchdown_s + (v - sqrt(v * v - 2.0 * a * way)) / a;
 }
 
 static inline void stream_readings(const struct stream_truth *truth, double board_s, double *inches,
@@ -205,7 +220,8 @@ static inline void stream_readings(const struct stream_truth *truth, double boar
 }
 
 /* What the board sends of one block: record, decimated readings, and the regular messages. */
-static inline void stream_millisecond(struct stream *stream, const struct stream_truth *truth, bool recording)
+static inline void stream_millisecond(struct stream *stream, const struct stream_truth *truth,
+                                      bool recording)
 {
     double inches[MR_TRANSDUCERS], pounds[MR_GAGES];
     static struct mr_block history[4];
@@ -232,9 +248,9 @@ static inline void stream_millisecond(struct stream *stream, const struct stream
         for (unsigned i = 0; i < MR_GAGES; i++) {
             struct mr_channel_config config = stream_channel(MR_TRANSDUCERS + i);
             for (unsigned age = 0; age < 4; age++)
-                t[i] +=
-                    0.25f *
-                    mr_channel_read(&config, &history[(index + 4 - age) % 4], MR_TRANSDUCERS + i, 1.0f).value;
+                t[i] += 0.25f * mr_channel_read(&config, &history[(index + 4 - age) % 4],
+                                                MR_TRANSDUCERS + i, 1.0f)
+                                    .value;
         }
         STREAM_CAN(stream, tension_1_3, TENSION_1_3, t[0], t[1], t[2], block16);
         STREAM_CAN(stream, tension_4_6, TENSION_4_6, t[3], t[4], t[5], block16);
@@ -243,7 +259,8 @@ static inline void stream_millisecond(struct stream *stream, const struct stream
         STREAM_CAN(stream, tension_13_14, TENSION_13_14, t[12], t[13], 0, block16);
     }
     if (index % 100 == 3)
-        STREAM_BOTH(stream, clock, CLOCK, .block = index, .tick = stream_tick((double)index / 1000.0));
+        STREAM_BOTH(stream, clock, CLOCK, .block = index,
+                    .tick = stream_tick((double)index / 1000.0));
     if (index % 100 == 43)
         STREAM_BOTH(stream, can_health, CAN_HEALTH, .sent = stream->can_sent);
     if (index % 100 == 63)
@@ -253,10 +270,12 @@ static inline void stream_millisecond(struct stream *stream, const struct stream
 }
 
 /* Armed 1 s (or armed_s) before touchdown, recorded until 1 s after the stop, done. */
-static inline void stream_landing(struct stream *stream, struct stream_truth *truth, unsigned number)
+static inline void stream_landing(struct stream *stream, struct stream_truth *truth,
+                                  unsigned number)
 {
     unsigned next = 1, count = 0;
-    truth->touchdown_s = (double)stream->block / 1000.0 + (stream->armed_s > 0.0 ? stream->armed_s : 1.0);
+    truth->touchdown_s = (double)stream->block / 1000.0 +
+                         (stream->armed_s > 0.0 ? stream->armed_s : 1.0);
     double stop_s = truth->touchdown_s + truth->v0_ft_s / truth->a_ft_s2;
     stream_state(stream, 1, 1, number, stream->block);
     stream_hello(stream, MR_LAYOUT);
@@ -270,27 +289,33 @@ static inline void stream_landing(struct stream *stream, struct stream_truth *tr
             if (++count == 1)
                 stream_state(stream, 2, 2, number, stream->block);
             STREAM_BOTH(stream, edge, EDGE, .tick = stream_tick(edge_s), .position = (uint8_t)next,
-                        .count = (uint8_t)count, .step_codes = (float)(64 + 8 * (7 * (next - 1) % 24)));
-            STREAM_BOTH(stream, motion, MOTION, .position_ft = (float)station_ft, .speed_ft_s = 20.0f,
-                        .deceleration_ft_s2 = 5.0f, .block16 = (uint16_t)(stream->block - 1));
-            STREAM_BOTH(stream, motion_error, MOTION_ERROR, .position_ft = 0.001f, .speed_ft_s = 0.01f,
-                        .deceleration_ft_s2 = 0.1f, .block16 = (uint16_t)(stream->block - 1));
+                        .count = (uint8_t)count,
+                        .step_codes = (float)(64 + 8 * (7 * (next - 1) % 24)));
+            STREAM_BOTH(stream, motion, MOTION, .position_ft = (float)station_ft,
+                        .speed_ft_s = 20.0f, .deceleration_ft_s2 = 5.0f,
+                        .block16 = (uint16_t)(stream->block - 1));
+            STREAM_BOTH(stream, motion_error, MOTION_ERROR, .position_ft = 0.001f,
+                        .speed_ft_s = 0.01f, .deceleration_ft_s2 = 0.1f,
+                        .block16 = (uint16_t)(stream->block - 1));
             next++;
         }
         if (stream->block % 50 == 0) {
-            bool warning =
-                truth->warn && now_s > truth->touchdown_s + 1.0 && now_s < truth->touchdown_s + 2.0;
+            bool warning = truth->warn && now_s > truth->touchdown_s + 1.0 &&
+                           now_s < truth->touchdown_s + 2.0;
             STREAM_BOTH(stream, zone, ZONE, .mats = (uint16_t)(warning ? 35 : 5), .start_ft = 60.0f,
                         .end_ft = 70.0f, .block16 = (uint16_t)(stream->block - 1));
-            STREAM_BOTH(stream, zone_lead, ZONE_LEAD, .lead_s = 0.75f, .wheel_ft = 30.0f, .warning = warning,
-                        .inferred_percent = 20, .block16 = (uint16_t)(stream->block - 1));
+            STREAM_BOTH(stream, zone_lead, ZONE_LEAD, .lead_s = 0.75f, .wheel_ft = 30.0f,
+                        .warning = warning, .inferred_percent = 20,
+                        .block16 = (uint16_t)(stream->block - 1));
         }
     }
-    STREAM_BOTH(stream, touchdown, TOUCHDOWN, .speed_ft_s = (float)truth->v0_ft_s, .speed_error_ft_s = 0.01f,
-                .deceleration_ft_s2 = (float)truth->a_ft_s2, .deceleration_error_ft_s2 = 0.01f);
+    STREAM_BOTH(stream, touchdown, TOUCHDOWN, .speed_ft_s = (float)truth->v0_ft_s,
+                .speed_error_ft_s = 0.01f, .deceleration_ft_s2 = (float)truth->a_ft_s2,
+                .deceleration_error_ft_s2 = 0.01f);
     STREAM_BOTH(stream, stop, STOP, .station_ft = (float)stream_station_ft(truth, 1e9),
-                .station_error_ft = 0.01f, .after_touchdown_s = (float)(truth->v0_ft_s / truth->a_ft_s2),
-                .switches = 20, .used = 8);
+                .station_error_ft = 0.01f,
+                .after_touchdown_s = (float)(truth->v0_ft_s / truth->a_ft_s2), .switches = 20,
+                .used = 8);
     stream_state(stream, 3, 3, number, stream->block);
     stream_state(stream, 4, 4, number, stream->block);
 }

@@ -135,7 +135,7 @@ static void steps_are_believed_only_with_a_loss(void **state)
     account_step(&account, MR_PACK_TENSION_4_6, 101);
     account_can_frame(&account);
     account_step(&account, MR_PACK_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
-    can_interval(&account, 0, 5, 0, 143);           /* 1..4 were sent, two came */
+    can_interval(&account, 0, 5, 0, 143);             /* 1..4 were sent, two came */
     assert_int_equal(account.counts.lost, 2);
     assert_int_equal(account.gaps, 2);
     assert_string_equal(account.gap[0].message, "tension_4_6");
@@ -188,7 +188,8 @@ static bool count(struct account *account, uint16_t id, uint32_t sent)
     return account_message_count(account, &(struct mr_message_count){.id = id, .count = sent});
 }
 
-/* What a board counts anew is no loss of what it had counted, whether its restart has been noticed or not. */
+/* What a board counts anew is no loss of what it had counted, whether its restart has been noticed
+ * or not. */
 static void counts_of_a_board_that_begins_again(void **state)
 {
     struct account account;
@@ -200,7 +201,8 @@ static void counts_of_a_board_that_begins_again(void **state)
         account_message(&account, MR_PLACE_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 122));
     assert_true(count(&account, MR_ID_MOTION, 0));
-    account_serial_frame(&account, 7, 1); /* 1 to 6 are lost: the hello of a board that begins again may be among them */
+    /* 1 to 6 are lost: the hello of a board that begins again may be among them */
+    account_serial_frame(&account, 7, 1);
     account_message(&account, MR_PLACE_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
@@ -234,7 +236,8 @@ static void time_unwraps(void **state)
     assert_false(timebase_block(&time, 64600));
 }
 
-/* Frames 1 to 99 and can_health 100 arrive; of the 99 after it 9 are lost, and the queue owns up to 5. */
+/* Frames 1 to 99 and can_health 100 arrive; of the 99 after it 9 are lost, and the queue owns up to
+ * 5. */
 static void losses_have_their_causes(void **state)
 {
     struct account account;
@@ -252,7 +255,8 @@ static void losses_have_their_causes(void **state)
     assert_int_equal(account.gap[0].to_block, 2000);
     assert_string_equal(account.gap[1].cause, "adapter");
     assert_int_equal(account.gap[1].count, 4);
-    /* The next loss has no known cause; what the queue lost of others' frames is no loss of the board's. */
+    /* The next loss has no known cause; what the queue lost of others' frames is no loss of the
+     * board's. */
     can_interval(&account, 98, 300, 0, 3000);
     assert_int_equal(account.counts.lost, 10);
     assert_string_equal(account.gap[2].cause, "link");
@@ -267,8 +271,9 @@ static void losses_have_their_causes(void **state)
     assert_string_equal(account.gap[3].cause, "bus-off");
 }
 
-/* The queue to the campaign had no room: each reason is a gap of its own. On serial bytes are lost, and a jump is theirs even when the
- * number has wrapped: 100 frames of 100 bytes came, 7,000,000 bytes are lost, so 70,000 frames; the number says 4,464. */
+/* The queue to the campaign had no room: each reason is a gap of its own. On serial bytes are lost,
+ * and a jump is theirs even when the number has wrapped: 100 frames of 100 bytes came, 7,000,000
+ * bytes are lost, so 70,000 frames; the number says 4,464. */
 static void losses_by_a_full_queue(void **state)
 {
     struct account account;
@@ -299,7 +304,8 @@ static void losses_by_a_full_queue(void **state)
     assert_string_equal(account.gap[0].cause, "slow disk");
     assert_int_equal(account.gap[0].count, 70000);
     account.bytes += 100;
-    account_serial_frame(&account, 5, 201); /* without such a loss a step back is a sender that began again */
+    /* without such a loss a step back is a sender that began again */
+    account_serial_frame(&account, 5, 201);
     assert_int_equal(account.counts.lost, 70000);
 }
 
@@ -334,7 +340,8 @@ static void troubles_at_the_end(void **state)
     assert_int_equal(account.gaps, 0);
 }
 
-/* The queue loses frames before the first can_health: they are lost, not sent before logging began. */
+/* The queue loses frames before the first can_health: they are lost, not sent before logging
+ * began. */
 static void queue_losses_while_joining(void **state)
 {
     struct account account;
@@ -347,7 +354,8 @@ static void queue_losses_while_joining(void **state)
     assert_string_equal(account.gap[0].cause, "queue");
 }
 
-/* Of a stranger: counts that the bus cannot have carried are not taken, and the frames that bring them are in excess. */
+/* Of a stranger: counts that the bus cannot have carried are not taken, and the frames that bring
+ * them are in excess. */
 static void counts_of_nobody(void **state)
 {
     const uint32_t strange[] = {0, 17, 123456789, UINT32_MAX};

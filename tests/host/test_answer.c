@@ -17,7 +17,8 @@ static char *printed(const struct answer *answer, bool (*print)(const struct ans
     return text;
 }
 
-static void expect(const struct answer *answer, bool (*print)(const struct answer *, FILE *), const char *expected)
+static void expect(const struct answer *answer, bool (*print)(const struct answer *, FILE *),
+                   const char *expected)
 {
     char *text = printed(answer, print);
     assert_string_equal(text, expected);
@@ -39,7 +40,8 @@ static struct answer *landing(bool si)
     struct answer *answer = answer_new(si);
     answer_count(answer, "run", NULL, 5);
     answer_open(answer, NULL, "RUN 5");
-    answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)->interval = true;
+    answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)->interval =
+        true;
     answer_value(answer, "rms", "rms <all>", UNIT_DISPLACEMENT, -0.00001, 4);
     answer_value(answer, "at", "at", UNIT_TIME, (double)NAN, 3);
     answer_count(answer, "edges", "edges", 17)->end = " of 24";
@@ -64,11 +66,13 @@ static void facts_in_three_forms(void **unused)
            "  pass          yes\n"
            "  board         unknown\n"
            "  worst         not compared\n");
-    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0.112,\"rms_in\":-1e-5,\"at_s\":null,\"edges\":17,"
+    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0."
+                        "112,\"rms_in\":-1e-5,\"at_s\":null,\"edges\":17,"
                         "\"pass\":true,\"worst\":null,\"raw\":[1,2]}");
     expect(answer, answer_html,
            "<h3>RUN 5</h3>\n<dl>\n"
-           "<div><dt>touchdown</dt><dd>35.500 \xc2\xb1 0.112 ft/s (95 %: 35.280 to 35.720)</dd></div>\n"
+           "<div><dt>touchdown</dt><dd>35.500 \xc2\xb1 0.112 ft/s (95 %: 35.280 to "
+           "35.720)</dd></div>\n"
            "<div><dt>rms &lt;all&gt;</dt><dd>0.0000 in</dd></div>\n"
            "<div><dt>at</dt><dd>-</dd></div>\n"
            "<div><dt>edges</dt><dd>17 of 24</dd></div>\n"
@@ -90,7 +94,9 @@ static void si_converts_name_value_and_error(void **unused)
            "peak          25.400 +- 0.254 mm\n"
            "pull          4.4 N\n"
            "station       3.05 m\n");
-    expect_json(answer, "{\"peak_mm\":25.4,\"peak_error_mm\":0.254,\"pull_N\":4.44822,\"station_m\":3.048}");
+    expect_json(
+        answer,
+        "{\"peak_mm\":25.4,\"peak_error_mm\":0.254,\"pull_N\":4.44822,\"station_m\":3.048}");
     answer_free(answer);
 }
 
@@ -108,9 +114,12 @@ static void programs_get_values_as_they_are_given(void **unused)
         answer_value(answer, NULL, "still as it began", UNIT_SPEED, -0.0, -3);
         answer_close(answer);
         expect(answer, answer_text,
-               si ? "lift              30.48 +- 0.30 mm, of mat 4\nspring            29.19 N/m\nstill as it began 0 m/s\n"
-                  : "lift              1.200 +- 0.012 in, of mat 4\nspring            2 lb/ft\nstill as it began 0 ft/s\n");
-        expect_json(answer, "{\"lift_ft\":0.1,\"lift_error_ft\":0.001,\"spring_lb_ft\":2.0,\"ends\":{}}");
+               si ? "lift              30.48 +- 0.30 mm, of mat 4\nspring            29.19 "
+                    "N/m\nstill as it began 0 m/s\n"
+                  : "lift              1.200 +- 0.012 in, of mat 4\nspring            2 "
+                    "lb/ft\nstill as it began 0 ft/s\n");
+        expect_json(answer,
+                    "{\"lift_ft\":0.1,\"lift_error_ft\":0.001,\"spring_lb_ft\":2.0,\"ends\":{}}");
         answer_free(answer);
     }
 }
@@ -129,7 +138,8 @@ static struct answer *channels(size_t columns)
             char name[20], label[40];
             snprintf(name, sizeof name, "x%zu", c);
             snprintf(label, sizeof label, "peak|number %zu", c);
-            answer_value(answer, name, label, UNIT_DISPLACEMENT, row == 1 ? 1000.0 : (double)NAN, 2)->bounded = true;
+            answer_value(answer, name, label, UNIT_DISPLACEMENT, row == 1 ? 1000.0 : (double)NAN, 2)
+                ->bounded = true;
         }
         if (row > 0)
             answer_words(answer, "why", "why", "%s", "");
@@ -157,7 +167,8 @@ static void a_table_in_three_forms(void **unused)
                         "{\"number\":9,\"hidden\":1,\"x0_in\":1000.0,\"why\":\"\"},"
                         "{\"number\":10,\"hidden\":2,\"x0_in\":null,\"why\":\"\"}],\"last\":1}");
     expect(answer, answer_html,
-           "<h3>channels</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th><th>peak number 0, in</th><th>why</th></tr></thead><tbody>\n"
+           "<h3>channels</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th><th>peak number "
+           "0, in</th><th>why</th></tr></thead><tbody>\n"
            "<tr><td class=\"n\">8</td><td></td><td>too late</td></tr>\n"
            "<tr><td class=\"n\">9</td><td class=\"n\">&gt;999</td><td></td></tr>\n"
            "<tr><td class=\"n\">10</td><td class=\"n\">\xe2\x80\x93</td><td></td></tr>\n"
@@ -165,7 +176,8 @@ static void a_table_in_three_forms(void **unused)
     answer_free(answer);
 }
 
-/* No row has all columns; the value's unit is in the head though the first row has none; groups of a row are cells. */
+/* No row has all columns; the value's unit is in the head though the first row has none; groups of
+ * a row are cells. */
 static void columns_of_all_rows(void **unused)
 {
     (void)unused;
@@ -193,7 +205,8 @@ static void columns_of_all_rows(void **unused)
            "  of        mats            ft  doubt\n"
            "  board              not known  yes\n"
            "  measured    12  +74.2 +- 0.5\n");
-    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,\"start_ft\":74.25,\"start_error_ft\":0.5}},{\"mats\":1}]}");
+    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,"
+                        "\"start_ft\":74.25,\"start_error_ft\":0.5}},{\"mats\":1}]}");
     answer_free(answer);
 }
 
@@ -244,11 +257,13 @@ static void nested_groups_and_lists(void **unused)
     answer_table(answer, "nothing", "nothing yet");
     answer_close(answer);
     expect(answer, answer_text, "zone\n  measured\n    mats          12\n");
-    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},\"after\":false,\"nothing\":[]}");
+    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},"
+                        "\"after\":false,\"nothing\":[]}");
     answer_free(answer);
 }
 
-/* What landings need: counts that nobody told, tables without rows, several facts of one label, facts of a list. */
+/* What landings need: counts that nobody told, tables without rows, several facts of one label,
+ * facts of a list. */
 static void what_is_not_there_and_what_is_there_twice(void **unused)
 {
     (void)unused;
@@ -277,14 +292,17 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
            "  rows\n"
            "    no\n"
            "     8\n");
-    expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"lasted_s\":20.0,\"lasted_error_s\":0.29,"
+    expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"lasted_s\":20.0,"
+                        "\"lasted_error_s\":0.29,"
                         "\"rows\":[{\"number\":8}]}");
-    expect(answer, answer_html,
-           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
-           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd class=\"warn\">two</dd></div>\n"
-           "<div><dt>lasted</dt><dd>20.00 \xc2\xb1 0.29 s</dd></div>\n</dl>\n"
-           "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
-           "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
+    expect(
+        answer, answer_html,
+        "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
+        "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd "
+        "class=\"warn\">two</dd></div>\n"
+        "<div><dt>lasted</dt><dd>20.00 \xc2\xb1 0.29 s</dd></div>\n</dl>\n"
+        "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
+        "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
     answer_free(answer);
 }
 
@@ -303,12 +321,16 @@ static void no_answer_is_no_crash(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(facts_in_three_forms),          cmocka_unit_test(si_converts_name_value_and_error),
-        cmocka_unit_test(a_table_in_three_forms),        cmocka_unit_test(what_is_too_wide_goes_on_below),
+        cmocka_unit_test(facts_in_three_forms),
+        cmocka_unit_test(si_converts_name_value_and_error),
+        cmocka_unit_test(a_table_in_three_forms),
+        cmocka_unit_test(what_is_too_wide_goes_on_below),
         cmocka_unit_test(columns_of_all_rows),
-        cmocka_unit_test(a_sentence_in_lines_that_fit),  cmocka_unit_test(nested_groups_and_lists),
+        cmocka_unit_test(a_sentence_in_lines_that_fit),
+        cmocka_unit_test(nested_groups_and_lists),
         cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
-        cmocka_unit_test(no_answer_is_no_crash),         cmocka_unit_test(programs_get_values_as_they_are_given),
+        cmocka_unit_test(no_answer_is_no_crash),
+        cmocka_unit_test(programs_get_values_as_they_are_given),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

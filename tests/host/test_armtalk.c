@@ -1,4 +1,5 @@
-/* Arming over a link that loses the order or its answer: what the board says of its state decides, and the order goes out once. */
+/* Arming over a link that loses the order or its answer: what the board says of its state decides,
+ * and the order goes out once. */
 #include "common/command.h"
 #include "host/board/armtalk.h"
 #include "tests/host/scripted_link.h"
@@ -97,7 +98,9 @@ static void a_state_that_was_there_before_shows_nothing(void **state)
     (void)state;
     begin(1, arms_unheard);
     assert_int_equal(arm(&error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "the board does not answer `arm` within 3 s: scripted; look what state it is in before trying again");
+    assert_error(&error, MR_TIMEOUT,
+                 "the board does not answer `arm` within 3 s: scripted; look what state it is in "
+                 "before trying again");
 }
 
 static void a_lost_order_is_told(void **state)
@@ -115,7 +118,8 @@ static void an_order_taken_and_not_followed_is_told(void **state)
     (void)state;
     begin(0, takes_and_stays);
     assert_int_equal(arm(&error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "the board took `arm` and does not say it is armed: scripted;");
+    assert_error(&error, MR_TIMEOUT,
+                 "the board took `arm` and does not say it is armed: scripted;");
 }
 
 static void a_refusal_names_what_goes_on(void **state)

@@ -1,4 +1,5 @@
-/* Calibration: the line and its errors against closed forms and repeated trials, the table against a curve, what is refused. */
+/* Calibration: the line and its errors against closed forms and repeated trials, the table against
+ * a curve, what is refused. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -18,7 +19,9 @@ static size_t make(struct calibrate_point *point, size_t count, double noise_cod
 {
     for (size_t i = 0; i < count; i++) {
         double value = 2.0 * (double)i / (double)(count - 1);
-        point[i] = (struct calibrate_point){value, 62.5 + (value - bend * value * (2.0 - value)) / 0.0016 + noise_codes * gauss(), 0.5};
+        point[i] = (struct calibrate_point){
+            value, 62.5 + (value - bend * value * (2.0 - value)) / 0.0016 + noise_codes * gauss(),
+            0.5};
     }
     return count;
 }
@@ -26,18 +29,24 @@ static size_t make(struct calibrate_point *point, size_t count, double noise_cod
 static void a_line_is_found_again(void **state)
 {
     struct calibrate_point point[11];
-    struct mr_channel_config channel = {.kind = MR_KIND_DISPLACEMENT, .points = 3, .station_ft = 40.0f};
+    struct mr_channel_config channel = {
+        .kind = MR_KIND_DISPLACEMENT, .points = 3, .station_ft = 40.0f};
     struct calibrate_fit fit;
     struct error error = {0};
     (void)state;
-    assert_int_equal(calibrate_fit(point, make(point, 11, 0.0, 0.0), 0.001, false, &channel, &fit, &error), MR_OK);
+    assert_int_equal(
+        calibrate_fit(point, make(point, 11, 0.0, 0.0), 0.001, false, &channel, &fit, &error),
+        MR_OK);
     assert_true(fabs(fit.unit_per_code / 0.0016 - 1.0) < 1e-9 && fabs(fit.zero_code - 62.5) < 1e-6);
     assert_true(fit.worst < 2e-6 && fit.linearity_error < 2e-6); /* single precision */
-    assert_true(fabs(fit.gain_error - 0.001 / 2.0) < 1e-6 && fabs(fit.zero_error - 0.001) < 1e-6); /* the known values' own error */
-    assert_true(channel.points == 0 && channel.station_ft == 40.0f && fabsf(channel.unit_per_code - 0.0016f) < 1e-9f);
+    /* the known values' own error */
+    assert_true(fabs(fit.gain_error - 0.001 / 2.0) < 1e-6 && fabs(fit.zero_error - 0.001) < 1e-6);
+    assert_true(channel.points == 0 && channel.station_ft == 40.0f &&
+                fabsf(channel.unit_per_code - 0.0016f) < 1e-9f);
 }
 
-/* One bad point: its residual is told. Line through (0,0) (1,1) (2,2) (3,3.4): slope 1.12, intercept -0.08 by hand. */
+/* One bad point: its residual is told. Line through (0,0) (1,1) (2,2) (3,3.4): slope 1.12,
+ * intercept -0.08 by hand. */
 static void residuals_by_hand(void **state)
 {
     const struct calibrate_point point[4] = {{0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {3.4, 3, 0}};
@@ -54,8 +63,10 @@ static void residuals_by_hand(void **state)
     /* sum of squares 0.048, two degrees of freedom; standard error of the slope: sqrt(0.024 / 5) */
     assert_true(fabs(fit.linearity_error - sqrt(0.024)) < 1e-6);
     assert_true(fabs(fit.gain_error - sqrt(0.024 / 5.0) / 1.12) < 1e-6);
-    /* of the intercept: sqrt(0.024 (1/4 + 1.5^2 / 5)), at the zero code 0.0714: mean 1.5 less that */
-    assert_true(fabs(fit.zero_error - sqrt(0.024 * (0.25 + pow(1.5 - 0.08 / 1.12, 2) / 5.0))) < 1e-6);
+    /* of the intercept: sqrt(0.024 (1/4 + 1.5^2 / 5)), at the zero code 0.0714: mean 1.5 less
+     * that */
+    assert_true(fabs(fit.zero_error - sqrt(0.024 * (0.25 + pow(1.5 - 0.08 / 1.12, 2) / 5.0))) <
+                1e-6);
 }
 
 static void stated_errors_hold(void **state)
@@ -69,7 +80,9 @@ static void stated_errors_hold(void **state)
     (void)state;
     srand(3);
     for (int i = 0; i < TRIALS; i++) {
-        assert_int_equal(calibrate_fit(point, make(point, 9, 3.0, 0.0), 0.0, false, &channel, &fit, &error), MR_OK);
+        assert_int_equal(
+            calibrate_fit(point, make(point, 9, 3.0, 0.0), 0.0, false, &channel, &fit, &error),
+            MR_OK);
         gain += pow((fit.unit_per_code / 0.0016 - 1.0) / fit.gain_error, 2) / TRIALS;
         zero += pow((fit.zero_code - 62.5) * 0.0016 / fit.zero_error, 2) / TRIALS;
     }
@@ -96,7 +109,8 @@ static void a_table_follows_a_curve(void **state)
         float straight = ((float)code - channel.zero_code) * channel.unit_per_code;
         worst = fmax(worst, fabs((double)mr_channel_linearise(&channel, straight) - value));
     }
-    assert_true(worst < 2.0 * table.linearity_error && worst > 0.3 * table.linearity_error && worst < line.worst / 5.0);
+    assert_true(worst < 2.0 * table.linearity_error && worst > 0.3 * table.linearity_error &&
+                worst < line.worst / 5.0);
     for (int i = 0; i < 8; i++) /* a bridge wired the other way round: codes fall */
         point[i].code = -point[i].code;
     assert_int_equal(calibrate_fit(point, 8, 0.0, true, &channel, &table, &error), MR_OK);

@@ -1,5 +1,5 @@
-/* Campaigns: uneven ground, the path of a landing, what carries over, and that neither threads nor what is left out
- * change an answer. */
+/* Campaigns: uneven ground, the path of a landing, what carries over, and that neither threads nor
+ * what is left out change an answer. */
 #include "tests/cmocka_all.h"
 
 #include <glob.h>
@@ -13,9 +13,11 @@
 #include "host/campaign/summary.h"
 #include "host/sim/sim.h"
 
-#define RIG                                                                                                            \
-    "\"N\":%d,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":1.3e4,\"CV\":60,\"KT\":41.6,\"CT\":1.57e-4,"     \
-    "\"TAD_deg\":7,\"profile\":\"full\",\"KL\":2.9e5,\"CL\":5,\"slack\":0.0025,\"left\":\"fixed\",\"right\":\"fixed\","   \
+#define RIG                                                                                      \
+    "\"N\":%d,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":1.3e4,\"CV\":60,\"KT\":" \
+    "41.6,\"CT\":1.57e-4,"                                                                       \
+    "\"TAD_deg\":7,\"profile\":\"full\",\"KL\":2.9e5,\"CL\":5,\"slack\":0.0025,\"left\":"        \
+    "\"fixed\",\"right\":\"fixed\","                                                             \
     "\"f\":0.5,\"friction\":\"stick\",\"v0\":0,\"thrust\":\"jump\""
 
 static struct error error;
@@ -46,13 +48,15 @@ static struct campaign load(int mats, const char *rest)
     return campaign;
 }
 
-/* Largest rise of nine mats pressed together by a slowly growing thrust, when their middle joint lies on a high spot. */
+/* Largest rise of nine mats pressed together by a slowly growing thrust, when their middle joint
+ * lies on a high spot. */
 static double rise_in(double spot_ft, double thrust_lb)
 {
     struct sim_scene scene;
     struct sim_result result;
     double ground[10] = {0.0}, closed = 0.0;
-    const struct sim_path_row rows[] = {{0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
+    const struct sim_path_row rows[] = {
+        {0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
     const struct sim_options options = {.single = true};
     sim_scene_defaults(&scene);
     scene.model = SIM_CONSISTENT;
@@ -74,7 +78,8 @@ static double rise_in(double spot_ft, double thrust_lb)
     assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &closed, 1, &error), MR_OK);
     assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, 10, &error), MR_OK);
     assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
-    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft) /* one that rises ends by folding */
+    /* one that rises ends by folding */
+    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft)
         fail_msg("%s", error.text);
     double rise = result.rise_ft[6] * 12.0;
     sim_result_free(&result);
@@ -82,8 +87,8 @@ static double rise_in(double spot_ft, double thrust_lb)
     return rise;
 }
 
-/* Two mats that lean against each other at height h under a compression P are lifted when 2 P h/L exceeds a mat's weight:
- * statics of the joint between them. */
+/* Two mats that lean against each other at height h under a compression P are lifted when 2 P h/L
+ * exceeds a mat's weight: statics of the joint between them. */
 static void test_a_vee_rises_above_its_static_load(void **state)
 {
     (void)state;
@@ -92,7 +97,8 @@ static void test_a_vee_rises_above_its_static_load(void **state)
         assert_true(rise_in(spot_in / 12.0, 0.93 * critical_lb) < 0.002);
         assert_true(rise_in(spot_in / 12.0, 1.07 * critical_lb) > 0.5);
     }
-    assert_true(rise_in(-0.05 / 12.0, 60.0) < 0.1 * rise_in(0.05 / 12.0, 60.0)); /* a hollow holds down */
+    /* a hollow holds down */
+    assert_true(rise_in(-0.05 / 12.0, 60.0) < 0.1 * rise_in(0.05 / 12.0, 60.0));
 }
 
 /* A landing of constant braking: the onset's smooth step loses what a delay of half of it would. */
@@ -122,8 +128,11 @@ static void test_the_path_is_uniform_braking(void **state)
 /* Two landings by hand: the second begins with the gaps that the first has left. */
 static void test_gaps_carry_over(void **state)
 {
-    struct campaign campaign = load(120, "\"engine\":{\"use\":\"chain\"},\"stations_ft\":[1,10,20,30],\"runway\":{\"gap_in\":0.02,"
-                                         "\"closing_lb\":2},\"landings\":[{\"speed_ft_s\":15,\"deceleration_ft_s2\":5,\"times\":2}]");
+    struct campaign campaign = load(
+        120,
+        "\"engine\":{\"use\":\"chain\"},\"stations_ft\":[1,10,20,30],\"runway\":{\"gap_in\":0.02,"
+        "\"closing_lb\":2},\"landings\":[{\"speed_ft_s\":15,\"deceleration_ft_s2\":5,\"times\":2}"
+        "]");
     struct campaign_run run;
     struct draw_path path = {0};
     double gap[121], closing = 2.0;
@@ -146,7 +155,8 @@ static void test_gaps_carry_over(void **state)
         assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
         for (int s = 0; s < 4; s++)
             assert_near(run.outcomes[landing].movement_in[s],
-                        12.0 * result.u_ft[(int)(campaign.stations_ft[s] / scene.length_ft) + 1], 1e-9);
+                        12.0 * result.u_ft[(int)(campaign.stations_ft[s] / scene.length_ft) + 1],
+                        1e-9);
         assert_true(landing > 0 || run.outcomes[landing].peak_in > 0.05);
         for (int j = 0; j <= 120; j++)
             gap[j] += (j < 120 ? result.u_ft[j + 1] : 0.0) - (j > 0 ? result.u_ft[j] : 0.0);
@@ -155,7 +165,8 @@ static void test_gaps_carry_over(void **state)
         free(scene.grit_lb.values);
         free(scene.path);
     }
-    assert_true(run.outcomes[1].movement_in[1] < 0.9 * run.outcomes[0].movement_in[1]); /* it does matter */
+    /* it does matter */
+    assert_true(run.outcomes[1].movement_in[1] < 0.9 * run.outcomes[0].movement_in[1]);
     draw_path_free(&path);
     campaign_run_free(&run);
     campaign_free(&campaign);
@@ -185,8 +196,9 @@ static void compare(const struct campaign *campaign, struct campaign_run *a, str
 
 static void test_neither_jobs_nor_skipping_nor_pruning_change_an_answer(void **state)
 {
-    struct campaign campaign = load(140, "\"seeds\":[5,7],\"landings\":[{\"speed_ft_s\":14,\"deceleration_ft_s2\":4.3},"
-                                         "{\"speed_ft_s\":24,\"deceleration_ft_s2\":[7.3,8]}]");
+    struct campaign campaign =
+        load(140, "\"seeds\":[5,7],\"landings\":[{\"speed_ft_s\":14,\"deceleration_ft_s2\":4.3},"
+                  "{\"speed_ft_s\":24,\"deceleration_ft_s2\":[7.3,8]}]");
     struct campaign_run one[3], three[3], whole[3];
     size_t skipped = 0, buckled = 0;
     (void)state;
@@ -228,8 +240,9 @@ static void test_spreads(void **state)
 /* A band is put on before landing 2 and off before landing 3; what is not touched stays. */
 static void test_modifications_are_laid_over_the_scene(void **state)
 {
-    struct campaign campaign = load(60, "\"landings\":[{\"deceleration_ft_s2\":4},{\"deceleration_ft_s2\":4,\"times\":2,"
-                                        "\"apply\":{\"f\":0.85,\"TAD_deg\":1}},{\"deceleration_ft_s2\":4,\"remove\":[\"f\"]}]");
+    struct campaign campaign = load(
+        60, "\"landings\":[{\"deceleration_ft_s2\":4},{\"deceleration_ft_s2\":4,\"times\":2,"
+            "\"apply\":{\"f\":0.85,\"TAD_deg\":1}},{\"deceleration_ft_s2\":4,\"remove\":[\"f\"]}]");
     (void)state;
     assert_int_equal(campaign.landing_count, 4);
     const double f[] = {0.5, 0.85, 0.85, 0.5}, tad[] = {7, 1, 1, 1};
@@ -250,18 +263,29 @@ static void test_files_that_are_refused(void **state)
         {"{\"scene\":{\"N\":9},\"landings\":[]}", "landings"},
         {"{\"scene\":{\"N\":9}}", "landings"},
         {"{\"landings\":[{\"deceleration_ft_s2\":4}]}", "scene"},
-        {"{\"scene\":{\"N\":9,\"path\":[]},\"landings\":[{\"deceleration_ft_s2\":4}]}", "scene.path"},
-        {"{\"scene\":{\"N\":9,\"nonsense\":1},\"landings\":[{\"deceleration_ft_s2\":4}]}", "nonsense"},
-        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":-4}]}", "landings.0..deceleration_ft_s2"},
-        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":[5,4]}]}", "landings.0..deceleration_ft_s2"},
+        {"{\"scene\":{\"N\":9,\"path\":[]},\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "scene.path"},
+        {"{\"scene\":{\"N\":9,\"nonsense\":1},\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "nonsense"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":-4}]}",
+         "landings.0..deceleration_ft_s2"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":[5,4]}]}",
+         "landings.0..deceleration_ft_s2"},
         {"{\"scene\":{\"N\":9},\"landings\":[{}]}", "profile"},
-        {"{\"scene\":{\"N\":9,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4,\"touchdown_ft\":[4,18]}]}",
+        {"{\"scene\":{\"N\":9,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4,\"touchdown_ft\":[4,"
+         "18]}]}",
          "landings.0..touchdown_ft.18 ft"},
-        {"{\"scene\":{\"N\":1,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4}]}", "landings.0..touchdown_ft.2 ft"},
-        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":{\"N\":10}},{\"deceleration_ft_s2\":4,"
-         "\"remove\":[\"N\"]}]}", "another runway"},
-        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"remove\":[\"bands\"]}]}", "remove"},
-        {"{\"scene\":{\"N\":9},\"runway\":{\"gap_in\":[1,0]},\"landings\":[{\"deceleration_ft_s2\":4}]}", "runway.gap_in"},
+        {"{\"scene\":{\"N\":1,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "landings.0..touchdown_ft.2 ft"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":{\"N\":10}},{"
+         "\"deceleration_ft_s2\":4,"
+         "\"remove\":[\"N\"]}]}",
+         "another runway"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"remove\":[\"bands\"]}]}",
+         "remove"},
+        {"{\"scene\":{\"N\":9},\"runway\":{\"gap_in\":[1,0]},\"landings\":[{\"deceleration_ft_s2\":"
+         "4}]}",
+         "runway.gap_in"},
         {"{\"scene\":{\"N\":9},\"seeds\":0,\"landings\":[{\"deceleration_ft_s2\":4}]}", "seeds"},
         {"{\"scene\":{\"N\":9},\"landing\":[]}", "unknown key"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"times\":500}]}", "times"},
@@ -287,7 +311,8 @@ static void test_files_that_are_refused(void **state)
     assert_int_equal(campaign_load(&campaign, "build/no-such-campaign.json", &error), MR_IO);
 }
 
-/* The report's rig: the first landing moves the mats by 1/4 to 1/2 in and reaches 12 to 16 ft ahead. */
+/* The report's rig: the first landing moves the mats by 1/4 to 1/2 in and reaches 12 to 16 ft
+ * ahead. */
 static void test_the_standard_series_moves_as_observed(void **state)
 {
     struct campaign campaign;
@@ -299,8 +324,8 @@ static void test_the_standard_series_moves_as_observed(void **state)
     campaign_play(&campaign, 1, false, &run);
     assert_int_equal(run.played, 5);
     for (int i = 0; i < 4; i++)
-        assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 && run.outcomes[i].reach_ft > 9.0 &&
-                    run.outcomes[i].reach_ft < 18.0);
+        assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 &&
+                    run.outcomes[i].reach_ft > 9.0 && run.outcomes[i].reach_ft < 18.0);
     assert_true(run.outcomes[4].zone_mats > 50);
     campaign_run_free(&run);
     campaign_free(&campaign);
@@ -357,14 +382,17 @@ static struct campaign series(const char *path)
 }
 
 /* Every key of `scene` is `from`'s times the factor beside it. */
-static void is_scaled(const struct sim_scene *scene, const struct sim_scene *from, const double *factors)
+static void is_scaled(const struct sim_scene *scene, const struct sim_scene *from,
+                      const double *factors)
 {
-    const double now[] = {scene->length_ft,  scene->weight_lb, scene->inertia_slug_ft2, scene->kl_lb_ft,
-                          scene->cl_lb_s_ft, scene->slack_ft,  scene->kt_lb_ft_rad,     scene->ct_lb_ft_s_rad,
-                          scene->tad_deg,    scene->kv_lb_ft,  scene->cv_lb_s_ft,       scene->friction};
-    const double then[] = {from->length_ft,  from->weight_lb, from->inertia_slug_ft2, from->kl_lb_ft,
-                           from->cl_lb_s_ft, from->slack_ft,  from->kt_lb_ft_rad,     from->ct_lb_ft_s_rad,
-                           from->tad_deg,    from->kv_lb_ft,  from->cv_lb_s_ft,       from->friction};
+    const double now[] = {scene->length_ft,    scene->weight_lb,      scene->inertia_slug_ft2,
+                          scene->kl_lb_ft,     scene->cl_lb_s_ft,     scene->slack_ft,
+                          scene->kt_lb_ft_rad, scene->ct_lb_ft_s_rad, scene->tad_deg,
+                          scene->kv_lb_ft,     scene->cv_lb_s_ft,     scene->friction};
+    const double then[] = {from->length_ft,    from->weight_lb,      from->inertia_slug_ft2,
+                           from->kl_lb_ft,     from->cl_lb_s_ft,     from->slack_ft,
+                           from->kt_lb_ft_rad, from->ct_lb_ft_s_rad, from->tad_deg,
+                           from->kv_lb_ft,     from->cv_lb_s_ft,     from->friction};
     for (size_t i = 0; i < sizeof now / sizeof now[0]; i++) {
         if (fabs(now[i] / (then[i] * factors[i]) - 1.0) > 1e-5)
             fail_msg("key %zu: %.9g, not %.9g", i, now[i], then[i] * factors[i]);
@@ -384,7 +412,8 @@ static void test_scenes_are_the_rig_scaled(void **state)
     (void)state;
     const double prototype[] = {n,         n * n * n,   pow(n, 5), n * n, pow(n, 2.5), n,
                                 pow(n, 4), pow(n, 4.5), 1.0,       n * n, pow(n, 2.5), 1.0};
-    const double across[] = {1 / c, 1 / c, pow(c, -3), c, c, 1 / c, pow(c, -3), pow(c, -3), c, 1 / c, 1 / c, 1.0};
+    const double across[] = {1 / c,      1 / c,      pow(c, -3), c,     c,     1 / c,
+                             pow(c, -3), pow(c, -3), c,          1 / c, 1 / c, 1.0};
     is_scaled(&dyess.landings[0].scene, &rig.landings[0].scene, prototype);
     is_scaled(&diagonal.landings[0].scene, &rig.landings[0].scene, across);
     assert_true(fabs(dyess.gap_in.high - n * rig.gap_in.high) < 1e-9);

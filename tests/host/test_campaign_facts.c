@@ -9,7 +9,7 @@
 #include "host/campaign/failures.h"
 
 #define LANDINGS "\"landings\":[{\"deceleration_ft_s2\":5,\"times\":4}],\"stations_ft\":[5,10],"
-#define SCENE "\"scene\":{\"N\":60,\"L\":0.2857142857142857,\"slack\":0.0025}"
+#define SCENE    "\"scene\":{\"N\":60,\"L\":0.2857142857142857,\"slack\":0.0025}"
 
 static struct error error;
 
@@ -51,7 +51,8 @@ static void write_down(struct case_ *c)
     c->buckling[2].failure_ft[0] = 85.0;
     c->buckling[2].failure_ft[1] = 91.0;
     c->runs[0] = (struct campaign_run){.seed = 1, .played = 4, .outcomes = c->lasting};
-    c->runs[1] = (struct campaign_run){.seed = 2, .played = 3, .buckled = 3, .outcomes = c->buckling};
+    c->runs[1] =
+        (struct campaign_run){.seed = 2, .played = 3, .buckled = 3, .outcomes = c->buckling};
 }
 
 /* The value of a fact on both runways. */
@@ -100,12 +101,14 @@ static void test_quantities(void **state)
         values(cases[i].keys, of);
         for (int k = 0; k < 2; k++) {
             if (isnan(wanted[k]) ? !isnan(of[k]) : fabs(of[k] - wanted[k]) > 1e-12)
-                fail_msg("%s: runway %d has %g, should have %g", cases[i].keys, k + 1, of[k], wanted[k]);
+                fail_msg("%s: runway %d has %g, should have %g", cases[i].keys, k + 1, of[k],
+                         wanted[k]);
         }
     }
 }
 
-/* Nodes 0.5 ft apart; 3 in is a failure. Drawn: two waves and a low one; what the wheel met of them. */
+/* Nodes 0.5 ft apart; 3 in is a failure. Drawn: two waves and a low one; what the wheel met of
+ * them. */
 static void test_failures(void **state)
 {
     /* by node, 1 to 12 */
@@ -113,22 +116,27 @@ static void test_failures(void **state)
     static const double met_ft[] = {4.5, 1.5}, low_ft[] = {2.5};
     double at_ft[CAMPAIGN_FAILURES_MAX];
     (void)state;
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2); /* the ends are held */
+    /* the ends are held */
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12); /* crests: nodes 4 and 9 */
     assert_near(at_ft[1], 4.0, 1e-12);
     assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, met_ft, 2, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12);
     assert_near(at_ft[1], 4.5, 1e-12);
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2); /* met between them: neither's */
+    /* met between them: neither's */
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2);
     assert_near(at_ft[1], 4.0, 1e-12);
-    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1); /* nothing lies between them */
+    /* nothing lies between them */
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1);
     assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
 }
 
 static void test_agreement(void **state)
 {
-    static const char two[] = "{\"says\":\"a\",\"quantity\":\"zone_mats\",\"landings\":[1,4],\"at_least\":15,\"at_most\":25,\"needed\":0.5},"
-                              "{\"says\":\"b\",\"quantity\":\"torn\",\"landings\":[4,4],\"at_least\":1,\"needed\":1}";
+    static const char two[] =
+        "{\"says\":\"a\",\"quantity\":\"zone_mats\",\"landings\":[1,4],\"at_least\":15,\"at_most\":"
+        "25,\"needed\":0.5},"
+        "{\"says\":\"b\",\"quantity\":\"torn\",\"landings\":[4,4],\"at_least\":1,\"needed\":1}";
     struct campaign campaign;
     struct case_ c;
     struct campaign_summary summary;
@@ -141,7 +149,8 @@ static void test_agreement(void **state)
     assert_true(summary.fact[0].enough);
     assert_int_equal(summary.fact[0].value.count, 2);
     assert_near(summary.fact[0].value.middle, 30.0, 1e-12);
-    assert_int_equal(summary.fact[1].agree, 1); /* the other never came to landing 4: it does not agree */
+    /* the other never came to landing 4: it does not agree */
+    assert_int_equal(summary.fact[1].agree, 1);
     assert_false(summary.fact[1].enough);
     assert_int_equal(summary.fact[1].value.count, 1);
     campaign_summary_free(&summary);
@@ -154,17 +163,27 @@ static void test_mistakes(void **state)
         const char *fact, *says;
     } cases[] = {
         {"{\"says\":\"x\",\"landings\":[1,2],\"at_least\":1}", "facts[0].quantity"},
-        {"{\"says\":\"x\",\"quantity\":\"moved\",\"landings\":[1,2],\"at_least\":1}", "facts[0].quantity"},
+        {"{\"says\":\"x\",\"quantity\":\"moved\",\"landings\":[1,2],\"at_least\":1}",
+         "facts[0].quantity"},
         {"{\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":1}", "facts[0].says"},
-        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,5],\"at_least\":1}", "facts[0].landings"},
-        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[2,1],\"at_least\":1}", "facts[0].landings"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,5],\"at_least\":1}",
+         "facts[0].landings"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[2,1],\"at_least\":1}",
+         "facts[0].landings"},
         {"{\"says\":\"x\",\"quantity\":\"torn\",\"at_least\":1}", "facts[0].landings"},
-        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":\"after\",\"at_least\":1}", "before buckling, at buckling"},
-        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":\"\",\"at_least\":1}", "before buckling, at buckling"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":\"after\",\"at_least\":1}",
+         "before buckling, at buckling"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":\"\",\"at_least\":1}",
+         "before buckling, at buckling"},
         {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2]}", "facts[0].at_least"},
-        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":2,\"at_most\":1}", "facts[0].at_least"},
-        {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"station_ft\":90,\"at_least\":2}", "facts[0].station_ft"},
-        {"{\"says\":\"x\",\"quantity\":\"apart_ft\",\"landings\":[1,2],\"station_ft\":9,\"at_least\":2}", "facts[0].station_ft"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":2,\"at_most\":1}",
+         "facts[0].at_least"},
+        {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"station_ft\":90,\"at_"
+         "least\":2}",
+         "facts[0].station_ft"},
+        {"{\"says\":\"x\",\"quantity\":\"apart_ft\",\"landings\":[1,2],\"station_ft\":9,\"at_"
+         "least\":2}",
+         "facts[0].station_ft"},
         {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"most\":90}", "\"most\""},
     };
     struct campaign campaign;

@@ -1,9 +1,10 @@
 /* Similitude of campaigns: `matrig scale` to the prototype and back.
  *
- * At n = 4 every ratio of the model law is a power of two (length 4, time 2, force 64, torsion 256, inertia 1024), so scaling
- * commutes with every rounding: the scaled campaign has to give the same bits. Whatever in the engines is not scaled - a
- * tolerance in feet, a step in seconds - shows. At n = 7 round-off differs, and whether single dirty joints close hangs on
- * it (host/sim/README.md, "Chain and landings"), so there tight joints are played. */
+ * At n = 4 every ratio of the model law is a power of two (length 4, time 2, force 64, torsion 256,
+ * inertia 1024), so scaling commutes with every rounding: the scaled campaign has to give the same
+ * bits. Whatever in the engines is not scaled - a tolerance in feet, a step in seconds - shows. At
+ * n = 7 round-off differs, and whether single dirty joints close hangs on it (host/sim/README.md,
+ * "Chain and landings"), so there tight joints are played. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,8 +52,10 @@ static void drop(struct pair *p)
     rmdir(p->folder);
 }
 
-/* Both runways of a seed, and how far they are apart, the second divided by n: in all stations and landings, in inches. */
-static double apart_in(const struct campaign *a, const struct campaign *b, double n, bool *same_fate)
+/* Both runways of a seed, and how far they are apart, the second divided by n: in all stations and
+ * landings, in inches. */
+static double apart_in(const struct campaign *a, const struct campaign *b, double n,
+                       bool *same_fate)
 {
     struct campaign_run x, y;
     double worst_in = 0.0;
@@ -65,8 +68,9 @@ static double apart_in(const struct campaign *a, const struct campaign *b, doubl
         const struct campaign_outcome *p = &x.outcomes[i], *q = &y.outcomes[i];
         for (size_t k = 0; k < a->station_count; k++)
             worst_in = fmax(worst_in, fabs(p->total_in[k] - q->total_in[k] / n));
-        *same_fate = *same_fate && p->zone_mats == q->zone_mats && p->waves == q->waves && p->tears == q->tears &&
-                     p->reach_ft == q->reach_ft / n && p->push_lb == q->push_lb / (n * n * n);
+        *same_fate = *same_fate && p->zone_mats == q->zone_mats && p->waves == q->waves &&
+                     p->tears == q->tears && p->reach_ft == q->reach_ft / n &&
+                     p->push_lb == q->push_lb / (n * n * n);
     }
     assert_true(x.played > 0 && x.outcomes[x.played - 1].peak_in > 0.01);
     campaign_run_free(&x);
@@ -82,7 +86,8 @@ static void standard_series_is_the_same_to_the_last_bit(void **state)
     make(&p, STANDARD, "4");
     assert_true(p.prototype.weight_lb == 64.0 * p.model.weight_lb);
     assert_true(p.model.landings[4].profile_count > 1 &&
-                p.prototype.landings[4].profile[1].station_ft == 4.0 * p.model.landings[4].profile[1].station_ft);
+                p.prototype.landings[4].profile[1].station_ft ==
+                    4.0 * p.model.landings[4].profile[1].station_ft);
     assert_true(apart_in(&p.model, &p.prototype, 4.0, &same) == 0.0);
     assert_true(same);
     assert_true(apart_in(&p.model, &p.again, 1.0, &same) == 0.0);
@@ -91,17 +96,21 @@ static void standard_series_is_the_same_to_the_last_bit(void **state)
 }
 
 /* Landings on 90 mats, with what a test adds; the caller unlinks `path`. */
-static void write_landings(char *path, const char *slack, const char *runway, const char *apply, const char *then)
+static void write_landings(char *path, const char *slack, const char *runway, const char *apply,
+                           const char *then)
 {
     char text[1500];
-    int length = snprintf(
-        text, sizeof text,
-        "{\"scene\":{\"N\":90,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":1.3e4,\"CV\":60,\"KT\":41.6,"
-        "\"CT\":1.57e-4,\"KL\":2.9e5,\"CL\":5,\"slack\":%s,\"left\":\"fixed\",\"right\":\"free\",\"friction\":\"stick\",\"v0\":0},"
-        "\"runway\":{%s},\"engine\":{\"use\":\"chain\"},\"landings\":[{\"speed_ft_s\":15,\"deceleration_ft_s2\":[6,11],"
-        "\"push_back\":\"mat\",\"times\":3,\"apply\":{%s}},{\"speed_ft_s\":15,\"deceleration_ft_s2\":9%s}],"
-        "\"stations_ft\":[5,10,15,20]}",
-        slack, runway, apply, then);
+    int length = snprintf(text, sizeof text,
+                          "{\"scene\":{\"N\":90,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,"
+                          "\"KV\":1.3e4,\"CV\":60,\"KT\":41.6,"
+                          "\"CT\":1.57e-4,\"KL\":2.9e5,\"CL\":5,\"slack\":%s,\"left\":\"fixed\","
+                          "\"right\":\"free\",\"friction\":\"stick\",\"v0\":0},"
+                          "\"runway\":{%s},\"engine\":{\"use\":\"chain\"},\"landings\":[{\"speed_"
+                          "ft_s\":15,\"deceleration_ft_s2\":[6,11],"
+                          "\"push_back\":\"mat\",\"times\":3,\"apply\":{%s}},{\"speed_ft_s\":15,"
+                          "\"deceleration_ft_s2\":9%s}],"
+                          "\"stations_ft\":[5,10,15,20]}",
+                          slack, runway, apply, then);
     int file = mkstemp(path);
     assert_true(file >= 0 && length < (int)sizeof text);
     assert_int_equal(write(file, text, (size_t)length), length);
@@ -113,9 +122,11 @@ static void banded_landings_are_too(void **state)
 {
     (void)state;
     char path[] = "/tmp/matrig-banded.XXXXXX";
-    write_landings(path, "0.0025", "", "\"bands\":0.33,\"band_every\":10,\"band_T0\":100,\"band_K\":2000,\"band_grip\":60,"
-                   "\"bands2\":0.125,\"band2_every\":20,\"band2_T0\":60,\"band2_wear\":0.5,\"band2_pull\":50",
-                   ",\"remove\":[\"bands\"]");
+    write_landings(
+        path, "0.0025", "",
+        "\"bands\":0.33,\"band_every\":10,\"band_T0\":100,\"band_K\":2000,\"band_grip\":60,"
+        "\"bands2\":0.125,\"band2_every\":20,\"band2_T0\":60,\"band2_wear\":0.5,\"band2_pull\":50",
+        ",\"remove\":[\"bands\"]");
     struct pair p;
     bool same;
     make(&p, path, "4");
@@ -136,12 +147,16 @@ static void seven_is_the_same_file_within_round_off(void **state)
     (void)state;
     struct pair p;
     make(&p, STANDARD, "7");
-    const struct sim_scene *a = &p.model.landings[0].scene, *b = &p.again.landings[0].scene, *c = &p.prototype.landings[0].scene;
+    const struct sim_scene *a = &p.model.landings[0].scene, *b = &p.again.landings[0].scene,
+                           *c = &p.prototype.landings[0].scene;
     assert_true(near(a->kl_lb_ft, b->kl_lb_ft) && near(a->inertia_slug_ft2, b->inertia_slug_ft2) &&
-                near(a->cl_lb_s_ft, b->cl_lb_s_ft) && near(a->slack_ft, b->slack_ft) && near(a->kt_lb_ft_rad, b->kt_lb_ft_rad));
+                near(a->cl_lb_s_ft, b->cl_lb_s_ft) && near(a->slack_ft, b->slack_ft) &&
+                near(a->kt_lb_ft_rad, b->kt_lb_ft_rad));
     assert_true(near(c->kl_lb_ft, 49 * a->kl_lb_ft) && near(c->weight_lb, 343 * a->weight_lb) &&
-                near(c->inertia_slug_ft2, 16807 * a->inertia_slug_ft2) && near(c->length_ft, 2.0)); /* Table 2.2; AM2: 2 ft */
-    assert_true(near(p.prototype.onset_s, sqrt(7.0) * 0.05) && near(p.prototype.closing_lb.high, 343 * 20.0));
+                /* Table 2.2; AM2: 2 ft */
+                near(c->inertia_slug_ft2, 16807 * a->inertia_slug_ft2) && near(c->length_ft, 2.0));
+    assert_true(near(p.prototype.onset_s, sqrt(7.0) * 0.05) &&
+                near(p.prototype.closing_lb.high, 343 * 20.0));
     drop(&p);
 }
 
@@ -154,7 +169,8 @@ static void seven_moves_alike_within_round_off(void **state)
     struct pair p;
     bool same;
     make(&p, path, "7");
-    double there_in = apart_in(&p.model, &p.prototype, 7.0, &same), back_in = apart_in(&p.model, &p.again, 1.0, &same);
+    double there_in = apart_in(&p.model, &p.prototype, 7.0, &same),
+           back_in = apart_in(&p.model, &p.again, 1.0, &same);
     print_message("n 7: %.2g in there, %.2g in back\n", there_in, back_in);
     assert_true(there_in < 1e-9 && back_in < 1e-9);
     drop(&p);

@@ -1,4 +1,5 @@
-/* What Linux tells beside a CAN frame, the board's filters as the kernel applies them, and an adapter's own clock. */
+/* What Linux tells beside a CAN frame, the board's filters as the kernel applies them, and an
+ * adapter's own clock. */
 #include <string.h>
 #include <time.h>
 
@@ -11,7 +12,8 @@
 /* A message with one thing beside it, as recvmsg(2) leaves it: length, level and type by hand. */
 static struct msghdr beside(uint8_t *room, int type, const void *data, size_t length)
 {
-    struct cmsghdr head = {.cmsg_len = sizeof head + length, .cmsg_level = SOL_SOCKET, .cmsg_type = type};
+    struct cmsghdr head = {
+        .cmsg_len = sizeof head + length, .cmsg_level = SOL_SOCKET, .cmsg_type = type};
     memcpy(room, &head, sizeof head);
     memcpy(room + sizeof head, data, length);
     return (struct msghdr){.msg_control = room, .msg_controllen = sizeof head + length};
@@ -26,7 +28,8 @@ static void stamps_of_both_kinds(void **state)
     (void)state;
     struct msghdr message = beside(room, SO_TIMESTAMPNS, &at, sizeof at);
     can_control_take(&message, &control);
-    assert_true(control.kernel_us == 1700000000123456u && control.hardware_us == 0 && !control.lost_known);
+    assert_true(control.kernel_us == 1700000000123456u && control.hardware_us == 0 &&
+                !control.lost_known);
     message = beside(room, SO_TIMESTAMPING, &both, sizeof both);
     can_control_take(&message, &control);
     assert_true(control.kernel_us == 1700000001000000u && control.hardware_us == 77250000u);
@@ -67,9 +70,12 @@ static void filters_pass_the_board(void **state)
 {
     struct can_filter filters[512]; /* the kernel takes no more */
     size_t count = can_board_filters(filters, 512);
-    /* alarms, landing, edges, readings, health, configuration, commands; then others, and what cannot be of a board */
-    static const uint32_t board[] = {0x070, 0x080, 0x0a0, 0x0e0, 0x100, 0x102, 0x110, 0x114, 0x180, 0x1f0, 0x1fd, 0x400};
-    static const uint32_t others[] = {0x001, 0x123, 0x555, 0x7ff, 0x300, 0x301, 0x100 | CAN_EFF_FLAG, 0x100 | CAN_RTR_FLAG};
+    /* alarms, landing, edges, readings, health, configuration, commands; then others, and what
+     * cannot be of a board */
+    static const uint32_t board[] = {0x070, 0x080, 0x0a0, 0x0e0, 0x100, 0x102,
+                                     0x110, 0x114, 0x180, 0x1f0, 0x1fd, 0x400};
+    static const uint32_t others[] = {
+        0x001, 0x123, 0x555, 0x7ff, 0x300, 0x301, 0x100 | CAN_EFF_FLAG, 0x100 | CAN_RTR_FLAG};
     (void)state;
     assert_true(count > 50 && count < 512);
     for (size_t i = 0; i < sizeof board / sizeof board[0]; i++) {
@@ -83,8 +89,9 @@ static void filters_pass_the_board(void **state)
     assert_int_equal(can_board_filters(filters, 3), 3);
 }
 
-/* An adapter whose clock is 100 ppm fast; frames every millisecond reach the host 200 us later at least, mostly 20 ms at most, and all of
- * them a second late for half a second. What is stamped is right to those 200 us and what the clocks drift apart in 10 s. */
+/* An adapter whose clock is 100 ppm fast; frames every millisecond reach the host 200 us later at
+ * least, mostly 20 ms at most, and all of them a second late for half a second. What is stamped is
+ * right to those 200 us and what the clocks drift apart in 10 s. */
 static void an_adapters_clock(void **state)
 {
     struct adapter_clock clock = {0};
@@ -93,11 +100,13 @@ static void an_adapters_clock(void **state)
     for (uint64_t ms = 0; ms < 60000; ms++) {
         uint64_t truth_us = 5000000000u + 1000 * ms, adapter_us = 777 + 1000 * ms + ms / 10;
         random = random * 1664525u + 1013904223u;
-        uint64_t delay_us = 200 + (random >> 24 < 16 ? 0 : (random >> 8) % 20000) + (ms >= 30000 && ms < 30500 ? 1000000 : 0);
+        uint64_t delay_us = 200 + (random >> 24 < 16 ? 0 : (random >> 8) % 20000) +
+                            (ms >= 30000 && ms < 30500 ? 1000000 : 0);
         uint64_t at_us = adapter_clock_time(&clock, adapter_us, truth_us + delay_us);
         assert_true(at_us <= truth_us + delay_us);
         if (ms > 200 && (at_us < truth_us - 1000 || at_us > truth_us + 1400))
-            fail_msg("%llu ms: off by %lld us", (unsigned long long)ms, (long long)(at_us - truth_us));
+            fail_msg("%llu ms: off by %lld us", (unsigned long long)ms,
+                     (long long)(at_us - truth_us));
     }
 }
 
@@ -114,8 +123,8 @@ static void an_adapter_that_begins_again(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stamps_of_both_kinds),    cmocka_unit_test(what_the_queue_lost),
-        cmocka_unit_test(filters_pass_the_board),  cmocka_unit_test(an_adapters_clock),
+        cmocka_unit_test(stamps_of_both_kinds),         cmocka_unit_test(what_the_queue_lost),
+        cmocka_unit_test(filters_pass_the_board),       cmocka_unit_test(an_adapters_clock),
         cmocka_unit_test(an_adapter_that_begins_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,6 @@
-/* From frames to times of day: a hand-made board whose clock is 12.3 ppm fast sends sync frames that come late, and TIM2 comes round
- * meanwhile. Its film's frames come by one link or the other. */
+/* From frames to times of day: a hand-made board whose clock is 12.3 ppm fast sends sync frames
+ * that come late, and TIM2 comes round meanwhile. Its film's frames come by one link or the
+ * other. */
 #include <math.h>
 
 #include "host/analyse/summary_time.h"
@@ -7,9 +8,9 @@
 #include "tests/cmocka_all.h"
 #include "tests/host/session.h"
 
-#define EPOCH_US 1790000000000000u
-#define FAST_PPM 12.3
-#define LATE_US 3000u /* after a block is complete its messages come */
+#define EPOCH_US    1790000000000000u
+#define FAST_PPM    12.3
+#define LATE_US     3000u  /* after a block is complete its messages come */
 #define FIRST_BLOCK 20000u /* TIM2 comes round after 51.13 s */
 
 static uint64_t state = 9;
@@ -30,11 +31,13 @@ static void send_sync(struct stream *stream)
 {
     uint64_t kept_us = stream->host_us;
     uint32_t block = stream->block - 1, tick = stream_tick((double)block / 1000.0);
-    double end_us = 1000.0 * block + 1130.0 + 400.0 * even(); /* however long it waited for the bus */
+    /* however long it waited for the bus */
+    double end_us = 1000.0 * block + 1130.0 + 400.0 * even();
     stream->host_us = true_host_us(end_us) + (uint64_t)(1000.0 * even());
     STREAM_CAN(stream, sync, SYNC, .block = block, .tick = tick);
     stream->host_us = kept_us;
-    STREAM_CAN(stream, sync_at, SYNC_AT, .tick = stream_tick(end_us / 1e6), .sent = 1, .block16 = (uint16_t)block);
+    STREAM_CAN(stream, sync_at, SYNC_AT, .tick = stream_tick(end_us / 1e6), .sent = 1,
+               .block16 = (uint16_t)block);
     if (block % 3 == 0) { /* one that did not leave says nothing */
         STREAM_CAN(stream, sync, SYNC, .block = block, .tick = tick);
         STREAM_CAN(stream, sync_at, SYNC_AT, .tick = 7, .sent = 0, .block16 = (uint16_t)block);
@@ -75,13 +78,15 @@ static void times_of_day_are_right_within_their_intervals(void **s)
     assert_near(touchdown.host_us, (double)true_host_us(board_us), touchdown.half_us);
     assert_true(touchdown.half_us < 300.0);
 
-    /* Decided by the board and received here: its messages come LATE_US after a block, by a computer's clock that is 12.3 ppm slower. */
+    /* Decided by the board and received here: its messages come LATE_US after a block, by a
+     * computer's clock that is 12.3 ppm slower. */
     int64_t block = summary.zones.warning.block;
     double received_us = (double)begun_us + 1000.0 * (double)(block + 1 - (int64_t)FIRST_BLOCK);
     double late_us = received_us - (double)true_host_us(1000.0 * (double)(block + 1));
     assert_true(summary.zones.warning.warned && late_us > 3000.0 && late_us < 4000.0);
     assert_near(1e6 * summary.warning_received_s[LINK_CAN], late_us, touchdown.half_us);
-    assert_true(isnan(summary.warning_received_s[LINK_SERIAL])); /* the test's serial bytes have stamps of years before */
+    /* the test's serial bytes have stamps of years before */
+    assert_true(isnan(summary.warning_received_s[LINK_SERIAL]));
 
     char line[4000] = "";
     FILE *out = fmemopen(line, sizeof line - 1, "w");
@@ -120,7 +125,8 @@ static void film_frames_come_by_either_link(void **s)
         uint32_t number = i + 1;
         if (i % 100 == 0)
             stream_idle(stream, 5);
-        STREAM_BOTH(stream, film_frame, FILM_FRAME, .number = (uint16_t)number, .tick = stream_tick(stream->block * 1e-3) + i,
+        STREAM_BOTH(stream, film_frame, FILM_FRAME, .number = (uint16_t)number,
+                    .tick = stream_tick(stream->block * 1e-3) + i,
                     .block16 = (uint16_t)stream->block);
     }
     stream_state(stream, 4, 4, 3, stream->block);
@@ -131,7 +137,8 @@ static void film_frames_come_by_either_link(void **s)
     for (size_t i = 0; i < frames; i++) {
         assert_int_equal(frame[i].number, i + 1);
         by_both += frame[i].links == 3;
-        assert_true(frame[i].board_us > 50e6 && frame[i].board_us < 55e6); /* TIM2 comes round at 51.13 s */
+        /* TIM2 comes round at 51.13 s */
+        assert_true(frame[i].board_us > 50e6 && frame[i].board_us < 55e6);
     }
     assert_in_range(by_both, 46000, 47500);
     free(frame);

@@ -34,7 +34,8 @@ static struct store_link_counts counts_of(struct session *session, int link)
 {
     struct store_link_counts counts;
     bool found;
-    assert_int_equal(store_link_get(session->store, 1, link, &counts, &found, &session->error), MR_OK);
+    assert_int_equal(store_link_get(session->store, 1, link, &counts, &found, &session->error),
+                     MR_OK);
     assert_true(found);
     return counts;
 }
@@ -76,8 +77,8 @@ static void both_links_make_one_landing(void **state)
     assert_near(segments[41].slack_in, 0.2, 1e-6);
     free(segments);
 
-    /* The gear stops at 3 + 28^2 / 16 = 52 ft: switches at 2.5 to 47.5 ft open, 10 of them. Both links told
-     * each. */
+    /* The gear stops at 3 + 28^2 / 16 = 52 ft: switches at 2.5 to 47.5 ft open, 10 of them. Both
+     * links told each. */
     struct store_edge *edges;
     assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
     assert_int_equal(count, 10);
@@ -86,7 +87,8 @@ static void both_links_make_one_landing(void **state)
         assert_int_equal(edges[i].links, 3);
     }
     /* Switch 2, at 7.5 ft: 4.5 = 28 t - 4 t^2, t = 0.164609..., after touchdown at 1.5 s. */
-    assert_near(edges[1].board_us, 1.5e6 + 1e6 * (28.0 - sqrt(28.0 * 28.0 - 16.0 * 4.5)) / 8.0, 0.02);
+    assert_near(edges[1].board_us, 1.5e6 + 1e6 * (28.0 - sqrt(28.0 * 28.0 - 16.0 * 4.5)) / 8.0,
+                0.02);
     free(edges);
 
     struct store_result result;
@@ -196,7 +198,8 @@ static void another_layout_is_refused_and_the_rest_kept(void **state)
     one_landing(&s, 1);
     session_log(&s, "collect.db");
     char wanted[60];
-    snprintf(wanted, sizeof wanted, "layout %u, this matrig layout %u: file:can", MR_LAYOUT + 1, MR_LAYOUT);
+    snprintf(wanted, sizeof wanted, "layout %u, this matrig layout %u: file:can", MR_LAYOUT + 1,
+             MR_LAYOUT);
     assert_error(&s.error, MR_VERSION, wanted);
     s.error = (struct error){0};
     assert_int_equal(landing_count(&s), 0);
@@ -268,7 +271,8 @@ static void damaged_bytes_cost_one_frame(void **state)
     s.serial[s.serial_length / 2] ^= 0x55;
     session_log(&s, "collect.db");
     struct store_link_counts counts = counts_of(&s, LINK_SERIAL);
-    assert_true(counts.bad >= 1 && counts.bad <= 2); /* a zero made or unmade splits or joins frames */
+    /* a zero made or unmade splits or joins frames */
+    assert_true(counts.bad >= 1 && counts.bad <= 2);
     assert_true(counts.lost >= 1 && counts.lost <= 2);
     assert_int_equal(counts.received + counts.lost, s.stream.serial_sent);
     session_end(&s);
@@ -300,7 +304,8 @@ static void joined_late(void **state)
     struct stream_truth truth = gentle;
     (void)state;
     session_begin(&s, true, false);
-    /* The board has been landing for a while: what comes first is a hello and the state, once a second. */
+    /* The board has been landing for a while: what comes first is a hello and the state, once a
+     * second. */
     s.stream.block = 2300;
     s.stream.can_sent = 5000;
     truth.touchdown_s = 1.5;
@@ -347,8 +352,8 @@ static void board_restarts_in_mid_landing(void **state)
     session_end(&s);
 }
 
-/* Scans that stand: the board goes round its regular messages with small block numbers and tick 0. No new
- * start of it. */
+/* Scans that stand: the board goes round its regular messages with small block numbers and tick 0.
+ * No new start of it. */
 static void standing_scans_are_no_restart(void **state)
 {
     struct session s;
@@ -446,14 +451,16 @@ static void others_on_the_bus_are_kept_apart(void **state)
     (void)state;
     session_begin(&s, true, false);
     stream_hello(&s.stream, MR_LAYOUT);
-    fputs("(1.0) can0 7AA#0102\n(1.0) can0 1F0#01\n(1.0) can0 00000080#0000000000000000\n(1.0) can0 "
-          "400#0200000005000000\n",
-          s.stream.can);
+    fputs(
+        "(1.0) can0 7AA#0102\n(1.0) can0 1F0#01\n(1.0) can0 00000080#0000000000000000\n(1.0) can0 "
+        "400#0200000005000000\n",
+        s.stream.can);
     one_landing(&s, 1);
     session_log(&s, "collect.db");
     struct store_link_counts counts = counts_of(&s, LINK_CAN);
     assert_int_equal(counts.foreign,
-                     3); /* unknown, wrong length, extended; the command is somebody's to the board */
+                     /* unknown, wrong length, extended; the command is somebody's to the board */
+                     3);
     assert_int_equal(counts.lost, 0);
     assert_int_equal(counts.received, s.stream.can_sent);
     session_end(&s);
@@ -591,7 +598,8 @@ static void another_board_on_can_is_a_stranger(void **state)
         log_with(&s, serial, another_uid);
         assert_no_error(&s.error);
         assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");
-        assert_true(doubts_of(&s, 1, serial ? DOUBT_UNSAID : DOUBT_BOARD) >= 1); /* its hello is like the board's */
+        /* its hello is like the board's */
+        assert_true(doubts_of(&s, 1, serial ? DOUBT_UNSAID : DOUBT_BOARD) >= 1);
         session_end(&s);
     }
 }

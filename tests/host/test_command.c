@@ -1,5 +1,6 @@
-/* What commands take: options by a descriptor's rows (host/base/command.h); and the rows of every command of matrig: no text speaks of an
- * option that the command does not take, and the command takes none that no text speaks of. */
+/* What commands take: options by a descriptor's rows (host/base/command.h); and the rows of every
+ * command of matrig: no text speaks of an option that the command does not take, and the command
+ * takes none that no text speaks of. */
 #include "tests/cmocka_all.h"
 
 #include <ctype.h>
@@ -22,18 +23,21 @@ struct given {
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "a file"),
     OPTION_TEXT("--db", "DB", db, "another; of {low}"),
-    OPTION_NUMBER("--for", "S", for_s, "s", 0.5, 7200.0, 60.0, "from {low} to {high}; else {standard}"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 0.5, 7200.0, 60.0,
+                  "from {low} to {high}; else {standard}"),
     OPTION_NUMBER_SI("--gap", "IN", gap_in, "in", "mm", 0.0, 10.0, (double)NAN, "a gap"),
     OPTION_WHOLE("-n", "N", seeds, 1.0, 9.0, 4.0, "so many"),
     OPTION_RUN("--run", "RUN", run, "of one"),
     OPTION_CHOICE("--format", "F", format, "format", "csv|candump|mdf4", "how"),
     OPTION_FLAG("--loud", loud, "be so"),
 };
-static const struct command command = {"try", NULL, "DB ...", "a try", COMMAND_PARTS(parts), {1, 2, "DB [RUN]"}};
+static const struct command command = {
+    "try", NULL, "DB ...", "a try", COMMAND_PARTS(parts), {1, 2, "DB [RUN]"}};
 
 static struct error error;
 
-static enum mr_status parse(struct given *given, const char *words[2], bool si, int argc, const char *const *argv)
+static enum mr_status parse(struct given *given, const char *words[2], bool si, int argc,
+                            const char *const *argv)
 {
     const struct cli cli = {.si = si};
     memset(given, 0, sizeof *given);
@@ -41,12 +45,16 @@ static enum mr_status parse(struct given *given, const char *words[2], bool si, 
     return command_parse(&command, argc, (char **)argv, &cli, given, words, &error);
 }
 
-#define PARSE(...) parse(&given, words, false, (int)COUNT_OF(((const char *const[]){"try", __VA_ARGS__})), (const char *const[]){"try", __VA_ARGS__})
-#define PARSE_SI(...) parse(&given, words, true, (int)COUNT_OF(((const char *const[]){"try", __VA_ARGS__})), (const char *const[]){"try", __VA_ARGS__})
-#define REFUSED(why, ...)                                    \
-    do {                                                     \
-        assert_int_equal(PARSE(__VA_ARGS__), MR_USAGE);      \
-        if (!strstr(error.text, why))                        \
+#define PARSE(...)                                                                          \
+    parse(&given, words, false, (int)COUNT_OF(((const char *const[]){"try", __VA_ARGS__})), \
+          (const char *const[]){"try", __VA_ARGS__})
+#define PARSE_SI(...)                                                                      \
+    parse(&given, words, true, (int)COUNT_OF(((const char *const[]){"try", __VA_ARGS__})), \
+          (const char *const[]){"try", __VA_ARGS__})
+#define REFUSED(why, ...)                                     \
+    do {                                                      \
+        assert_int_equal(PARSE(__VA_ARGS__), MR_USAGE);       \
+        if (!strstr(error.text, why))                         \
             fail_msg("'%s' is not in '%s'", why, error.text); \
     } while (0)
 
@@ -56,7 +64,9 @@ static const char *words[2];
 static void every_kind_has_its_value(void **state)
 {
     (void)state;
-    assert_int_equal(PARSE("a.db", "--db", "b.db", "--for=90", "-n4", "--run", "12", "--format", "mdf4", "--loud", "3"), MR_OK);
+    assert_int_equal(PARSE("a.db", "--db", "b.db", "--for=90", "-n4", "--run", "12", "--format",
+                           "mdf4", "--loud", "3"),
+                     MR_OK);
     assert_string_equal(words[0], "a.db");
     assert_string_equal(words[1], "3");
     assert_string_equal(given.db, "b.db");
@@ -70,7 +80,8 @@ static void what_is_not_given_is_the_standard(void **state)
     words[1] = "left over";
     assert_int_equal(PARSE("a.db"), MR_OK);
     assert_null(words[1]);
-    assert_true(given.for_s == 60.0 && isnan(given.gap_in) && given.seeds == 4 && given.run == 0 && !given.loud);
+    assert_true(given.for_s == 60.0 && isnan(given.gap_in) && given.seeds == 4 && given.run == 0 &&
+                !given.loud);
     assert_null(given.db);
     assert_null(given.format);
 }
@@ -84,7 +95,8 @@ static void a_number_is_read_with_its_unit(void **state)
     assert_int_equal(PARSE("a.db", "--for", "1500ms", "--gap", "0.5"), MR_OK);
     assert_near(given.for_s, 1.5, 1e-12);
     assert_near(given.gap_in, 0.5, 0.0);
-    assert_int_equal(PARSE_SI("a.db", "--for", "2", "--gap", "25.4"), MR_OK); /* a bare number is in millimetres then */
+    /* a bare number is in millimetres then */
+    assert_int_equal(PARSE_SI("a.db", "--for", "2", "--gap", "25.4"), MR_OK);
     assert_near(given.for_s, 2.0, 0.0);
     assert_near(given.gap_in, 1.0, 1e-12);
     assert_int_equal(PARSE_SI("a.db", "--gap", "0.25in"), MR_OK);
@@ -100,10 +112,13 @@ static void nonsense_is_refused_in_a_line(void **state)
 {
     (void)state;
     REFUSED("unknown option: '--bd' of try; see matrig try --help", "a.db", "--bd", "b.db");
-    REFUSED("option in the wrong place: '--json' after try; put it before the command: matrig --json try", "a.db", "--json");
+    REFUSED("option in the wrong place: '--json' after try; put it before the command: matrig "
+            "--json try",
+            "a.db", "--json");
     REFUSED("unknown option: '--version' of try", "a.db", "--version");
     REFUSED("option given twice: --db of try", "a.db", "--db", "b", "--db", "c");
-    REFUSED("option given twice: --for of try", "a.db", "--for", "1", "--for", "2"); /* also when it is no text */
+    /* also when it is no text */
+    REFUSED("option given twice: --for of try", "a.db", "--for", "1", "--for", "2");
     REFUSED("option without its value: --db of try", "a.db", "--db");
     REFUSED("option takes no value: '--loud=1' of try", "a.db", "--loud=1");
     REFUSED("something is missing: matrig try needs DB [RUN]", "--loud");
@@ -116,7 +131,8 @@ static void nonsense_is_refused_in_a_line(void **state)
     REFUSED("out of range: 10 for -n; allowed is 1 to 9", "a.db", "-n10");
     REFUSED("not a RUN: '1.5' for --run", "a.db", "--run", "1.5");
     REFUSED("not a RUN: '0' for --run", "a.db", "--run", "0");
-    REFUSED("unknown format: 'cs' for --format; give csv, candump or mdf4", "a.db", "--format", "cs");
+    REFUSED("unknown format: 'cs' for --format; give csv, candump or mdf4", "a.db", "--format",
+            "cs");
 }
 
 static void options_stand_before_the_command(void **state)
@@ -159,7 +175,8 @@ static size_t option_length(const char *at)
     size_t dashes = strspn(at, "-"), length = dashes;
     if (dashes == 0 || dashes > 2 || !isalpha((unsigned char)at[dashes]))
         return 0;
-    while (isalnum((unsigned char)at[length]) || (at[length] == '-' && isalnum((unsigned char)at[length + 1])))
+    while (isalnum((unsigned char)at[length]) ||
+           (at[length] == '-' && isalnum((unsigned char)at[length + 1])))
         length++;
     return dashes == 1 && length > 2 ? 0 : length;
 }
@@ -174,7 +191,8 @@ static void same_option(void *context, const struct command_part *part)
 {
     struct search *search = context;
     const char *name = part->option.name;
-    search->found |= name && strlen(name) == search->length && memcmp(name, search->name, search->length) == 0;
+    search->found |= name && strlen(name) == search->length &&
+                     memcmp(name, search->name, search->length) == 0;
 }
 
 static bool takes(const struct command *c, const char *name, size_t length)
@@ -184,7 +202,8 @@ static bool takes(const struct command *c, const char *name, size_t length)
     return search.found;
 }
 
-/* "see matrig ready --help", "the page of matrig log --live": another command's option, said with its name. */
+/* "see matrig ready --help", "the page of matrig log --live": another command's option, said with
+ * its name. */
 static bool of_another(const char *text, const char *name, size_t length)
 {
     for (size_t i = 0; i < command_table.count; i++) {
@@ -215,7 +234,8 @@ static void speaks_of_its_own(const struct command *c, const char *text)
         if (length == 0 || (at > text && at[-1] == '-') || of_a_program(text, at))
             continue;
         if (!takes(c, at, length) && !of_another(text, at, length))
-            fail_msg("matrig %s does not take %.*s, of which its help speaks: %s", c->name, (int)length, at, text);
+            fail_msg("matrig %s does not take %.*s, of which its help speaks: %s", c->name,
+                     (int)length, at, text);
     }
 }
 
@@ -238,7 +258,8 @@ static void no_text_speaks_of_an_option_that_is_not_taken(void **state)
 static bool speaks_of(const char *text, const char *name)
 {
     for (const char *at = strstr(text, name); at; at = strstr(at + 1, name)) {
-        if (option_length(at) == strlen(name) && (at == text || (at[-1] != '-' && !isalnum((unsigned char)at[-1]))))
+        if (option_length(at) == strlen(name) &&
+            (at == text || (at[-1] != '-' && !isalnum((unsigned char)at[-1]))))
             return true;
     }
     return false;
@@ -254,7 +275,8 @@ static void is_told(void *context, const struct command_part *part)
     const struct owner *owner = context;
     const char *name = part->option.name;
     if (name && !speaks_of(owner->page, name) && !speaks_of(owner->command->words, name))
-        fail_msg("matrig %s takes %s, of which its help does not speak", owner->command->name, name);
+        fail_msg("matrig %s takes %s, of which its help does not speak", owner->command->name,
+                 name);
 }
 
 static void no_option_is_taken_that_no_text_speaks_of(void **state)
@@ -286,7 +308,8 @@ static void sound_rows(const struct command *c)
         if (number && !(o->low < o->high))
             fail_msg("matrig %s: %s has no range", c->name, o->name);
         /* 0, NaN and infinity say that it was not given */
-        if (number && o->standard != 0.0 && isfinite(o->standard) && !(o->standard >= o->low && o->standard <= o->high))
+        if (number && o->standard != 0.0 && isfinite(o->standard) &&
+            !(o->standard >= o->low && o->standard <= o->high))
             fail_msg("matrig %s: the standard of %s is outside its range", c->name, o->name);
     }
 }

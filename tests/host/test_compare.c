@@ -1,4 +1,5 @@
-/* The scene made of a run: path, thrust and gaps against the closed form; alignment, zones, limits; the comparison's figures; ensembles. */
+/* The scene made of a run: path, thrust and gaps against the closed form; alignment, zones, limits;
+ * the comparison's figures; ensembles. */
 #include <unistd.h>
 
 #include "common/wire.h"
@@ -46,8 +47,8 @@ static void path_and_thrust(void **state)
     assert_near(last->t_s, 4.375, 0.002);
     assert_near(last->x_ft, 79.5625, 0.005);
     assert_near(last->force_lb, 0.0, 0.0);
-    /* (1300 lb / 12) (8 / 32.174) = 26.937 lb, all the way; up to the first switch beyond touchdown (0.13 s) less sharply: this
-     * brake comes at once, and the fit allows it a delay */
+    /* (1300 lb / 12) (8 / 32.174) = 26.937 lb, all the way; up to the first switch beyond touchdown
+     * (0.13 s) less sharply: this brake comes at once, and the fit allows it a delay */
     for (size_t i = 0; i + 1 < scene.path_count; i++) {
         double t = scene.path[i].t_s;
         assert_near(scene.path[i].x_ft, 3.0 + 35.0 * t - 4.0 * t * t, 0.005);
@@ -112,8 +113,10 @@ static void load_model(struct compare_model *model, const char *text)
     assert_no_error(&error);
 }
 
-/* Replace what was measured of a transducer by the simulated movement, stretched, moved up, and later. */
-static void measure(struct measured *m, size_t channel, const struct store_simulation *row, double scale, double up_in, double late_s)
+/* Replace what was measured of a transducer by the simulated movement, stretched, moved up, and
+ * later. */
+static void measure(struct measured *m, size_t channel, const struct store_simulation *row,
+                    double scale, double up_in, double late_s)
 {
     struct measured_channel *c = &m->channel[channel];
     for (size_t i = 0; i < m->samples; i++) {
@@ -121,7 +124,8 @@ static void measure(struct measured *m, size_t channel, const struct store_simul
         size_t at = k < 0.0 ? 0 : (size_t)k;
         double value = (double)row->series_in[row->length - 1];
         if (at + 1 < row->length)
-            value = (double)row->series_in[at] + (k - (double)at) * (double)(row->series_in[at + 1] - row->series_in[at]);
+            value = (double)row->series_in[at] +
+                    (k - (double)at) * (double)(row->series_in[at + 1] - row->series_in[at]);
         c->raw[i] = (float)(c->baseline + (k < 0.0 ? 0.0 : scale * value) + up_in);
     }
 }
@@ -138,7 +142,8 @@ static void differences_of_a_known_series(void **state)
     const struct compare_said nothing = {0};
     (void)state;
     load_one(&s, &m, &survey);
-    assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error), MR_OK);
+    assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error),
+                     MR_OK);
     compare_landing(s.store, 1, &model, 0, &landing, &s.error);
     assert_no_error(&s.error);
     assert_int_equal(landing.rows, 8);
@@ -150,7 +155,9 @@ static void differences_of_a_known_series(void **state)
         m.channel[5].validity[i] = MR_INVALID_OPEN;
         m.channel[6].raw[i] = (float)m.channel[6].baseline;
     }
-    assert_int_equal(compare_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.rows, &f, &s.error), MR_OK);
+    assert_int_equal(compare_figures(&m, &survey, &nothing, &landing.head, landing.row,
+                                     landing.rows, &f, &s.error),
+                     MR_OK);
     assert_int_equal(f.channels, 8);
     assert_near(f.channel[2].f.rms, 0.0, 1e-5);
     assert_near(f.channel[2].f.bias, 0.0, 1e-5);
@@ -164,12 +171,14 @@ static void differences_of_a_known_series(void **state)
     double u = hypot(f.channel[3].end_measured.error, f.channel[3].end_simulated.error);
     assert_near(f.channel[3].end_en, 0.1 / (2.0 * u), 0.01);
     assert_near(f.channel[4].f.lag_s, 0.04, 5e-4);
-    assert_near(f.channel[4].f.arrival_measured.t_s - f.channel[4].f.arrival_simulated.t_s, 0.04, 2e-3);
+    assert_near(f.channel[4].f.arrival_measured.t_s - f.channel[4].f.arrival_simulated.t_s, 0.04,
+                2e-3);
     assert_false(f.channel[5].compared);
     assert_non_null(strstr(f.channel[5].why, "0 % of its readings are valid"));
     assert_true(f.channel[6].f.flat_measured && isnan(f.channel[6].f.correlation));
     /* untouched: as the landing had it */
-    assert_true(f.channel[1].f.rms == landing.figures.channel[1].f.rms && f.channel[1].f.rms > 0.01);
+    assert_true(f.channel[1].f.rms == landing.figures.channel[1].f.rms &&
+                f.channel[1].f.rms > 0.01);
     struct answer *answer = answer_new(false);
     compare_answer(&f, &(struct compare_verdict){0}, answer);
     json_t *json = answer_json(answer);
@@ -220,7 +229,8 @@ static void kept_and_made_again(void **state)
         assert_true(again.channel[c].f.bias_error == landing.figures.channel[c].f.bias_error);
     }
     assert_int_equal(again.zones.count, landing.figures.zones.count);
-    assert_true(again.zones.moment[0].zone[COMPARE_SIMULATED].mats == landing.figures.zones.moment[0].zone[COMPARE_SIMULATED].mats);
+    assert_true(again.zones.moment[0].zone[COMPARE_SIMULATED].mats ==
+                landing.figures.zones.moment[0].zone[COMPARE_SIMULATED].mats);
     free(head.segments_in);
     store_simulations_free(rows, count);
     compare_landing_free(&landing);
@@ -229,7 +239,8 @@ static void kept_and_made_again(void **state)
     session_end(&s);
 }
 
-/* A sample's error: what the reading has, and how far the simulated movement changes while the wheel's time is uncertain. */
+/* A sample's error: what the reading has, and how far the simulated movement changes while the
+ * wheel's time is uncertain. */
 static void errors_of_a_sample(void **state)
 {
     struct session s;
@@ -244,20 +255,24 @@ static void errors_of_a_sample(void **state)
         slope[i] = 0.001f * (float)i; /* 0.25 in/s */
         spread[i] = 0.04f;
     }
-    const struct store_simulation row = {.number = 3, .dt_s = 0.004, .series_in = slope, .spread_in = spread, .length = 1001};
+    const struct store_simulation row = {
+        .number = 3, .dt_s = 0.004, .series_in = slope, .spread_in = spread, .length = 1001};
     compare_clock_make(&m, &clock);
-    /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest to no more than the stop's */
+    /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest
+     * to no more than the stop's */
     assert_true(compare_time_error(&clock, 1.0) > 1e-6 && compare_time_error(&clock, 1.0) < 2e-3);
     assert_near(compare_time_error(&clock, 100.0), clock.stop_error_s, 0.0);
     assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
     for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++)
         clock.error_s[i] = 0.02;
-    assert_int_equal(compare_curves(&m, &clock, &m.channel[2], &row, 0.03, &series, &s.error), MR_OK);
+    assert_int_equal(compare_curves(&m, &clock, &m.channel[2], &row, 0.03, &series, &s.error),
+                     MR_OK);
     size_t compared = 0;
     for (size_t i = 0; i < m.samples; i++) {
         if (series.t_s[i] < 0.1 || series.t_s[i] > 3.8)
             continue;
-        double reading_in = measured_error(&m, &m.channel[2], measured_value(&m.channel[2], i), 1.0);
+        double reading_in = measured_error(&m, &m.channel[2], measured_value(&m.channel[2], i),
+                                           1.0);
         assert_near(series.simulated_in[i], 0.25 * series.t_s[i], 1e-6);
         assert_near(series.alignment_in[i], 0.25 * 0.02, 1e-6);
         assert_near(series.measured_error_in[i], hypot(reading_in, 0.005), 1e-6);
@@ -271,7 +286,8 @@ static void errors_of_a_sample(void **state)
     session_end(&s);
 }
 
-/* The simulated wheel does the same, 0.3 s later, then at half the pace: closed forms of its times at the switches. */
+/* The simulated wheel does the same, 0.3 s later, then at half the pace: closed forms of its times
+ * at the switches. */
 static void aligned_on_edges(void **state)
 {
     struct session s;
@@ -292,7 +308,8 @@ static void aligned_on_edges(void **state)
     assert_near(a.scatter_s, 0.0, 1e-3);
     assert_near(compare_simulated_time(&a, 2.0), 2.3, 2e-3);
     assert_near(compare_simulated_time(&a, -1.0), -0.7, 2e-3);
-    assert_near(compare_simulated_time(&a, 10.0), 10.3, 5e-3); /* beyond the last edge, which is the least certain */
+    /* beyond the last edge, which is the least certain */
+    assert_near(compare_simulated_time(&a, 10.0), 10.3, 5e-3);
     for (size_t i = 0; i <= 2000; i++)
         rows[i].t_s = 2.0 * (rows[i].t_s - 0.3);
     assert_int_equal(compare_align(&m, &scene, &a, &s.error), MR_OK);
@@ -327,7 +344,8 @@ static void zones_by_segments(void **state)
     struct compare_zone beyond = compare_closed_run(left_in, 75.0);
     assert_near(beyond.start_ft, 30.0 * segment_ft, 1e-4);
     /* 57.14 to 71.43 against 60 to 80: 11.43 ft of 22.86 */
-    struct compare_overlap o = compare_overlap_of(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
+    struct compare_overlap o =
+        compare_overlap_of(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
     assert_near(o.common_mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
     assert_near(o.all_mats, (80.0 - 20.0 * segment_ft) * 3.5, 1e-3);
     assert_near(o.share, o.common_mats / o.all_mats, 1e-9);
@@ -341,8 +359,10 @@ static void zones_by_segments(void **state)
 }
 
 static const char campaign_text[] =
-    "{\"name\": \"two\", \"scene\": {\"N\": 420, \"L\": 0.2857142857142857, \"W\": 0.466, \"KL\": 2.9e5, \"CL\": 5, \"slack\": 0.0025,"
-    " \"f\": 0.5, \"friction\": \"stick\", \"left\": \"fixed\", \"right\": \"fixed\"}, \"landings\": [{\"times\": 2, \"deceleration_ft_s2\": 8}], \"seeds\": %s,"
+    "{\"name\": \"two\", \"scene\": {\"N\": 420, \"L\": 0.2857142857142857, \"W\": 0.466, \"KL\": "
+    "2.9e5, \"CL\": 5, \"slack\": 0.0025,"
+    " \"f\": 0.5, \"friction\": \"stick\", \"left\": \"fixed\", \"right\": \"fixed\"}, "
+    "\"landings\": [{\"times\": 2, \"deceleration_ft_s2\": 8}], \"seeds\": %s,"
     " \"runway\": {\"gap_in\": [0, 0.03], \"closing_lb\": [0, 20]}}";
 
 /* Mean and spread of two runways are those of each of them alone. */
@@ -380,7 +400,8 @@ static void an_ensemble_of_two(void **state)
     bool differ = false;
     for (size_t k = 0; k < 2 * sim[2].rows; k += 37) {
         double a = sim[0].mean_in[k], b = sim[1].mean_in[k];
-        assert_near(sim[2].mean_in[k], 0.5 * (a + b), 1e-2); /* single passes beyond the first have another step */
+        /* single passes beyond the first have another step */
+        assert_near(sim[2].mean_in[k], 0.5 * (a + b), 1e-2);
         assert_near(sim[2].spread_in[k], fabs(a - b) / sqrt(2.0), 1.5e-2);
         differ = differ || fabs(a - b) > 0.05;
     }
@@ -404,11 +425,21 @@ static void movement_between_surveys(void **state)
     (void)state;
     load_one(&s, &m, &zones);
     for (int k = 0; k < 2; k++) {
-        struct store_gage_survey survey = {.made_us = k ? INT64_MAX / 2 : 1, .ended_us = STORE_NONE, .pattern = "standard", .edges = "left",
-                                           .error_in = 0.005, .closed_in = 33.2, .after_run = STORE_NONE};
+        struct store_gage_survey survey = {.made_us = k ? INT64_MAX / 2 : 1,
+                                           .ended_us = STORE_NONE,
+                                           .pattern = "standard",
+                                           .edges = "left",
+                                           .error_in = 0.005,
+                                           .closed_in = 33.2,
+                                           .after_run = STORE_NONE};
         assert_int_equal(store_gage_survey_add(s.store, &survey, &s.error), MR_OK);
         for (int64_t place = 0; place < 13; place++) {
-            struct store_gage_reading reading = {.kind = "station", .line = 1, .place = place, .value_in = k ? 0.25 : 0.0, .taken_us = 1, .source = "test"};
+            struct store_gage_reading reading = {.kind = "station",
+                                                 .line = 1,
+                                                 .place = place,
+                                                 .value_in = k ? 0.25 : 0.0,
+                                                 .taken_us = 1,
+                                                 .source = "test"};
             assert_int_equal(store_gage_reading_add(s.store, survey.id, &reading, &s.error), MR_OK);
         }
     }
@@ -440,7 +471,8 @@ static void movement_between_surveys(void **state)
     double n = 0.0, rms = 0.0;
     for (size_t c = 0; c < 8; c++) {
         n += (double)landing.figures.channel[c].f.compared;
-        rms += (double)landing.figures.channel[c].f.compared * pow(landing.figures.channel[c].f.rms, 2.0);
+        rms += (double)landing.figures.channel[c].f.compared *
+               pow(landing.figures.channel[c].f.rms, 2.0);
     }
     assert_near(set.pooled.rms_in, sqrt(rms / n), 1e-9);
     compare_landing_free(&landing);
@@ -466,9 +498,14 @@ static struct compare_figures two_channels(void)
 {
     struct compare_figures f = {.run = 7, .channels = 2};
     for (int c = 0; c < 2; c++)
-        f.channel[c] = (struct compare_channel){.number = c + 1, .compared = true, .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .lag_s = NAN}};
+        f.channel[c] = (struct compare_channel){
+            .number = c + 1,
+            .compared = true,
+            .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .lag_s = NAN}};
     f.zones.count = 1;
-    f.zones.moment[0] = (struct compare_zone_moment){.what = "at rest", .simulated = {true, 20.0, 50.0, 0.4, NAN, NAN}, .board = {.known = false}};
+    f.zones.moment[0] = (struct compare_zone_moment){.what = "at rest",
+                                                     .simulated = {true, 20.0, 50.0, 0.4, NAN, NAN},
+                                                     .board = {.known = false}};
     return f;
 }
 
@@ -487,29 +524,40 @@ static void limits_decide(void **state)
     struct compare_figures f = two_channels();
     struct compare_verdict v;
     (void)state;
-    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.05, \"bias_in\": 0.04, \"correlation\": 0.9}}}", &f);
+    v = verdict_of(
+        "{\"channels\": {\"all\": {\"rms_in\": 0.05, \"bias_in\": 0.04, \"correlation\": 0.9}}}",
+        &f);
     assert_true(v.failed == 0 && v.checked == 7); /* three of each, and that none is missing */
     v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}}}", &f);
     assert_true(v.failed == 1);
-    assert_string_equal(v.text, "rms difference 0.0400 in exceeds 0.0300 in: transducer 2 of RUN 7, by 0.0100 in");
-    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}, \"2\": {\"rms_mm\": 1.27}}}", &f); /* 0.05 in */
+    assert_string_equal(
+        v.text, "rms difference 0.0400 in exceeds 0.0300 in: transducer 2 of RUN 7, by 0.0100 in");
+    /* 0.05 in */
+    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}, \"2\": {\"rms_mm\": 1.27}}}", &f);
     assert_true(v.failed == 0 && v.checked == 3);
     v = verdict_of("{\"channels\": {\"all\": {\"bias_in\": 0.02}}}", &f); /* its size counts */
     assert_true(v.failed == 2);
     v = verdict_of("{\"channels\": {\"all\": {\"correlation\": 0.99}}}", &f);
-    assert_string_equal(v.text, "correlation 0.9500 falls short of 0.9900: transducer 1 of RUN 7, by 0.0400");
-    v = verdict_of("{\"channels\": {\"all\": {\"lag_s\": 0.1}}}", &f); /* what is not known does not pass */
+    assert_string_equal(
+        v.text, "correlation 0.9500 falls short of 0.9900: transducer 1 of RUN 7, by 0.0400");
+    /* what is not known does not pass */
+    v = verdict_of("{\"channels\": {\"all\": {\"lag_s\": 0.1}}}", &f);
     assert_true(v.failed == 2 && strstr(v.text, "lag is not known"));
     v = verdict_of("{\"channels\": {\"5\": {\"rms_in\": 1}}}", &f);
     assert_true(v.failed == 1 && strstr(v.text, "transducer 5 of RUN 7 is not fitted"));
-    v = verdict_of("{\"zones\": {\"simulated\": {\"overlap\": 0.5, \"start_ft\": 3}}}", &f); /* ends that are not there are the overlap's */
-    assert_true(v.failed == 1 && v.checked == 1 && strstr(v.text, "overlap of zones 0.4000 falls short of 0.5000: the simulated, at rest, RUN 7"));
+    /* ends that are not there are the overlap's */
+    v = verdict_of("{\"zones\": {\"simulated\": {\"overlap\": 0.5, \"start_ft\": 3}}}", &f);
+    assert_true(
+        v.failed == 1 && v.checked == 1 &&
+        strstr(v.text,
+               "overlap of zones 0.4000 falls short of 0.5000: the simulated, at rest, RUN 7"));
     v = verdict_of("{\"zones\": {\"board\": {\"overlap\": 0.5}}}", &f);
     assert_true(v.failed == 1 && strstr(v.text, "not known"));
     f.channel[0].compared = false;
     snprintf(f.channel[0].why, sizeof f.channel[0].why, "open");
     v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 1}}}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "1 channels not compared, 0 allowed: transducer 1 of RUN 7: open"));
+    assert_true(v.failed == 1 &&
+                strstr(v.text, "1 channels not compared, 0 allowed: transducer 1 of RUN 7: open"));
     v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 1}}, \"missing_channels\": 1}", &f);
     assert_true(v.failed == 0);
 }
@@ -519,7 +567,8 @@ static void limits_that_are_wrong(void **state)
     static const struct {
         const char *text, *says;
     } wrong[] = {
-        {"{\n \"channels\": {\n  \"all\": {\"rsm_in\": 0.05}}}", "line 3: \"rsm_in\"; give bias_in, rms_in,"},
+        {"{\n \"channels\": {\n  \"all\": {\"rsm_in\": 0.05}}}",
+         "line 3: \"rsm_in\"; give bias_in, rms_in,"},
         {"{\"chanels\": {}}", "unknown key: "},
         {"{\"channels\": {\"9\": {\"rms_in\": 1}}}", "no such transducer: "},
         {"{\"channels\": {\"all\": {\"rms_in\": \"x\"}}}", "no limit: "},
@@ -545,8 +594,10 @@ static void another_scale_is_refused(void **state)
     struct compare_model model;
     struct error error = {0};
     (void)state;
-    assert_int_equal(compare_model_load(&model, "host/scenes/full_width_36000.json", 0, &error), MR_USAGE);
-    assert_error(&error, MR_USAGE, "another scale: host/scenes/full_width_36000.json has 53 mats of 2 ft");
+    assert_int_equal(compare_model_load(&model, "host/scenes/full_width_36000.json", 0, &error),
+                     MR_USAGE);
+    assert_error(&error, MR_USAGE,
+                 "another scale: host/scenes/full_width_36000.json has 53 mats of 2 ft");
 }
 
 int main(void)

@@ -20,7 +20,8 @@ static void tell(struct scripted *s, const struct mr_command *command)
     for (unsigned i = (unsigned)command->argument; i < MR_CONFIG_WORDS; i++) {
         const uint8_t *p = image + 4u * i;
         if (i != lost || s->commands > 1)
-            SCRIPTED_SAY(s, config_image, CONFIG_IMAGE, .offset = (uint16_t)i, .words = MR_CONFIG_WORDS, .value = mr_get_u32(&p));
+            SCRIPTED_SAY(s, config_image, CONFIG_IMAGE, .offset = (uint16_t)i,
+                         .words = MR_CONFIG_WORDS, .value = mr_get_u32(&p));
     }
 }
 
@@ -116,7 +117,8 @@ static void a_board_that_refuses_or_is_silent_is_told(void **state)
     error = (struct error){0};
     board.board = NULL;
     assert_int_equal(configtalk_get(&talk, &got, &got_crc, &error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "the board does not answer `config-read`: scripted; is it running and connected?");
+    assert_error(&error, MR_TIMEOUT,
+                 "the board does not answer `config-read`: scripted; is it running and connected?");
 }
 
 int main(void)

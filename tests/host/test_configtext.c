@@ -1,4 +1,5 @@
-/* The configuration as text: bit for bit there and back, whatever the values; days against the C library's calendar. */
+/* The configuration as text: bit for bit there and back, whatever the values; days against the C
+ * library's calendar. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -50,8 +51,10 @@ static void reals_come_back_bit_for_bit(void **state)
         c.site[0].touchdown_ft = draw_real(-100.0f, 1000.0f);
         c.site[0].camera_station_ft = round % 3 ? draw_real(-100.0f, 1000.0f) : MR_NAN;
         for (unsigned i = 0; i < MR_CHANNELS; i++) {
-            if (mr_channel_measures(&c.channel[i])) /* within what common/gain.h takes for low to high of 6.1 */
-                c.channel[i].unit_per_code = i < MR_TRANSDUCERS ? draw_real(0.001f, 0.013f) : draw_real(0.01f, 0.06f);
+            /* within what common/gain.h takes for low to high of 6.1 */
+            if (mr_channel_measures(&c.channel[i]))
+                c.channel[i].unit_per_code = i < MR_TRANSDUCERS ? draw_real(0.001f, 0.013f)
+                                                                : draw_real(0.01f, 0.06f);
             else
                 c.channel[i].unit_per_code = draw_real(1e-30f, 1000.0f);
             c.channel[i].zero_error = draw_real(0.0f, 1000.0f);
@@ -99,8 +102,8 @@ static void days_are_those_of_the_calendar(void **state)
             time_t t = (time_t)c.channel[i].calibrated_day * 86400;
             struct tm tm;
             gmtime_r(&t, &tm);
-            snprintf(expected, sizeof expected, "channel[%u].calibrated_day = %04d-%02d-%02d\n", i + 1, tm.tm_year + 1900, tm.tm_mon + 1,
-                     tm.tm_mday);
+            snprintf(expected, sizeof expected, "channel[%u].calibrated_day = %04d-%02d-%02d\n",
+                     i + 1, tm.tm_year + 1900, tm.tm_mon + 1, tm.tm_mday);
             if (!strstr(text, expected))
                 fail_msg("not written: %s", expected);
         }
@@ -142,17 +145,36 @@ static void is_said(struct mr_config_reason reason, const char *expected)
 static void a_reason_is_said_in_words(void **state)
 {
     (void)state;
-    is_said((struct mr_config_reason){.group = MR_GROUP_gate, .index = 7, .field = MR_FIELD_gate_station_ft, .rule = MR_RULE_NOT_RISING},
+    is_said((struct mr_config_reason){.group = MR_GROUP_gate,
+                                      .index = 7,
+                                      .field = MR_FIELD_gate_station_ft,
+                                      .rule = MR_RULE_NOT_RISING},
             "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: it must be more");
-    is_said((struct mr_config_reason){.group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION},
+    is_said((struct mr_config_reason){.group = MR_GROUP_site,
+                                      .field = MR_FIELD_site_revision,
+                                      .rule = MR_RULE_REVISION},
             "site.revision is 7: not one more than the revision in force");
-    is_said((struct mr_config_reason){.group = MR_GROUP_channel, .index = 3, .field = MR_FIELD_channel_point_value, .element = 2,
-                                      .rule = MR_RULE_NOT_RISING, .other = 1}, "value 3 of channel[4].point_value is -2.00999999 0.1");
-    is_said((struct mr_config_reason){.group = MR_GROUP_gate, .index = 3, .field = MR_FIELD_gate_step_codes, .rule = MR_RULE_ALIKE, .other = 2},
-            "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be told apart; steps must be 8 codes or more apart");
-    is_said((struct mr_config_reason){.group = 200, .index = 1, .field = 2, .rule = 77}, "group 200, index 1, field 2: unknown rule");
+    is_said((struct mr_config_reason){.group = MR_GROUP_channel,
+                                      .index = 3,
+                                      .field = MR_FIELD_channel_point_value,
+                                      .element = 2,
+                                      .rule = MR_RULE_NOT_RISING,
+                                      .other = 1},
+            "value 3 of channel[4].point_value is -2.00999999 0.1");
+    is_said((struct mr_config_reason){.group = MR_GROUP_gate,
+                                      .index = 3,
+                                      .field = MR_FIELD_gate_step_codes,
+                                      .rule = MR_RULE_ALIKE,
+                                      .other = 2},
+            "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be told apart; "
+            "steps must be 8 codes or more apart");
+    is_said((struct mr_config_reason){.group = 200, .index = 1, .field = 2, .rule = 77},
+            "group 200, index 1, field 2: unknown rule");
     is_said((struct mr_config_reason){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");
-    is_said((struct mr_config_reason){.group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_ALIKE, .other = 99}, "steps of two switches");
+    is_said(
+        (struct mr_config_reason){
+            .group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_ALIKE, .other = 99},
+        "steps of two switches");
 }
 
 static unsigned changes;

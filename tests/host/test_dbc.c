@@ -68,7 +68,8 @@ static double decode(const struct signal *s, const uint8_t *payload)
 
 static void displacement(void **state)
 {
-    /* d1 = 1 in = 10000 counts = 0x2710, d2 = -0.5 in = -5000 = 0xEC78, d3 = 0.0001 in, block16 = 0x1234 */
+    /* d1 = 1 in = 10000 counts = 0x2710, d2 = -0.5 in = -5000 = 0xEC78, d3 = 0.0001 in, block16 =
+     * 0x1234 */
     const uint8_t payload[8] = {0x10, 0x27, 0x78, 0xEC, 0x01, 0x00, 0x34, 0x12};
     struct signal d1 = find(0x100, "displacement_1_3", "d1_in"),
                   d2 = find(0x100, "displacement_1_3", "d2_in");
@@ -86,7 +87,8 @@ static void displacement(void **state)
 
 static void motion_and_command(void **state)
 {
-    /* 12.5 ft of 500 counts = 6250 = 0x186A; 30.123 ft/s = 30123 = 0x75AB; -2 ft/s2 = -1000 = 0xFC18 */
+    /* 12.5 ft of 500 counts = 6250 = 0x186A; 30.123 ft/s = 30123 = 0x75AB; -2 ft/s2 = -1000 =
+     * 0xFC18 */
     const uint8_t motion[8] = {0x6A, 0x18, 0xAB, 0x75, 0x18, 0xFC, 0, 0};
     /* survey, segment 12, tag 258, 3050 counts */
     const uint8_t command[8] = {5, 12, 0x02, 0x01, 0xEA, 0x0B, 0, 0};
@@ -114,12 +116,16 @@ static void floats_and_names(void **state)
     assert_non_null(strstr(text, "\nSIG_VALTYPE_ 503 station_ft : 1;\n"));
     assert_non_null(strstr(text, "\nSIG_VALTYPE_ 502 zero_code : 1;\n"));
     assert_null(strstr(text, "SIG_VALTYPE_ 256"));
-    assert_non_null(
-        strstr(text, "\nVAL_ 160 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
-    assert_non_null(
-        strstr(text, "\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 \"survey\" 6 \"bootrom\" 7 \"reset\" 8 \"self-test\" ;\n"));
-    /* A state has its names wherever it stands, a validity that no message carries none, and bits are no values. */
-    assert_non_null(strstr(text, "\nVAL_ 496 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
+    assert_non_null(strstr(
+        text,
+        "\nVAL_ 160 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
+    assert_non_null(strstr(text, "\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 "
+                                 "\"survey\" 6 \"bootrom\" 7 \"reset\" 8 \"self-test\" ;\n"));
+    /* A state has its names wherever it stands, a validity that no message carries none, and bits
+     * are no values. */
+    assert_non_null(strstr(
+        text,
+        "\nVAL_ 496 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
     assert_non_null(strstr(text, "\nVAL_ 233 validity 0 \"valid\" 2 \"saturated\" "));
     assert_null(strstr(text, "\nVAL_ 496 reset_cause"));
     assert_non_null(strstr(text, "\nCM_ SG_ 496 reset_cause \"bit 0 power, 1 pin, "));

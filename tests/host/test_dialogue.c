@@ -1,10 +1,11 @@
-/* The conversation with a board over a scripted link: what is lost, answered twice, late, by somebody else, or not at all. */
+/* The conversation with a board over a scripted link: what is lost, answered twice, late, by
+ * somebody else, or not at all. */
 #include "common/command.h"
 #include "host/board/dialogue.h"
 #include "tests/host/scripted_link.h"
 
 #define ANSWER_S 2.0
-#define SLACK_S 0.5 /* the looks of the scripted clock at a deadline */
+#define SLACK_S  0.5 /* the looks of the scripted clock at a deadline */
 
 static struct scripted board, can_end;
 static struct dialogue dialogue;
@@ -31,7 +32,8 @@ static int begin_both(void **state)
 {
     (void)state;
     scripted_now_s = 1000.0;
-    dialogue_begin(&dialogue, scripted_open(&can_end, LINK_CAN), scripted_open(&board, LINK_SERIAL));
+    dialogue_begin(&dialogue, scripted_open(&can_end, LINK_CAN),
+                   scripted_open(&board, LINK_SERIAL));
     dialogue.now_s = scripted_clock;
     return 0;
 }
@@ -47,7 +49,8 @@ static int end(void **state)
 
 static void say_ack(struct scripted *s, unsigned code, unsigned tag, int status)
 {
-    SCRIPTED_SAY(s, ack, ACK, .code = (uint8_t)code, .tag = (uint16_t)tag, .status = (int8_t)status);
+    SCRIPTED_SAY(s, ack, ACK, .code = (uint8_t)code, .tag = (uint16_t)tag,
+                 .status = (int8_t)status);
 }
 
 static void say_hello(struct scripted *s, unsigned layout)
@@ -102,11 +105,15 @@ static void answers_another_order(struct scripted *s, const struct mr_command *c
 
 /* ---- orders ---- */
 
-static enum mr_status order(unsigned code, unsigned tries, struct mr_ack *answer, struct error *error)
+static enum mr_status order(unsigned code, unsigned tries, struct mr_ack *answer,
+                            struct error *error)
 {
     *error = (struct error){0};
-    return dialogue_order(&dialogue, &(struct dialogue_order){.code = (uint8_t)code, .argument = 5, .answer_s = ANSWER_S, .tries = tries}, answer,
-                          error);
+    return dialogue_order(
+        &dialogue,
+        &(struct dialogue_order){
+            .code = (uint8_t)code, .argument = 5, .answer_s = ANSWER_S, .tries = tries},
+        answer, error);
 }
 
 static void assert_took(double begun_s, double s)
@@ -164,11 +171,13 @@ static void a_lost_order_that_does_not_repeat_is_sent_once(void **state)
     assert_took(begun_s, ANSWER_S);
 }
 
-static enum mr_status take_landing(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status take_landing(void *context, const struct dialogue_message *message,
+                                   struct error *error)
 {
     struct mr_landing landing;
     (void)error;
-    if (message->id == MR_ID_LANDING && mr_landing_get(&landing, message->payload, message->length) == MR_OK)
+    if (message->id == MR_ID_LANDING &&
+        mr_landing_get(&landing, message->payload, message->length) == MR_OK)
         *(bool *)context = landing.state == 1;
     return MR_OK;
 }
@@ -178,10 +187,12 @@ static void a_lost_answer_is_read_from_the_state(void **state)
     struct mr_ack answer = {.status = MR_LIMIT};
     struct error error = {0};
     bool armed = false;
-    struct dialogue_order arm = {.code = MR_COMMAND_ARM, .answer_s = ANSWER_S, .taken = dialogue_flag, .context = &armed};
+    struct dialogue_order arm = {
+        .code = MR_COMMAND_ARM, .answer_s = ANSWER_S, .taken = dialogue_flag, .context = &armed};
     (void)state;
     dialogue_subscribe(&dialogue, take_landing, &armed);
-    assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_TIMEOUT); /* silent: the order was lost */
+    /* silent: the order was lost */
+    assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_TIMEOUT);
     board.board = arms_unheard;
     assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_OK);
     assert_int_equal(answer.status, MR_OK);
@@ -207,7 +218,8 @@ static void a_late_answer_is_not_the_next_orders(void **state)
     (void)state;
     board.board = answers_late;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT); /* hears that of the first */
+    /* hears that of the first */
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
     assert_int_equal(board.commands, 2);
 }
 
@@ -319,7 +331,8 @@ static void who_speaks_is_known_until_forgotten(void **state)
     char uid[IDENTITY_UID_TEXT];
     (void)state;
     says_who_it_is(&board);
-    assert_int_equal(dialogue_hello(&dialogue, dialogue_flag, &dialogue.identity.image_known, &error), MR_OK);
+    assert_int_equal(
+        dialogue_hello(&dialogue, dialogue_flag, &dialogue.identity.image_known, &error), MR_OK);
     identity_uid_text(&dialogue.identity, uid);
     assert_string_equal(uid, "000000110000002200000033");
     dialogue_forget(&dialogue);
@@ -385,7 +398,8 @@ struct counted {
     bool enough;
 };
 
-static enum mr_status count_clocks(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status count_clocks(void *context, const struct dialogue_message *message,
+                                   struct error *error)
 {
     struct counted *counted = context;
     (void)error;
@@ -412,21 +426,29 @@ static void an_answer_of_many_messages_may_take_its_time(void **state)
     (void)state;
     dialogue_subscribe(&dialogue, count_clocks, &counted);
     board.idle = tells_slowly;
-    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error),
+                     MR_TIMEOUT);
     assert_took(begun_s, 1.0);
     counted.clocks = 0;
-    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough, &counted.clocks, 1.0, &error), MR_OK);
+    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough,
+                                           &counted.clocks, 1.0, &error),
+                     MR_OK);
     board.idle = NULL;
     counted = (struct counted){0};
     begun_s = scripted_now_s;
-    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough, &counted.clocks, 1.0, &error), MR_TIMEOUT);
+    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough,
+                                           &counted.clocks, 1.0, &error),
+                     MR_TIMEOUT);
     assert_took(begun_s, 1.0);
 }
 
-static enum mr_status refuse(void *context, const struct dialogue_message *message, struct error *error)
+static enum mr_status refuse(void *context, const struct dialogue_message *message,
+                             struct error *error)
 {
     (void)context;
-    return message->id == MR_ID_CLOCK ? error_set(error, MR_LIMIT, "a clock: scripted; none is wanted") : MR_OK;
+    return message->id == MR_ID_CLOCK
+             ? error_set(error, MR_LIMIT, "a clock: scripted; none is wanted")
+             : MR_OK;
 }
 
 static void a_subscriber_ends_the_wait(void **state)
@@ -437,7 +459,8 @@ static void a_subscriber_ends_the_wait(void **state)
     dialogue_subscribe(&dialogue, refuse, NULL);
     dialogue_subscribe(&dialogue, count_clocks, &counted);
     SCRIPTED_SAY(&board, clock, CLOCK, .block = 1);
-    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error), MR_LIMIT);
+    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error),
+                     MR_LIMIT);
     assert_int_equal(counted.clocks, 0); /* in the order in which they subscribed */
 }
 
@@ -452,12 +475,15 @@ static void the_end_of_the_link_is_an_error(void **state)
     assert_int_equal(board.commands, 1);
 }
 
-/* Of the firmware (firmware/app.c): what is begun by an order, counted, or taken away by one is not the same done twice. */
+/* Of the firmware (firmware/app.c): what is begun by an order, counted, or taken away by one is not
+ * the same done twice. */
 static void what_repeats(void **state)
 {
-    static const unsigned once[] = {MR_COMMAND_ARM, MR_COMMAND_DISARM, MR_COMMAND_MARK, MR_COMMAND_BOOTROM, MR_COMMAND_RESET,
-                                    MR_COMMAND_SELF_TEST, MR_COMMAND_ZERO, MR_COMMAND_SHUNT, MR_COMMAND_CONFIG_APPLY, MR_COMMAND_CAMERA,
-                                    MR_COMMAND_BACKLOG, MR_COMMAND_BOX_FREE, MR_COMMAND_RUNWAY_TAKE};
+    static const unsigned once[] = {
+        MR_COMMAND_ARM,          MR_COMMAND_DISARM,    MR_COMMAND_MARK,    MR_COMMAND_BOOTROM,
+        MR_COMMAND_RESET,        MR_COMMAND_SELF_TEST, MR_COMMAND_ZERO,    MR_COMMAND_SHUNT,
+        MR_COMMAND_CONFIG_APPLY, MR_COMMAND_CAMERA,    MR_COMMAND_BACKLOG, MR_COMMAND_BOX_FREE,
+        MR_COMMAND_RUNWAY_TAKE};
     unsigned repeat = 0;
     (void)state;
     for (size_t i = 0; i < sizeof once / sizeof once[0]; i++)
@@ -467,7 +493,7 @@ static void what_repeats(void **state)
     assert_int_equal(repeat, 24 - sizeof once / sizeof once[0]);
 }
 
-#define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
+#define TEST(name)     cmocka_unit_test_setup_teardown(name, begin, end)
 #define TEST_CAN(name) cmocka_unit_test_setup_teardown(name, begin_can, end)
 
 int main(void)

@@ -1,7 +1,8 @@
-/* Error studies: references that agree or are refused, errors that are the true ones, slopes, and who is cheapest.
+/* Error studies: references that agree or are refused, errors that are the true ones, slopes, and
+ * who is cheapest.
  *
- * Expected values: closed forms (a damped oscillator; a made-up study of known slope), the textbook order of the
- * methods, and the definition of an error itself. Units ft, lb, s. */
+ * Expected values: closed forms (a damped oscillator; a made-up study of known slope), the textbook
+ * order of the methods, and the definition of an error itself. Units ft, lb, s. */
 #include "tests/cmocka_all.h"
 
 #include <math.h>
@@ -35,7 +36,8 @@ static void run(const struct sim_scene *scene)
 static const struct error_run *find(const char *solver, double rtol)
 {
     for (size_t i = 0; i < study.run_count; i++) {
-        if (strcmp(study.runs[i].solver, solver) == 0 && fabs(study.runs[i].rtol / rtol - 1.0) < 1e-9)
+        if (strcmp(study.runs[i].solver, solver) == 0 &&
+            fabs(study.runs[i].rtol / rtol - 1.0) < 1e-9)
             return &study.runs[i];
     }
     fail_msg("no run of %s at %g", solver, rtol);
@@ -52,7 +54,8 @@ static const struct error_slope *slope_of(const char *solver, enum error_against
     return NULL;
 }
 
-static struct pass_outcome one_pass(const struct sim_scene *scene, const char *solver, double rtol, double dt_s)
+static struct pass_outcome one_pass(const struct sim_scene *scene, const char *solver, double rtol,
+                                    double dt_s)
 {
     const struct pass_request request = {stepper_find(solver), rtol, dt_s, 1000000, 0};
     const struct sim_options options = {0};
@@ -93,12 +96,13 @@ static void references_agree_and_errors_fall(void **state)
         assert_int_equal(loose->status, SIM_OK);
         assert_int_equal(tight->status, SIM_OK);
         if (!(tight->u_ft < 0.02 * loose->u_ft && tight->lift_ft < 0.02 * loose->lift_ft))
-            fail_msg("%s: errors %g, %g at 1e-4 and %g, %g at 1e-9", solvers[i], loose->u_ft, loose->lift_ft,
-                     tight->u_ft, tight->lift_ft);
+            fail_msg("%s: errors %g, %g at 1e-4 and %g, %g at 1e-9", solvers[i], loose->u_ft,
+                     loose->lift_ft, tight->u_ft, tight->lift_ft);
     }
     struct pass_outcome best = one_pass(&scene, "implicit", 1e-12, 0.0);
     for (size_t i = 0; i < study.run_count; i += 3) {
-        struct pass_outcome outcome = one_pass(&scene, study.runs[i].solver, study.runs[i].rtol, study.runs[i].dt_s);
+        struct pass_outcome outcome = one_pass(&scene, study.runs[i].solver, study.runs[i].rtol,
+                                               study.runs[i].dt_s);
         assert_near(study.runs[i].lift_ft, lift_error_ft(&outcome, &best), 1e-10);
         pass_free(&outcome);
     }
@@ -195,7 +199,8 @@ static void smooth_scenes_show_the_order(void **state)
     assert_false(study.lifts);
     sim_scene_free(&scene);
 
-    /* The joints' damper acts on the last half step's speeds (fixed.h), half a step late: at least first order. */
+    /* The joints' damper acts on the last half step's speeds (fixed.h), half a step late: at least
+     * first order. */
     scene = oscillator(SIM_CHAIN, 50.0);
     run(&scene);
     fixed = slope_of("fixed", ERROR_DT, false);
@@ -221,15 +226,16 @@ static void chain_errors_are_the_true_ones(void **state)
             continue;
         assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
         for (size_t k = 0; k < result.output_count; k++)
-            worst = fmax(worst, fabs(result.outputs[k].u_ft[1] - exact_ft(&scene, result.outputs[k].t_s)));
+            worst = fmax(worst,
+                         fabs(result.outputs[k].u_ft[1] - exact_ft(&scene, result.outputs[k].t_s)));
         assert_near(r->u_ft, worst, 2.0 * study.agreement_u_ft + 1e-13);
         sim_result_free(&result);
     }
     sim_scene_free(&scene);
 }
 
-/* The second method for chains with grit, against the planar models' on a chain whose joints have slack but no grit:
- * sticking, hooking and pressing together in both. */
+/* The second method for chains with grit, against the planar models' on a chain whose joints have
+ * slack but no grit: sticking, hooking and pressing together in both. */
 static void the_march_is_right_where_another_method_can_say(void **state)
 {
     (void)state;
@@ -257,8 +263,9 @@ static void the_march_is_right_where_another_method_can_say(void **state)
     sim_scene_free(&scene);
 }
 
-/* Grit on one mat that is pushed against the fixed end, closed form: it feels nothing below the grit's strength (12 lb
- * against 30 lb of grit: F/KL/2 as on a closed joint), and above it moves until the joint is closed. */
+/* Grit on one mat that is pushed against the fixed end, closed form: it feels nothing below the
+ * grit's strength (12 lb against 30 lb of grit: F/KL/2 as on a closed joint), and above it moves
+ * until the joint is closed. */
 static void the_march_holds_grit(void **state)
 {
     (void)state;
@@ -290,8 +297,9 @@ static void the_march_holds_grit(void **state)
     }
 }
 
-/* A mat thrown at an open joint with grit, without damping, closed form: spring up to the grit's strength, then that
- * force until it stops, then the spring's quarter swing back, then free flight. */
+/* A mat thrown at an open joint with grit, without damping, closed form: spring up to the grit's
+ * strength, then that force until it stops, then the spring's quarter swing back, then free
+ * flight. */
 static void the_march_gives_way_and_springs_back(void **state)
 {
     (void)state;
@@ -333,8 +341,9 @@ static void the_march_gives_way_and_springs_back(void **state)
     sim_scene_free(&scene);
 }
 
-/* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed again, with dampers.
- * The march and `fixed` share no code; the answers differ by less with every finer step. */
+/* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed
+ * again, with dampers. The march and `fixed` share no code; the answers differ by less with every
+ * finer step. */
 static void two_methods_agree_on_grit(void **state)
 {
     (void)state;
@@ -394,12 +403,20 @@ static void without_a_reference_there_is_no_table(void **state)
 static void slopes_and_cheapest_of_a_known_study(void **state)
 {
     (void)state;
-    study = (struct error_study){.lifts = true, .agreement_lift_ft = 1e-9, .agreement_u_ft = 1e-9, .peak_u_ft = 10,
-                                 .max_lift_ft = 10, .dt_limit_s = 0.02};
+    study = (struct error_study){.lifts = true,
+                                 .agreement_lift_ft = 1e-9,
+                                 .agreement_u_ft = 1e-9,
+                                 .peak_u_ft = 10,
+                                 .max_lift_ft = 10,
+                                 .dt_limit_s = 0.02};
     for (int k = 0; k < 8; k++) {
         double dt = 0.01 * pow(2.0, -k);
-        study.runs[study.run_count++] = (struct error_run){.solver = "rk4", .dt_s = dt, .ms = pow(2.0, k),
-                                                           .rhs = 100, .u_ft = 3.0 * pow(dt, 1.5), .lift_ft = 3.0 * pow(dt, 1.5)};
+        study.runs[study.run_count++] = (struct error_run){.solver = "rk4",
+                                                           .dt_s = dt,
+                                                           .ms = pow(2.0, k),
+                                                           .rhs = 100,
+                                                           .u_ft = 3.0 * pow(dt, 1.5),
+                                                           .lift_ft = 3.0 * pow(dt, 1.5)};
     }
     error_study_fit(&study);
     assert_near(slope_of("rk4", ERROR_DT, true)->slope, 1.5, 1e-9);
@@ -412,7 +429,8 @@ static void slopes_and_cheapest_of_a_known_study(void **state)
     assert_true(isnan(error_study_judged_ft(&study, 0)));
     assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[2]);
     study.runs[1].lift_ft = study.runs[1].u_ft;
-    assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[3]); /* 2 has a neighbour above it */
+    /* 2 has a neighbour above it */
+    assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[3]);
     assert_ptr_equal(error_study_cheapest(&study, NULL, 1.1e-3), &study.runs[2]);
     assert_null(error_study_cheapest(&study, "event", 1e-3));
     study.agreement_lift_ft = 1e-3;
@@ -427,14 +445,16 @@ static void slopes_and_cheapest_of_a_known_study(void **state)
     assert_int_equal(slope_of("rk4", ERROR_DT, true)->points, 7);
 }
 
-/* The second method has no elements of the table: a chain with one and with grit has no reference, and the key is named. */
+/* The second method has no elements of the table: a chain with one and with grit has no reference,
+ * and the key is named. */
 static void a_force_that_it_lacks_is_refused(void **state)
 {
     (void)state;
     struct sim_scene scene;
     struct sim_record record;
     struct march_cost cost;
-    const char *text = "{\"model\": \"chain\", \"slack\": 0.01, \"grit\": 5, \"ground_damping\": 3}";
+    const char *text =
+        "{\"model\": \"chain\", \"slack\": 0.01, \"grit\": 5, \"ground_damping\": 3}";
     memset(&error, 0, sizeof error);
     assert_int_equal(sim_scene_parse(&scene, "scene", text, strlen(text), &error), MR_OK);
     assert_int_equal(march_run(&record, &cost, &scene, 1e-4, &error), MR_USAGE);

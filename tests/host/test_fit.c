@@ -1,5 +1,5 @@
-/* The fit: against closed forms where there are any, against finite differences of ensemble means, on cheap landings with known
- * parameters, and its verdicts on cases confounded on purpose. */
+/* The fit: against closed forms where there are any, against finite differences of ensemble means,
+ * on cheap landings with known parameters, and its verdicts on cases confounded on purpose. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,7 +21,7 @@ static void near_to(double got, double wanted, double tolerance, const char *wha
 struct linear {
     double slope[LINEAR_STATISTICS][2];
     double noise[LINEAR_STATISTICS][LINEAR_STATISTICS]; /* lower */
-    double curve; /* times z0^2, on every statistic */
+    double curve;                                       /* times z0^2, on every statistic */
 };
 
 static bool simulate_linear(const void *context, const double *z, uint64_t draw, double *statistic)
@@ -32,7 +32,8 @@ static bool simulate_linear(const void *context, const double *z, uint64_t draw,
     for (int i = 0; i < LINEAR_STATISTICS; i++)
         e[i] = cheap_normal(&random);
     for (int i = 0; i < LINEAR_STATISTICS; i++) {
-        statistic[i] = linear->slope[i][0] * z[0] + linear->slope[i][1] * z[1] + linear->curve * z[0] * z[0];
+        statistic[i] = linear->slope[i][0] * z[0] + linear->slope[i][1] * z[1] +
+                       linear->curve * z[0] * z[0];
         for (int k = 0; k <= i; k++)
             statistic[i] += linear->noise[i][k] * e[k];
     }
@@ -44,7 +45,8 @@ static const struct linear plain = {
     .noise = {{0.5}, {0.2, 0.8}, {-0.1, 0.3, 0.6}, {0.4, 0.1, -0.2, 0.9}},
 };
 
-static void fit_linear(const struct linear *linear, const double *measured, size_t draws, unsigned threads, struct fit_answer *answer)
+static void fit_linear(const struct linear *linear, const double *measured, size_t draws,
+                       unsigned threads, struct fit_answer *answer)
 {
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, linear};
     struct fit_options options = {.draws = draws, .threads = threads, .seed = 5};
@@ -54,7 +56,8 @@ static void fit_linear(const struct linear *linear, const double *measured, size
 }
 
 /* A' S^-1 A and A' S^-1 s of `plain`, by forward substitution through the noise's factor. */
-static void closed_form(const struct linear *linear, const double *measured, double information[2][2], double side[2])
+static void closed_form(const struct linear *linear, const double *measured,
+                        double information[2][2], double side[2])
 {
     double white[LINEAR_STATISTICS][3];
     for (int i = 0; i < LINEAR_STATISTICS; i++) {
@@ -90,12 +93,15 @@ static void linear_is_the_closed_form(void **state)
     near_to(answer.z[1], (a * side[1] - b * side[0]) / det, 0.04, "estimate 2");
     near_to(answer.information[0][0], f[0][0], 0.07 * f[0][0], "information 1");
     near_to(answer.information[1][1], f[1][1], 0.07 * f[1][1], "information 2");
-    /* An estimate by data and priors that are both drawn anew about the truth has the covariance (F + 1)^-1. */
+    /* An estimate by data and priors that are both drawn anew about the truth has the covariance (F
+     * + 1)^-1. */
     near_to(answer.covariance[0][0], d / det, 0.08 * d / det, "variance 1");
     near_to(answer.covariance[1][1], a / det, 0.08 * a / det, "variance 2");
     near_to(answer.covariance[0][1], -b / det, 0.08 * sqrt(a * d) / det, "covariance");
-    near_to(answer.high[0] - answer.z[0], 1.96 * sqrt(answer.covariance[0][0]), 0.002, "half an interval");
-    near_to(answer.z[0] - answer.low[0], 1.96 * sqrt(answer.covariance[0][0]), 0.002, "the other half");
+    near_to(answer.high[0] - answer.z[0], 1.96 * sqrt(answer.covariance[0][0]), 0.002,
+            "half an interval");
+    near_to(answer.z[0] - answer.low[0], 1.96 * sqrt(answer.covariance[0][0]), 0.002,
+            "the other half");
     near_to(answer.bias[0], 0.0, 0.08, "bias");
     assert_false(answer.silent[0] || answer.silent[1]);
     assert_int_equal(answer.confounded_count, 0);
@@ -117,7 +123,8 @@ static void threads_change_nothing(void **state)
     fit_free(&three);
 }
 
-/* 12 of its own standard deviations from what any parameters give, across the slopes: no draw lies that far out. */
+/* 12 of its own standard deviations from what any parameters give, across the slopes: no draw lies
+ * that far out. */
 static void what_does_not_fit_is_said(void **state)
 {
     const double measured[LINEAR_STATISTICS] = {8.0, -8.0, 8.0, 8.0};
@@ -135,17 +142,20 @@ static void slopes_are_those_of_the_misfit(void **state)
     struct linear curved = plain;
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved};
     struct fit_options options = {.draws = 200, .threads = 1, .seed = 3};
-    struct ensemble_place place = {.parameters = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
+    struct ensemble_place place = {
+        .parameters = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
     struct ensemble ensemble;
     struct surface surface;
     struct solve solve;
     struct error error = {0};
-    const double at[][2] = {{0.3, -0.7}, {2.9, 0.1}, {-3.0, 3.5}}; /* inside, and where the surface goes on straight */
+    /* inside, and where the surface goes on straight */
+    const double at[][2] = {{0.3, -0.7}, {2.9, 0.1}, {-3.0, 3.5}};
     (void)state;
     curved.curve = 0.4;
     for (int i = 2; i < LINEAR_STATISTICS; i++) /* scores here are the first two statistics */
         curved.slope[i][0] = curved.slope[i][1] = 0.0;
-    assert_int_equal(ensemble_make(&model, &place, &options, 0, (double)INFINITY, &ensemble, &error), MR_OK);
+    assert_int_equal(
+        ensemble_make(&model, &place, &options, 0, (double)INFINITY, &ensemble, &error), MR_OK);
     gsl_matrix *weight = gsl_matrix_calloc(LINEAR_STATISTICS, 2);
     gsl_matrix_set(weight, 0, 0, 1.0);
     gsl_matrix_set(weight, 1, 1, 1.0);
@@ -166,7 +176,8 @@ static void slopes_are_those_of_the_misfit(void **state)
             solve_residual(&solve, high, up, unused);
             solve_residual(&solve, low, down, unused);
             for (int r = 0; r < 5; r++)
-                near_to(slope[2 * r + i], (up[r] - down[r]) / 2e-5, 1e-5 * (1.0 + fabs(slope[2 * r + i])), "derivative");
+                near_to(slope[2 * r + i], (up[r] - down[r]) / 2e-5,
+                        1e-5 * (1.0 + fabs(slope[2 * r + i])), "derivative");
         }
     }
     gsl_matrix_free(weight);
@@ -175,8 +186,9 @@ static void slopes_are_those_of_the_misfit(void **state)
     ensemble_free(&ensemble);
 }
 
-/* The chain sticks and closes, so one landing has no derivative; the mean over many draws has. The surface's slope, from 400 draws
- * spread about, against central differences of means over 400 draws at either end. */
+/* The chain sticks and closes, so one landing has no derivative; the mean over many draws has. The
+ * surface's slope, from 400 draws spread about, against central differences of means over 400 draws
+ * at either end. */
 static void surface_slopes_are_those_of_means(void **state)
 {
     enum { DRAWS = 400, STATISTICS = 64 };
@@ -187,7 +199,8 @@ static void surface_slopes_are_those_of_means(void **state)
     struct error error = {0};
     struct fit_options options = {.draws = DRAWS, .seed = 9};
     struct ensemble_place place = {.parameters = FIT_KEYS};
-    double middle[FIT_KEYS] = {0.0}, expected[STATISTICS], slope[STATISTICS * FIT_KEYS], one[STATISTICS];
+    double middle[FIT_KEYS] = {0.0}, expected[STATISTICS], slope[STATISTICS * FIT_KEYS],
+           one[STATISTICS];
     const double step = 0.6;
     (void)state;
     assert_true(cheap_landing(truth, 4, false, &list, &error));
@@ -195,7 +208,8 @@ static void surface_slopes_are_those_of_means(void **state)
     assert_true(list.statistics <= STATISTICS && list.statistics > 8);
     for (int i = 0; i < FIT_KEYS; i++)
         place.spread[i][i] = step;
-    assert_int_equal(ensemble_make(&model, &place, &options, 0, (double)INFINITY, &ensemble, &error), MR_OK);
+    assert_int_equal(
+        ensemble_make(&model, &place, &options, 0, (double)INFINITY, &ensemble, &error), MR_OK);
     assert_int_equal(surface_make(&ensemble, &surface, &error), MR_OK);
     surface_at(&surface, middle, expected, slope);
     for (int i = 0; i < FIT_KEYS; i += FIT_SHARE) { /* gaps, share: the rest goes the same way */
@@ -213,9 +227,12 @@ static void surface_slopes_are_those_of_means(void **state)
             double variance = 0.0;
             for (int side = 0; side < 2; side++)
                 variance += (square[side][s] / DRAWS - pow(sum[side][s] / DRAWS, 2.0)) / DRAWS;
-            /* In w, whose unit is the step, both are the same difference; the surface's own error is that of one side. */
-            double difference = 0.5 * (sum[1][s] - sum[0][s]) / DRAWS - slope[s * FIT_KEYS + (size_t)i];
-            double error_of = sqrt(0.25 * variance + gsl_matrix_get(surface.covariance, s, s) / DRAWS);
+            /* In w, whose unit is the step, both are the same difference; the surface's own error
+             * is that of one side. */
+            double difference = 0.5 * (sum[1][s] - sum[0][s]) / DRAWS -
+                                slope[s * FIT_KEYS + (size_t)i];
+            double error_of =
+                sqrt(0.25 * variance + gsl_matrix_get(surface.covariance, s, s) / DRAWS);
             squares += pow(difference / error_of, 2.0);
             assert_true(fabs(difference) < 5.0 * error_of);
         }
@@ -243,7 +260,8 @@ static void sum_alone_cannot_be_told_apart(void **state)
     near_to(answer.confounded[0].direction[0], sqrt(0.5), 0.05, "direction 1");
     near_to(answer.confounded[0].direction[1], -sqrt(0.5), 0.05, "direction 2");
     assert_true(answer.confounded[0].rise < VERDICT_LIMIT);
-    near_to(answer.covariance[0][1] / sqrt(answer.covariance[0][0] * answer.covariance[1][1]), -1.0, 0.1, "correlation");
+    near_to(answer.covariance[0][1] / sqrt(answer.covariance[0][0] * answer.covariance[1][1]), -1.0,
+            0.1, "correlation");
     fit_free(&answer);
 }
 
@@ -263,8 +281,8 @@ static void what_changes_nothing_is_silent(void **state)
     fit_free(&answer);
 }
 
-static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, double widen, struct fit_landings *list,
-                      struct fit_answer *answer)
+static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, double widen,
+                      struct fit_landings *list, struct fit_answer *answer)
 {
     struct error error = {0};
     struct fit_options options = {.draws = 200, .seed = 11};
@@ -278,8 +296,8 @@ static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, 
     assert_no_error(&error);
 }
 
-/* Thrust share against friction: of a landing that hardly is more than thrust against friction and resistance, with the stiffness
- * known to nobody. */
+/* Thrust share against friction: of a landing that hardly is more than thrust against friction and
+ * resistance, with the stiffness known to nobody. */
 static void thrust_and_friction_of_a_chain(void **state)
 {
     const double truth[FIT_KEYS] = {0.0};
@@ -287,11 +305,13 @@ static void thrust_and_friction_of_a_chain(void **state)
     struct fit_answer answer;
     bool named = false;
     (void)state;
-    fit_cheap(truth, 21, 1u << FIT_GRIT | 1u << FIT_FRICTION | 1u << FIT_SHARE, 1.0, &list, &answer);
+    fit_cheap(truth, 21, 1u << FIT_GRIT | 1u << FIT_FRICTION | 1u << FIT_SHARE, 1.0, &list,
+              &answer);
     for (size_t d = 0; d < answer.confounded_count; d++) {
         const double *direction = answer.confounded[d].direction;
         /* more thrust and more resistance go together */
-        named = named || (direction[2] * direction[2] >= VERDICT_MEMBER && (direction[0] * direction[2] > 0.1 || direction[1] * direction[2] > 0.1));
+        named = named || (direction[2] * direction[2] >= VERDICT_MEMBER &&
+                          (direction[0] * direction[2] > 0.1 || direction[1] * direction[2] > 0.1));
     }
     assert_true(named);
     fit_free(&answer);
@@ -302,7 +322,8 @@ static void thrust_and_friction_of_a_chain(void **state)
 
 static void known_parameters_are_found(void **state)
 {
-    static const double truth[3][FIT_KEYS] = {{0.0}, {0.5, -0.8, 1.0, 0.3, -0.5}, {-0.6, 0.7, -1.2, -0.4, 0.8}};
+    static const double truth[3][FIT_KEYS] = {
+        {0.0}, {0.5, -0.8, 1.0, 0.3, -0.5}, {-0.6, 0.7, -1.2, -0.4, 0.8}};
     (void)state;
     for (uint64_t n = 0; n < 3; n++) {
         struct fit_landings list;
@@ -323,13 +344,14 @@ static void known_parameters_are_found(void **state)
 
 /* ---- statistics ---- */
 
-/* A transducer that moves an inch a second: a window's mean is its middle's time. The wheel runs at 10 ft/s from 0 and stops at
- * 4 s; the transducer stands at 30 ft. */
+/* A transducer that moves an inch a second: a window's mean is its middle's time. The wheel runs at
+ * 10 ft/s from 0 and stops at 4 s; the transducer stands at 30 ft. */
 static void windows_follow_the_wheel(void **state)
 {
     enum { COUNT = 5000 };
     static const double middle_s[] = {1.8, 2.4, 2.7, 2.9, 3.2, 4.4};
-    static const char *const names[] = {"16 to 8 ft ahead", "8 to 4 ft ahead", "4 to 2 ft ahead", "2 to 0 ft ahead", "0 to 4 ft behind", "end"};
+    static const char *const names[] = {"16 to 8 ft ahead", "8 to 4 ft ahead",  "4 to 2 ft ahead",
+                                        "2 to 0 ft ahead",  "0 to 4 ft behind", "end"};
     struct sim_path_row path[] = {{0.0, 0.0, 1.0}, {4.0, 40.0, 1.0}};
     struct fit_landings list;
     struct fit_landing landing = {.run = 7};
@@ -362,8 +384,9 @@ static void windows_follow_the_wheel(void **state)
     free(value);
 }
 
-/* Ten gaps that are uniform over 0 to 0.036 in and sum up to 0.03 in lie evenly on a simplex: no cap binds, so E[g^2] = 2 S^2/(n (n + 1))
- * (Dirichlet's distribution). Uniform ones scaled to that sum would have 0.0129 instead of 0.0182. */
+/* Ten gaps that are uniform over 0 to 0.036 in and sum up to 0.03 in lie evenly on a simplex: no
+ * cap binds, so E[g^2] = 2 S^2/(n (n + 1)) (Dirichlet's distribution). Uniform ones scaled to that
+ * sum would have 0.0129 instead of 0.0182. */
 static void gaps_given_their_sum(void **state)
 {
     enum { DRAWS = 3000 };
@@ -390,7 +413,8 @@ static void gaps_given_their_sum(void **state)
         near_to(sum_in, 0.03, 1e-9, "sum");
     }
     near_to(squares, 2.0 / 110.0, 0.0004, "mean square");
-    /* Not surveyed, mean 0.024 in, slack 0.03 in: uniform up to 0.075 in, so that three of five lie hooked. */
+    /* Not surveyed, mean 0.024 in, slack 0.03 in: uniform up to 0.075 in, so that three of five lie
+     * hooked. */
     list.parameter[FIT_GAP].value = 0.024;
     list.landing[0].survey_in[0] = (double)NAN;
     for (uint64_t n = 0; n < DRAWS; n++) {

@@ -1,4 +1,5 @@
-/* Which survey a fit takes for a landing: gage points read before and after it, and what the board had. */
+/* Which survey a fit takes for a landing: gage points read before and after it, and what the board
+ * had. */
 #include <math.h>
 
 #include "host/study/fit/surveyed.h"
@@ -21,21 +22,36 @@ static int64_t land(struct store *store, int64_t number)
 {
     struct store_session session = {.started_us = 1000 * number, .can_link = "file:a"};
     assert_int_equal(store_session_add(store, &session, &error), MR_OK);
-    struct store_landing landing = {.session = session.id, .board_landing = number, .armed_block = 800, .armed_us = 1000 * number,
-                                    .state = 4, .board_uid = "AB", .image_crc = STORE_NONE, .switch_error_ft = NAN};
+    struct store_landing landing = {.session = session.id,
+                                    .board_landing = number,
+                                    .armed_block = 800,
+                                    .armed_us = 1000 * number,
+                                    .state = 4,
+                                    .board_uid = "AB",
+                                    .image_crc = STORE_NONE,
+                                    .switch_error_ft = NAN};
     assert_int_equal(store_landing_add(store, &landing, &error), MR_OK);
     return landing.id;
 }
 
-/* Lines 1 and 2 of `count` spans from 0 on, `add` and 0.02 in beyond closed: their mean is add + 0.01. */
+/* Lines 1 and 2 of `count` spans from 0 on, `add` and 0.02 in beyond closed: their mean is add +
+ * 0.01. */
 static void survey(struct store *store, int64_t made_us, int64_t count, double add, double error_in)
 {
-    struct store_gage_survey row = {.made_us = made_us, .ended_us = STORE_NONE, .pattern = "standard", .edges = "none",
-                                    .error_in = error_in, .closed_in = 33.5};
+    struct store_gage_survey row = {.made_us = made_us,
+                                    .ended_us = STORE_NONE,
+                                    .pattern = "standard",
+                                    .edges = "none",
+                                    .error_in = error_in,
+                                    .closed_in = 33.5};
     assert_int_equal(store_gage_survey_add(store, &row, &error), MR_OK);
     for (int64_t place = 0; place < count; place++) {
         for (int64_t line = 1; line <= 2; line++) {
-            struct store_gage_reading reading = {.kind = "gap", .line = line, .place = place, .taken_us = made_us, .source = "typed",
+            struct store_gage_reading reading = {.kind = "gap",
+                                                 .line = line,
+                                                 .place = place,
+                                                 .taken_us = made_us,
+                                                 .source = "typed",
                                                  .value_in = 33.5 + add + (line == 2 ? 0.02 : 0.0)};
             assert_int_equal(store_gage_reading_add(store, row.id, &reading, &error), MR_OK);
         }
@@ -64,7 +80,8 @@ static void nothing_is_known(void **state)
     store_close(store);
 }
 
-/* Survey, landing 1, an old and a new survey of ten segments, landing 2, a survey of all. The board knew 0.20 in, then 0.18. */
+/* Survey, landing 1, an old and a new survey of ten segments, landing 2, a survey of all. The board
+ * knew 0.20 in, then 0.18. */
 static void the_newest_between_two_landings(void **state)
 {
     struct store *store = fresh("surveyed1.db");
@@ -83,7 +100,8 @@ static void the_newest_between_two_landings(void **state)
     assert_int_equal(found.gages, 42);
     assert_near(found.sum_in[0], 0.26, 1e-9);
     assert_near(found.sum_in[41], 0.26, 1e-9);
-    assert_near(found.error_in, 0.01, 1e-9); /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
+    /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
+    assert_near(found.error_in, 0.01, 1e-9);
 
     assert_int_equal(fit_surveyed_after(store, first, second, &found, &error), MR_OK);
     assert_int_equal(found.gages, 10);

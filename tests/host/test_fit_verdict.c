@@ -12,7 +12,8 @@ static double measured[6], expected[6], scatter[6];
 static size_t verdicts(double fits, bool later, char *text[FIT_VERDICTS])
 {
     struct fit_landing landing = {.run = 7, .windows = 6, .later = later};
-    struct fit_landings list = {.landing = &landing, .count = 1, .measured = measured, .statistics = 6};
+    struct fit_landings list = {
+        .landing = &landing, .count = 1, .measured = measured, .statistics = 6};
     struct fit_answer answer = {.fits = fits, .expected = expected, .scatter = scatter};
     landing.channels = 1;
     landing.channel[0].number = 6;
@@ -45,8 +46,10 @@ static void the_farthest_are_named(void **state)
     size_t lines = verdicts(0.008, true, text);
     assert_int_equal(lines, 3);
     assert_non_null(strstr(text[0], "only 0.8 %"));
-    assert_string_equal(text[1], "farthest off (in standard deviations): RUN 7 segment 13, w2: 0.305 in, expected 0.250 (+5.5); RUN 7 segment 16, "
-                                 "w5: 0.290 in, expected 0.250 (+4.0); RUN 7 segment 14, w3: 0.220 in, expected 0.250 (-3.0)");
+    assert_string_equal(text[1], "farthest off (in standard deviations): RUN 7 segment 13, w2: "
+                                 "0.305 in, expected 0.250 (+5.5); RUN 7 segment 16, "
+                                 "w5: 0.290 in, expected 0.250 (+4.0); RUN 7 segment 14, w3: 0.220 "
+                                 "in, expected 0.250 (-3.0)");
     assert_non_null(strstr(text[2], "RUN 7 began on joints that earlier landings had closed"));
     release(text, lines);
     measured[0] = 0.25 - 0.01 * 6.0;

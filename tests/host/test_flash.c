@@ -1,12 +1,13 @@
-/* Flashing through a boot ROM in memory (fake_rom.h): what is erased and what is kept, every single-bit corruption and every lost byte
- * of a whole session in both directions, a cable pulled at every byte and then resumed, protections, another chip, silence. */
+/* Flashing through a boot ROM in memory (fake_rom.h): what is erased and what is kept, every
+ * single-bit corruption and every lost byte of a whole session in both directions, a cable pulled
+ * at every byte and then resumed, protections, another chip, silence. */
 #include <stdlib.h>
 
 #include "host/flash/flash.h"
 #include "tests/cmocka_all.h"
 #include "tests/host/fake_rom.h"
 
-#define PROGRAM 0x10000u
+#define PROGRAM       0x10000u
 #define PROGRAM_BYTES 420u /* two pages */
 #define CONFIGURATION 0x8000u
 
@@ -30,7 +31,10 @@ static int make_image(void **state)
 {
     (void)state;
     uint32_t seed = 7;
-    image = (struct imagefile){.path = "test", .bytes = malloc(IMAGEFILE_BYTES), .given = calloc(IMAGEFILE_BYTES, 1), .stamped = true};
+    image = (struct imagefile){.path = "test",
+                               .bytes = malloc(IMAGEFILE_BYTES),
+                               .given = calloc(IMAGEFILE_BYTES, 1),
+                               .stamped = true};
     memset(image.bytes, 0xff, IMAGEFILE_BYTES);
     for (uint32_t i = 0; i < MR_IMAGE_HEAD; i++)
         give(i, noise(&seed));
@@ -68,7 +72,8 @@ static bool holds_image(void)
 
 static bool configuration_kept(void)
 {
-    return !chip.harm && memcmp(chip.flash + CONFIGURATION, before.flash + CONFIGURATION, PROGRAM - CONFIGURATION) == 0;
+    return !chip.harm && memcmp(chip.flash + CONFIGURATION, before.flash + CONFIGURATION,
+                                PROGRAM - CONFIGURATION) == 0;
 }
 
 struct session {
@@ -169,7 +174,8 @@ static struct session damaged(enum damage damage, enum way way, size_t at, unsig
     return run(NULL);
 }
 
-/* Whatever happens to one bit or byte anywhere: it is noticed and made good, and nothing else is touched. */
+/* Whatever happens to one bit or byte anywhere: it is noticed and made good, and nothing else is
+ * touched. */
 static void every(enum damage damage, enum way way)
 {
     old_chip();
@@ -192,19 +198,37 @@ static void every(enum damage damage, enum way way)
             cases++;
         }
     }
-    print_message("# %s %s: %u cases over %zu bytes, %u made good by repeating, %u told as an error, 0 taken for good\n",
-                  damage == DAMAGE_FLIP ? "one bit" : "one byte lost", way == TO_CHIP ? "to the chip" : "to the host", cases, bytes, again,
-                  failed);
+    print_message("# %s %s: %u cases over %zu bytes, %u made good by repeating, %u told as an "
+                  "error, 0 taken for good\n",
+                  damage == DAMAGE_FLIP ? "one bit" : "one byte lost",
+                  way == TO_CHIP ? "to the chip" : "to the host", cases, bytes, again, failed);
     assert_int_equal(failed, 0);
     assert_true(again > cases / 3);
 }
 
-static void every_bit_to_the_chip(void **state) { (void)state; every(DAMAGE_FLIP, TO_CHIP); }
-static void every_bit_to_the_host(void **state) { (void)state; every(DAMAGE_FLIP, TO_HOST); }
-static void every_lost_byte_to_the_chip(void **state) { (void)state; every(DAMAGE_DROP, TO_CHIP); }
-static void every_lost_byte_to_the_host(void **state) { (void)state; every(DAMAGE_DROP, TO_HOST); }
+static void every_bit_to_the_chip(void **state)
+{
+    (void)state;
+    every(DAMAGE_FLIP, TO_CHIP);
+}
+static void every_bit_to_the_host(void **state)
+{
+    (void)state;
+    every(DAMAGE_FLIP, TO_HOST);
+}
+static void every_lost_byte_to_the_chip(void **state)
+{
+    (void)state;
+    every(DAMAGE_DROP, TO_CHIP);
+}
+static void every_lost_byte_to_the_host(void **state)
+{
+    (void)state;
+    every(DAMAGE_DROP, TO_HOST);
+}
 
-/* One page alone, each of its frame's bits: command, complement, address and XOR, count, 256 bytes, XOR. */
+/* One page alone, each of its frame's bits: command, complement, address and XOR, count, 256 bytes,
+ * XOR. */
 static void every_bit_of_a_page(void **state)
 {
     (void)state;
@@ -258,14 +282,23 @@ static void pulled_and_resumed(enum way way)
         resumed += s.result.resumed;
         kept += s.result.kept;
     }
-    print_message("# pulled %s at each of %zu bytes: all resumed or begun again, %u of them amid the program, %u pages kept\n",
+    print_message("# pulled %s at each of %zu bytes: all resumed or begun again, %u of them amid "
+                  "the program, %u pages kept\n",
                   way == TO_CHIP ? "while sending" : "while receiving", bytes, resumed, kept);
     assert_true(resumed > bytes / 20);
     assert_true(kept > resumed / 2);
 }
 
-static void pulled_while_sending(void **state) { (void)state; pulled_and_resumed(TO_CHIP); }
-static void pulled_while_receiving(void **state) { (void)state; pulled_and_resumed(TO_HOST); }
+static void pulled_while_sending(void **state)
+{
+    (void)state;
+    pulled_and_resumed(TO_CHIP);
+}
+static void pulled_while_receiving(void **state)
+{
+    (void)state;
+    pulled_and_resumed(TO_HOST);
+}
 
 static uint32_t word(uint32_t at)
 {
@@ -273,8 +306,8 @@ static uint32_t word(uint32_t at)
     return (uint32_t)(p[0] | p[1] << 8 | p[2] << 16) | (uint32_t)p[3] << 24;
 }
 
-/* Wherever it broke off: sector 0 holds the old vectors with the whole old program, or the new with the new, or goes to the boot ROM,
- * or is erased; never vectors of one with half of the other. */
+/* Wherever it broke off: sector 0 holds the old vectors with the whole old program, or the new with
+ * the new, or goes to the boot ROM, or is erased; never vectors of one with half of the other. */
 static void no_vectors_without_their_program(void **state)
 {
     (void)state;
@@ -300,8 +333,9 @@ static void no_vectors_without_their_program(void **state)
             seen[3]++;
         }
     }
-    print_message("# broken off: %u with the old image, %u to the boot ROM, %u without vectors, %u with the new image\n", seen[0], seen[1],
-                  seen[2], seen[3]);
+    print_message("# broken off: %u with the old image, %u to the boot ROM, %u without vectors, %u "
+                  "with the new image\n",
+                  seen[0], seen[1], seen[2], seen[3]);
     assert_true(seen[0] && seen[1] && seen[2] && seen[3]);
 }
 
@@ -345,7 +379,8 @@ static void write_protection(void **state)
     tells(MR_LIMIT, "sector 0 (0x08000000)");
 }
 
-/* The chip says yes to each page, and one bit is not what was written: only reading back finds it. */
+/* The chip says yes to each page, and one bit is not what was written: only reading back finds
+ * it. */
 static void what_the_chip_does_not_keep(void **state)
 {
     (void)state;

@@ -8,7 +8,8 @@
 
 #define SENT 4000
 
-/* Samples a line of random bytes, 8N1, `slower` samples a bit, and gives what a receiver makes of it to the hearing. */
+/* Samples a line of random bytes, 8N1, `slower` samples a bit, and gives what a receiver makes of
+ * it to the hearing. */
 static void hear(struct hearing *hearing, double slower, int baud)
 {
     static uint8_t bit[SENT * 11];
@@ -44,7 +45,8 @@ static void slower_senders_are_named(void **state)
 {
     static const struct {
         int sender, receiver;
-    } cases[] = {{1000000, 2000000}, {921600, 2000000}, {115200, 230400}, {460800, 921600}, {500000, 1500000}, {460800, 2000000}};
+    } cases[] = {{1000000, 2000000}, {921600, 2000000}, {115200, 230400},
+                 {460800, 921600},   {500000, 1500000}, {460800, 2000000}};
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hearing hearing;
@@ -56,7 +58,8 @@ static void slower_senders_are_named(void **state)
         for (unsigned k = 0; k < count; k++)
             named |= near[k] == cases[i].sender;
         if (!named)
-            print_error("%d heard at %d: %.2f times slower\n", cases[i].sender, cases[i].receiver, slower);
+            print_error("%d heard at %d: %.2f times slower\n", cases[i].sender, cases[i].receiver,
+                        slower);
         assert_true(named);
         assert_int_equal(hearing.frames, 0);
     }

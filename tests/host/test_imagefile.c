@@ -1,5 +1,5 @@
-/* Image files: the three formats say the same, and what is wrong with one is one clear error. The files are written here byte by byte,
- * from the formats' own descriptions. */
+/* Image files: the three formats say the same, and what is wrong with one is one clear error. The
+ * files are written here byte by byte, from the formats' own descriptions. */
 #include <elf.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #include "tests/cmocka_all.h"
 #include "tests/host/scratch.h"
 
-#define PROGRAM 0x10000u
+#define PROGRAM       0x10000u
 #define PROGRAM_BYTES 100u
 
 static uint8_t content[PROGRAM + PROGRAM_BYTES]; /* as a .bin: flash from its start */
@@ -23,8 +23,13 @@ static void put_word(uint8_t *p, uint32_t value)
 
 static void make_content(void)
 {
-    struct mr_image image = {.major = 1, .minor = 2, .patch = 3, .commit = 0xc7a3136a, .commit_more = 0xb3a3,
-                             .program_start = 0x08010000, .program_end = 0x08010000 + PROGRAM_BYTES};
+    struct mr_image image = {.major = 1,
+                             .minor = 2,
+                             .patch = 3,
+                             .commit = 0xc7a3136a,
+                             .commit_more = 0xb3a3,
+                             .program_start = 0x08010000,
+                             .program_end = 0x08010000 + PROGRAM_BYTES};
     memset(content, 0xff, sizeof content);
     put_word(content, 0x20001000);
     put_word(content + 4, 0x08010005);
@@ -37,7 +42,8 @@ static void make_content(void)
 
 /* ---- writers ---- */
 
-static size_t record(char *out, unsigned address, unsigned type, const uint8_t *data, unsigned count)
+static size_t record(char *out, unsigned address, unsigned type, const uint8_t *data,
+                     unsigned count)
 {
     unsigned sum = count + (address >> 8) + (address & 0xff) + type;
     int n = sprintf(out, ":%02X%04X%02X", count, address, type);
@@ -58,7 +64,8 @@ static size_t hex_run(char *out, uint32_t from, uint32_t to)
 
 static size_t make_hex(char *out)
 {
-    const uint8_t low[2] = {0x08, 0x00}, high[2] = {0x08, 0x01}, start[4] = {0x08, 0x01, 0x00, 0x05};
+    const uint8_t low[2] = {0x08, 0x00}, high[2] = {0x08, 0x01},
+                  start[4] = {0x08, 0x01, 0x00, 0x05};
     size_t n = record(out, 0, 4, low, 2);
     n += hex_run(out + n, 0, MR_IMAGE_HEAD);
     n += record(out + n, 0, 4, high, 2);
@@ -69,16 +76,35 @@ static size_t make_hex(char *out)
 
 static size_t make_elf(uint8_t *out)
 {
-    Elf32_Ehdr head = {.e_type = ET_EXEC, .e_machine = EM_ARM, .e_version = 1, .e_phoff = sizeof head, .e_ehsize = sizeof head,
-                       .e_phentsize = sizeof(Elf32_Phdr), .e_phnum = 3};
+    Elf32_Ehdr head = {.e_type = ET_EXEC,
+                       .e_machine = EM_ARM,
+                       .e_version = 1,
+                       .e_phoff = sizeof head,
+                       .e_ehsize = sizeof head,
+                       .e_phentsize = sizeof(Elf32_Phdr),
+                       .e_phnum = 3};
     memcpy(head.e_ident, "\177ELF\1\1\1", 7);
     size_t data = sizeof head + 3 * sizeof(Elf32_Phdr);
     const Elf32_Phdr parts[3] = {
-        {.p_type = PT_LOAD, .p_offset = (Elf32_Off)data, .p_vaddr = 0x08000000, .p_paddr = 0x08000000, .p_filesz = MR_IMAGE_HEAD,
+        {.p_type = PT_LOAD,
+         .p_offset = (Elf32_Off)data,
+         .p_vaddr = 0x08000000,
+         .p_paddr = 0x08000000,
+         .p_filesz = MR_IMAGE_HEAD,
          .p_memsz = MR_IMAGE_HEAD},
-        {.p_type = PT_LOAD, .p_offset = (Elf32_Off)data + MR_IMAGE_HEAD, .p_vaddr = 0x20001000, .p_paddr = 0x08010000,
-         .p_filesz = PROGRAM_BYTES, .p_memsz = 4 * PROGRAM_BYTES}, /* initial data: loaded where p_paddr says */
-        {.p_type = PT_LOAD, .p_offset = 0, .p_vaddr = 0x20000000, .p_paddr = 0x20000000, .p_memsz = 4096}, /* a stack, nothing in the file */
+        {.p_type = PT_LOAD,
+         .p_offset = (Elf32_Off)data + MR_IMAGE_HEAD,
+         .p_vaddr = 0x20001000,
+         .p_paddr = 0x08010000,
+         /* initial data: loaded where p_paddr says */
+         .p_filesz = PROGRAM_BYTES,
+         .p_memsz = 4 * PROGRAM_BYTES},
+        /* a stack, nothing in the file */
+        {.p_type = PT_LOAD,
+         .p_offset = 0,
+         .p_vaddr = 0x20000000,
+         .p_paddr = 0x20000000,
+         .p_memsz = 4096},
     };
     memcpy(out, &head, sizeof head);
     memcpy(out + sizeof head, parts, sizeof parts);
@@ -100,7 +126,8 @@ static void reads(const char *path)
     assert_int_equal(image.count, MR_IMAGE_HEAD + PROGRAM_BYTES);
     assert_memory_equal(image.bytes, content, sizeof content);
     for (uint32_t i = 0; i < IMAGEFILE_BYTES; i++)
-        assert_int_equal(image.given[i], i < MR_IMAGE_HEAD || (i >= PROGRAM && i < PROGRAM + PROGRAM_BYTES));
+        assert_int_equal(image.given[i],
+                         i < MR_IMAGE_HEAD || (i >= PROGRAM && i < PROGRAM + PROGRAM_BYTES));
     imagefile_free(&image);
 }
 
@@ -154,7 +181,8 @@ static void bad_hex(void **state)
     scratch_write("b.hex", hex, 300);
     refused("b.hex", MR_MALFORMED, "no record of Intel HEX: line 8");
     /* every digit of one record turned into another: its checksum, or its length, tells */
-    size_t begin = (size_t)(strchr(hex, '\n') - hex) + 1, end = (size_t)(strchr(hex + begin, '\r') - hex);
+    size_t begin = (size_t)(strchr(hex, '\n') - hex) + 1,
+           end = (size_t)(strchr(hex + begin, '\r') - hex);
     for (size_t i = begin + 1; i < end; i++) {
         struct imagefile image;
         struct error error = {0};
@@ -213,9 +241,11 @@ static void bad_bin(void **state)
     make_content();
     content[0x9000] = 'c';
     scratch_write("d.bin", content, sizeof content);
-    refused("d.bin", MR_MALFORMED, "it holds something at 0x08009000, where the configuration is kept");
+    refused("d.bin", MR_MALFORMED,
+            "it holds something at 0x08009000, where the configuration is kept");
     make_content();
-    scratch_write("d.bin", content, sizeof content - 1); /* cut off: the header knows how long it was */
+    /* cut off: the header knows how long it was */
+    scratch_write("d.bin", content, sizeof content - 1);
     refused("d.bin", MR_CRC, "its header says");
     content[PROGRAM + 50] ^= 1;
     scratch_write("d.bin", content, sizeof content);

@@ -1,4 +1,5 @@
-/* Import: bits of signals worked out by hand, samples put into blocks against closed forms, logs with damage, frames that wait. */
+/* Import: bits of signals worked out by hand, samples put into blocks against closed forms, logs
+ * with damage, frames that wait. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,28 +17,50 @@ static double signal_of(const struct import_signal *signal, const uint8_t *data,
     return signal_value(signal, &frame, &value) ? value : (double)NAN;
 }
 
-/* Bytes 12 34 56 78: little-endian 12 bits from bit 4 are 341 hex; big-endian 12 bits from bit 3 are 234 hex. */
+/* Bytes 12 34 56 78: little-endian 12 bits from bit 4 are 341 hex; big-endian 12 bits from bit 3
+ * are 234 hex. */
 static void bits_lie_as_dbc_says(void **state)
 {
     const uint8_t data[] = {0x12, 0x34, 0x56, 0x78}, minus[] = {0xff, 0xfe};
     const uint8_t single[] = {0x00, 0x00, 0x20, 0xc0}; /* -2.5 */
     (void)state;
-    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 4, .bits = 12, .factor = 1}, data, 4), 0x341, 0);
-    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 3, .bits = 12, .big_endian = true, .factor = 1}, data, 4), 0x234, 0);
-    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 7, .bits = 16, .big_endian = true, .is_signed = true, .factor = 0.5,
-                                                  .offset = 3}, minus, 2), 2, 0);
-    assert_near(signal_of(&(struct import_signal){.id = 1, .bits = 32, .is_float = true, .factor = 2}, single, 4), -5, 0);
-    assert_true(isnan(signal_of(&(struct import_signal){.id = 1, .start_bit = 24, .bits = 16, .factor = 1}, data, 4))); /* beyond it */
-    assert_false(signal_fits(&(struct import_signal){.start_bit = 0, .bits = 9, .big_endian = true}, 1));
+    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 4, .bits = 12, .factor = 1},
+                          data, 4),
+                0x341, 0);
+    assert_near(signal_of(
+                    &(struct import_signal){
+                        .id = 1, .start_bit = 3, .bits = 12, .big_endian = true, .factor = 1},
+                    data, 4),
+                0x234, 0);
+    assert_near(signal_of(&(struct import_signal){.id = 1,
+                                                  .start_bit = 7,
+                                                  .bits = 16,
+                                                  .big_endian = true,
+                                                  .is_signed = true,
+                                                  .factor = 0.5,
+                                                  .offset = 3},
+                          minus, 2),
+                2, 0);
+    assert_near(
+        signal_of(&(struct import_signal){.id = 1, .bits = 32, .is_float = true, .factor = 2},
+                  single, 4),
+        -5, 0);
+    /* beyond it */
+    assert_true(isnan(signal_of(
+        &(struct import_signal){.id = 1, .start_bit = 24, .bits = 16, .factor = 1}, data, 4)));
+    assert_false(
+        signal_fits(&(struct import_signal){.start_bit = 0, .bits = 9, .big_endian = true}, 1));
 }
 
-/* From 5 kHz the mean of each block, from 250 Hz straight lines, and nothing where samples are missing. */
+/* From 5 kHz the mean of each block, from 250 Hz straight lines, and nothing where samples are
+ * missing. */
 static void samples_become_blocks(void **state)
 {
     struct series fast = {0}, slow = {0};
     float reading[100];
     (void)state;
-    for (int i = 0; i < 500; i++) /* five in a block: 0.1, 0.3 ... 0.9 ms: their mean is the middle's, at 0.5 ms */
+    /* five in a block: 0.1, 0.3 ... 0.9 ms: their mean is the middle's, at 0.5 ms */
+    for (int i = 0; i < 500; i++)
         assert_int_equal(series_add(&fast, (i + 0.5) * 2e-4, 10.0 * (i + 0.5) * 2e-4), MR_OK);
     import_resample(&fast, 0.0, 200.0, 300.0, 0, 100, reading);
     for (int i = 0; i < 100; i++)
@@ -46,7 +69,8 @@ static void samples_become_blocks(void **state)
         if (i != 10)
             assert_int_equal(series_add(&slow, i * 4e-3, 3.0 - i * 4e-3), MR_OK);
     }
-    import_resample(&slow, 437.5, 4000.0, 6000.0, 0, 100, reading); /* the middle of a block is 437.5 us after its beginning */
+    /* the middle of a block is 437.5 us after its beginning */
+    import_resample(&slow, 437.5, 4000.0, 6000.0, 0, 100, reading);
     for (int i = 0; i < 100; i++) {
         if (i > 36 && i < 44)
             assert_true(isnan(reading[i]));
@@ -63,7 +87,8 @@ static void samples_become_blocks(void **state)
 
 static void damage_in_a_log(void **state)
 {
-    static const char text[] = "(1.000001) can0 123#00\r\n\n(1.000002) can1 123#01\n(1.0 can0 123#02\n(1.000004) can0 123##0011\n"
+    static const char text[] = "(1.000001) can0 123#00\r\n\n(1.000002) can1 123#01\n(1.0 can0 "
+                               "123#02\n(1.000004) can0 123##0011\n"
                                "(1.000005) can0 123#05\n(1.000006) can0 123#0";
     struct candump_log log;
     struct candump_line line;
@@ -76,10 +101,13 @@ static void damage_in_a_log(void **state)
     assert_int_equal(sum, 0x05 + 2 * 16);
     assert_int_equal(log.elsewhere, 1);
     verdict_text(&log.verdict, verdict, sizeof verdict);
-    assert_string_equal(verdict, "malformed at line 4, column 5: no line of `candump -L`; 2 lines were passed over");
+    assert_string_equal(
+        verdict,
+        "malformed at line 4, column 5: no line of `candump -L`; 2 lines were passed over");
 }
 
-/* Frames wait for others; who reads, in the same transaction, sees all of them in order, and a transaction that is given up none. */
+/* Frames wait for others; who reads, in the same transaction, sees all of them in order, and a
+ * transaction that is given up none. */
 static enum mr_status count_up(void *context, const struct store_frame *frame)
 {
     int64_t *next = context;
@@ -99,7 +127,12 @@ static void frames_that_wait_are_read(void **state)
         next = 0;
         for (int64_t i = 0; i < 150; i++) {
             uint8_t data[20] = {(uint8_t)i};
-            struct store_frame frame = {.run = 1, .seq = i, .board_us = STORE_NONE, .id = 5, .length = i == 77 ? 20 : 8, .data = data};
+            struct store_frame frame = {.run = 1,
+                                        .seq = i,
+                                        .board_us = STORE_NONE,
+                                        .id = 5,
+                                        .length = i == 77 ? 20 : 8,
+                                        .data = data};
             assert_int_equal(store_frame_put(store, 1, &frame, &error), MR_OK);
         }
         assert_int_equal(store_frames_each(store, 1, 0, count_up, &next, &error), MR_OK);

@@ -1,4 +1,5 @@
-/* A calibration against the one before: what is a jump, of gain and of zero, of the same sensor and of another. */
+/* A calibration against the one before: what is a jump, of gain and of zero, of the same sensor and
+ * of another. */
 #include <math.h>
 #include <string.h>
 
@@ -6,16 +7,24 @@
 #include "host/calibrate/jump.h"
 #include "tests/cmocka_all.h"
 
-static const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .number = 3, .unit_per_code = 0.0016f, .zero_code = 62.0f,
-                                                    .serial = "ET-17", .calibrated_day = 20000};
-static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION, .number = 3, .unit_per_code = 0.16f, .zero_code = 500.0f,
-                                              .serial = "SG-1", .calibrated_day = 20000};
+static const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT,
+                                                    .number = 3,
+                                                    .unit_per_code = 0.0016f,
+                                                    .zero_code = 62.0f,
+                                                    .serial = "ET-17",
+                                                    .calibrated_day = 20000};
+static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION,
+                                              .number = 3,
+                                              .unit_per_code = 0.16f,
+                                              .zero_code = 500.0f,
+                                              .serial = "SG-1",
+                                              .calibrated_day = 20000};
 
 static struct jump by_gain(struct mr_channel_config old, double factor, const char *serial)
 {
     struct jump jump;
     struct mr_channel_config new = old;
-    new.unit_per_code = (float)((double)new.unit_per_code * factor);
+    new.unit_per_code = (float)((double)new.unit_per_code *factor);
     new.calibrated_day = 20365;
     memset(new.serial, 0, sizeof new.serial);
     memcpy(new.serial, serial, strlen(serial));
@@ -26,13 +35,15 @@ static struct jump by_gain(struct mr_channel_config old, double factor, const ch
 static void of_the_same_sensor(void **state)
 {
     (void)state;
-    static const double units[] = {25.4, 2.54, 12.0, 0.0254, 4.448, 2.2046, 0.4536, 1.12, 0.89, -1.0};
+    static const double units[] = {25.4,   2.54,   12.0, 0.0254, 4.448,
+                                   2.2046, 0.4536, 1.12, 0.89,   -1.0};
     for (unsigned i = 0; i < sizeof units / sizeof units[0]; i++) {
         assert_true(by_gain(transducer, units[i], "ET-17").gain);
         assert_true(by_gain(gage, units[i], "SG-1").gain);
         assert_true(by_gain(gage, units[i], "").gain); /* nobody said that it is another */
     }
-    assert_false(by_gain(transducer, 1.09, "ET-17").gain || by_gain(transducer, 0.92, "ET-17").gain);
+    assert_false(by_gain(transducer, 1.09, "ET-17").gain ||
+                 by_gain(transducer, 0.92, "ET-17").gain);
     assert_false(by_gain(transducer, 1.0, "ET-17").gain);
 }
 
@@ -41,8 +52,10 @@ static void of_another_and_of_the_first_calibration(void **state)
     (void)state;
     struct mr_channel_config never = transducer, never_gage = gage;
     never.calibrated_day = never_gage.calibrated_day = 0;
-    assert_false(by_gain(transducer, 1.4, "ET-18").gain || by_gain(never, 1.4, "ET-17").gain || by_gain(transducer, -1.4, "ET-18").gain);
-    assert_true(by_gain(transducer, 2.54, "ET-18").gain && by_gain(never, 2.54, "ET-17").gain && by_gain(never, 0.5, "ET-17").gain);
+    assert_false(by_gain(transducer, 1.4, "ET-18").gain || by_gain(never, 1.4, "ET-17").gain ||
+                 by_gain(transducer, -1.4, "ET-18").gain);
+    assert_true(by_gain(transducer, 2.54, "ET-18").gain && by_gain(never, 2.54, "ET-17").gain &&
+                by_gain(never, 0.5, "ET-17").gain);
     assert_false(by_gain(gage, 0.25, "SG-2").gain || by_gain(never_gage, 0.25, "SG-1").gain);
     assert_true(by_gain(gage, 9.8, "SG-2").gain && by_gain(never_gage, 0.19, "SG-1").gain);
 }
@@ -53,7 +66,8 @@ static void of_the_zero(void **state)
     struct jump jump;
     struct mr_channel_config moved = transducer;
     moved.zero_code += 160.0f; /* 0.256 in */
-    assert_true(jump_find(&transducer, &moved, &jump) && jump.zero && !jump.gain && fabs(jump.shift - 0.256) < 1e-6);
+    assert_true(jump_find(&transducer, &moved, &jump) && jump.zero && !jump.gain &&
+                fabs(jump.shift - 0.256) < 1e-6);
     moved.zero_code -= 10.0f;
     assert_false(jump_find(&transducer, &moved, &jump));
     moved = gage;
@@ -75,7 +89,8 @@ static void a_table_counts(void **state)
     table.points = 2;
     table.point_reading[1] = 1.0f;
     table.point_value[1] = 25.4f;
-    assert_true(jump_find(&transducer, &table, &jump) && jump.gain && fabs(jump.ratio - 25.4) < 1e-4);
+    assert_true(jump_find(&transducer, &table, &jump) && jump.gain &&
+                fabs(jump.ratio - 25.4) < 1e-4);
 }
 
 static void what_is_said(void **state)
@@ -105,9 +120,12 @@ static void what_cannot_be_compared(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(of_the_same_sensor), cmocka_unit_test(of_another_and_of_the_first_calibration),
-        cmocka_unit_test(of_the_zero),        cmocka_unit_test(a_table_counts),
-        cmocka_unit_test(what_is_said),       cmocka_unit_test(what_cannot_be_compared),
+        cmocka_unit_test(of_the_same_sensor),
+        cmocka_unit_test(of_another_and_of_the_first_calibration),
+        cmocka_unit_test(of_the_zero),
+        cmocka_unit_test(a_table_counts),
+        cmocka_unit_test(what_is_said),
+        cmocka_unit_test(what_cannot_be_compared),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,15 +5,20 @@
 
 static struct mr_landing state(unsigned is, unsigned cause, unsigned landing, uint32_t block)
 {
-    return (struct mr_landing){.state = (uint8_t)is, .cause = (uint8_t)cause, .landing = (uint16_t)landing, .block = block};
+    return (struct mr_landing){.state = (uint8_t)is,
+                               .cause = (uint8_t)cause,
+                               .landing = (uint16_t)landing,
+                               .block = block};
 }
 
-static enum landing_belief hear(struct landing_story *story, struct mr_landing message, int64_t newest)
+static enum landing_belief hear(struct landing_story *story, struct mr_landing message,
+                                int64_t newest)
 {
     return landing_story_hear(story, &message, newest);
 }
 
-/* As common/onboard/landing.c goes: armed, edge, stopped, settled, each repeated once a second; disarmed; armed again. */
+/* As common/onboard/landing.c goes: armed, edge, stopped, settled, each repeated once a second;
+ * disarmed; armed again. */
 static void a_landing_is_believed(void **unused)
 {
     struct landing_story story;
@@ -32,9 +37,10 @@ static void a_landing_is_believed(void **unused)
 
 static void strangers_are_dismissed(void **unused)
 {
-    const struct mr_landing strange[] = {
-        state(0, 0, 0, 0), state(255, 255, 65535, UINT32_MAX), state(1, 1, 8, 2500), state(4, 4, 8, 2500), state(2, 2, 7, 90000),
-        state(3, 3, 7, 1000), state(1, 1, 7, 500)};
+    const struct mr_landing strange[] = {state(0, 0, 0, 0),     state(255, 255, 65535, UINT32_MAX),
+                                         state(1, 1, 8, 2500),  state(4, 4, 8, 2500),
+                                         state(2, 2, 7, 90000), state(3, 3, 7, 1000),
+                                         state(1, 1, 7, 500)};
     (void)unused;
     for (size_t i = 0; i < sizeof strange / sizeof strange[0]; i++) {
         struct landing_story story;
@@ -44,7 +50,8 @@ static void strangers_are_dismissed(void **unused)
         hear(&story, state(1, 1, 7, 500), 1500);
         hear(&story, state(2, 2, 7, 2000), 2001);
         enum landing_belief belief = hear(&story, strange[i], 2600);
-        bool back = i + 1 == sizeof strange / sizeof strange[0]; /* the state before again: that is what a torn one looks like */
+        /* the state before again: that is what a torn one looks like */
+        bool back = i + 1 == sizeof strange / sizeof strange[0];
         assert_int_equal(belief, back ? LANDING_TAKEN_BACK : LANDING_DOUBTED);
         hear(&story, state(2, 2, 7, 2000), 3001);
         assert_int_equal(hear(&story, state(2, 2, 7, 2000), 4001), LANDING_GOES_ON);
@@ -85,7 +92,8 @@ static void several_changes_are_taken_back(void **unused)
     assert_int_equal(story.dismissed, 3);
 }
 
-/* What cannot follow may be true when messages were lost: the board says it again after a second. */
+/* What cannot follow may be true when messages were lost: the board says it again after a
+ * second. */
 static void what_is_said_again_is_believed(void **unused)
 {
     struct landing_story story;

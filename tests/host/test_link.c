@@ -19,7 +19,8 @@ static void refused_specs(void **state)
         const char *names;
     } cases[] = {
         {"", MR_USAGE,
-         "write unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD|:find] or pty:PATH"},
+         "write unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], "
+         "serial:TTY[:BAUD|:find] or pty:PATH"},
         {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
@@ -29,12 +30,14 @@ static void refused_specs(void **state)
         {"can::board", MR_USAGE, "interface name of 0 characters"},
         {"can:an_interface_name_too_long", MR_USAGE, "interface name of 26 characters"},
         {"can:no_such_can", MR_IO, "can:no_such_can"}, /* whether the kernel has CAN or not */
-        {"serial:/dev/ttyUSB0", MR_USAGE, "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
+        {"serial:/dev/ttyUSB0", MR_USAGE,
+         "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
         {"slcan:", MR_USAGE, "write slcan:TTY[:BAUD]"},
         {"slcan::115200", MR_USAGE, "no serial port: ':115200'"},
         {"slcan:/dev/ttyACM0:", MR_USAGE, "not a baud rate: ''"},
         {"slcan:/dev/ttyACM0:49", MR_USAGE, "not a baud rate: '49'"},
-        {"slcan:/dev/no-such-port:921600", MR_IO, "no serial port (No such file or directory): slcan:/dev/no-such-port"},
+        {"slcan:/dev/no-such-port:921600", MR_IO,
+         "no serial port (No such file or directory): slcan:/dev/no-such-port"},
         {"slcan:/dev/null", MR_IO, "not a serial device"},
         {"file:build/test-tmp/no/such/file", MR_IO, "no/such/file"},
         {"file:build", MR_IO, "directory"},
@@ -59,8 +62,10 @@ static void serial_ports_and_rates(void **state)
     } cases[] = {
         {"/dev/ttyUSB0", "/dev/ttyUSB0", 2000000},
         {"/dev/ttyUSB0:115200", "/dev/ttyUSB0", 115200},
-        {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 2000000},
-        {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:921600", "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 921600},
+        {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0",
+         "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 2000000},
+        {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:921600",
+         "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 921600},
     };
     (void)state;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
@@ -79,7 +84,8 @@ static void bytes_are_no_frames(void **state)
     struct error error = {0};
     (void)state;
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
-    assert_error(&error, MR_USAGE, "can:IFACE[:board] carries no serial bytes: can:can0; give it as --can");
+    assert_error(&error, MR_USAGE,
+                 "can:IFACE[:board] carries no serial bytes: can:can0; give it as --can");
 }
 
 static void socket_path_too_long(void **state)
@@ -153,7 +159,10 @@ static void candump_there_and_back(void **state)
     static const struct link_frame frames[] = {
         {.host_us = 11203000, .id = 0x0A0, .length = 8, .data = {1, 1, 5, 0, 0xee, 0x2b, 0, 0}},
         {.host_us = 1, .id = 0x7ff, .length = 0},
-        {.host_us = 1700000000123456u, .id = 0x00000012u | LINK_ID_EXTENDED, .length = 1, .data = {0xff}},
+        {.host_us = 1700000000123456u,
+         .id = 0x00000012u | LINK_ID_EXTENDED,
+         .length = 1,
+         .data = {0xff}},
         {.host_us = 2, .id = 0x123u | LINK_ID_REMOTE, .length = 3},
     };
     (void)state;
@@ -243,7 +252,8 @@ static uint64_t monotonic_us(void)
     return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
 }
 
-/* No frame comes before its time; its stamp is the recorded one. What is waited for is readable then. */
+/* No frame comes before its time; its stamp is the recorded one. What is waited for is readable
+ * then. */
 static void paced_log_keeps_its_pace(void **state)
 {
     static const uint64_t later_us[] = {0, 30000, 30000, 90000};
@@ -251,7 +261,8 @@ static void paced_log_keeps_its_pace(void **state)
     struct link *link = NULL;
     struct link_frame frame;
     struct error error = {0};
-    const char *text = "(1700000000.5) can0 001#\n(1700000000.53) can0 002#\n(1700000000.53) can0 003#\n(1700000000.59) can0 004#\n";
+    const char *text = "(1700000000.5) can0 001#\n(1700000000.53) can0 002#\n(1700000000.53) can0 "
+                       "003#\n(1700000000.59) can0 004#\n";
     (void)state;
     scratch_path(path, sizeof path, "paced.log");
     scratch_write(path, text, strlen(text));
@@ -297,7 +308,8 @@ static struct link *open_socket(enum link_kind kind, int *far)
 }
 
 /* struct can_frame of SocketCAN by hand: id, length, padding, data. */
-static const uint8_t raw_frame[16] = {0x23, 0x01, 0, 0, 3, 0, 0, 0, 0xa1, 0xb2, 0xc3, 0, 0, 0, 0, 0};
+static const uint8_t raw_frame[16] = {0x23, 0x01, 0,    0, 3, 0, 0, 0,
+                                      0xa1, 0xb2, 0xc3, 0, 0, 0, 0, 0};
 
 static void socket_carries_can_frames(void **state)
 {

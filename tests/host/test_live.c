@@ -1,4 +1,5 @@
-/* The live view without a browser: what the model makes of messages and records, the hub's ring and commands, the terminal's lines. */
+/* The live view without a browser: what the model makes of messages and records, the hub's ring and
+ * commands, the terminal's lines. */
 #include "tests/cmocka_all.h"
 
 #include <pthread.h>
@@ -16,13 +17,17 @@
 /* ---- helpers ---- */
 
 /* What the collector makes of a frame whose block, -1: not known, is this. */
-static struct collector_event event_of(enum link_kind kind, struct mr_message *message, int64_t host_us, int64_t block)
+static struct collector_event event_of(enum link_kind kind, struct mr_message *message,
+                                       int64_t host_us, int64_t block)
 {
-    return (struct collector_event){.link = kind, .message = message, .host_us = (uint64_t)host_us,
+    return (struct collector_event){.link = kind,
+                                    .message = message,
+                                    .host_us = (uint64_t)host_us,
                                     .board_us = block < 0 ? STORE_NONE : 1000 * block};
 }
 
-static void say(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+static void say(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload,
+                size_t length, int64_t block)
 {
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
@@ -30,7 +35,8 @@ static void say(struct live_model *model, enum link_kind kind, uint16_t id, cons
     live_model_message(model, &event);
 }
 
-static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload, size_t length,
+                       int64_t block)
 {
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
@@ -38,11 +44,11 @@ static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload
     live_hub_message(hub, &event);
 }
 
-#define MESSAGE(model, kind, name, NAME, block, ...)                                                       \
-    do {                                                                                                   \
-        uint8_t payload_[MR_MESSAGE_MAX];                                                                  \
-        size_t length_ = mr_##name##_put(&(struct mr_##name){__VA_ARGS__}, payload_);                      \
-        say(model, kind, MR_ID_##NAME, payload_, length_, block);                                          \
+#define MESSAGE(model, kind, name, NAME, block, ...)                                  \
+    do {                                                                              \
+        uint8_t payload_[MR_MESSAGE_MAX];                                             \
+        size_t length_ = mr_##name##_put(&(struct mr_##name){__VA_ARGS__}, payload_); \
+        say(model, kind, MR_ID_##NAME, payload_, length_, block);                     \
     } while (0)
 
 static struct live_model *model_made(void)
@@ -53,12 +59,13 @@ static struct live_model *model_made(void)
     MESSAGE(model, LINK_SERIAL, hello, HELLO, -1, .layout = MR_LAYOUT);
     for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
         struct mr_channel_config c = stream_channel(i);
-        MESSAGE(model, LINK_SERIAL, channel, CHANNEL, -1, .index = (uint8_t)i, .kind = c.kind, .station_ft = c.station_ft,
-                .unit_per_code = c.unit_per_code);
-        MESSAGE(model, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = (uint8_t)i, .number = c.number, .band = c.band,
-                .zero_code = c.zero_code);
+        MESSAGE(model, LINK_SERIAL, channel, CHANNEL, -1, .index = (uint8_t)i, .kind = c.kind,
+                .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
+        MESSAGE(model, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = (uint8_t)i,
+                .number = c.number, .band = c.band, .zero_code = c.zero_code);
         for (unsigned item = 0; item < MR_CALIBRATION_TABLE; item++)
-            MESSAGE(model, LINK_SERIAL, calibration, CALIBRATION, -1, .index = (uint8_t)i, .item = (uint8_t)item, .value = mr_channel_item(&c, item));
+            MESSAGE(model, LINK_SERIAL, calibration, CALIBRATION, -1, .index = (uint8_t)i,
+                    .item = (uint8_t)item, .value = mr_channel_item(&c, item));
     }
     return model;
 }
@@ -77,8 +84,10 @@ static void put_record(struct live_model *model, uint32_t index, double inches, 
 
 static void put_zone(struct live_model *model, enum link_kind kind, int64_t block, bool warning)
 {
-    MESSAGE(model, kind, zone, ZONE, block, .mats = warning ? 40 : 10, .start_ft = 60.0f, .end_ft = 71.4f, .block16 = (uint16_t)block);
-    MESSAGE(model, kind, zone_lead, ZONE_LEAD, block, .lead_s = 1.5f, .wheel_ft = 30.0f, .warning = warning, .block16 = (uint16_t)block);
+    MESSAGE(model, kind, zone, ZONE, block, .mats = warning ? 40 : 10, .start_ft = 60.0f,
+            .end_ft = 71.4f, .block16 = (uint16_t)block);
+    MESSAGE(model, kind, zone_lead, ZONE_LEAD, block, .lead_s = 1.5f, .wheel_ft = 30.0f,
+            .warning = warning, .block16 = (uint16_t)block);
 }
 
 static unsigned take_all(struct live_model *model, struct live_bucket *buckets, unsigned most)
@@ -89,7 +98,8 @@ static unsigned take_all(struct live_model *model, struct live_bucket *buckets, 
 
 /* ---- readings ---- */
 
-/* x(t) of the closed form: a ramp of a thousandth of an inch a block, and one block of it a spike. */
+/* x(t) of the closed form: a ramp of a thousandth of an inch a block, and one block of it a
+ * spike. */
 static double inches_at(uint32_t block)
 {
     return block == 517 ? 2.0 : 0.001 * (double)block;
@@ -112,7 +122,8 @@ static void one_block_of_a_thousand_is_not_lost(void **state)
             most = fmax(most, inches_at(block));
         }
         assert_int_equal(buckets[b].bucket, b);
-        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) { /* half a step of the converter's sums: 0.0002 in */
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+            /* half a step of the converter's sums: 0.0002 in */
             assert_near(buckets[b].least[i], least, 0.00021);
             assert_near(buckets[b].most[i], most, 0.00021);
         }
@@ -135,8 +146,8 @@ static void can_fills_what_serial_does_not_bring(void **state)
         if (block < 400)
             put_record(model, block, 0.5, 100.0);
         if (block % 2 == 0) /* while records come it says nothing, here what would be seen */
-            MESSAGE(model, LINK_CAN, displacement_1_3, DISPLACEMENT_1_3, block, .d1_in = 1.0f, .d2_in = 1.0f, .d3_in = (float)NAN,
-                    .block16 = (uint16_t)block);
+            MESSAGE(model, LINK_CAN, displacement_1_3, DISPLACEMENT_1_3, block, .d1_in = 1.0f,
+                    .d2_in = 1.0f, .d3_in = (float)NAN, .block16 = (uint16_t)block);
     }
     MESSAGE(model, LINK_CAN, clock, CLOCK, 1200, .block = 1200);
     unsigned count = take_all(model, buckets, 200), serial = 0, can = 0, none = 0;
@@ -188,7 +199,8 @@ static void a_restart_begins_anew(void **state)
     free(model);
 }
 
-/* The board tells a channel in parts. Before the last of them its codes make no number, and why is said. */
+/* The board tells a channel in parts. Before the last of them its codes make no number, and why is
+ * said. */
 static void what_is_not_calibrated_is_not_read(void **state)
 {
     (void)state;
@@ -201,15 +213,19 @@ static void what_is_not_calibrated_is_not_read(void **state)
     assert_string_equal(live_model_reading_text(joined, 0), ""); /* nothing has come */
     put_record(joined, 1, 0.5, 100.0);
     assert_string_equal(live_model_reading_text(joined, 0), "calibration not told yet");
-    MESSAGE(joined, LINK_SERIAL, channel, CHANNEL, -1, .index = 0, .kind = c.kind, .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
-    MESSAGE(joined, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = 0, .number = c.number, .zero_code = c.zero_code);
+    MESSAGE(joined, LINK_SERIAL, channel, CHANNEL, -1, .index = 0, .kind = c.kind,
+            .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
+    MESSAGE(joined, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = 0, .number = c.number,
+            .zero_code = c.zero_code);
     /* A table of two points that doubles, half of which has come. */
     const float items[] = {0, 0, 0, 0, -10, 10, 0, 2, 0, 0, 1};
     for (unsigned i = 0; i < COUNT_OF(items); i++)
-        MESSAGE(joined, LINK_SERIAL, calibration, CALIBRATION, -1, .index = 0, .item = (uint8_t)i, .value = items[i]);
+        MESSAGE(joined, LINK_SERIAL, calibration, CALIBRATION, -1, .index = 0, .item = (uint8_t)i,
+                .value = items[i]);
     put_record(joined, 2, 0.5, 100.0);
     assert_true(isnan(joined->reading[0].value));
-    MESSAGE(joined, LINK_SERIAL, calibration, CALIBRATION, -1, .index = 0, .item = COUNT_OF(items), .value = 2);
+    MESSAGE(joined, LINK_SERIAL, calibration, CALIBRATION, -1, .index = 0, .item = COUNT_OF(items),
+            .value = 2);
     put_record(joined, 3, 0.5, 100.0);
     assert_near(joined->reading[0].value, 1.0, 0.00042);
     assert_string_equal(live_model_reading_text(joined, 0), "");
@@ -245,7 +261,8 @@ static void the_newer_statement_counts(void **state)
     put_zone(model, LINK_CAN, 1100, false);
     assert_false(model->warning.on);
     assert_int_equal(model->warning.zone.mats, 40); /* what it was is kept until the next arming */
-    MESSAGE(model, LINK_SERIAL, landing, LANDING, 1200, .state = 1, .cause = 1, .landing = 9, .block = 1200);
+    MESSAGE(model, LINK_SERIAL, landing, LANDING, 1200, .state = 1, .cause = 1, .landing = 9,
+            .block = 1200);
     assert_int_equal(model->warning.since_us, 0);
     assert_int_equal(model->landing, 9);
     free(model);
@@ -253,9 +270,12 @@ static void the_newer_statement_counts(void **state)
 
 static void put_verdict(struct live_model *model, int64_t block, uint8_t verdict, uint8_t reason)
 {
-    MESSAGE(model, LINK_CAN, zone_coming, ZONE_COMING, block, .mats = 34, .wheel_ft = 80.1f, .block16 = (uint16_t)block);
-    MESSAGE(model, LINK_CAN, zone_press, ZONE_PRESS, block, .compression_lb = 210.0f, .critical_lb = 190.0f, .block16 = (uint16_t)block);
-    MESSAGE(model, LINK_CAN, verdict, VERDICT, block, .verdict = verdict, .reason = reason, .block16 = (uint16_t)block);
+    MESSAGE(model, LINK_CAN, zone_coming, ZONE_COMING, block, .mats = 34, .wheel_ft = 80.1f,
+            .block16 = (uint16_t)block);
+    MESSAGE(model, LINK_CAN, zone_press, ZONE_PRESS, block, .compression_lb = 210.0f,
+            .critical_lb = 190.0f, .block16 = (uint16_t)block);
+    MESSAGE(model, LINK_CAN, verdict, VERDICT, block, .verdict = verdict, .reason = reason,
+            .block16 = (uint16_t)block);
 }
 
 static char *line_of(const struct live_model *model)
@@ -282,17 +302,21 @@ static void an_advisory_is_no_warning(void **state)
     assert_false(model->warning.on);
     assert_int_equal(model->verdict.since_us, NOW_US + 1050000);
     char *text = line_of(model);
-    assert_non_null(strstr(text, "advisory: the model expects a closed zone ahead before the gear stops: 34 mats, the wheel then at 80.1 ft, zone "));
+    assert_non_null(strstr(text, "advisory: the model expects a closed zone ahead before the gear "
+                                 "stops: 34 mats, the wheel then at 80.1 ft, zone "));
     assert_null(strstr(text, "WARNING"));
     free(text);
     put_verdict(model, 1100, 1, 3);
     text = line_of(model);
-    assert_non_null(strstr(text, "advisory: the compression is beyond the critical one: 210 of 190 lb, zone "));
+    assert_non_null(
+        strstr(text, "advisory: the compression is beyond the critical one: 210 of 190 lb, zone "));
     free(text);
-    for (int64_t block = 1150; block < 3000; block += 50) /* it comes and goes: told once a reason */
+    /* it comes and goes: told once a reason */
+    for (int64_t block = 1150; block < 3000; block += 50)
         put_verdict(model, block, block % 100 == 0, block % 100 == 0 ? 3 : 0);
     assert_int_equal(model->notices, notices + 2);
-    assert_string_equal(model->notice[(model->notices - 1) % LIVE_NOTICES].text, "advisory: the compression is beyond the critical one");
+    assert_string_equal(model->notice[(model->notices - 1) % LIVE_NOTICES].text,
+                        "advisory: the compression is beyond the critical one");
     put_verdict(model, 3000, 1, 3);
     put_verdict(model, 2900, 0, 0); /* the other link, behind */
     assert_true(live_model_advised(model));
@@ -312,7 +336,8 @@ static void halves_of_two_statements_are_none(void **state)
 {
     (void)state;
     struct live_model *model = model_made();
-    MESSAGE(model, LINK_CAN, zone, ZONE, 1000, .mats = 10, .start_ft = 1.0f, .end_ft = 2.0f, .block16 = 1000);
+    MESSAGE(model, LINK_CAN, zone, ZONE, 1000, .mats = 10, .start_ft = 1.0f, .end_ft = 2.0f,
+            .block16 = 1000);
     MESSAGE(model, LINK_CAN, zone_lead, ZONE_LEAD, 1050, .warning = 1, .block16 = 1050);
     assert_false(model->warning.on);
     assert_int_equal(model->zone.block, -1);
@@ -333,14 +358,20 @@ static void another_layout_means_nothing(void **state)
 
 /* ---- the hub ---- */
 
-static const struct live_source source = {.db = "campaign.db", .can = "unix:can", .serial = "unix:serial", .commands = true};
+static const struct live_source source = {
+    .db = "campaign.db", .can = "unix:can", .serial = "unix:serial", .commands = true};
 
 static void hub_zone(struct live_hub *hub, int64_t block, bool warning)
 {
     uint8_t payload[MR_MESSAGE_MAX];
-    size_t length = mr_zone_put(&(struct mr_zone){.mats = 40, .start_ft = 60.0f, .end_ft = 71.4f, .block16 = (uint16_t)block}, payload);
+    size_t length = mr_zone_put(
+        &(struct mr_zone){
+            .mats = 40, .start_ft = 60.0f, .end_ft = 71.4f, .block16 = (uint16_t)block},
+        payload);
     say_to_hub(hub, MR_ID_ZONE, payload, length, block);
-    length = mr_zone_lead_put(&(struct mr_zone_lead){.lead_s = 1.0f, .warning = warning, .block16 = (uint16_t)block}, payload);
+    length = mr_zone_lead_put(
+        &(struct mr_zone_lead){.lead_s = 1.0f, .warning = warning, .block16 = (uint16_t)block},
+        payload);
     say_to_hub(hub, MR_ID_ZONE_LEAD, payload, length, block);
 }
 
@@ -396,7 +427,8 @@ static void who_comes_back_goes_on_where_it_was(void **state)
     live_hub_viewer(hub, NULL, &viewer);
     char *text = live_hub_next(hub, &viewer, 0, &length);
     uint64_t at = id_of(text);
-    snprintf(last, sizeof last, "%.8s-%llu", strstr(text, "\nid: ") + 5, (unsigned long long)at - 50);
+    snprintf(last, sizeof last, "%.8s-%llu", strstr(text, "\nid: ") + 5,
+             (unsigned long long)at - 50);
     live_hub_viewer(hub, last, &back);
     assert_false(back.fresh);
     for (uint64_t expected = at - 49; expected <= at; expected++) {
@@ -467,7 +499,9 @@ static void a_command_waits_for_its_own_answer(void **state)
     assert_int_equal(command.code, MR_COMMAND_ARM);
     assert_int_equal(command.argument, 7);
     assert_false(live_hub_take_command(asking.hub, &command)); /* once */
-    struct mr_ack ack = {.code = MR_COMMAND_ARM, .status = MR_OK, .tag = (uint16_t)(command.tag + 1)}; /* somebody else's */
+    /* somebody else's */
+    struct mr_ack ack = {
+        .code = MR_COMMAND_ARM, .status = MR_OK, .tag = (uint16_t)(command.tag + 1)};
     say_to_hub(asking.hub, MR_ID_ACK, payload, mr_ack_put(&ack, payload), 1000);
     ack = (struct mr_ack){.code = MR_COMMAND_ARM, .status = MR_NOT_NOW, .tag = command.tag};
     say_to_hub(asking.hub, MR_ID_ACK, payload, mr_ack_put(&ack, payload), 1001);
@@ -494,8 +528,17 @@ static void who_only_watches_gives_no_command(void **state)
 static void other_addresses_are_refused(void **state)
 {
     (void)state;
-    const char *const refused[] = {"0.0.0.0:8473", "192.168.1.5:8473", "[::]:8473", "example.org:80", "127.0.0.1:70000", "x", "", "-1",
-                                   "127.0.0.1:", "127.0.0.1.example.org:1", "127.0.0.2:0"};
+    const char *const refused[] = {"0.0.0.0:8473",
+                                   "192.168.1.5:8473",
+                                   "[::]:8473",
+                                   "example.org:80",
+                                   "127.0.0.1:70000",
+                                   "x",
+                                   "",
+                                   "-1",
+                                   "127.0.0.1:",
+                                   "127.0.0.1.example.org:1",
+                                   "127.0.0.2:0"};
     struct live_hub *hub;
     struct error error = {0};
     struct live_server *server = NULL;
@@ -510,12 +553,14 @@ static void other_addresses_are_refused(void **state)
 
 /* ---- the terminal ---- */
 
-static void draw(const struct live_model *model, unsigned columns, unsigned rows, bool colour, char **text)
+static void draw(const struct live_model *model, unsigned columns, unsigned rows, bool colour,
+                 char **text)
 {
     size_t length;
     const struct live_screen screen = {.columns = columns, .rows = rows, .colour = colour};
     FILE *out = open_memstream(text, &length);
-    live_terminal_draw(out, model, NOW_US + 1000 * live_model_block(model), "a\033[2Jhostile\nname.db", &screen);
+    live_terminal_draw(out, model, NOW_US + 1000 * live_model_block(model),
+                       "a\033[2Jhostile\nname.db", &screen);
     fclose(out);
 }
 
@@ -546,7 +591,8 @@ static void every_terminal_shows_the_warning(void **state)
     for (uint32_t block = 0; block < 100; block++)
         put_record(model, block, 0.5, 100.0);
     put_zone(model, LINK_SERIAL, 99, true);
-    const unsigned sizes[][2] = {{40, 24}, {64, 12}, {80, 24}, {131, 50}, {132, 50}, {500, 100}, {1, 1}, {20, 5}};
+    const unsigned sizes[][2] = {{40, 24},  {64, 12},   {80, 24}, {131, 50},
+                                 {132, 50}, {500, 100}, {1, 1},   {20, 5}};
     for (size_t i = 0; i < COUNT_OF(sizes); i++) {
         unsigned columns = sizes[i][0], rows = sizes[i][1];
         draw(model, columns, rows, false, &text);

@@ -1,4 +1,5 @@
-/* The seats of the live page: whatever readers and senders do that have no token, the page comes and a command reaches the board. */
+/* The seats of the live page: whatever readers and senders do that have no token, the page comes
+ * and a command reaches the board. */
 #include "tests/cmocka_all.h"
 
 #include <arpa/inet.h>
@@ -18,9 +19,11 @@
 #include "host/live/server.h"
 
 #define CROWD_MOST 200
-#define ANSWER_MS 5000 /* bound of every wait; a board that answers at once is heard of within milliseconds */
+/* bound of every wait; a board that answers at once is heard of within milliseconds */
+#define ANSWER_MS  5000
 
-static const struct live_source source = {.db = "campaign.db", .can = "unix:can", .serial = "unix:serial", .commands = true};
+static const struct live_source source = {
+    .db = "campaign.db", .can = "unix:can", .serial = "unix:serial", .commands = true};
 
 struct rig {
     struct live_hub *hub;
@@ -46,7 +49,10 @@ static void *board(void *context)
             rig->disarmed += command.code == MR_COMMAND_DISARM;
             struct mr_message message;
             mr_message_read(&message, MR_ID_ACK, payload, mr_ack_put(&ack, payload));
-            live_hub_message(rig->hub, &(struct collector_event){.link = LINK_CAN, .message = &message, .host_us = 1, .board_us = 1000});
+            live_hub_message(rig->hub, &(struct collector_event){.link = LINK_CAN,
+                                                                 .message = &message,
+                                                                 .host_us = 1,
+                                                                 .board_us = 1000});
         }
         live_hub_turn(rig->hub);
         usleep(2000);
@@ -92,7 +98,9 @@ static int64_t now_ms(void)
 /* A connection on which `text` was sent; who holds the other end does not matter. */
 static int connection(const struct rig *rig, const char *text)
 {
-    const struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(rig->port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    const struct sockaddr_in address = {.sin_family = AF_INET,
+                                        .sin_port = htons(rig->port),
+                                        .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     const struct timeval bound = {.tv_sec = ANSWER_MS / 1000};
     int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     assert_true(fd >= 0);
@@ -121,7 +129,8 @@ static void hear(int fd, const char *wanted, char *text, size_t size)
     }
 }
 
-static void ask(const struct rig *rig, const char *request, const char *wanted, char *text, size_t size)
+static void ask(const struct rig *rig, const char *request, const char *wanted, char *text,
+                size_t size)
 {
     int fd = connection(rig, request);
     hear(fd, wanted, text, size);
@@ -140,7 +149,8 @@ static void disarm(struct rig *rig)
     static const char body[] = "{\"command\":\"disarm\"}";
     unsigned before = rig->disarmed;
     snprintf(request, sizeof request,
-             "POST /command HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nX-Matrig-Token: %s\r\nContent-Length: %zu\r\n\r\n%s",
+             "POST /command HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: "
+             "application/json\r\nX-Matrig-Token: %s\r\nContent-Length: %zu\r\n\r\n%s",
              rig->token, sizeof body - 1, body);
     ask(rig, request, "{\"done\":true}", text, sizeof text);
     assert_non_null(strstr(text, "{\"done\":true}"));
@@ -153,7 +163,8 @@ static void it_serves(struct rig *rig)
     static char text[200000];
     ask(rig, "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", "</html>", text, sizeof text);
     assert_non_null(strstr(text, "</html>"));
-    ask(rig, "GET /live.js HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", "  start();\n})();", text, sizeof text);
+    ask(rig, "GET /live.js HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", "  start();\n})();", text,
+        sizeof text);
     assert_non_null(strstr(text, "  start();\n})();"));
     for (int i = 0; i < 3; i++)
         disarm(rig);
@@ -162,7 +173,8 @@ static void it_serves(struct rig *rig)
 static int with_token(const struct rig *rig)
 {
     char request[200];
-    snprintf(request, sizeof request, "GET /events?token=%s HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", rig->token);
+    snprintf(request, sizeof request, "GET /events?token=%s HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n",
+             rig->token);
     return connection(rig, request);
 }
 
@@ -213,13 +225,16 @@ static void half_a_command(void **state)
 {
     struct rig *rig = *state;
     char half[300];
-    snprintf(half, sizeof half, "POST /command HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nX-Matrig-Token: %s\r\nContent-Length: 20\r\n\r\n{",
+    snprintf(half, sizeof half,
+             "POST /command HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: "
+             "application/json\r\nX-Matrig-Token: %s\r\nContent-Length: 20\r\n\r\n{",
              "00000000000000000000000000000000");
     crowd(rig, 200, half);
     it_serves(rig);
 }
 
-/* The page of who has the token goes on while others come, in whatever number; and it finds a place when they were first. */
+/* The page of who has the token goes on while others come, in whatever number; and it finds a place
+ * when they were first. */
 static void who_has_the_token_watches(void **state)
 {
     struct rig *rig = *state;
@@ -232,7 +247,8 @@ static void who_has_the_token_watches(void **state)
     int after = with_token(rig);
     hear(after, "event: state", text, sizeof text);
     assert_non_null(strstr(text, "event: state"));
-    for (int i = 0; i < 5; i++) { /* a state each 200 ms: it was not thrown out by those who came after it */
+    for (int i = 0; i < 5; i++) {
+        /* a state each 200 ms: it was not thrown out by those who came after it */
         hear(before, "event: state", text, sizeof text);
         assert_non_null(strstr(text, "event: state"));
     }
@@ -240,7 +256,8 @@ static void who_has_the_token_watches(void **state)
     close(after);
 }
 
-/* Places for who has none are few; the next one is told so in words, and has a place when one has gone. */
+/* Places for who has none are few; the next one is told so in words, and has a place when one has
+ * gone. */
 static void who_finds_no_place_is_told(void **state)
 {
     struct rig *rig = *state;
@@ -373,10 +390,12 @@ static void time_is_over_for_each_in_its_way(void **state)
     (void)state;
     struct seats *seats = seats_open();
     bool may;
-    struct sitter asks = sit(seats, 0), idle = sit(seats, 0), reads = reader(seats, false, 0, &may), stalls = reader(seats, true, 0, &may);
+    struct sitter asks = sit(seats, 0), idle = sit(seats, 0), reads = reader(seats, false, 0, &may),
+                  stalls = reader(seats, true, 0, &may);
     seats_ask(seats, idle.seat, false, 0);
     seats_answered(seats, idle.seat, 0);
-    seats_ask(seats, asks.seat, false, SEATS_ASK_MS - 1); /* its headers came slowly: no time is won by that */
+    /* its headers came slowly: no time is won by that */
+    seats_ask(seats, asks.seat, false, SEATS_ASK_MS - 1);
     seats_taken(seats, reads.seat, SEATS_DROPPED_MS - 1);
     seats_sweep(seats, SEATS_ASK_MS);
     assert_false(gave_way(&asks) || gave_way(&idle) || gave_way(&reads) || gave_way(&stalls));

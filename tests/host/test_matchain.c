@@ -1,4 +1,5 @@
-/* The small single-precision chain of common/ against the host's chain in double precision at a quarter of the step. */
+/* The small single-precision chain of common/ against the host's chain in double precision at a
+ * quarter of the step. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,11 +13,11 @@
 #include "common/matchain.h"
 #include "host/sim/sim.h"
 
-#define MATS 420
-#define STATIONS 8
-#define ROWS 600
-#define ROW_S 0.01
-#define STEP_S 1e-4f
+#define MATS         420
+#define STATIONS     8
+#define ROWS         600
+#define ROW_S        0.01
+#define STEP_S       1e-4f
 #define TOUCHDOWN_FT 3.0
 
 static struct error error;
@@ -42,7 +43,8 @@ static void make_landing(uint64_t seed, double speed_ft_s, double from_ft_s2, do
     }
     for (row_count = 0; row_count < ROWS && v_ft_s > 0.0; row_count++) {
         double t_s = ROW_S * (double)row_count;
-        double a_ft_s2 = from_ft_s2 + (to_ft_s2 - from_ft_s2) * fmin(fmax(t_s - 1.2, 0.0) / 2.4, 1.0);
+        double a_ft_s2 = from_ft_s2 +
+                         (to_ft_s2 - from_ft_s2) * fmin(fmax(t_s - 1.2, 0.0) / 2.4, 1.0);
         rows[row_count] = (struct sim_path_row){t_s, at_ft, 1300.0 / 12.0 * a_ft_s2 / 32.174};
         at_ft += v_ft_s * ROW_S - 0.5 * a_ft_s2 * ROW_S * ROW_S;
         v_ft_s -= a_ft_s2 * ROW_S;
@@ -69,7 +71,8 @@ static void fine(struct sim_result *result, struct sim_scene *scene)
     assert_int_equal(sim_scene_set_path(scene, rows, row_count, &error), MR_OK);
     for (int i = 0; i < STATIONS; i++)
         stations_ft[i] = 40.0 + 10.0 * i;
-    const struct sim_options options = {.dt_s = 2.5e-5, .sample_dt_s = 1e-3, .station_ft = stations_ft, .station_count = STATIONS};
+    const struct sim_options options = {
+        .dt_s = 2.5e-5, .sample_dt_s = 1e-3, .station_ft = stations_ft, .station_count = STATIONS};
     memset(&error, 0, sizeof error);
     sim_run(scene, &options, result, &error);
     assert_string_equal(error.text, "");
@@ -94,9 +97,14 @@ static double rms_in(unsigned group, const struct sim_result *truth, double *upd
 {
     static struct mr_chain chain;
     static float gap_ft[MATS + 1], grit_lb[MATS + 1];
-    const struct mr_chain_params params = {.mats = MATS, .mat_length_ft = 2.0f / 7.0f, .mass_slug = 0.466f / 32.174f,
-                                           .friction_lb = 0.5f * 0.466f, .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f,
-                                           .slack_ft = 0.0025f, .step_s = STEP_S};
+    const struct mr_chain_params params = {.mats = MATS,
+                                           .mat_length_ft = 2.0f / 7.0f,
+                                           .mass_slug = 0.466f / 32.174f,
+                                           .friction_lb = 0.5f * 0.466f,
+                                           .kl_lb_ft = 2.9e5f,
+                                           .cl_lb_s_ft = 5.0f,
+                                           .slack_ft = 0.0025f,
+                                           .step_s = STEP_S};
     double sum = 0.0;
     size_t count = 0, block = 0;
     for (int j = 0; j <= MATS; j++) {
@@ -116,7 +124,8 @@ static double rms_in(unsigned group, const struct sim_result *truth, double *upd
         assert_true(mr_chain_settle(&chain));
         for (unsigned i = 0; i < STATIONS; i++) {
             unsigned mat = (unsigned)((40.0 + 10.0 * i) / (2.0 / 7.0) + 1e-9) + 1u;
-            double off_in = 12.0 * ((double)mr_chain_displacement_ft(&chain, mat) - truth->sample_u_ft[block * STATIONS + i]);
+            double off_in = 12.0 * ((double)mr_chain_displacement_ft(&chain, mat) -
+                                    truth->sample_u_ft[block * STATIONS + i]);
             sum += off_in * off_in;
             count++;
         }
@@ -130,17 +139,21 @@ static void agrees_with_the_hosts_chain(void **state)
     static const struct {
         uint64_t seed;
         double speed_ft_s, from_ft_s2, to_ft_s2;
-    } landings[] = {{1, 28.0, 4.0, 4.0}, {2, 35.5, 6.6, 9.2}, {3, 35.5, 6.6, 9.2}, {4, 40.0, 12.0, 20.0}};
+    } landings[] = {
+        {1, 28.0, 4.0, 4.0}, {2, 35.5, 6.6, 9.2}, {3, 35.5, 6.6, 9.2}, {4, 40.0, 12.0, 20.0}};
     (void)state;
     for (size_t i = 0; i < sizeof landings / sizeof landings[0]; i++) {
         struct sim_scene scene;
         struct sim_result truth;
         double updates[3];
-        make_landing(landings[i].seed, landings[i].speed_ft_s, landings[i].from_ft_s2, landings[i].to_ft_s2);
+        make_landing(landings[i].seed, landings[i].speed_ft_s, landings[i].from_ft_s2,
+                     landings[i].to_ft_s2);
         fine(&truth, &scene);
-        double one = rms_in(1, &truth, &updates[0]), two = rms_in(2, &truth, &updates[1]), four = rms_in(4, &truth, &updates[2]);
-        print_message("landing %zu: rms %.4f in (%.2f M updates), two in one %.3f in (%.2f), four %.3f in (%.2f)\n", i + 1, one,
-                      updates[0] / 1e6, two, updates[1] / 1e6, four, updates[2] / 1e6);
+        double one = rms_in(1, &truth, &updates[0]), two = rms_in(2, &truth, &updates[1]),
+               four = rms_in(4, &truth, &updates[2]);
+        print_message("landing %zu: rms %.4f in (%.2f M updates), two in one %.3f in (%.2f), four "
+                      "%.3f in (%.2f)\n",
+                      i + 1, one, updates[0] / 1e6, two, updates[1] / 1e6, four, updates[2] / 1e6);
         assert_true(one < 0.005);
         sim_result_free(&truth);
         sim_scene_free(&scene);

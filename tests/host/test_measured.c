@@ -1,10 +1,11 @@
-/* A landing read back: gear, displacements, tensions and zones against the closed form they were made from.
- */
+/* A landing read back: gear, displacements, tensions and zones against the closed form they were
+ * made from. */
 #include "host/analyse/summary.h"
 #include "tests/host/session.h"
 
 /* Stops at 3 + 35^2 / 16 = 79.5625 ft after 4.375 s. */
-static const struct stream_truth brisk = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8, .warn = true};
+static const struct stream_truth brisk = {
+    .v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8, .warn = true};
 
 static void log_one(struct session *s, bool can, bool serial, struct stream_truth *truth)
 {
@@ -18,8 +19,8 @@ static void log_one(struct session *s, bool can, bool serial, struct stream_trut
     assert_no_error(&s->error);
 }
 
-/* Displacement moves with the wheel from 10 ft ahead until it passes (stream.h); the wheel stops at 79.5625
- * ft. */
+/* Displacement moves with the wheel from 10 ft ahead until it passes (stream.h); the wheel stops at
+ * 79.5625 ft. */
 static double moved_in(unsigned index)
 {
     double ahead_ft = 40.0 + 10.0 * index - 79.5625;
@@ -33,7 +34,8 @@ static void check_gear(const struct measured *m)
     assert_true(m->t0_is_touchdown);
     assert_int_equal(m->gates, 16); /* 2.5 to 77.5 ft */
     assert_int_equal(m->switches, 24);
-    /* Within the 0.2 % that is promised: this brake comes at once, two standard errors before the usual 25 ms. */
+    /* Within the 0.2 % that is promised: this brake comes at once, two standard errors before the
+     * usual 25 ms. */
     assert_near(m->summary.touchdown_speed_ft_s.value, 35.0, 0.07);
     assert_near(m->summary.mean_deceleration_ft_s2.value, 8.0, 0.016);
     assert_near(m->summary.stop_station_ft.value, 79.5625, 0.005);
@@ -48,8 +50,8 @@ static void check_gear(const struct measured *m)
     assert_true(isnan(measured_station_ft(m, -0.1)));
 }
 
-/* `digit_in`, `digit_lb`: what a reading may be off: half a code of a sum, or half a digit of the wire more.
- */
+/* `digit_in`, `digit_lb`: what a reading may be off: half a code of a sum, or half a digit of the
+ * wire more. */
 static void check_channels(const struct measured *m, double digit_in, double digit_lb)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -117,10 +119,11 @@ static void a_wrong_can_value_is_found(void **state)
     log_one(&s, true, true, &truth);
     store_close(s.store);
     s.store = NULL;
-    assert_int_equal(
-        system("sqlite3 build/test-tmp/measured.db \"UPDATE frames SET data = X'FF7F' || substr(data, 3)"
-               " WHERE id = (SELECT id FROM frames WHERE can_id = 256 AND landing = 1 LIMIT 1 OFFSET 500)\""),
-        0);
+    assert_int_equal(system("sqlite3 build/test-tmp/measured.db \"UPDATE frames SET data = X'FF7F' "
+                            "|| substr(data, 3)"
+                            " WHERE id = (SELECT id FROM frames WHERE can_id = 256 AND landing = 1 "
+                            "LIMIT 1 OFFSET 500)\""),
+                     0);
     store_open("build/test-tmp/measured.db", STORE_OPEN, &s.store, &s.error);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.check.different, 1);
@@ -156,7 +159,8 @@ static void lost_blocks_stay_missing(void **state)
     session_end(&s);
 }
 
-/* Armed for longer than is held in memory: the minute before the first edge is there, and what comes of it is the same. */
+/* Armed for longer than is held in memory: the minute before the first edge is there, and what
+ * comes of it is the same. */
 static void armed_long_before(void **state)
 {
     struct session s;
@@ -198,7 +202,8 @@ static void warning_and_wheel(void **state)
     assert_near(w->start_ft, 60.0, 1e-6);
     assert_near(w->lead_s, 0.75, 1e-6);
     assert_int_equal(w->inferred_percent, 20);
-    /* said from 1 s after touchdown on, every 50 ms; the wheel is at 60 ft when 57 = 35 t - 4 t^2 */
+    /* said from 1 s after touchdown on, every 50 ms; the wheel is at 60 ft when 57 = 35 t - 4
+     * t^2 */
     assert_true(w->t_s > 1.0 - 0.001 && w->t_s < 1.051);
     assert_true(w->reached);
     assert_near(w->reached_t_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0, 0.002);
@@ -206,8 +211,8 @@ static void warning_and_wheel(void **state)
     assert_near(w->lead_t_s, w->t_s, 0.0);
     assert_near(w->lead_became_s, w->true_lead_s, 1e-12);
     /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
-    assert_near(measured_reach_s(&summary.measured, 79.0), (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0,
-                0.01);
+    assert_near(measured_reach_s(&summary.measured, 79.0),
+                (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0, 0.01);
     assert_true(isnan(measured_reach_s(&summary.measured, 79.7)));
     assert_int_equal(summary.link[LINK_CAN].lost, 0);
     assert_int_equal(summary.faults, 0);
@@ -241,9 +246,13 @@ static void units_of_json(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(from_block_records),         cmocka_unit_test(from_can_alone),
-        cmocka_unit_test(a_wrong_can_value_is_found), cmocka_unit_test(armed_long_before), cmocka_unit_test(lost_blocks_stay_missing),
-        cmocka_unit_test(warning_and_wheel),          cmocka_unit_test(units_of_json),
+        cmocka_unit_test(from_block_records),
+        cmocka_unit_test(from_can_alone),
+        cmocka_unit_test(a_wrong_can_value_is_found),
+        cmocka_unit_test(armed_long_before),
+        cmocka_unit_test(lost_blocks_stay_missing),
+        cmocka_unit_test(warning_and_wheel),
+        cmocka_unit_test(units_of_json),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

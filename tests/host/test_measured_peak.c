@@ -1,4 +1,5 @@
-/* Peaks against a second way of finding them: each mean of each half added up anew, over series with holes, plateaus and messages. */
+/* Peaks against a second way of finding them: each mean of each half added up anew, over series
+ * with holes, plateaus and messages. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,8 +9,10 @@
 
 #define SAMPLES 3000
 
-/* By the definition: `reach` samples to each side, every second value, of `stride` samples each, of parity `half`. */
-static double mean_of(const double *value, size_t count, size_t stride, size_t phase, size_t at, size_t reach, size_t half)
+/* By the definition: `reach` samples to each side, every second value, of `stride` samples each, of
+ * parity `half`. */
+static double mean_of(const double *value, size_t count, size_t stride, size_t phase, size_t at,
+                      size_t reach, size_t half)
 {
     double sum = 0.0;
     size_t n = 0;
@@ -23,7 +26,8 @@ static double mean_of(const double *value, size_t count, size_t stride, size_t p
     return n ? sum / (double)n : (double)NAN;
 }
 
-static double peak_of(const double *value, size_t count, size_t stride, size_t phase, size_t from, double sign)
+static double peak_of(const double *value, size_t count, size_t stride, size_t phase, size_t from,
+                      double sign)
 {
     size_t reach = stride > 2 ? 2 * stride : 5;
     double sum = 0.0;
@@ -54,8 +58,10 @@ static void series(int kind, float *raw, size_t stride)
     for (size_t i = 0; i < SAMPLES; i++) {
         double t = (double)i / SAMPLES;
         if (i % stride == 0)
-            level = (float)(kind == 0   ? 900.0 + 3000.0 * exp(-pow((t - 0.4) / 0.05, 2.0)) + 20.0 * noise()
-                            : kind == 1 ? 1e-3 * (double)(rand() % 5) /* few codes: many means alike */
+            level = (float)(kind == 0
+                                ? 900.0 + 3000.0 * exp(-pow((t - 0.4) / 0.05, 2.0)) + 20.0 * noise()
+                            /* few codes: many means alike */
+                            : kind == 1 ? 1e-3 * (double)(rand() % 5)
                             : kind == 2 ? 1e6 * noise()
                                         : 2.5);
         bool hole = kind == 0 && ((i > 1180 && i < 1187) || rand() % 50 == 0);
@@ -73,8 +79,12 @@ static void found_as_by_the_definition(void **state)
     for (int kind = 0; kind < 4; kind++) {
         for (size_t s = 0; s < 3; s++) {
             struct measured measured = {.samples = SAMPLES};
-            struct measured_channel channel = {.config.kind = kind % 2 ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION, .raw = raw,
-                                               .baseline = 0.3, .stride = strides[s], .phase = s};
+            struct measured_channel channel = {.config.kind = kind % 2 ? MR_KIND_DISPLACEMENT
+                                                                       : MR_KIND_TENSION,
+                                               .raw = raw,
+                                               .baseline = 0.3,
+                                               .stride = strides[s],
+                                               .phase = s};
             double high, low;
             series(kind, raw, strides[s]);
             for (size_t i = 0; i < SAMPLES; i++)
@@ -119,7 +129,8 @@ static void an_infinite_reading(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(found_as_by_the_definition), cmocka_unit_test(nothing_valid_is_nan),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(found_as_by_the_definition),
+                                       cmocka_unit_test(nothing_valid_is_nan),
                                        cmocka_unit_test(an_infinite_reading)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

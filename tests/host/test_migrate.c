@@ -1,4 +1,5 @@
-/* Campaigns of older versions brought forward, read as they are, refused, and cut off at every write. */
+/* Campaigns of older versions brought forward, read as they are, refused, and cut off at every
+ * write. */
 #include <math.h>
 #include <sqlite3.h>
 #include <stdlib.h>
@@ -8,7 +9,8 @@
 #include "tests/host/scratch.h"
 
 #define FIXTURES "tests/host/campaigns"
-static const int64_t old_blocks[] = {0, 1404, 1404, 1403}; /* by version, as FIXTURES/README.md says */
+/* by version, as FIXTURES/README.md says */
+static const int64_t old_blocks[] = {0, 1404, 1404, 1403};
 static int unpacked;
 
 static char path[200];
@@ -25,7 +27,8 @@ static void unpack(int version, const char *name)
     char line[500];
     unpacked = version;
     scratch_path(path, sizeof path, name);
-    snprintf(line, sizeof line, "rm -f %s?* && gzip -dc " FIXTURES "/v%d.db.gz >%s", path, version, path);
+    snprintf(line, sizeof line, "rm -f %s?* && gzip -dc " FIXTURES "/v%d.db.gz >%s", path, version,
+             path);
     assert_int_equal(system(line), 0);
 }
 
@@ -50,15 +53,18 @@ static void sql(const char *file, const char *statement)
     sqlite3_close(database);
 }
 
-/* Every table's columns in order: what a statement without column names meets. The caller frees it. */
+/* Every table's columns in order: what a statement without column names meets. The caller frees
+ * it. */
 static char *columns(const char *file)
 {
     sqlite3 *database;
     sqlite3_stmt *prepared;
     assert_int_equal(sqlite3_open(file, &database), SQLITE_OK);
     assert_int_equal(sqlite3_prepare_v2(database,
-                                        "SELECT group_concat(line, x'0a') FROM (SELECT m.name||': '||(SELECT group_concat(name) FROM"
-                                        " pragma_table_info(m.name)) AS line FROM sqlite_schema AS m WHERE type='table' AND name NOT LIKE"
+                                        "SELECT group_concat(line, x'0a') FROM (SELECT m.name||': "
+                                        "'||(SELECT group_concat(name) FROM"
+                                        " pragma_table_info(m.name)) AS line FROM sqlite_schema AS "
+                                        "m WHERE type='table' AND name NOT LIKE"
                                         " 'sqlite_%' ORDER BY m.name)",
                                         -1, &prepared, NULL),
                      SQLITE_OK);
@@ -126,12 +132,14 @@ static void forward_from(int version)
     assert_non_null(strstr(told, suffix));
     expect_the_landing(store);
     struct store_session session = {.started_us = 1, .can_link = "file:new"};
-    struct store_zone zone = {.block = 3, .mats = 30, .start_ft = 88.6, .end_ft = 97.1, .warning = 1, .links = 1};
+    struct store_zone zone = {
+        .block = 3, .mats = 30, .start_ft = 88.6, .end_ft = 97.1, .warning = 1, .links = 1};
     assert_int_equal(store_session_add(store, &session, &error), MR_OK);
     assert_int_equal(store_zone_put(store, 1, &zone, &error), MR_OK);
     store_close(store);
     assert_int_equal(number(path, "PRAGMA user_version"), STORE_VERSION);
-    assert_int_equal(number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"), 1);
+    assert_int_equal(
+        number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"), 1);
 
     scratch_path(fresh, sizeof fresh, "fresh.db");
     struct store *other = NULL;
@@ -143,7 +151,8 @@ static void forward_from(int version)
     free(wanted);
 
     assert_int_equal(number(beside(suffix), "PRAGMA user_version"), version);
-    assert_int_equal(number(beside(suffix), "SELECT count(*) FROM blocks WHERE landing=1"), old_blocks[unpacked]);
+    assert_int_equal(number(beside(suffix), "SELECT count(*) FROM blocks WHERE landing=1"),
+                     old_blocks[unpacked]);
     store_close(open_as(STORE_OPEN)); /* nothing left to do: no second copy */
     assert_int_not_equal(access(beside(second), F_OK), 0);
 }
@@ -213,20 +222,31 @@ static void no_copy_no_change(void **state)
     assert_int_equal(number(path, "PRAGMA user_version"), 2);
 }
 
-/* What other versions may have been: a column that stands in the middle, one of a key, an index, a whole table. */
+/* What other versions may have been: a column that stands in the middle, one of a key, an index, a
+ * whole table. */
 static void whatever_is_missing_is_made(void **state)
 {
     struct error error = {0};
-    struct store_zone zone = {.block = 3, .mats = 30, .start_ft = 88.6, .end_ft = 97.1, .lead_s = 2.5, .warning = 1, .links = 1};
+    struct store_zone zone = {.block = 3,
+                              .mats = 30,
+                              .start_ft = 88.6,
+                              .end_ft = 97.1,
+                              .lead_s = 2.5,
+                              .warning = 1,
+                              .links = 1};
     struct store_zone *zones;
     size_t count;
     (void)state;
     unpack(2, "missing.db");
-    sql(path, "DELETE FROM zones; INSERT INTO zones(landing, block, mats, start_ft, end_ft, links) VALUES(1, 2, 20, 1, 2, 3);"
-              "ALTER TABLE zones DROP COLUMN lead_s; DROP INDEX frames_by_landing; DROP TABLE slow_log;"
-              "CREATE TABLE slow_log(id INTEGER PRIMARY KEY, board_uid TEXT NOT NULL, seq INTEGER, boot INTEGER NOT NULL, block INTEGER"
-              " NOT NULL); INSERT INTO slow_log VALUES(1, 'a', 2, 3, 4);" /* without UNIQUE(board_uid, seq) */
-              "DROP TABLE gaps");
+    sql(path,
+        "DELETE FROM zones; INSERT INTO zones(landing, block, mats, start_ft, end_ft, links) "
+        "VALUES(1, 2, 20, 1, 2, 3);"
+        "ALTER TABLE zones DROP COLUMN lead_s; DROP INDEX frames_by_landing; DROP TABLE slow_log;"
+        "CREATE TABLE slow_log(id INTEGER PRIMARY KEY, board_uid TEXT NOT NULL, seq INTEGER, boot "
+        "INTEGER NOT NULL, block INTEGER"
+        /* without UNIQUE(board_uid, seq) */
+        " NOT NULL); INSERT INTO slow_log VALUES(1, 'a', 2, 3, 4);"
+        "DROP TABLE gaps");
     struct store *store = open_as(STORE_READ);
     assert_int_equal(store_zones(store, 1, &zones, &count, &error), MR_OK);
     assert_int_equal(count, 1);
@@ -245,7 +265,10 @@ static void whatever_is_missing_is_made(void **state)
     free(zones);
     store_close(store);
     assert_int_equal(number(path, "SELECT count(*) FROM slow_log WHERE time_us=99"), 1);
-    assert_int_equal(number(path, "SELECT count(*) FROM sqlite_schema WHERE name IN ('frames_by_landing', 'gaps')"), 2);
+    assert_int_equal(
+        number(path,
+               "SELECT count(*) FROM sqlite_schema WHERE name IN ('frames_by_landing', 'gaps')"),
+        2);
 }
 
 static void a_foreign_column_is_not_dropped(void **state)
@@ -263,7 +286,8 @@ static void a_foreign_column_is_not_dropped(void **state)
 /* ---- the power fails at the n-th write ---- */
 
 static int writes_left;
-static const sqlite3_io_methods *real_methods; /* SQLite has others for files that it does not lock: they write alike */
+/* SQLite has others for files that it does not lock: they write alike */
+static const sqlite3_io_methods *real_methods;
 static sqlite3_io_methods cut_methods[2];
 static sqlite3_vfs cut_vfs, *real_vfs;
 
@@ -276,7 +300,8 @@ static int cut_write(sqlite3_file *file, const void *bytes, int length, sqlite3_
     return real_methods->xWrite(file, bytes, length, offset);
 }
 
-static int cut_open(sqlite3_vfs *vfs, sqlite3_filename name, sqlite3_file *file, int flags, int *out)
+static int cut_open(sqlite3_vfs *vfs, sqlite3_filename name, sqlite3_file *file, int flags,
+                    int *out)
 {
     (void)vfs;
     int code = real_vfs->xOpen(real_vfs, name, file, flags, out);
@@ -329,7 +354,9 @@ static void cut_off_at_any_write_one_of_the_two_is_whole(void **state)
         int64_t version = store_version(store, &older);
         assert_true((version == 1 && older) || (version == STORE_VERSION && !older));
         store_close(store);
-        assert_int_equal(number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"), 1);
+        assert_int_equal(
+            number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"),
+            1);
         store_close(open_as(STORE_OPEN)); /* and it can be done again */
         assert_int_equal(number(path, "PRAGMA user_version"), STORE_VERSION);
     }

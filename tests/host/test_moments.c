@@ -1,4 +1,5 @@
-/* Which times belong to a landing: what is far and little is set aside, what is far and much, or has the edges, is not. */
+/* Which times belong to a landing: what is far and little is set aside, what is far and much, or
+ * has the edges, is not. */
 #include "host/analyse/measured_moments.h"
 #include "tests/cmocka_all.h"
 
@@ -35,7 +36,8 @@ static void one_far_time_is_set_aside(void **state)
     }
 }
 
-/* 20 s later is no pause; a minute with the link down is one, but a tenth of the landing stays, and so does what has the edges. */
+/* 20 s later is no pause; a minute with the link down is one, but a tenth of the landing stays, and
+ * so does what has the edges. */
 static void what_is_much_stays(void **state)
 {
     struct moments moments = {0};

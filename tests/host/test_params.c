@@ -10,8 +10,8 @@ static struct estimate exact(double value)
     return (struct estimate){value, 0};
 }
 
-/* A uniform plank hung on cords at its ends: I = W l^2/(12 g) gives T = 2 pi sqrt(cord/(3 g)), whatever its
- * length. */
+/* A uniform plank hung on cords at its ends: I = W l^2/(12 g) gives T = 2 pi sqrt(cord/(3 g)),
+ * whatever its length. */
 static void inertia_of_a_plank(void **state)
 {
     (void)state;
@@ -48,7 +48,8 @@ static void friction_and_soil(void **state)
 
 #define DEG (M_PI / 180)
 
-/* Moments of a joint that is free up to 10 degrees and has 1e5 ft lb/rad beyond, with the scatter of a scale. */
+/* Moments of a joint that is free up to 10 degrees and has 1e5 ft lb/rad beyond, with the scatter
+ * of a scale. */
 static double scatter(unsigned *seed)
 {
     double sum = 0;
@@ -59,7 +60,8 @@ static double scatter(unsigned *seed)
     return sum;
 }
 
-static struct params_travel hinge(double from_deg, double step_deg, size_t count, double noise_ft_lb, unsigned *seed)
+static struct params_travel hinge(double from_deg, double step_deg, size_t count,
+                                  double noise_ft_lb, unsigned *seed)
 {
     double angle[32], moment[32];
     struct params_travel travel;
@@ -113,7 +115,8 @@ static void readings_inside_the_free_travel(void **state)
     assert_int_equal(travel.kind, PARAMS_TRAVEL_UNCLEAR);
 }
 
-/* Readings on both sides: those inside are left out, whatever their order; too few beyond are refused. */
+/* Readings on both sides: those inside are left out, whatever their order; too few beyond are
+ * refused. */
 static void readings_on_both_sides(void **state)
 {
     (void)state;
@@ -127,7 +130,8 @@ static void readings_on_both_sides(void **state)
     assert_int_equal(travel.kind, PARAMS_TRAVEL_FEW);
     assert_true(travel.beyond >= 1 && travel.beyond <= 2);
     assert_true(travel.last_in < 10.001 * DEG && travel.first_out > 9.999 * DEG);
-    const double angle[] = {14, 3, 12, 6, 13, 9, 15}, moment[] = {400, 0, 200, 0, 300, 0, 500}; /* free 10, 100 per degree */
+    /* free 10, 100 per degree */
+    const double angle[] = {14, 3, 12, 6, 13, 9, 15}, moment[] = {400, 0, 200, 0, 300, 0, 500};
     struct error error = {0};
     assert_int_equal(params_travel(angle, moment, 7, &travel, &error), MR_OK);
     assert_int_equal(travel.kind, PARAMS_TRAVEL_OK);
@@ -136,7 +140,8 @@ static void readings_on_both_sides(void **state)
     assert_near(travel.free.value, 10, 1e-9);
 }
 
-/* The stated errors are the spread over many repeated tests: all beyond the free travel, then half of them. */
+/* The stated errors are the spread over many repeated tests: all beyond the free travel, then half
+ * of them. */
 static void errors_are_the_spread(void **state)
 {
     (void)state;
@@ -145,14 +150,17 @@ static void errors_are_the_spread(void **state)
     for (int mixed = 0; mixed < 2; mixed++) {
         double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0, n = 0;
         for (int test = 0; test < TESTS; test++) {
-            struct params_travel t = mixed ? hinge(4.3, 0.6, 20, 200, &seed) : hinge(10.6, 0.6, 8, 200, &seed);
+            struct params_travel t = mixed ? hinge(4.3, 0.6, 20, 200, &seed)
+                                           : hinge(10.6, 0.6, 8, 200, &seed);
             if (t.kind != PARAMS_TRAVEL_OK)
                 continue;
             n++;
             sum_k += t.k.value, sum_k2 += t.k.value * t.k.value, said_k += t.k.error * t.k.error;
-            sum_t += t.free.value, sum_t2 += t.free.value * t.free.value, said_t += t.free.error * t.free.error;
+            sum_t += t.free.value, sum_t2 += t.free.value * t.free.value,
+                said_t += t.free.error * t.free.error;
         }
-        double spread_k = sqrt(sum_k2 / n - pow(sum_k / n, 2)), spread_t = sqrt(sum_t2 / n - pow(sum_t / n, 2));
+        double spread_k = sqrt(sum_k2 / n - pow(sum_k / n, 2)),
+               spread_t = sqrt(sum_t2 / n - pow(sum_t / n, 2));
         assert_true(n > 0.99 * TESTS);
         assert_near(sqrt(said_k / n) / spread_k, 1, mixed ? 0.2 : 0.05);
         assert_near(sqrt(said_t / n) / spread_t, 1, mixed ? 0.2 : 0.05);

@@ -1,4 +1,5 @@
-/* The predictor against closed forms, the host's fine chain, and everything that can go wrong with what it is given. */
+/* The predictor against closed forms, the host's fine chain, and everything that can go wrong with
+ * what it is given. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,26 +13,35 @@
 #include "common/predictor.h"
 #include "host/sim/sim.h"
 
-#define MATS 420
-#define MAT_FT (2.0 / 7.0)
-#define ROW_S 0.01
-#define ROWS 800
+#define MATS         420
+#define MAT_FT       (2.0 / 7.0)
+#define ROW_S        0.01
+#define ROWS         800
 #define TOUCHDOWN_FT 3.0
-#define MAT_LB 0.466
-#define GEAR_LB 1300.0
-#define G_FT_S2 32.174
+#define MAT_LB       0.466
+#define GEAR_LB      1300.0
+#define G_FT_S2      32.174
 
 static struct mr_predictor predictor;
 static struct mr_predictor_zone zone;
 
 static struct mr_predictor_config rig(void)
 {
-    struct mr_predictor_config config = {
-        .chain = {.mats = MATS, .mat_length_ft = (float)MAT_FT, .mass_slug = (float)(MAT_LB / G_FT_S2),
-                  .friction_lb = (float)(0.5 * MAT_LB), .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f, .slack_ft = 0.0025f,
-                  .step_s = 1e-3f / 6.0f},
-        .grit_lb = 10.0f, .thrust_lb_per_g = (float)(GEAR_LB / 12.0), .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
-        .mat_weight_lb = (float)MAT_LB, .updates_per_block = 100000, .level = MR_PREDICTOR_FULL};
+    struct mr_predictor_config config = {.chain = {.mats = MATS,
+                                                   .mat_length_ft = (float)MAT_FT,
+                                                   .mass_slug = (float)(MAT_LB / G_FT_S2),
+                                                   .friction_lb = (float)(0.5 * MAT_LB),
+                                                   .kl_lb_ft = 2.9e5f,
+                                                   .cl_lb_s_ft = 5.0f,
+                                                   .slack_ft = 0.0025f,
+                                                   .step_s = 1e-3f / 6.0f},
+                                         .grit_lb = 10.0f,
+                                         .thrust_lb_per_g = (float)(GEAR_LB / 12.0),
+                                         .deceleration_ft_s2 = 5.0f,
+                                         .bump_ft = 0.0036f,
+                                         .mat_weight_lb = (float)MAT_LB,
+                                         .updates_per_block = 100000,
+                                         .level = MR_PREDICTOR_FULL};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         config.station_ft[i] = 40.0f + 10.0f * (float)i;
     return config;
@@ -55,12 +65,18 @@ static double stop_s(const struct landing *landing)
 static struct mr_predictor_input gear_at(const struct landing *landing, double t_s)
 {
     double s = fmin(t_s, stop_s(landing)), v = landing->speed_ft_s, a = landing->braking_ft_s2;
-    struct mr_predictor_input input = {.wheel_ft = (float)(TOUCHDOWN_FT + (v - 0.5 * a * s) * s), .speed_ft_s = (float)(v - a * s),
-                                       .deceleration_ft_s2 = (float)a, .braking_known = true, .on_runway = true};
+    struct mr_predictor_input input = {.wheel_ft = (float)(TOUCHDOWN_FT + (v - 0.5 * a * s) * s),
+                                       .speed_ft_s = (float)(v - a * s),
+                                       .deceleration_ft_s2 = (float)a,
+                                       .braking_known = true,
+                                       .on_runway = true};
     size_t row = (size_t)(t_s * 1000.0 + 0.5);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        input.displacement_in[i] = landing->u_in ? (float)landing->u_in[(row < landing->rows ? row : landing->rows - 1) * MR_TRANSDUCERS + i]
-                                                 : NAN;
+        input.displacement_in[i] =
+            landing->u_in
+                ? (float)landing
+                      ->u_in[(row < landing->rows ? row : landing->rows - 1) * MR_TRANSDUCERS + i]
+                : NAN;
     return input;
 }
 
@@ -90,8 +106,9 @@ static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MAT
         grit_lb[j] = 20.0 * uniform();
     }
     for (; (double)count * ROW_S < stop_s(landing); count++) {
-        struct mr_predictor_input gear = gear_at(&(struct landing){landing->speed_ft_s, landing->braking_ft_s2, 0, NULL, 0, {0}},
-                                                 (double)count * ROW_S);
+        struct mr_predictor_input gear =
+            gear_at(&(struct landing){landing->speed_ft_s, landing->braking_ft_s2, 0, NULL, 0, {0}},
+                    (double)count * ROW_S);
         rows[count] = (struct sim_path_row){(double)count * ROW_S, (double)gear.wheel_ft,
                                             GEAR_LB / 12.0 * landing->braking_ft_s2 / G_FT_S2};
     }
@@ -112,7 +129,10 @@ static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MAT
     assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gap_ft, MATS + 1, &error), MR_OK);
     assert_int_equal(sim_scene_set_list(&scene.grit_lb, grit_lb, MATS + 1, &error), MR_OK);
     assert_int_equal(sim_scene_set_path(&scene, rows, count, &error), MR_OK);
-    const struct sim_options options = {.dt_s = 5e-5, .rtol = 0.5, .sample_dt_s = 1e-3, .station_ft = stations_ft,
+    const struct sim_options options = {.dt_s = 5e-5,
+                                        .rtol = 0.5,
+                                        .sample_dt_s = 1e-3,
+                                        .station_ft = stations_ft,
                                         .station_count = MR_TRANSDUCERS};
     assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
     landing->rows = result.sample_count;
@@ -134,7 +154,8 @@ static void survey(const double *gap_in)
 }
 
 /* Plays it; `spoil` may change what is told. */
-static void play(const struct landing *landing, void (*spoil)(struct mr_predictor_input *, unsigned ms))
+static void play(const struct landing *landing,
+                 void (*spoil)(struct mr_predictor_input *, unsigned ms))
 {
     unsigned last = (unsigned)(stop_s(landing) * 1000.0) + 200u;
     mr_predictor_arm(&predictor);
@@ -151,7 +172,8 @@ static void assert_sane(void)
 {
     mr_predictor_zone(&predictor, &zone);
     for (unsigned j = 0; j <= predictor.config.chain.mats; j++)
-        assert_true(predictor.gap_ft[j] >= 0.0f && predictor.gap_ft[j] <= predictor.config.chain.slack_ft);
+        assert_true(predictor.gap_ft[j] >= 0.0f &&
+                    predictor.gap_ft[j] <= predictor.config.chain.slack_ft);
     assert_true(zone.mats <= predictor.config.chain.mats + 4u);
     assert_true(zone.grit_scale > 0.1f && zone.grit_scale < 10.0f);
 }
@@ -195,7 +217,8 @@ static double plough_closes_in(float grit_lb)
     mr_predictor_block(&predictor, &input);
     for (unsigned j = mat + 1u; j <= MATS; j++)
         after_in += 12.0 * (double)mr_chain_opening_ft(&predictor.chain, j);
-    assert_true(fabs(before_in - after_in - 12.0 * (double)mr_chain_displacement_ft(&predictor.chain, mat)) < 1e-4);
+    assert_true(fabs(before_in - after_in -
+                     12.0 * (double)mr_chain_displacement_ft(&predictor.chain, mat)) < 1e-4);
     return before_in - after_in;
 }
 
@@ -208,13 +231,15 @@ static void plough_keeps_lengths(void **state)
     assert_true(plough_closes_in(1000.0f) < 0.02);
 }
 
-/* With nothing but friction n = F / (f w) mats close: 29 at 2 ft/s2, 65 at 4.5. The edge that tells of the harder braking comes in
- * any phase of a search; the warning is there eleven blocks later at most, and no block costs more than its share. */
+/* With nothing but friction n = F / (f w) mats close: 29 at 2 ft/s2, 65 at 4.5. The edge that tells
+ * of the harder braking comes in any phase of a search; the warning is there eleven blocks later at
+ * most, and no block costs more than its share. */
 static void a_warning_follows_the_edge(void **state)
 {
     (void)state;
     struct mr_predictor_config config = rig();
-    const struct landing before = {.speed_ft_s = 28.0, .braking_ft_s2 = 2.0}, after = {.speed_ft_s = 28.0, .braking_ft_s2 = 4.5};
+    const struct landing before = {.speed_ft_s = 28.0, .braking_ft_s2 = 2.0},
+                         after = {.speed_ft_s = 28.0, .braking_ft_s2 = 4.5};
     unsigned most = 0;
     config.grit_lb = 0.0f;
     config.level = MR_PREDICTOR_PLOUGH;
@@ -254,10 +279,12 @@ static void follows_the_fine_chain(void **state)
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     survey(gap_in);
     play(&landing, NULL);
-    assert_true(!(zone.basis & (MR_PREDICTOR_BLIND | MR_PREDICTOR_NO_MOTION | MR_PREDICTOR_DEGRADED | MR_PREDICTOR_FELL_BACK)));
+    assert_true(!(zone.basis & (MR_PREDICTOR_BLIND | MR_PREDICTOR_NO_MOTION |
+                                MR_PREDICTOR_DEGRADED | MR_PREDICTOR_FELL_BACK)));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         assert_int_equal(predictor.doubt[i], MR_PREDICTOR_TRUSTED);
-    /* The sums of openings over 35 joints between stations are what the fine chain has, though each joint differs. */
+    /* The sums of openings over 35 joints between stations are what the fine chain has, though each
+     * joint differs. */
     mr_predictor_fold(&predictor);
     for (unsigned s = 4; s < 10; s++) {
         double off_in = 0.0;
@@ -296,7 +323,9 @@ static void a_bad_channel_is_left_out(void **state)
     static const struct {
         void (*spoil)(struct mr_predictor_input *, unsigned);
         unsigned channel, doubt;
-    } faults[] = {{stuck, 1, MR_PREDICTOR_DISAGREES}, {drifting, 7, MR_PREDICTOR_DRIFTS}, {lost, 2, MR_PREDICTOR_MISSING}};
+    } faults[] = {{stuck, 1, MR_PREDICTOR_DISAGREES},
+                  {drifting, 7, MR_PREDICTOR_DRIFTS},
+                  {lost, 2, MR_PREDICTOR_MISSING}};
     find_truth(&landing, 12, gap_in);
     for (unsigned k = 0; k < 3; k++) {
         bad_channel = faults[k].channel;
@@ -304,7 +333,8 @@ static void a_bad_channel_is_left_out(void **state)
         survey(gap_in);
         play(&landing, faults[k].spoil);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-            assert_int_equal(predictor.doubt[i], i == bad_channel ? faults[k].doubt : MR_PREDICTOR_TRUSTED);
+            assert_int_equal(predictor.doubt[i],
+                             i == bad_channel ? faults[k].doubt : MR_PREDICTOR_TRUSTED);
     }
     free(landing.u_in);
 }
@@ -330,13 +360,15 @@ static void without_channels_it_runs_blind(void **state)
     assert_memory_equal(&seen, &zone, sizeof seen); /* not fitted is as good as lost */
 }
 
-/* All gaps 0.01 in: a segment has 0.1 in of slack. Station 40 has moved by what 40 to 60 holds (70 joints, 0.7 in), 50 by half. */
+/* All gaps 0.01 in: a segment has 0.1 in of slack. Station 40 has moved by what 40 to 60 holds (70
+ * joints, 0.7 in), 50 by half. */
 static void without_switches_it_is_kinematic(void **state)
 {
     (void)state;
     struct mr_predictor_config config = rig();
     float sum_in[MR_SEGMENTS];
-    struct mr_predictor_input input = {.wheel_ft = NAN, .speed_ft_s = NAN, .deceleration_ft_s2 = NAN};
+    struct mr_predictor_input input = {
+        .wheel_ft = NAN, .speed_ft_s = NAN, .deceleration_ft_s2 = NAN};
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = 0.1f;
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
@@ -386,7 +418,8 @@ static void level_follows_the_budget(void **state)
     assert_true(predictor.updates < whole / 2u);
 }
 
-/* The board's own budget is enough for every mat; a third of it for two in one, and when the gear stands every mat is back. */
+/* The board's own budget is enough for every mat; a third of it for two in one, and when the gear
+ * stands every mat is back. */
 static void a_third_of_the_budget_is_two_in_one(void **state)
 {
     (void)state;
@@ -412,7 +445,8 @@ static void it_comes_back_level_by_level(void **state)
 {
     (void)state;
     struct mr_predictor_config config = rig();
-    struct mr_predictor_input input = {.wheel_ft = 10.0f, .speed_ft_s = 0.0f, .deceleration_ft_s2 = 5.0f};
+    struct mr_predictor_input input = {
+        .wheel_ft = 10.0f, .speed_ft_s = 0.0f, .deceleration_ft_s2 = 5.0f};
     unsigned blocks[MR_PREDICTOR_PLOUGH] = {0};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     mr_predictor_arm(&predictor);
@@ -463,13 +497,15 @@ static void a_second_beyond_the_budget_counts(void **state)
     assert_int_equal(worst, MR_PREDICTOR_TWO);
 }
 
-/* What is carried on, and what is not: a channel that was lost for a while is trusted again; a deceleration counts when switches beyond
- * touchdown tell it, and only in its landing; the resistance stays within its bounds however the mats are dragged. */
+/* What is carried on, and what is not: a channel that was lost for a while is trusted again; a
+ * deceleration counts when switches beyond touchdown tell it, and only in its landing; the
+ * resistance stays within its bounds however the mats are dragged. */
 static void what_counts_and_how_long(void **state)
 {
     (void)state;
     struct mr_predictor_config config = rig();
-    struct mr_predictor_input input = {.wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .on_runway = true};
+    struct mr_predictor_input input = {
+        .wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .on_runway = true};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     mr_predictor_arm(&predictor);
     mr_predictor_block(&predictor, &input);
@@ -487,7 +523,8 @@ static void what_counts_and_how_long(void **state)
         assert_true(predictor.deceleration_ft_s2 == 5.0f);
         for (unsigned ms = 0; ms < 4000; ms++) {
             for (unsigned i = 0; i < 3; i++)
-                input.displacement_in[i] = (float)way * 0.01f * (float)(ms % 1000 < 100 ? ms % 1000 : 100);
+                input.displacement_in[i] = (float)way * 0.01f *
+                                           (float)(ms % 1000 < 100 ? ms % 1000 : 100);
             memset(predictor.doubt, 0, sizeof predictor.doubt); /* whatever it is, it is believed */
             mr_predictor_block(&predictor, &input);
             assert_true(predictor.scale >= 0.3f && predictor.scale <= 2.5f);
@@ -538,14 +575,18 @@ static void extremes_stay_bounded(void **state)
         struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 6.0};
         float sum_in[MR_SEGMENTS];
         for (unsigned s = 0; s < MR_SEGMENTS; s++)
-            sum_in[s] = k == 3 ? 0.0f : k == 4 ? 0.30f : k == 5 ? 3.0f : NAN; /* 5: in other units */
+            /* 5: in other units */
+            sum_in[s] = k == 3 ? 0.0f : k == 4 ? 0.30f : k == 5 ? 3.0f : NAN;
         switch (k) {
         case 0: landing.braking_ft_s2 = 32.0; break;
         case 1: config.chain.friction_lb = (float)(0.05 * MAT_LB); break;
         case 2: config.chain.friction_lb = (float)MAT_LB; break;
         case 6: config.chain.mats = 1; break;
         case 7: config.chain.mats = MR_CHAIN_MATS; break;
-        case 8: config.grit_lb = 0.0f; config.chain.friction_lb = 0.0f; break;
+        case 8:
+            config.grit_lb = 0.0f;
+            config.chain.friction_lb = 0.0f;
+            break;
         case 9: config.thrust_lb_per_g *= 12.0f; break; /* all axles on one strip */
         default: break;
         }
@@ -630,7 +671,8 @@ static void survey_is_taken_over(void **state)
             for (unsigned j = 10u * s; j < 10u * (s + 1u); j++)
                 sum += 12.0 * (double)predictor.gap_ft[j];
             if (s != 7)
-                assert_true(fabs(sum - (double)sum_in[s]) <= 0.0101); /* what the reading's error allows is left alone */
+                /* what the reading's error allows is left alone */
+                assert_true(fabs(sum - (double)sum_in[s]) <= 0.0101);
         }
         play(&landing, NULL);
         mr_predictor_fold(&predictor);

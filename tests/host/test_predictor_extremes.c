@@ -1,5 +1,6 @@
-/* Runways and landings at the ends of what there can be: the predictor's chain against the host's in double precision, closed
- * forms, refusals of what is in other units, and inputs that no instrument should give. */
+/* Runways and landings at the ends of what there can be: the predictor's chain against the host's
+ * in double precision, closed forms, refusals of what is in other units, and inputs that no
+ * instrument should give. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -30,8 +31,8 @@ static enum mr_status start(const struct mr_predictor_config *config)
 
 struct extreme {
     const char *name;
-    double friction;      /* of the mats' weight */
-    float gaps_in, kl;    /* all joints; of the usual stiffness */
+    double friction;   /* of the mats' weight */
+    float gaps_in, kl; /* all joints; of the usual stiffness */
     float step_s;
     uint16_t mats;
     struct braking braking;
@@ -48,7 +49,8 @@ static void set_up(const struct extreme *e, struct mr_predictor_config *config)
     all_gaps_in = e->gaps_in;
 }
 
-/* rms over stations and milliseconds of the difference to the host's chain, inches; the largest movement of both. */
+/* rms over stations and milliseconds of the difference to the host's chain, inches; the largest
+ * movement of both. */
 static double compare(const struct braking *braking, double *most_in, double *true_in)
 {
     struct sim_result truth;
@@ -64,8 +66,11 @@ static double compare(const struct braking *braking, double *most_in, double *tr
         const struct mr_predictor_input input = case_input(braking, ms);
         mr_predictor_block(&predictor, &input);
         for (unsigned i = 0; i < CASE_STATIONS; i++) {
-            double station_ft = fmin(10.0 * i + 5.0, predictor.config.chain.mats * CASE_MAT_FT - 0.1);
-            double u_in = 12.0 * (double)mr_chain_displacement_ft(&predictor.chain, (unsigned)(station_ft / CASE_MAT_FT + 1e-9) + 1u);
+            double station_ft = fmin(10.0 * i + 5.0,
+                                     predictor.config.chain.mats * CASE_MAT_FT - 0.1);
+            double u_in = 12.0 *
+                          (double)mr_chain_displacement_ft(
+                              &predictor.chain, (unsigned)(station_ft / CASE_MAT_FT + 1e-9) + 1u);
             double right_in = 12.0 * truth.sample_u_ft[(ms + 1u) * CASE_STATIONS + i];
             sum += (u_in - right_in) * (u_in - right_in);
             count++;
@@ -98,8 +103,10 @@ static void extremes_agree_with_the_hosts_chain(void **state)
         set_up(&extremes[k], &config);
         assert_int_equal(start(&config), MR_OK);
         double rms_in = compare(&extremes[k].braking, &most_in, &true_in);
-        print_message("%-16s rms %.4f in of %.3f in; mat updates %.2f million, most in a block %u\n", extremes[k].name, rms_in, true_in,
-                      (double)predictor.updates / 1e6, predictor.most_updates);
+        print_message(
+            "%-16s rms %.4f in of %.3f in; mat updates %.2f million, most in a block %u\n",
+            extremes[k].name, rms_in, true_in, (double)predictor.updates / 1e6,
+            predictor.most_updates);
         assert_true(rms_in < extremes[k].most_rms_in);
         assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
         assert_int_equal(zone.level, MR_PREDICTOR_FULL);
@@ -124,15 +131,19 @@ static void all_gaps_0_is_one_zone(void **state)
     mr_predictor_zone(&predictor, &zone);
     double wheel_ft = CASE_TOUCHDOWN_FT + 33.0 - 4.0;
     assert_true(fabs((double)zone.end_ft - 420.0 * CASE_MAT_FT) < 0.01);
-    assert_true((double)zone.start_ft >= wheel_ft - CASE_MAT_FT && (double)zone.start_ft < wheel_ft + 2.0 * CASE_MAT_FT);
+    assert_true((double)zone.start_ft >= wheel_ft - CASE_MAT_FT &&
+                (double)zone.start_ft < wheel_ft + 2.0 * CASE_MAT_FT);
     assert_int_equal(zone.verdict, MR_PREDICTOR_WARNING);
-    /* The compression is that of the thrust, W/12 a/g, 26.9 lb; a push that comes all at once makes at most twice its own of it. */
+    /* The compression is that of the thrust, W/12 a/g, 26.9 lb; a push that comes all at once makes
+     * at most twice its own of it. */
     double thrust_lb = CASE_GEAR_LB / 12.0 * 8.0 / CASE_G_FT_S2;
-    assert_true((double)zone.compression_lb > 0.8 * thrust_lb && (double)zone.compression_lb < 2.0 * thrust_lb);
+    assert_true((double)zone.compression_lb > 0.8 * thrust_lb &&
+                (double)zone.compression_lb < 2.0 * thrust_lb);
 }
 
-/* With nothing but friction, a push F closes what lies ahead as far as n = F / (f w) mats: all open joints of 0.01 in so far, when the
- * wheel stands and pushes. (Static closed form: the push that grows slowly overcomes f w more with each mat.) */
+/* With nothing but friction, a push F closes what lies ahead as far as n = F / (f w) mats: all open
+ * joints of 0.01 in so far, when the wheel stands and pushes. (Static closed form: the push that
+ * grows slowly overcomes f w more with each mat.) */
 static void a_standing_push_closes_f_over_fw(void **state)
 {
     (void)state;
@@ -150,10 +161,12 @@ static void a_standing_push_closes_f_over_fw(void **state)
     double mats = CASE_GEAR_LB / 12.0 * 6.0 / CASE_G_FT_S2 / (0.5 * CASE_MAT_LB);
     assert_true(fabs(zone.mats - mats) < 2.5);
     unsigned mat = (unsigned)((double)input.wheel_ft / CASE_MAT_FT + 1e-4) + 1u;
-    assert_true(fabs(12.0 * (double)mr_chain_displacement_ft(&predictor.chain, mat) - 0.01 * mats) < 0.025);
+    assert_true(fabs(12.0 * (double)mr_chain_displacement_ft(&predictor.chain, mat) - 0.01 * mats) <
+                0.025);
 }
 
-/* One mat: it is pushed against the ground, u = gap + (F - c f w) / KL at rest, where friction holds back (c = 1) or on (c = -1). */
+/* One mat: it is pushed against the ground, u = gap + (F - c f w) / KL at rest, where friction
+ * holds back (c = 1) or on (c = -1). */
 static void one_mat_stops_at_the_ground(void **state)
 {
     (void)state;
@@ -164,13 +177,18 @@ static void one_mat_stops_at_the_ground(void **state)
     assert_int_equal(start(&config), MR_OK);
     all_gaps_in = NAN;
     mr_predictor_arm(&predictor);
-    const struct mr_predictor_input input = {.wheel_ft = 0.14f, .speed_ft_s = 0.01f, .deceleration_ft_s2 = 8.0f, .braking_known = true,
+    const struct mr_predictor_input input = {.wheel_ft = 0.14f,
+                                             .speed_ft_s = 0.01f,
+                                             .deceleration_ft_s2 = 8.0f,
+                                             .braking_known = true,
                                              .on_runway = true};
     for (unsigned ms = 0; ms < 500; ms++)
         mr_predictor_block(&predictor, &input);
     double thrust_lb = CASE_GEAR_LB / 12.0 * 8.0 / CASE_G_FT_S2, friction_lb = 0.5 * CASE_MAT_LB;
-    double off_ft = (double)mr_chain_displacement_ft(&predictor.chain, 1) - (double)predictor.gap_ft[1];
-    assert_true(off_ft * 2.9e5 > thrust_lb - 1.05 * friction_lb && off_ft * 2.9e5 < thrust_lb + 1.05 * friction_lb);
+    double off_ft = (double)mr_chain_displacement_ft(&predictor.chain, 1) -
+                    (double)predictor.gap_ft[1];
+    assert_true(off_ft * 2.9e5 > thrust_lb - 1.05 * friction_lb &&
+                off_ft * 2.9e5 < thrust_lb + 1.05 * friction_lb);
     mr_predictor_zone(&predictor, &zone);
     assert_int_equal(zone.mats, 0);
     assert_int_equal(zone.reason, MR_PREDICTOR_COMPRESSION); /* 27 lb, and P_c is 18.5 */
@@ -187,15 +205,24 @@ static void other_units_are_refused(void **state)
         double factor;
     } const wrong[] = {
 #define OF(member) offsetof(struct mr_predictor_config, member)
-        {"mat length in inches", OF(chain.mat_length_ft), 12.0}, {"mat length in mm", OF(chain.mat_length_ft), 304.8},
-        {"mat length in metres", OF(chain.mat_length_ft), 0.3048}, {"slack in inches", OF(chain.slack_ft), 12.0},
-        {"slack in mm", OF(chain.slack_ft), 304.8}, {"mass in pounds", OF(chain.mass_slug), 32.174},
-        {"mass in kilograms", OF(chain.mass_slug), 14.594}, {"weight in kilograms", OF(mat_weight_lb), 0.4536},
-        {"weight in newtons", OF(mat_weight_lb), 4.448}, {"friction in newtons", OF(chain.friction_lb), 4.448},
-        {"stiffness in lb/in", OF(chain.kl_lb_ft), 1.0 / 12.0}, {"stiffness in N/m", OF(chain.kl_lb_ft), 14.594},
-        {"irregularity in inches", OF(bump_ft), 12.0}, {"irregularity in mm", OF(bump_ft), 304.8},
-        {"step in ms", OF(chain.step_s), 1000.0}, {"thrust of the full-scale gear", OF(thrust_lb_per_g), 35.0},
-        {"a length that is no number", OF(chain.mat_length_ft), (double)NAN}, {"endless stiffness", OF(chain.kl_lb_ft), (double)INFINITY},
+        {"mat length in inches", OF(chain.mat_length_ft), 12.0},
+        {"mat length in mm", OF(chain.mat_length_ft), 304.8},
+        {"mat length in metres", OF(chain.mat_length_ft), 0.3048},
+        {"slack in inches", OF(chain.slack_ft), 12.0},
+        {"slack in mm", OF(chain.slack_ft), 304.8},
+        {"mass in pounds", OF(chain.mass_slug), 32.174},
+        {"mass in kilograms", OF(chain.mass_slug), 14.594},
+        {"weight in kilograms", OF(mat_weight_lb), 0.4536},
+        {"weight in newtons", OF(mat_weight_lb), 4.448},
+        {"friction in newtons", OF(chain.friction_lb), 4.448},
+        {"stiffness in lb/in", OF(chain.kl_lb_ft), 1.0 / 12.0},
+        {"stiffness in N/m", OF(chain.kl_lb_ft), 14.594},
+        {"irregularity in inches", OF(bump_ft), 12.0},
+        {"irregularity in mm", OF(bump_ft), 304.8},
+        {"step in ms", OF(chain.step_s), 1000.0},
+        {"thrust of the full-scale gear", OF(thrust_lb_per_g), 35.0},
+        {"a length that is no number", OF(chain.mat_length_ft), (double)NAN},
+        {"endless stiffness", OF(chain.kl_lb_ft), (double)INFINITY},
 #undef OF
     };
     struct mr_predictor_config config = case_rig();
@@ -211,7 +238,8 @@ static void other_units_are_refused(void **state)
             print_message("%s was taken\n", wrong[k].name);
         assert_true(status == MR_USAGE || status == MR_NUMERICS);
     }
-    /* All in kilograms agrees with itself: the lighter mats of the same stiffness are refused for the step. */
+    /* All in kilograms agrees with itself: the lighter mats of the same stiffness are refused for
+     * the step. */
     config = case_rig();
     config.chain.mass_slug *= 0.4536f;
     config.mat_weight_lb *= 0.4536f;
@@ -238,7 +266,8 @@ static void readings_in_other_units_are_left_out(void **state)
     for (unsigned ms = 0; ms < 3500; ms++) {
         struct mr_predictor_input input = case_input(&braking, ms);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-            input.displacement_in[i] = 25.4f * (input.wheel_ft > config.station_ft[i] - 12.0f ? 0.3f : 0.0f);
+            input.displacement_in[i] =
+                25.4f * (input.wheel_ft > config.station_ft[i] - 12.0f ? 0.3f : 0.0f);
         mr_predictor_block(&predictor, &input);
         mr_predictor_zone(&predictor, &zone);
         assert_false(zone.basis & (MR_PREDICTOR_SURVEY | MR_PREDICTOR_FELL_BACK));
@@ -251,7 +280,8 @@ static void readings_in_other_units_are_left_out(void **state)
 
 /* --- inputs --- */
 
-/* All readings jump over their whole range every block: the springs' limit bounds what it does, and they are left out in the end. */
+/* All readings jump over their whole range every block: the springs' limit bounds what it does, and
+ * they are left out in the end. */
 static void jumping_transducers_do_no_harm(void **state)
 {
     (void)state;
@@ -277,10 +307,12 @@ static void jumping_transducers_do_no_harm(void **state)
     assert_true(most_ft < 0.25f);
     assert_true(zone.basis & MR_PREDICTOR_BLIND);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        assert_true(predictor.doubt[i] == MR_PREDICTOR_DISAGREES || predictor.doubt[i] == MR_PREDICTOR_DRIFTS);
+        assert_true(predictor.doubt[i] == MR_PREDICTOR_DISAGREES ||
+                    predictor.doubt[i] == MR_PREDICTOR_DRIFTS);
 }
 
-/* Time stands still for the gear: one place and speed told for ten seconds. The mats come to rest under the standing push. */
+/* Time stands still for the gear: one place and speed told for ten seconds. The mats come to rest
+ * under the standing push. */
 static void time_standing_still_comes_to_rest(void **state)
 {
     (void)state;
@@ -301,7 +333,8 @@ static void time_standing_still_comes_to_rest(void **state)
         assert_true(fabsf(predictor.chain.v_ft_s[n]) < 1e-3f);
 }
 
-/* The gear is taken to stand: what is left of its speed may be rounded below 0. The motion is known all the same. */
+/* The gear is taken to stand: what is left of its speed may be rounded below 0. The motion is known
+ * all the same. */
 static void a_speed_rounded_below_zero_is_rest(void **state)
 {
     (void)state;
@@ -320,8 +353,8 @@ static void a_speed_rounded_below_zero_is_rest(void **state)
     assert_true(zone.coming_mats == 0 && isnan(zone.lead_s));
 }
 
-/* A bit of memory falls over: a mat at the speed of nothing, or far away. It is noticed, said, and the landing goes on; after the
- * fourth time without the model. */
+/* A bit of memory falls over: a mat at the speed of nothing, or far away. It is noticed, said, and
+ * the landing goes on; after the fourth time without the model. */
 static void a_spoilt_chain_falls_back(void **state)
 {
     (void)state;
@@ -355,12 +388,14 @@ static void a_spoilt_chain_falls_back(void **state)
     assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
 }
 
-/* However often it is begun again, what the transducers have moved closes joints once. Stations 40 to 60 approach each other by 0.1 in. */
+/* However often it is begun again, what the transducers have moved closes joints once. Stations 40
+ * to 60 approach each other by 0.1 in. */
 static void falling_back_again_closes_nothing_more(void **state)
 {
     (void)state;
     struct mr_predictor_config config = case_rig();
-    struct mr_predictor_input input = {.wheel_ft = 5.0f, .speed_ft_s = 30.0f, .deceleration_ft_s2 = 5.0f, .braking_known = true};
+    struct mr_predictor_input input = {
+        .wheel_ft = 5.0f, .speed_ft_s = 30.0f, .deceleration_ft_s2 = 5.0f, .braking_known = true};
     float sum_in[MR_SEGMENTS], once_ft = 0.0f;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = 0.1f;

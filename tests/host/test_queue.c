@@ -1,4 +1,5 @@
-/* The queue of a link and its reader: order, what is taken back, what a full queue loses and says of it, and who waits. */
+/* The queue of a link and its reader: order, what is taken back, what a full queue loses and says
+ * of it, and who waits. */
 #include "tests/cmocka_all.h"
 
 #include <errno.h>
@@ -83,7 +84,8 @@ static void order_is_kept(void **state)
     link_queue_close(queue);
 }
 
-/* A transaction that failed: the same once more, marked as such, and what came meanwhile after it. */
+/* A transaction that failed: the same once more, marked as such, and what came meanwhile after
+ * it. */
 static void taken_back(void **state)
 {
     struct link_queue *queue = queue_of(1u << 20, -1);
@@ -113,7 +115,8 @@ static void taken_back(void **state)
     link_queue_close(queue);
 }
 
-/* What was released comes again when the campaign is lost: the newest half of the capacity at least, to the last, nothing twice. */
+/* What was released comes again when the campaign is lost: the newest half of the capacity at
+ * least, to the last, nothing twice. */
 static void what_was_written_is_kept_for_a_while(void **state)
 {
     enum { COUNT = 300000, ITEM = 24, CAPACITY = 4u << 20 };
@@ -155,7 +158,8 @@ static void what_was_written_is_kept_for_a_while(void **state)
 /* A link of LINK_QUEUE_S at its fullest fits, and no more than a twentieth beyond that of CAN. */
 static void holds_a_minute(void **state)
 {
-    struct link_queue *can = queue_of(LINK_QUEUE_CAN_BYTES, -1), *serial = queue_of(LINK_QUEUE_SERIAL_BYTES, -1);
+    struct link_queue *can = queue_of(LINK_QUEUE_CAN_BYTES, -1),
+                      *serial = queue_of(LINK_QUEUE_SERIAL_BYTES, -1);
     uint8_t read[40] = {0};
     uint64_t frames = 0, bytes = 0;
     struct link_frame frame = frame_of(1);
@@ -164,7 +168,8 @@ static void holds_a_minute(void **state)
         frames++;
     while (link_queue_put_bytes(serial, read, sizeof read, 1))
         bytes += sizeof read;
-    assert_in_range(frames, 60 * 1000000 / 111, 60 * 1000000 / 111 * 21 / 20); /* 111 bits a frame, nothing stuffed */
+    /* 111 bits a frame, nothing stuffed */
+    assert_in_range(frames, 60 * 1000000 / 111, 60 * 1000000 / 111 * 21 / 20);
     assert_in_range(bytes, 60 * 200000, 60 * 200000 * 3 / 2);
     link_queue_close(can);
     link_queue_close(serial);
@@ -265,7 +270,8 @@ static uint64_t drain(struct link_reader *reader, struct link_counters *counters
     return sum;
 }
 
-/* Nobody takes: what comes once the queue is full is lost, is counted by its cause, and stands before what came after it. */
+/* Nobody takes: what comes once the queue is full is lost, is counted by its cause, and stands
+ * before what came after it. */
 static void a_full_queue_loses_and_says_so(void **state)
 {
     enum { CAPACITY = 40000, SENT = 200000 };
@@ -276,11 +282,15 @@ static void a_full_queue_loses_and_says_so(void **state)
     (void)state;
     int wire = open_wire(&link);
     blamed = LINK_LOST_LOCK;
-    assert_int_equal(link_reader_open(link, LINK_SERIAL, CAPACITY, -1, blame, NULL, &reader, &error), MR_OK);
+    assert_int_equal(
+        link_reader_open(link, LINK_SERIAL, CAPACITY, -1, blame, NULL, &reader, &error), MR_OK);
     uint64_t sent = put_all(wire, SENT);
     assert_true(eventually(is_full_and_loses, reader));
     /* All is read when it is either in the queue or lost. */
-    for (int i = 0; i < WAIT_MS / 5 && link_queue_depth(link_reader_queue(reader)).octets + link_reader_lost(reader) < sent; i++)
+    for (int i = 0;
+         i < WAIT_MS / 5 &&
+         link_queue_depth(link_reader_queue(reader)).octets + link_reader_lost(reader) < sent;
+         i++)
         poll(NULL, 0, 5);
     uint64_t lost = link_reader_lost(reader);
     assert_int_equal(link_queue_depth(link_reader_queue(reader)).octets + lost, sent);
@@ -337,7 +347,8 @@ static void a_sender_that_can_wait_waits(void **state)
     snprintf(spec, sizeof spec, "unix:%s", address.sun_path);
     assert_int_equal(link_open(spec, LINK_SERIAL, &link, &error), MR_OK);
     struct sender sender = {.fd = accept(listener, NULL, NULL), .length = SENT};
-    assert_int_equal(link_reader_open(link, LINK_SERIAL, CAPACITY, -1, blame, NULL, &reader, &error), MR_OK);
+    assert_int_equal(
+        link_reader_open(link, LINK_SERIAL, CAPACITY, -1, blame, NULL, &reader, &error), MR_OK);
     assert_int_equal(pthread_create(&thread, NULL, send_all, &sender), 0);
     assert_true(eventually(waits, reader));
     assert_false(atomic_load(&sender.done));
@@ -355,7 +366,8 @@ static void a_sender_that_can_wait_waits(void **state)
     uint8_t rest[4096];
     size_t length;
     uint64_t host_us;
-    for (int i = 0; i < WAIT_MS && !atomic_load(&sender.done); i++) { /* the thread is gone: the link is ours again */
+    for (int i = 0; i < WAIT_MS && !atomic_load(&sender.done); i++) {
+        /* the thread is gone: the link is ours again */
         if (link_receive_bytes(link, rest, sizeof rest, &length, &host_us, &error) == MR_TOO_FEW)
             poll(NULL, 0, 1);
     }
@@ -371,10 +383,13 @@ static void a_sender_that_can_wait_waits(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(order_is_kept),          cmocka_unit_test(taken_back),
+        cmocka_unit_test(order_is_kept),
+        cmocka_unit_test(taken_back),
         cmocka_unit_test(what_was_written_is_kept_for_a_while),
-        cmocka_unit_test(holds_a_minute),         cmocka_unit_test(news_when_somebody_listens),
-        cmocka_unit_test(a_full_queue_loses_and_says_so), cmocka_unit_test(a_sender_that_can_wait_waits),
+        cmocka_unit_test(holds_a_minute),
+        cmocka_unit_test(news_when_somebody_listens),
+        cmocka_unit_test(a_full_queue_loses_and_says_so),
+        cmocka_unit_test(a_sender_that_can_wait_waits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,11 @@
 /* The stated errors of movement and tension against physical truth.
  *
- * Landings are made here from volts: a sensor with offset, gain, curve and drift, a reference that is off, a converter of another
- * scale with noise, rounding and ends. They go as codes through block, channel and facts of a landing as measured ones do. What a
- * sensor is off by is drawn anew for each; the calibration knows only the spread of it. The stated 95 % interval must hold the
- * truth in 93.5 to 96.5 % of the cases: at the peak, at the end, and at instants on the way. And it must not when any one term is
- * left out of what is stated. */
+ * Landings are made here from volts: a sensor with offset, gain, curve and drift, a reference that
+ * is off, a converter of another scale with noise, rounding and ends. They go as codes through
+ * block, channel and facts of a landing as measured ones do. What a sensor is off by is drawn anew
+ * for each; the calibration knows only the spread of it. The stated 95 % interval must hold the
+ * truth in 93.5 to 96.5 % of the cases: at the peak, at the end, and at instants on the way. And it
+ * must not when any one term is left out of what is stated. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,12 +15,12 @@
 #include "host/analyse/summary.h"
 #include "tests/cmocka_all.h"
 
-#define PI 3.14159265358979323846
-#define BLOCKS 700u
-#define REST 200u     /* before the gear comes */
-#define RISE 380u     /* middle of the movement */
+#define PI       3.14159265358979323846
+#define BLOCKS   700u
+#define REST     200u /* before the gear comes */
+#define RISE     380u /* middle of the movement */
 #define INSTANTS 4u
-#define COUNTS (INSTANTS + 2u) /* and the peak, and the end */
+#define COUNTS   (INSTANTS + 2u) /* and the peak, and the end */
 #define LANDINGS 300u
 
 /* ---- chance: splitmix64 and Box-Muller ---- */
@@ -56,20 +57,20 @@ static double normal(void)
 /* ---- what is true ---- */
 
 struct spread {
-    double noise_lsb;     /* of one conversion */
-    double reference;     /* relative */
-    double gain[2];       /* of transducers, of gages; relative */
-    double zero[2];       /* in, lb */
-    double curve[2];      /* what the calibration leaves of the curve, in, lb */
+    double noise_lsb; /* of one conversion */
+    double reference; /* relative */
+    double gain[2];   /* of transducers, of gages; relative */
+    double zero[2];   /* in, lb */
+    double curve[2];  /* what the calibration leaves of the curve, in, lb */
     double drift_per_h[2];
 };
 
 struct sensor {
     double rest, change, overshoot, rise_blocks; /* in or lb, and how it moves */
     double gain, zero, drift_per_h;
-    double bend;           /* of a transducer's curve, per in */
-    double wave, phase;    /* of what is left of a gage's, lb */
-    double mid_v;          /* of the transducer's amplifier */
+    double bend;        /* of a transducer's curve, per in */
+    double wave, phase; /* of what is left of a gage's, lb */
+    double mid_v;       /* of the transducer's amplifier */
 };
 
 struct world {
@@ -86,12 +87,14 @@ static double truth_at(const struct sensor *s, double block)
     return s->rest + s->change / (1.0 + exp(-4.0 * x)) + s->overshoot * exp(-(x - 2.0) * (x - 2.0));
 }
 
-/* The converter's noise: a sum of 64 coins with an even spread between, quick and nearly normal; 1 rms. */
+/* The converter's noise: a sum of 64 coins with an even spread between, quick and nearly normal; 1
+ * rms. */
 static double hiss(void)
 {
     uint64_t z = bits();
     double coins = (double)__builtin_popcountll(z) - 32.0;
-    return (coins + (double)(z * 0x9e3779b97f4a7c15u >> 40) / 16777216.0 - 0.5) / sqrt(16.0 + 1.0 / 12.0);
+    return (coins + (double)(z * 0x9e3779b97f4a7c15u >> 40) / 16777216.0 - 0.5) /
+           sqrt(16.0 + 1.0 / 12.0);
 }
 
 static double noisy_code(const struct world *w, double volts)
@@ -114,17 +117,19 @@ static double gage_volts(const struct sensor *s, double hours, double lb)
 
 static void convert(const struct world *w, uint32_t index, double at, struct mr_block *block)
 {
-    static uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS], adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
+    static uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
+        adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
         double forward = scan % 2 ? -1.0 : 1.0;
         for (unsigned c = 0; c < MR_WATCHED; c++) {
             const struct sensor *s = &w->sensor[c];
             double truth = truth_at(s, at);
             if (c < MR_TRANSDUCERS)
-                transducers[scan][c] =
-                    (uint16_t)noisy_code(w, s->mid_v + forward * transducer_volts(s, w->hours, truth));
+                transducers[scan][c] = (uint16_t)noisy_code(
+                    w, s->mid_v + forward * transducer_volts(s, w->hours, truth));
             else
-                adc1[scan][c - MR_TRANSDUCERS] = (uint16_t)noisy_code(w, gage_volts(s, w->hours, truth));
+                adc1[scan][c - MR_TRANSDUCERS] =
+                    (uint16_t)noisy_code(w, gage_volts(s, w->hours, truth));
         }
         adc1[scan][MR_ADC1_STAIRCASE] = 62;
         adc1[scan][MR_ADC1_REFERENCE] = (uint16_t)noisy_code(w, w->reference_v);
@@ -137,8 +142,10 @@ static void convert(const struct world *w, uint32_t index, double at, struct mr_
 static void draw_sensor(struct sensor *s, const struct spread *spread, unsigned c)
 {
     unsigned kind = c >= MR_TRANSDUCERS;
-    *s = (struct sensor){.gain = spread->gain[kind] * normal(), .zero = spread->zero[kind] * normal(),
-                         .drift_per_h = spread->drift_per_h[kind] * normal(), .mid_v = 1.65 + 0.01 * normal(),
+    *s = (struct sensor){.gain = spread->gain[kind] * normal(),
+                         .zero = spread->zero[kind] * normal(),
+                         .drift_per_h = spread->drift_per_h[kind] * normal(),
+                         .mid_v = 1.65 + 0.01 * normal(),
                          .rise_blocks = 25.0 + 25.0 * uniform()};
     if (kind) {
         s->rest = 60.0 + 60.0 * uniform();
@@ -154,8 +161,9 @@ static void draw_sensor(struct sensor *s, const struct spread *spread, unsigned 
     }
 }
 
-/* Eight points a quarter of an inch apart, set with a gage block that is off by chance each time, but for the zero: that is where
- * the sensor was put. Between two points off by `s` the straight line is off by s * sqrt(2 / 3) in the mean over it. */
+/* Eight points a quarter of an inch apart, set with a gage block that is off by chance each time,
+ * but for the zero: that is where the sensor was put. Between two points off by `s` the straight
+ * line is off by s * sqrt(2 / 3) in the mean over it. */
 static void calibrate(const struct sensor *s, double curve_in, struct mr_channel_config *config)
 {
     double point_error_in = curve_in / sqrt(2.0 / 3.0);
@@ -172,8 +180,9 @@ static void configure(const struct world *w, const struct spread *stated, struct
     for (unsigned c = 0; c < MR_WATCHED; c++) {
         unsigned kind = c >= MR_TRANSDUCERS;
         struct mr_channel_config *config = &m->channel[c].config;
-        *config = (struct mr_channel_config){.kind = kind ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT,
-                                             .number = (uint8_t)(kind ? c - MR_TRANSDUCERS + 1 : c + 1)};
+        *config =
+            (struct mr_channel_config){.kind = kind ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT,
+                                       .number = (uint8_t)(kind ? c - MR_TRANSDUCERS + 1 : c + 1)};
         config->unit_per_code = kind ? 3.3f / 4096.0f / 0.005f : 3.3f / 4096.0f / 0.5f;
         config->zero_code = kind ? 0.400f * 4096.0f / 3.3f : 0.050f * 4096.0f / 3.3f;
         config->gain_error = (float)stated->gain[kind];
@@ -232,7 +241,8 @@ struct tally {
     double square[2][COUNTS]; /* of the error in standard errors */
 };
 
-static void count(struct tally *t, unsigned kind, unsigned place, double value, double truth, double error)
+static void count(struct tally *t, unsigned kind, unsigned place, double value, double truth,
+                  double error)
 {
     double off = (value - truth) / error;
     t->held[kind][place] += fabs(off) <= SUMMARY_95;
@@ -252,13 +262,15 @@ static void compare(const struct world *w, struct tally *t)
             double value = measured_smooth(&m, channel, instant[i], half[i]), truth = 0.0;
             for (size_t k = instant[i] - half[i]; k <= instant[i] + half[i]; k++)
                 truth += (truth_at(s, (double)k) - rest) / (double)(2 * half[i] + 1);
-            count(t, kind, i, value, truth, measured_error(&m, channel, value, (double)(2 * half[i] + 1)));
+            count(t, kind, i, value, truth,
+                  measured_error(&m, channel, value, (double)(2 * half[i] + 1)));
         }
         for (unsigned i = REST; i < BLOCKS; i++) {
             double there = truth_at(s, i);
             most = kind ? fmin(most, there) : fmax(most, there);
         }
-        count(t, kind, INSTANTS, kind ? channel->low : channel->peak, most - rest, kind ? channel->low_error : channel->error);
+        count(t, kind, INSTANTS, kind ? channel->low : channel->peak, most - rest,
+              kind ? channel->low_error : channel->error);
         double end = 0.0;
         for (unsigned i = BLOCKS - 1 - MEASURED_END_BLOCKS; i < BLOCKS; i++)
             end += (truth_at(s, i) - rest) / (double)(MEASURED_END_BLOCKS + 1);
@@ -273,8 +285,10 @@ static struct tally fly(const struct spread *spread, const struct spread *stated
     struct tally t = {0};
     seed = 20240607;
     for (unsigned landing = 0; landing < landings; landing++) {
-        w = (struct world){.spread = *spread, .hours = 1.0 + 2.0 * uniform(),
-                           .reference_v = 2.5 * (1.0 + spread->reference * normal()), .scale_v = 3.3 * (1.0 + 0.004 * normal())};
+        w = (struct world){.spread = *spread,
+                           .hours = 1.0 + 2.0 * uniform(),
+                           .reference_v = 2.5 * (1.0 + spread->reference * normal()),
+                           .scale_v = 3.3 * (1.0 + 0.004 * normal())};
         for (unsigned c = 0; c < MR_WATCHED; c++)
             draw_sensor(&w.sensor[c], spread, c);
         measure(&w, stated);
@@ -290,14 +304,15 @@ static double percent(const struct tally *t, unsigned kind, unsigned place)
 
 static void check_held(const char *which, const struct spread *spread)
 {
-    static const char *const place_name[COUNTS] = {"one reading", "mid-rise", "mean of 5", "mean of 11", "peak", "end"};
+    static const char *const place_name[COUNTS] = {"one reading", "mid-rise", "mean of 5",
+                                                   "mean of 11",  "peak",     "end"};
     struct tally t = fly(spread, spread, LANDINGS);
     unsigned outside = 0;
     for (unsigned kind = 0; kind < 2; kind++) {
         for (unsigned place = 0; place < COUNTS; place++) {
-            printf("# %s, %s, %s: held in %.2f %% of %u, error %.3f standard errors rms\n", which, kind ? "tension" : "movement",
-                   place_name[place], percent(&t, kind, place), t.cases[kind],
-                   sqrt(t.square[kind][place] / t.cases[kind]));
+            printf("# %s, %s, %s: held in %.2f %% of %u, error %.3f standard errors rms\n", which,
+                   kind ? "tension" : "movement", place_name[place], percent(&t, kind, place),
+                   t.cases[kind], sqrt(t.square[kind][place] / t.cases[kind]));
             outside += percent(&t, kind, place) < 93.5 || percent(&t, kind, place) > 96.5;
         }
     }
@@ -305,11 +320,19 @@ static void check_held(const char *which, const struct spread *spread)
 }
 
 /* The errors of the built-in configuration (firmware/config.c), with the converter's 2 LSB. */
-static const struct spread built_in = {.noise_lsb = 2.0, .reference = 0.00029, .gain = {0.0029, 0.0029}, .zero = {0.0058, 1.0},
-                                       .curve = {0.002, 0.1}, .drift_per_h = {0.002, 0.5}};
+static const struct spread built_in = {.noise_lsb = 2.0,
+                                       .reference = 0.00029,
+                                       .gain = {0.0029, 0.0029},
+                                       .zero = {0.0058, 1.0},
+                                       .curve = {0.002, 0.1},
+                                       .drift_per_h = {0.002, 0.5}};
 /* All terms about as large as each other. */
-static const struct spread even = {.noise_lsb = 5.0, .reference = 0.004, .gain = {0.005, 0.008}, .zero = {0.01, 0.6},
-                                   .curve = {0.0032, 0.6}, .drift_per_h = {0.002, 0.35}};
+static const struct spread even = {.noise_lsb = 5.0,
+                                   .reference = 0.004,
+                                   .gain = {0.005, 0.008},
+                                   .zero = {0.01, 0.6},
+                                   .curve = {0.0032, 0.6},
+                                   .drift_per_h = {0.002, 0.35}};
 
 static void intervals_hold_as_built_in(void **state)
 {
@@ -331,15 +354,15 @@ static void without_any_term_they_do_not(void **state)
     for (unsigned left_out = 0; left_out < 5; left_out++) {
         struct spread stated = even;
         for (unsigned kind = 0; kind < 2; kind++) {
-            double *field[] = {&stated.reference, &stated.gain[kind], &stated.zero[kind], &stated.curve[kind],
-                               &stated.drift_per_h[kind]};
+            double *field[] = {&stated.reference, &stated.gain[kind], &stated.zero[kind],
+                               &stated.curve[kind], &stated.drift_per_h[kind]};
             *field[left_out] = 0.0;
         }
         struct tally t = fly(&even, &stated, LANDINGS / 3);
         bool moves = left_out != 2 && left_out != 4; /* a movement has neither zero nor drift */
         for (unsigned kind = moves ? 0 : 1; kind < 2; kind++) {
-            printf("# without %s: %s held in %.2f %% at the peak\n", term[left_out], kind ? "tension" : "movement",
-                   percent(&t, kind, INSTANTS));
+            printf("# without %s: %s held in %.2f %% at the peak\n", term[left_out],
+                   kind ? "tension" : "movement", percent(&t, kind, INSTANTS));
             assert_true(percent(&t, kind, INSTANTS) < 93.5);
         }
     }
@@ -359,8 +382,10 @@ static void nor_without_noise(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(intervals_hold_as_built_in), cmocka_unit_test(intervals_hold_when_all_terms_matter),
-        cmocka_unit_test(without_any_term_they_do_not), cmocka_unit_test(nor_without_noise),
+        cmocka_unit_test(intervals_hold_as_built_in),
+        cmocka_unit_test(intervals_hold_when_all_terms_matter),
+        cmocka_unit_test(without_any_term_they_do_not),
+        cmocka_unit_test(nor_without_noise),
     };
     return cmocka_run_group_tests_name("host/analyse/reading errors", tests, NULL, NULL);
 }

@@ -13,13 +13,15 @@
 static struct ready_facts f;
 static struct ready_report report;
 
-/* A rig with one transducer, two gages on a band of 100 lb, two switches of 64 and 120 codes, on which nothing is wrong. */
+/* A rig with one transducer, two gages on a band of 100 lb, two switches of 64 and 120 codes, on
+ * which nothing is wrong. */
 static int all_well(void **state)
 {
     (void)state;
     memset(&f, 0, sizeof f);
     f.today_day = 20000;
-    f.hello = f.config_known = f.config_state_known = f.shunt_done = f.tested = f.box_known = f.temperature_known = f.alarm_known = true;
+    f.hello = f.config_known = f.config_state_known = f.shunt_done = f.tested = f.box_known =
+        f.temperature_known = f.alarm_known = true;
     f.can_used = f.database_checked = f.before = true;
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
     f.identity.commit_known = true;
@@ -29,24 +31,32 @@ static int all_well(void **state)
     f.before_image = 0x1234;
     f.before_config = f.config_crc = 0xabcd;
     f.config.site[0] = (struct mr_site_config){.black_box = 1, .thermometer = 1};
-    f.config.channel[0] = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT, .number = 1, .calibrated_day = 1, .expires_day = 20001};
+    f.config.channel[0] = (struct mr_channel_config){
+        .kind = MR_KIND_DISPLACEMENT, .number = 1, .calibrated_day = 1, .expires_day = 20001};
     for (unsigned i = 8; i < 10; i++)
-        f.config.channel[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(i - 7), .band = 1, .shunt_lb = 40.0f,
+        f.config.channel[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION,
+                                                         .number = (uint8_t)(i - 7),
+                                                         .band = 1,
+                                                         .shunt_lb = 40.0f,
                                                          .calibrated_day = 1};
-    f.config.channel[22] = (struct mr_channel_config){.kind = MR_KIND_STAIRCASE, .zero_code = 62.0f};
+    f.config.channel[22] = (struct mr_channel_config){.kind = MR_KIND_STAIRCASE,
+                                                      .zero_code = 62.0f};
     f.config.gate[0].step_codes = 64;
     f.config.gate[1].step_codes = 120;
     f.config.band[0].pretension_lb = 100.0f;
     f.blocks = 100;
     f.channel[0] = (struct ready_channel){.blocks = 100, .mean = 0.01f, .noise_codes = 0.7f};
-    f.channel[8] = f.channel[9] = (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
+    f.channel[8] = f.channel[9] =
+        (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
     f.channel[22] = (struct ready_channel){.blocks = 100, .mean = 62.3f, .noise_codes = 0.3f};
-    f.time = (struct timemap_fit){.refusal = TIMEMAP_GOOD, .pairs = 30, .fast_ppm = {.value = 20.0, .half = 50.0}};
+    f.time = (struct timemap_fit){
+        .refusal = TIMEMAP_GOOD, .pairs = 30, .fast_ppm = {.value = 20.0, .half = 50.0}};
     f.shunts.count = 2;
     for (unsigned i = 0; i < MR_GAGES; i++)
         f.before_span_lb[i] = NAN;
     for (unsigned i = 0; i < 2; i++) {
-        f.shunts.result[i] = (struct mr_shunt_result){.gage = (uint8_t)(i + 1), .noise_lb = 0.05f, .span_lb = 40.0f};
+        f.shunts.result[i] =
+            (struct mr_shunt_result){.gage = (uint8_t)(i + 1), .noise_lb = 0.05f, .span_lb = 40.0f};
         f.shunts.check[i] = (struct mr_shunt_check){.gage = (uint8_t)(i + 1), .expected_lb = 40.0f};
         f.before_span_lb[i] = 40.1f;
     }
@@ -96,7 +106,8 @@ static void what_is_well_is_go(void **state)
     only_no_go("disk", "30 MB free");
 }
 
-/* Storing a file raises its revision, and with it the CRC: that is no other configuration. Another field is. */
+/* Storing a file raises its revision, and with it the CRC: that is no other configuration. Another
+ * field is. */
 static void a_configuration_is_compared_but_for_its_revision(void **state)
 {
     (void)state;
@@ -201,7 +212,8 @@ static void what_was_not_done_is_no_reason(void **state)
     f.time.refusal = TIMEMAP_OTHER_PACE;
     f.config.channel[0].calibrated_day = 0;
     f.fault[MR_FAULT_WATCHDOG_RESET].count = 1; /* of some time before */
-    f.shunts.result[0].span_lb = 40.5f;                 /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
+    /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
+    f.shunts.result[0].span_lb = 40.5f;
     ready_judge(&f, &report);
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_int_equal(ready_count(&report, READY_NOT_DONE), 5);
@@ -215,7 +227,8 @@ static void what_was_not_done_is_no_reason(void **state)
     assert_int_equal(ready_verdict(&report), READY_NO_GO);
 }
 
-/* Codes 100 and 104 in turn: mean 102, standard deviation sqrt(n / (n - 1)) * 2; 0.1 lb per code from 2 on: 10 lb. */
+/* Codes 100 and 104 in turn: mean 102, standard deviation sqrt(n / (n - 1)) * 2; 0.1 lb per code
+ * from 2 on: 10 lb. */
 static void mean_and_noise(void **state)
 {
     (void)state;
@@ -223,7 +236,8 @@ static void mean_and_noise(void **state)
     struct mr_config config = {0};
     struct ready_channel channel;
     memset(blocks, 0, sizeof blocks);
-    config.channel[8] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = 1, .unit_per_code = 0.1f, .zero_code = 2.0f};
+    config.channel[8] = (struct mr_channel_config){
+        .kind = MR_KIND_TENSION, .number = 1, .unit_per_code = 0.1f, .zero_code = 2.0f};
     for (unsigned i = 0; i < 50; i++) {
         blocks[i].sum[0] = (uint16_t)(8u * (i % 2 ? 100u : 104u));
         blocks[i].sum[MR_ADC1_REFERENCE] = 8u * 3103u;
@@ -263,19 +277,23 @@ static void an_order_is_held_against_what_is_fitted(void **state)
     assert_int_equal(ready_verdict(&report), READY_GO);
     walked(&order, 6, "abdcef");
     assert_int_equal(report.count, 1);
-    assert_string_equal(check_named("switch 3")->value, "switch 4 answered when 3 was next, and 3 when 4 was: swapped");
+    assert_string_equal(check_named("switch 3")->value,
+                        "switch 4 answered when 3 was next, and 3 when 4 was: swapped");
     walked(&order, 6, "fecdba");
-    assert_string_equal(check_named("switch 4")->value, "switch 3 answered when 4 was next, and 4 when 3 was: swapped");
+    assert_string_equal(check_named("switch 4")->value,
+                        "switch 3 answered when 4 was next, and 4 when 3 was: swapped");
     walked(&order, 6, "ebcdaf"); /* far apart */
     assert_int_equal(report.count, 1);
-    assert_string_equal(check_named("switch 1")->value, "switch 5 answered when 1 was next, and 1 when 5 was: swapped");
+    assert_string_equal(check_named("switch 1")->value,
+                        "switch 5 answered when 1 was next, and 1 when 5 was: swapped");
     walked(&order, 6, "abdef");
     assert_int_equal(report.count, 1);
     assert_string_equal(check_named("switch 3")->value, "did not answer");
     assert_false(walk_over(&order));
     walked(&order, 6, "abdfe"); /* one dead, two swapped */
     assert_int_equal(report.count, 2);
-    assert_string_equal(check_named("switch 5")->value, "switch 6 answered when 5 was next, and 5 when 6 was: swapped");
+    assert_string_equal(check_named("switch 5")->value,
+                        "switch 6 answered when 5 was next, and 5 when 6 was: swapped");
     walked(&order, 6, "acdbef"); /* three in a ring */
     assert_int_equal(report.count, 3);
     assert_string_equal(check_named("switch 2")->value, "switch 3 answered when 2 was next");
@@ -299,7 +317,8 @@ static void what_comes_next(void **state)
     assert_int_equal(walk_take(&order, 3), WALK_ANOTHER);
     assert_int_equal(walk_next(&order), 2); /* it may be swapped with 3 */
     assert_int_equal(walk_take(&order, 4), WALK_ANOTHER);
-    assert_int_equal(walk_next(&order), 6); /* 2 was passed by two: it is dead, and no longer waited for */
+    /* 2 was passed by two: it is dead, and no longer waited for */
+    assert_int_equal(walk_next(&order), 6);
     assert_int_equal(walk_take(&order, 6), WALK_NEXT);
     assert_int_equal(walk_next(&order), 0);
     assert_false(walk_over(&order));
@@ -311,7 +330,8 @@ static void what_comes_next(void **state)
 
 static struct walk_motion motion;
 
-/* `rows` readings with channel k at v[k] and a noise of +- 1/10 of the limit; the channel named meanwhile. */
+/* `rows` readings with channel k at v[k] and a noise of +- 1/10 of the limit; the channel named
+ * meanwhile. */
 static unsigned feed(const float v[3], unsigned rows)
 {
     unsigned named = 0;
@@ -330,17 +350,20 @@ static void the_one_that_moved_most_is_meant(void **state)
 {
     (void)state;
     walk_motion_start(&motion, 3, 0.05f);
-    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.0f}, 100), 0); /* where it stood before is no movement */
+    /* where it stood before is no movement */
+    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.0f}, 100), 0);
     assert_int_equal(feed((float[]){1.08f, 0.2f, -0.92f}, 20), 0);
     assert_int_equal(feed((float[]){1.0f, 0.0f, -1.0f}, 40), 2);
-    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.3f}, 100), 3); /* it stays where it was pushed to: once */
+    /* it stays where it was pushed to: once */
+    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.3f}, 100), 3);
     assert_int_equal(feed((float[]){1.0f, 0.0f, -1.3f}, 100), 0);
     assert_int_equal(feed((float[]){1.03f, 0.0f, -1.3f}, 100), 0); /* less than the limit */
-    assert_int_equal(feed((float[]){1.03f, NAN, -1.3f}, 100), 0); /* not valid is no movement */
+    assert_int_equal(feed((float[]){1.03f, NAN, -1.3f}, 100), 0);  /* not valid is no movement */
     assert_int_equal(feed((float[]){1.2f, NAN, -1.3f}, 100), 1);
 }
 
-/* Gain 0.0016 in per code, zero at 62 codes, calibrated on day 1, in RUN 3 and now; but for this gain and zero now. */
+/* Gain 0.0016 in per code, zero at 62 codes, calibrated on day 1, in RUN 3 and now; but for this
+ * gain and zero now. */
 static void calibrated_before(float factor, float zero_code)
 {
     f.config.channel[0].unit_per_code = 0.0016f;
@@ -388,10 +411,16 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup(name, all_well)
     const struct CMUnitTest tests[] = {
-        TEST(what_is_well_is_go), TEST(a_configuration_is_compared_but_for_its_revision), TEST(each_thing_that_is_wrong_is_named),
-        TEST(what_was_not_done_is_no_reason), TEST(mean_and_noise),
-        TEST(a_calibration_follows_from_the_past), TEST(an_impossible_gain_is_no_go),
-        TEST(an_order_is_held_against_what_is_fitted), TEST(what_comes_next), TEST(the_one_that_moved_most_is_meant),
+        TEST(what_is_well_is_go),
+        TEST(a_configuration_is_compared_but_for_its_revision),
+        TEST(each_thing_that_is_wrong_is_named),
+        TEST(what_was_not_done_is_no_reason),
+        TEST(mean_and_noise),
+        TEST(a_calibration_follows_from_the_past),
+        TEST(an_impossible_gain_is_no_go),
+        TEST(an_order_is_held_against_what_is_fitted),
+        TEST(what_comes_next),
+        TEST(the_one_that_moved_most_is_meant),
     };
     return cmocka_run_group_tests_name("host/ready", tests, NULL, NULL);
 }

@@ -1,7 +1,10 @@
-/* matrig scale --lay: joints turned by an angle, against statics of the strip that they make up. With c the cosine:
+/* matrig scale --lay: joints turned by an angle, against statics of the strip that they make up.
+ * With c the cosine:
  *
- * - a vee of two mats of height h rises when its compression exceeds W L/(2 h); rows L/c apart weigh W/c: 1/c2 of that;
- * - a fold of the whole strip, of one angle from joint to joint, is cylindrical: the joints turn by slope/c across them. */
+ * - a vee of two mats of height h rises when its compression exceeds W L/(2 h); rows L/c apart
+ * weigh W/c: 1/c2 of that;
+ * - a fold of the whole strip, of one angle from joint to joint, is cylindrical: the joints turn by
+ * slope/c across them. */
 #include "tests/cmocka_all.h"
 
 #include <math.h>
@@ -13,9 +16,11 @@
 #include "host/sim/sim.h"
 
 #define MATS 12
-#define SCENE                                                                                                              \
-    "{\"model\":\"consistent\",\"N\":12,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":13000,\"CV\":60,\"KT\":0,"  \
-    "\"CT\":0,\"KL\":2.9e6,\"CL\":20,\"profile\":\"full\",\"friction\":\"none\",\"v0\":0,\"slack\":0.0025,"                    \
+#define SCENE                                                                                \
+    "{\"model\":\"consistent\",\"N\":12,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4," \
+    "\"KV\":13000,\"CV\":60,\"KT\":0,"                                                       \
+    "\"CT\":0,\"KL\":2.9e6,\"CL\":20,\"profile\":\"full\",\"friction\":\"none\",\"v0\":0,"   \
+    "\"slack\":0.0025,"                                                                      \
     "\"path\":[[0,0.1,0],[0.5,0.1,1],[0.55,0.1,1]]}"
 
 static struct error error;
@@ -49,14 +54,16 @@ static double rise_in(const char *deg, double spot_ft, double thrust_lb)
     struct sim_scene scene = laid(deg);
     struct sim_result result;
     double ground[MATS + 2] = {0.0}, closed = 0.0;
-    const struct sim_path_row rows[] = {{0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
+    const struct sim_path_row rows[] = {
+        {0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
     const struct sim_options options = {.single = true};
     size_t nodes = (size_t)scene.mats + 1, middle = nodes / 2;
     ground[middle] = spot_ft;
     assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &closed, 1, &error), MR_OK);
     assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, nodes, &error), MR_OK);
     assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
-    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft) /* one that rises ends by folding */
+    /* one that rises ends by folding */
+    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft)
         fail_msg("%s", error.text);
     double rise = result.rise_ft[middle + 1] * 12.0;
     sim_result_free(&result);
@@ -73,14 +80,17 @@ static void test_a_fold_lifts_at_1_over_c2_of_the_load(void **state)
     double spot_in = 0.08, standard_lb = 0.466 * (2.0 / 7.0) / (2.0 * spot_in / 12.0);
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        assert_true(rise_in(cases[i].deg, spot_in / 12.0, 0.93 * cases[i].times * standard_lb) < 0.002);
-        assert_true(rise_in(cases[i].deg, spot_in / 12.0, 1.07 * cases[i].times * standard_lb) > 0.5);
+        assert_true(rise_in(cases[i].deg, spot_in / 12.0, 0.93 * cases[i].times * standard_lb) <
+                    0.002);
+        assert_true(rise_in(cases[i].deg, spot_in / 12.0, 1.07 * cases[i].times * standard_lb) >
+                    0.5);
     }
 }
 
-/* What the strip is per foot along the runway does not change in weight, soil, axial stiffness (KL L) and play; bent into a cylinder
- * whose axis is at the angle, its energy per foot for a curvature q along the runway is KT L q2/2 / c4, and a joint at its dead angle
- * has the curvature TAD/L of its own direction: q = c2 TAD/L. */
+/* What the strip is per foot along the runway does not change in weight, soil, axial stiffness (KL
+ * L) and play; bent into a cylinder whose axis is at the angle, its energy per foot for a curvature
+ * q along the runway is KT L q2/2 / c4, and a joint at its dead angle has the curvature TAD/L of
+ * its own direction: q = c2 TAD/L. */
 static void test_the_strip_per_foot(void **state)
 {
     struct sim_scene scene = laid("60");
@@ -95,7 +105,8 @@ static void test_the_strip_per_foot(void **state)
     assert_near(scene.cl_lb_s_ft * scene.length_ft, 20.0 * length_ft, 1e-12);
     assert_near(scene.slack_ft / scene.length_ft, 0.0025 / length_ft, 1e-15);
     assert_near(scene.inertia_slug_ft2 * scene.length_ft, 1.19e-4 * length_ft / pow(c, 4), 1e-15);
-    assert_near(scene.tad_deg / scene.length_ft, c * c * 10.0 / length_ft, 1e-12); /* 10 degrees: the default */
+    /* 10 degrees: the default */
+    assert_near(scene.tad_deg / scene.length_ft, c * c * 10.0 / length_ft, 1e-12);
     assert_near(scene.mods.lay_deg, 60.0, 0.0);
     sim_scene_free(&scene);
 }

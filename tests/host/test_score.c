@@ -1,4 +1,5 @@
-/* What `make score` counts with: areas by hand, zones drawn by hand, and that a series is the same each time. */
+/* What `make score` counts with: areas by hand, zones drawn by hand, and that a series is the same
+ * each time. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -15,7 +16,7 @@ static void areas_by_hand(void **state)
     const bool event[4] = {false, false, true, true};
     assert_true(score_auc((const float[]){1, 2, 3, 4}, event, 4) == 1.0);
     assert_true(score_auc((const float[]){3, 4, 1, 2}, event, 4) == 0.0);
-    assert_true(score_auc((const float[]){1, 5, 3, 4}, event, 4) == 0.5);  /* 2 of 4 pairs */
+    assert_true(score_auc((const float[]){1, 5, 3, 4}, event, 4) == 0.5);   /* 2 of 4 pairs */
     assert_true(score_auc((const float[]){1, 2, 2, 3}, event, 4) == 0.875); /* 3 and a tie */
     assert_true(isnan(score_auc((const float[]){1, 2}, event, 2)));
 }
@@ -32,7 +33,8 @@ static struct score_zone longest_in(const char *joints, double from_ft)
 static void zones_drawn_by_hand(void **state)
 {
     (void)state;
-    struct score_zone zone = longest_in("oo.....o.........o....o..", 0.0); /* open: 7, 17 (ten on), 22 (five on: ends it) */
+    /* open: 7, 17 (ten on), 22 (five on: ends it) */
+    struct score_zone zone = longest_in("oo.....o.........o....o..", 0.0);
     assert_int_equal(zone.first, 2);
     assert_int_equal(zone.last, 21);
     zone = longest_in("oo.....o.........o....o..", 9 * SCORE_MAT_FT);
@@ -47,7 +49,8 @@ static void zones_drawn_by_hand(void **state)
     assert_false(same((struct score_zone){10, 30}, (struct score_zone){0, 0}));
 }
 
-/* The stop follows from speed and distance: v^2 = 2 a d for the mean deceleration over distance, within onset and ripple. */
+/* The stop follows from speed and distance: v^2 = 2 a d for the mean deceleration over distance,
+ * within onset and ripple. */
 static void a_series_is_drawn_from_its_number(void **state)
 {
     (void)state;
@@ -73,14 +76,19 @@ static void a_series_is_drawn_from_its_number(void **state)
     }
 }
 
-/* Twenty looks whose ends are off by 0 to 19 mats: 95 % of them by 18 at most. Others of the class are held back, missed or too short. */
+/* Twenty looks whose ends are off by 0 to 19 mats: 95 % of them by 18 at most. Others of the class
+ * are held back, missed or too short. */
 static void errors_by_hand(void **state)
 {
     (void)state;
     struct score_look looks[23];
     for (int16_t i = 0; i < 23; i++)
-        looks[i] = (struct score_look){.truth = {100, 200}, .said = {100, (int16_t)(200 - i)}, .start_error = 1.0f, .end_error = 10.0f,
-                                       .series = 1, .end_class = 2};
+        looks[i] = (struct score_look){.truth = {100, 200},
+                                       .said = {100, (int16_t)(200 - i)},
+                                       .start_error = 1.0f,
+                                       .end_error = 10.0f,
+                                       .series = 1,
+                                       .end_class = 2};
     looks[20].series = SCORE_TRAINED;
     looks[21].said = (struct score_zone){10, 60};
     looks[22].truth = looks[22].said = (struct score_zone){100, 100 + SCORE_ZONE_MATS - 1};
@@ -90,7 +98,8 @@ static void errors_by_hand(void **state)
     assert_true(fabs(wider(looks, 23, true, MR_PREDICTOR_END_CLASSES, true) - 20.0 / 19.6) < 1e-6);
 }
 
-/* A series of two landings drawn again keeps both: with a rank that is the event in one and its opposite in the other, the lead is certain. */
+/* A series of two landings drawn again keeps both: with a rank that is the event in one and its
+ * opposite in the other, the lead is certain. */
 static void bootstraps_by_hand(void **state)
 {
     (void)state;
@@ -106,7 +115,8 @@ static void bootstraps_by_hand(void **state)
     bootstrap(&ranked, &low, &high);
     assert_true(low == 1.0 && high == 1.0);
     for (unsigned i = 0; i < 40; i++)
-        ranked.other[i] = i < 20 ? ranked.own[i] : 0.5f; /* right in half of the series, silent in the others */
+        /* right in half of the series, silent in the others */
+        ranked.other[i] = i < 20 ? ranked.own[i] : 0.5f;
     bootstrap(&ranked, &low, &high);
     assert_true(low > 0.0 && low < 0.25 && high > low && high < 0.5);
     free_ranked(&ranked);

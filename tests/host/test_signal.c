@@ -1,18 +1,20 @@
-/* Figures of two series against the closed form of functions that are known: shifted, scaled and noisy copies. */
+/* Figures of two series against the closed form of functions that are known: shifted, scaled and
+ * noisy copies. */
 #include <math.h>
 #include <string.h>
 
 #include "host/compare/signal.h"
 #include "tests/cmocka_all.h"
 
-#define N 4000u
+#define N    4000u
 #define DT_S 0.001
 struct pair {
     double m[N], s[N], um[N], us[N], ut[N];
     struct signal signal;
 };
 
-static void make(struct pair *p, double (*measured)(double), double (*simulated)(double), double noise)
+static void make(struct pair *p, double (*measured)(double), double (*simulated)(double),
+                 double noise)
 {
     for (size_t i = 0; i < N; i++) {
         double t_s = (double)i * DT_S;
@@ -25,14 +27,38 @@ static void make(struct pair *p, double (*measured)(double), double (*simulated)
 }
 
 /* A movement as mats make it: 0.8 in, risen within about a second; and copies. */
-static double rise(double t_s) { return 0.4 * (1.0 + tanh((t_s - 2.0) / 0.2)); }
-static double raised(double t_s) { return rise(t_s) + 0.05; }
-static double later(double t_s) { return rise(t_s - 0.0725); }
-static double larger(double t_s) { return 1.25 * rise(t_s); }
-static double fallen(double t_s) { return -rise(t_s); }
-static double still(double t_s) { return 0.0 * t_s + 0.01; }
-static double sine(double t_s) { return sin(2.0 * M_PI * t_s); }
-static double cosine(double t_s) { return cos(2.0 * M_PI * t_s); }
+static double rise(double t_s)
+{
+    return 0.4 * (1.0 + tanh((t_s - 2.0) / 0.2));
+}
+static double raised(double t_s)
+{
+    return rise(t_s) + 0.05;
+}
+static double later(double t_s)
+{
+    return rise(t_s - 0.0725);
+}
+static double larger(double t_s)
+{
+    return 1.25 * rise(t_s);
+}
+static double fallen(double t_s)
+{
+    return -rise(t_s);
+}
+static double still(double t_s)
+{
+    return 0.0 * t_s + 0.01;
+}
+static double sine(double t_s)
+{
+    return sin(2.0 * M_PI * t_s);
+}
+static double cosine(double t_s)
+{
+    return cos(2.0 * M_PI * t_s);
+}
 
 static struct pair pair;
 
@@ -78,7 +104,8 @@ static void a_scale_is_in_rms_and_peak(void **state)
         squares += 0.0625 * pair.s[i] * pair.s[i];
     }
     signal_compare(&pair.signal, &f);
-    /* closed form of the mean, and of (1 + tanh)^2 = 2 (1 + tanh) - (1 - tanh^2): 2 - 2 w / 4 s, w = 0.2 */
+    /* closed form of the mean, and of (1 + tanh)^2 = 2 (1 + tanh) - (1 - tanh^2): 2 - 2 w / 4 s, w
+     * = 0.2 */
     assert_near(f.bias, 0.25 * 0.8 * 0.5, 2e-4);
     assert_near(f.bias, sum / N, 1e-12);
     assert_near(f.rms, sqrt(squares / N), 1e-12);
@@ -132,7 +159,8 @@ static void against_the_direction(void **state)
     assert_true(isnan(f.lag_s) || f.lag_correlation > f.correlation);
 }
 
-/* Error of the crossing: value's error over the slope, 0.08 in at tanh = -0.8: du/dt = 0.4/0.2 (1 - 0.64) = 0.72 in/s. */
+/* Error of the crossing: value's error over the slope, 0.08 in at tanh = -0.8: du/dt = 0.4/0.2 (1 -
+ * 0.64) = 0.72 in/s. */
 static void arrival_and_its_error(void **state)
 {
     struct signal_figures f;
@@ -141,8 +169,10 @@ static void arrival_and_its_error(void **state)
     for (size_t i = 0; i < N; i++)
         pair.ut[i] = 0.002;
     signal_compare(&pair.signal, &f);
-    double noise = 0.001 / sqrt(11.0), u = sqrt(0.003 * 0.003 - 1e-6 + noise * noise), grid = DT_S / sqrt(12.0);
-    assert_near(f.arrival_measured.t_error_s, sqrt(u * u / (0.72 * 0.72) + 4e-6 + grid * grid), 5e-5);
+    double noise = 0.001 / sqrt(11.0), u = sqrt(0.003 * 0.003 - 1e-6 + noise * noise),
+           grid = DT_S / sqrt(12.0);
+    assert_near(f.arrival_measured.t_error_s, sqrt(u * u / (0.72 * 0.72) + 4e-6 + grid * grid),
+                5e-5);
     assert_near(f.arrival_simulated.t_error_s, sqrt(9e-6 / (0.72 * 0.72) + grid * grid), 5e-5);
     pair.signal.noise = 0.08; /* 5 x 0.08 / sqrt(11) = 0.12 in: it cannot be told from noise */
     signal_compare(&pair.signal, &f);
@@ -155,12 +185,15 @@ static void a_plateau_has_no_sharp_time(void **state)
     (void)state;
     make(&pair, rise, sine, 0.01);
     signal_compare(&pair.signal, &f);
-    /* within 5 x 0.01 / sqrt(11) = 0.01508 in of 0.8: since tanh((t - 2) / 0.2) = 1 - 0.0377, to the end */
+    /* within 5 x 0.01 / sqrt(11) = 0.01508 in of 0.8: since tanh((t - 2) / 0.2) = 1 - 0.0377, to
+     * the end */
     assert_near(f.peak_measured.t_s, 2.0 + 0.2 * atanh(1.0 - 0.01508 / 0.4), 0.005);
     assert_near(f.peak_measured.t_s + f.peak_measured.lasts_s, 3.999, 1e-9);
-    /* 0.01508 of 1: x = acos(0.98492) = 0.1739 rad = 27.7 ms on either side, the same three turns later */
+    /* 0.01508 of 1: x = acos(0.98492) = 0.1739 rad = 27.7 ms on either side, the same three turns
+     * later */
     assert_near(f.peak_simulated.lasts_s, 3.0554, 0.003);
-    assert_near(fmod(f.peak_simulated.t_s + 0.0277, 1.0), f.peak_simulated.value > 0.0 ? 0.25 : 0.75, 0.003);
+    assert_near(fmod(f.peak_simulated.t_s + 0.0277, 1.0),
+                f.peak_simulated.value > 0.0 ? 0.25 : 0.75, 0.003);
 }
 
 static void flat_series_have_no_correlation(void **state)
@@ -196,7 +229,8 @@ static void holes_are_left_out(void **state)
         pair.m[i] = NAN;
     signal_compare(&pair.signal, &f);
     assert_int_equal(f.compared, 0);
-    assert_true(isnan(f.bias) && isnan(f.rms) && isnan(f.peak_measured.value) && isnan(f.correlation));
+    assert_true(isnan(f.bias) && isnan(f.rms) && isnan(f.peak_measured.value) &&
+                isnan(f.correlation));
 }
 
 static void normalised_errors(void **state)

@@ -14,7 +14,8 @@
 
 static struct error error;
 
-/* N mats of 160 lb, 2 ft, free, no friction, no damper, the aircraft standing on mat 1 without thrust. */
+/* N mats of 160 lb, 2 ft, free, no friction, no damper, the aircraft standing on mat 1 without
+ * thrust. */
 static struct sim_scene plain(int mats)
 {
     struct sim_scene scene;
@@ -98,7 +99,8 @@ static void above_its_friction_a_mat_slides_and_rests(void **state)
     near(result.outputs[2].u_ft[1], 0.5 * a * 0.01 + top * 0.05 - 0.5 * a * 0.05 * 0.05, 1e-7);
     near(result.outputs[4].u_ft[1], a * 0.01, 1e-7);
     assert_true(result.outputs[3].u_ft[1] <
-                result.outputs[4].u_ft[1] - 1e-8);                       /* at 0.1999 s it still slides */
+                /* at 0.1999 s it still slides */
+                result.outputs[4].u_ft[1] - 1e-8);
     assert_true(result.outputs[5].u_ft[1] == result.outputs[4].u_ft[1]); /* from 0.2 s on at rest */
     assert_true(result.speed_end_ft_s == 0.0 && result.events == 1);
     sim_result_free(&result);
@@ -122,7 +124,8 @@ static void a_wave_runs_at_its_speed(void **state)
     /* behind the front u = jump (t - x/speed): the slope along the runway gives the speed */
     double slope = (u[5] - u[45]) / (40.0 * 2.0);
     near(jump / slope, speed, 0.01 * speed);
-    assert_true(u[60] > 1e-3 && u[70] < 1e-3 * u[1]); /* the front: 0.05 s at 2536.6 ft/s is mat 64 */
+    /* the front: 0.05 s at 2536.6 ft/s is mat 64 */
+    assert_true(u[60] > 1e-3 && u[70] < 1e-3 * u[1]);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
@@ -130,8 +133,10 @@ static void a_wave_runs_at_its_speed(void **state)
 static void an_impulse_is_all_there(void **state)
 {
     (void)state;
-    /* F rises to 500 lb and falls while the aircraft crosses several mats: impulse 500 * 0.05 lb s */
-    const struct sim_path_row rows[] = {{0, 0.3, 0}, {0.03, 4.1, 500}, {0.1, 11.3, 0}, {0.2, 12, 0}};
+    /* F rises to 500 lb and falls while the aircraft crosses several mats: impulse 500 * 0.05 lb
+     * s */
+    const struct sim_path_row rows[] = {
+        {0, 0.3, 0}, {0.03, 4.1, 500}, {0.1, 11.3, 0}, {0.2, 12, 0}};
     const double times[] = {0.11, 0.19};
     for (int law = SIM_JUMP; law <= SIM_LINEAR; law++) {
         struct sim_scene scene = plain(30);
@@ -175,16 +180,17 @@ static void two_mats_swing(void **state)
     sim_scene_free(&scene);
 }
 
-/* A mat crosses its gap, hits, stops; the other goes on, comes to the end of the slack, stops and pulls
- * the first along. */
+/* A mat crosses its gap, hits, stops; the other goes on, comes to the end of the slack, stops and
+ * pulls the first along. */
 static void slack_is_free_travel(void **state)
 {
     (void)state;
     struct sim_scene scene = plain(2);
     const double m = 160.0 / G, k = 8e6, v = 2.0, gap = 0.01, slack = 0.03;
-    const double contact =
-        3.14159265358979 * sqrt(0.5 * m / k); /* half a period, in which they exchange speeds */
-    const double hit = gap / v, parted = hit + contact, hooked = parted + slack / v, towed = hooked + contact;
+    const double contact = 3.14159265358979 *
+                           sqrt(0.5 * m / k); /* half a period, in which they exchange speeds */
+    const double hit = gap / v, parted = hit + contact, hooked = parted + slack / v,
+                 towed = hooked + contact;
     const double times[] = {0.9 * hit, 0.5 * (parted + hooked), towed + 0.004};
     scene.kl_lb_ft = k;
     scene.slack_ft = slack;
@@ -204,8 +210,8 @@ static void slack_is_free_travel(void **state)
     sim_scene_free(&scene);
 }
 
-/* One strip of the model runway, N mats, fixed downfield, pushed on mat 1 by a force that rises so slowly
- * that joints close one after the other: each closed joint adds a mat to push. */
+/* One strip of the model runway, N mats, fixed downfield, pushed on mat 1 by a force that rises so
+ * slowly that joints close one after the other: each closed joint adds a mat to push. */
 static struct sim_scene ploughed(int mats, double gap, double grit, const struct sim_path_row *rows,
                                  size_t count)
 {
@@ -252,7 +258,8 @@ static void a_slow_push_closes_joints_one_by_one(void **state)
     }
 }
 
-/* The push turns a sliding mat round within one step: friction turns round with it, at the moment of rest. */
+/* The push turns a sliding mat round within one step: friction turns round with it, at the moment
+ * of rest. */
 static void friction_turns_round_with_the_mat(void **state)
 {
     (void)state;
@@ -267,7 +274,8 @@ static void friction_turns_round_with_the_mat(void **state)
         scene.t_end_s = end;
         set_path(&scene, rows, 2);
         struct sim_result result = run(&scene, dt);
-        near(result.u_ft[1], 0.5 * v * rest - 0.5 * away * (end - rest) * (end - rest), 0.25 * away * dt * dt);
+        near(result.u_ft[1], 0.5 * v * rest - 0.5 * away * (end - rest) * (end - rest),
+             0.25 * away * dt * dt);
         assert_int_equal(result.events, 1);
         sim_result_free(&result);
         sim_scene_free(&scene);
@@ -296,10 +304,12 @@ static void grit_holds_an_open_joint(void **state)
 static void grit_resists_a_closing_joint_with_its_threshold(void **state)
 {
     (void)state;
-    const double m = 0.466 / G, k = 2.9e5, grit = 3.0, force = 5.0, excess = force - 0.5 * 0.466, t = 0.003;
-    /* it gives way as a spring up to grit/KL, gaining v1 on the way, then resists with grit and nothing
-     * more */
-    const double w = sqrt(k / m), t1 = acos(1.0 - grit / excess) / w, v1 = excess / k * w * sin(w * t1);
+    const double m = 0.466 / G, k = 2.9e5, grit = 3.0, force = 5.0, excess = force - 0.5 * 0.466,
+                 t = 0.003;
+    /* it gives way as a spring up to grit/KL, gaining v1 on the way, then resists with grit and
+     * nothing more */
+    const double w = sqrt(k / m), t1 = acos(1.0 - grit / excess) / w,
+                 v1 = excess / k * w * sin(w * t1);
     const double x1 = grit / k, a = (excess - grit) / m;
     const struct sim_path_row rows[] = {{0, 0.1, force}, {0.004, 0.1, force}};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 2);
@@ -311,8 +321,8 @@ static void grit_resists_a_closing_joint_with_its_threshold(void **state)
     sim_scene_free(&scene);
 }
 
-/* A joint that is run into: the damper alone would push with CL v = 5 lb and more, an open joint never
- * with more than grit. */
+/* A joint that is run into: the damper alone would push with CL v = 5 lb and more, an open joint
+ * never with more than grit. */
 static void grit_is_all_an_open_joint_can_push(void **state)
 {
     (void)state;
@@ -322,24 +332,36 @@ static void grit_is_all_an_open_joint_can_push(void **state)
     scene.v0_ft_s = v;
     set_list(&scene.t_out_s, &t, 1);
     struct sim_result result = run(&scene, 1e-6);
-    near(result.outputs[0].u_ft[1], v * t - 0.5 * a * t * t, 2e-7); /* it bears from the first step on */
+    /* it bears from the first step on */
+    near(result.outputs[0].u_ft[1], v * t - 0.5 * a * t * t, 2e-7);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
 
-/* Closed by half, pulled open again without resistance, then pushed: it takes the whole grit again. */
+/* Closed by half, pulled open again without resistance, then pushed: it takes the whole grit
+ * again. */
 static void an_opened_joint_needs_its_grit_again(void **state)
 {
     (void)state;
     const double fw = 0.5 * 0.466, m = 0.466 / G, grit = 3.0, push = 5.0;
-    const struct sim_path_row rows[] = {{0, 0.1, push},   {0.0035, 0.1, push},
-                                        {0.0035, 0.1, 0}, {0.1, 0.1, 0}, /* closes part of the way */
-                                        {0.1, 0.1, -0.6}, {0.102, 0.1, -0.6},
-                                        {0.102, 0.1, 0},  {0.2, 0.1, 0}, /* opens a part of that */
-                                        {0.28, 0.1, 3.1}, {0.3, 0.1, 3.1},
-                                        {0.3, 0.1, 0},    {0.4, 0.1, 0}, /* not enough: f w + grit = 3.233 */
-                                        {0.48, 0.1, 3.4}, {0.5, 0.1, 3.4},
-                                        {0.5, 0.1, 0},    {0.6, 0.1, 0}}; /* enough */
+    const struct sim_path_row rows[] = {{0, 0.1, push},
+                                        {0.0035, 0.1, push},
+                                        /* closes part of the way */
+                                        {0.0035, 0.1, 0},
+                                        {0.1, 0.1, 0},
+                                        {0.1, 0.1, -0.6},
+                                        {0.102, 0.1, -0.6},
+                                        {0.102, 0.1, 0},
+                                        {0.2, 0.1, 0}, /* opens a part of that */
+                                        {0.28, 0.1, 3.1},
+                                        {0.3, 0.1, 3.1},
+                                        /* not enough: f w + grit = 3.233 */
+                                        {0.3, 0.1, 0},
+                                        {0.4, 0.1, 0},
+                                        {0.48, 0.1, 3.4},
+                                        {0.5, 0.1, 3.4},
+                                        {0.5, 0.1, 0},
+                                        {0.6, 0.1, 0}}; /* enough */
     const double times[] = {0.1, 0.2, 0.3, 0.6};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 16);
     set_list(&scene.t_out_s, times, 4);
@@ -358,8 +380,8 @@ static void an_opened_joint_needs_its_grit_again(void **state)
 static void a_fixed_end_holds_and_a_loaded_joint_pushes(void **state)
 {
     (void)state;
-    /* three joints, gap0 below 0 in joint 1 only, which is fixed: the mat swings about where joint 1 and 2
-     * balance */
+    /* three joints, gap0 below 0 in joint 1 only, which is fixed: the mat swings about where joint
+     * 1 and 2 balance */
     const double gaps[] = {-0.001, 0.0, 0.0}, t = 3.14159265358979 / sqrt(3.0 * 8e6 * G / 160.0);
     struct sim_scene scene = plain(1);
     scene.left = scene.right = SIM_FIXED;

@@ -15,7 +15,7 @@
 #include "host/commands/commands.h"
 
 #define FOLDER "build/test-tmp/"
-#define SCENE FOLDER "test_sim_command.json"
+#define SCENE  FOLDER "test_sim_command.json"
 
 static char out[1 << 20];
 static char err[4096];
@@ -78,9 +78,10 @@ static void one_error_line(const char *names)
 static void the_object_is_the_contract(void **state)
 {
     (void)state;
-    static const char *const keys[] = {"scene",          "model",       "solver",   "status",   "t_end_s",
-                                       "run_ms",         "rhs",         "steps",    "rejected", "events",
-                                       "max_lift_ft", "bow_wave", "error_estimate", "outputs",  "active"};
+    static const char *const keys[] = {"scene",          "model",   "solver",      "status",
+                                       "t_end_s",        "run_ms",  "rhs",         "steps",
+                                       "rejected",       "events",  "max_lift_ft", "bow_wave",
+                                       "error_estimate", "outputs", "active"};
     size_t count = 0;
     const char *key;
     json_t *value;
@@ -101,8 +102,8 @@ static void the_object_is_the_contract(void **state)
     const double at_rest = 0.5 * 32.174 * 0.01; /* f g t^2, as the scene says */
     json_t *last = json_array_get(outputs, 2);
     assert_true(fabs(json_number_value(json_object_get(last, "t_s")) - 0.3) < 1e-12);
-    assert_true(fabs(json_number_value(json_object_get(json_object_get(last, "u_ft"), "1")) - at_rest) <
-                1e-6);
+    assert_true(fabs(json_number_value(json_object_get(json_object_get(last, "u_ft"), "1")) -
+                     at_rest) < 1e-6);
     assert_true(json_number_value(json_object_get(last, "lift_ft")) == 0.0);
     assert_int_equal(json_integer_value(json_object_get(last, "lift_node")), 1);
     json_t *estimate = json_object_get(object, "error_estimate");
@@ -126,7 +127,8 @@ static void an_unstable_run_says_where(void **state)
     assert_string_equal(json_string_value(json_object_get(object, "status")), "unstable");
     assert_int_equal(json_integer_value(json_object_get(object, "mat")), 1);
     assert_int_equal(json_array_size(json_object_get(object, "outputs")), 0);
-    assert_true(json_is_null(json_object_get(object, "bow_wave"))); /* no answer is not "no bow wave" */
+    /* no answer is not "no bow wave" */
+    assert_true(json_is_null(json_object_get(object, "bow_wave")));
     assert_true(json_is_null(json_object_get(object, "max_lift_ft")));
     json_decref(object);
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--dt=1e-3"), 5);
@@ -165,7 +167,8 @@ static void the_table_is_the_history(void **state)
     double t_s, u_ft, last_t_s = -1.0;
     int rows = 0;
     assert_int_equal(SIM(TEXT, "host/scenes/friction_block.json", "--csv", FOLDER "sim.csv"), 0);
-    assert_non_null(strstr(out, "friction block\nmodel             chain\nsolver            fixed\nstatus            ok\n"));
+    assert_non_null(strstr(out, "friction block\nmodel             chain\nsolver            "
+                                "fixed\nstatus            ok\n"));
     assert_non_null(strstr(out, "\nerror of movement "));
     read_text(FOLDER "sim.csv", out, sizeof out);
     char *line = strtok(out, "\n");

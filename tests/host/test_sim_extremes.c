@@ -1,8 +1,10 @@
-/* Extremes of both planar models: each ends with an answer that other solvers confirm, or refused with the right status.
+/* Extremes of both planar models: each ends with an answer that other solvers confirm, or refused
+ * with the right status.
  *
- * The standard scenes shortened to 16 mats and one mat crossed (two in the consistent model), one thing changed at a
- * time. Solvers are held to ten times the two error estimates together; what an extreme must be beyond that comes from
- * closed forms, or from what a wave cannot reach. Units ft, lb, s. */
+ * The standard scenes shortened to 16 mats and one mat crossed (two in the consistent model), one
+ * thing changed at a time. Solvers are held to ten times the two error estimates together; what an
+ * extreme must be beyond that comes from closed forms, or from what a wave cannot reach. Units ft,
+ * lb, s. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -15,7 +17,8 @@
 #include "host/sim/sim.h"
 
 static struct error error;
-static const char *const bases[] = {"host/scenes/rstar_fig3_7.json", "host/scenes/consistent_fig3_7.json"};
+static const char *const bases[] = {"host/scenes/rstar_fig3_7.json",
+                                    "host/scenes/consistent_fig3_7.json"};
 
 static struct sim_scene standard(size_t base)
 {
@@ -29,7 +32,8 @@ static struct sim_scene standard(size_t base)
     return scene;
 }
 
-static enum mr_status run(const struct sim_scene *scene, const char *solver, struct sim_result *result)
+static enum mr_status run(const struct sim_scene *scene, const char *solver,
+                          struct sim_result *result)
 {
     struct sim_options options = {.solver = solver};
     memset(&error, 0, sizeof error);
@@ -47,18 +51,54 @@ static void flatten(struct sim_scene *scene)
     assert_int_equal(sim_scene_set_list(&scene->bump_ft, NULL, 0, &error), MR_OK);
 }
 
-static void damped_soil(struct sim_scene *s) { s->cv_lb_s_ft *= 1000.0; }
-static void light(struct sim_scene *s) { s->weight_lb /= 1000.0, s->inertia_slug_ft2 /= 1000.0; }
-static void light_but_inert(struct sim_scene *s) { s->weight_lb /= 1000.0; }
-static void stiff(struct sim_scene *s) { s->kl_lb_ft *= 100.0; }
-static void pushed(struct sim_scene *s) { s->force_lb *= 10.0; }
-static void rough(struct sim_scene *s) { s->friction = 5.0; }
-static void no_free_turn(struct sim_scene *s) { s->tad_deg = 0.0; }
-static void no_free_turn_switched(struct sim_scene *s) { s->tad_deg = 0.0, s->tad_mode = SIM_SWITCHED; }
-static void some_slack(struct sim_scene *s) { s->slack_ft = 0.005; }
-static void much_slack(struct sim_scene *s) { s->slack_ft = 0.5; }
-static void at_rest(struct sim_scene *s) { s->v0_ft_s = 0.0; }
-static void one_mat(struct sim_scene *s) { s->mats = 1, s->mats_crossed = 0.5, flatten(s); }
+static void damped_soil(struct sim_scene *s)
+{
+    s->cv_lb_s_ft *= 1000.0;
+}
+static void light(struct sim_scene *s)
+{
+    s->weight_lb /= 1000.0, s->inertia_slug_ft2 /= 1000.0;
+}
+static void light_but_inert(struct sim_scene *s)
+{
+    s->weight_lb /= 1000.0;
+}
+static void stiff(struct sim_scene *s)
+{
+    s->kl_lb_ft *= 100.0;
+}
+static void pushed(struct sim_scene *s)
+{
+    s->force_lb *= 10.0;
+}
+static void rough(struct sim_scene *s)
+{
+    s->friction = 5.0;
+}
+static void no_free_turn(struct sim_scene *s)
+{
+    s->tad_deg = 0.0;
+}
+static void no_free_turn_switched(struct sim_scene *s)
+{
+    s->tad_deg = 0.0, s->tad_mode = SIM_SWITCHED;
+}
+static void some_slack(struct sim_scene *s)
+{
+    s->slack_ft = 0.005;
+}
+static void much_slack(struct sim_scene *s)
+{
+    s->slack_ft = 0.5;
+}
+static void at_rest(struct sim_scene *s)
+{
+    s->v0_ft_s = 0.0;
+}
+static void one_mat(struct sim_scene *s)
+{
+    s->mats = 1, s->mats_crossed = 0.5, flatten(s);
+}
 
 enum solvers { EVENT = 1, IMPLICIT = 2, CVODE = 4, ALL = 7 };
 static const char *const names[] = {"event", "implicit", "cvode"};
@@ -66,8 +106,8 @@ static const char *const names[] = {"event", "implicit", "cvode"};
 struct extreme {
     const char *name;
     void (*change)(struct sim_scene *scene);
-    unsigned solvers[2];           /* held against auto, by base; others need seconds */
-    enum sim_status status[2];     /* of all of them */
+    unsigned solvers[2];       /* held against auto, by base; others need seconds */
+    enum sim_status status[2]; /* of all of them */
 };
 
 static const struct extreme extremes[] = {
@@ -151,7 +191,8 @@ static void one_mat_alone_slides_as_a_block(void **state)
         scene.right = SIM_FREE;
         double t = sim_scene_end_s(&scene);
         double mass = scene.weight_lb / scene.g_ft_s2;
-        double u = scene.v0_ft_s * t + 0.5 * (scene.force_lb - scene.friction * scene.weight_lb) / mass * t * t;
+        double u = scene.v0_ft_s * t +
+                   0.5 * (scene.force_lb - scene.friction * scene.weight_lb) / mass * t * t;
         assert_int_equal(run(&scene, NULL, &result), MR_OK);
         near("block", result.u_ft[1], u, 1e-9 * u);
         sim_result_free(&result);
@@ -169,7 +210,8 @@ static void mats_beyond_the_wave_do_not_matter(void **state)
         struct sim_result few, many;
         scene.mats_crossed = 0.25;
         scene.mats = 32;
-        double reach = sqrt(scene.kl_lb_ft * scene.g_ft_s2 / scene.weight_lb) * sim_scene_end_s(&scene);
+        double reach = sqrt(scene.kl_lb_ft * scene.g_ft_s2 / scene.weight_lb) *
+                       sim_scene_end_s(&scene);
         assert_true(reach < 0.5 * scene.mats);
         assert_int_equal(run(&scene, NULL, &few), MR_OK);
         for (size_t i = 0; i < 2; i++) {
@@ -187,8 +229,9 @@ static void mats_beyond_the_wave_do_not_matter(void **state)
     }
 }
 
-/* With TAD 0 a foot hovers at the edge of contact from 0.4 ms on, and is held there by the solvers that locate switches.
- * A fixed step that looks its switches up knows nothing of holding: it lets the foot bounce. */
+/* With TAD 0 a foot hovers at the edge of contact from 0.4 ms on, and is held there by the solvers
+ * that locate switches. A fixed step that looks its switches up knows nothing of holding: it lets
+ * the foot bounce. */
 static void a_held_foot_moves_like_one_that_bounces(void **state)
 {
     (void)state;

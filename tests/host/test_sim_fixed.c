@@ -1,5 +1,5 @@
-/* The fixed step: that it checks itself, that leaving mats out changes nothing, and that another method
- * agrees. */
+/* The fixed step: that it checks itself, that leaving mats out changes nothing, and that another
+ * method agrees. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -80,7 +80,8 @@ static void leaving_mats_out_changes_nothing(void **state)
             scene.friction_law = SIM_TANH;
         if (variant == 4)
             scene.friction_law = SIM_SIGN;
-        if (variant == 5) { /* starts in motion, at a far mat, and loaded: the window has to find it */
+        if (variant == 5) {
+            /* starts in motion, at a far mat, and loaded: the window has to find it */
             scene.gap0_ft.values[70] = -1e-5;
             scene.v0_ft_s = 0.5;
             scene.v0_mat = 60;
@@ -108,7 +109,8 @@ static void a_step_beyond_the_limit_is_unstable(void **state)
     /* undamped 2/w = sqrt(m/KL); with CL it is shorter by sqrt(1 + z^2) - z, z = 2 CL/(m w) */
     const double m = 0.466 / G, w = 2.0 * sqrt(2.9e5 / m), z = 10.0 / (m * w);
     const double limit = 2.0 / w * (sqrt(1.0 + z * z) - z);
-    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1.001 * limit}, &result), MR_NUMERICS);
+    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1.001 * limit}, &result),
+                     MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNSTABLE);
     assert_null(result.u_ft);
     assert_null(result.outputs);
@@ -124,7 +126,8 @@ static void a_step_beyond_the_limit_is_unstable(void **state)
     sim_scene_free(&scene);
 }
 
-/* Friction `sign` throws a mat at rest to and fro with f g h: more energy than the weak push puts in. */
+/* Friction `sign` throws a mat at rest to and fro with f g h: more energy than the weak push puts
+ * in. */
 static void energy_from_nowhere_is_unstable(void **state)
 {
     (void)state;
@@ -146,8 +149,8 @@ static void energy_from_nowhere_is_unstable(void **state)
     sim_result_free(&result);
 }
 
-/* A mat on a spring for 50 periods: with a long step it stays bounded, keeps its energy, and is out of
- * phase at the end. */
+/* A mat on a spring for 50 periods: with a long step it stays bounded, keeps its energy, and is out
+ * of phase at the end. */
 static void a_wrong_answer_that_looks_right_is_refused(void **state)
 {
     (void)state;
@@ -199,8 +202,8 @@ static void halving_the_step_quarters_the_error(void **state)
     }
 }
 
-/* Double the first step is the stability limit: an undamped spring's energy grows there. That pair is not the
- * answer's fault. */
+/* Double the first step is the stability limit: an undamped spring's energy grows there. That pair
+ * is not the answer's fault. */
 static void a_check_at_the_limit_is_made_again_with_half_the_step(void **state)
 {
     (void)state;
@@ -231,7 +234,8 @@ static void a_chain_of_any_length_is_complete(void **state)
             for (int j = 2; j <= mats + 1; j++)
                 tension[j] = k * (u[j] - u[j - 1]) + c * (v[j] - v[j - 1]);
             for (int n = 1; n <= mats; n++)
-                v[n] += (tension[n + 1] - tension[n] + (n == 1 ? force : 0.0)) / m * (i == 0 ? 0.5 * h : h);
+                v[n] += (tension[n + 1] - tension[n] + (n == 1 ? force : 0.0)) / m *
+                        (i == 0 ? 0.5 * h : h);
             for (int n = 1; n <= mats; n++)
                 u[n] += h * v[n];
         }
@@ -247,7 +251,8 @@ static void a_chain_of_any_length_is_complete(void **state)
         assert_int_equal(run(&scene, &(struct sim_options){.dt_s = h}, &result), MR_OK);
         for (int n = 1; n <= mats; n++) {
             if (!(fabs(result.u_ft[n] - u[n]) < 1e-9 * fabs(u[1])))
-                fail_msg("%d mats, mat %d: %.12g, plain loops %.12g", mats, n, result.u_ft[n], u[n]);
+                fail_msg("%d mats, mat %d: %.12g, plain loops %.12g", mats, n, result.u_ft[n],
+                         u[n]);
         }
         assert_true(fabs(u[1]) > 1e-5);
         sim_result_free(&result);
@@ -272,8 +277,9 @@ static void rtol_is_reached_or_refused(void **state)
     sim_scene_free(&scene);
 }
 
-/* Five mats by the classical Runge-Kutta method, from the common pieces of host/sim/README.md: joints with slack and
- * damper, friction tanh, left end free, right fixed. y: u 0..4, rates 5..9. */
+/* Five mats by the classical Runge-Kutta method, from the common pieces of host/sim/README.md:
+ * joints with slack and damper, friction tanh, left end free, right fixed. y: u 0..4, rates
+ * 5..9. */
 struct five {
     double m, k, c, s, limit, veps, gap[6], force;
 };
@@ -292,7 +298,8 @@ static void five_rates(const struct five *p, const double *y, double *rate)
     for (int n = 0; n < 5; n++) {
         rate[n] = y[n + 5];
         rate[n + 5] =
-            (t[n + 1] - t[n] + (n == 0 ? p->force : 0.0) - p->limit * tanh(y[n + 5] / p->veps)) / p->m;
+            (t[n + 1] - t[n] + (n == 0 ? p->force : 0.0) - p->limit * tanh(y[n + 5] / p->veps)) /
+            p->m;
     }
 }
 
@@ -319,10 +326,12 @@ static void five_run(const struct five *p, double *y, double end_s, int steps)
 static void another_method_agrees(void **state)
 {
     (void)state;
-    /* slack off with smooth tanh; slack on with smooth tanh; slack on with stick against a steep tanh */
+    /* slack off with smooth tanh; slack on with smooth tanh; slack on with stick against a steep
+     * tanh */
     const double tolerance[] = {1e-5, 1e-3, 1e-3};
     for (int variant = 0; variant < 3; variant++) {
-        struct five p = {.m = 160.0 / G, .k = 8e5, .c = 50.0, .limit = 80.0, .veps = 0.05, .force = 1500.0};
+        struct five p = {
+            .m = 160.0 / G, .k = 8e5, .c = 50.0, .limit = 80.0, .veps = 0.05, .force = 1500.0};
         double y[10] = {0.0};
         struct sim_scene scene;
         struct sim_result result;
@@ -348,7 +357,8 @@ static void another_method_agrees(void **state)
         assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1e-6}, &result), MR_OK);
         for (int n = 1; n <= 5; n++) {
             if (!(fabs(result.u_ft[n] - y[n - 1]) < tolerance[variant] * fabs(y[0])))
-                fail_msg("variant %d mat %d: %.9g, Runge-Kutta %.9g", variant, n, result.u_ft[n], y[n - 1]);
+                fail_msg("variant %d mat %d: %.9g, Runge-Kutta %.9g", variant, n, result.u_ft[n],
+                         y[n - 1]);
         }
         assert_true(fabs(y[0]) > 1e-3);
         sim_result_free(&result);
@@ -374,7 +384,8 @@ static void samples_are_the_mats_over_their_stations(void **state)
         assert_true(result.outputs[i].t_s == times[i]);
         size_t row = (size_t)lround(times[i] / 0.05);
         for (size_t s = 0; s < 4; s++)
-            assert_true(fabs(result.sample_u_ft[row * 4 + s] - result.outputs[i].u_ft[mats[s]]) < 1e-12);
+            assert_true(fabs(result.sample_u_ft[row * 4 + s] - result.outputs[i].u_ft[mats[s]]) <
+                        1e-12);
     }
     for (size_t s = 0; s < 4; s++)
         assert_true(result.sample_u_ft[s] == 0.0);

@@ -1,5 +1,5 @@
-/* Viscous damping by the ground, in every engine: against closed forms (a mat that slides, one on a spring), against CVODE, when it
- * is stiff, and when it is absent. Units ft, lb, s. */
+/* Viscous damping by the ground, in every engine: against closed forms (a mat that slides, one on a
+ * spring), against CVODE, when it is stiff, and when it is absent. Units ft, lb, s. */
 #include <math.h>
 #include <string.h>
 
@@ -11,19 +11,23 @@
 
 static struct error error;
 
-/* Every engine, and how near it comes to a closed form, as a part of the largest value: of its own order and default step. */
+/* Every engine, and how near it comes to a closed form, as a part of the largest value: of its own
+ * order and default step. */
 static const struct engine {
     enum sim_model model;
     const char *solver;
     double near;
 } engines[] = {
-    {SIM_CHAIN, "fixed", 1e-4},       {SIM_CONSISTENT, "fixed", 1e-4},    {SIM_REPORT, "event", 1e-6},
-    {SIM_REPORT, "implicit", 2e-5},   {SIM_REPORT, "cvode", 2e-5},        {SIM_REPORT, "rk4", 2e-5},
-    {SIM_REPORT, "rkgs", 1e-4},       {SIM_REPORT, "hamming", 1e-4},      {SIM_CONSISTENT, "event", 1e-6},
-    {SIM_CONSISTENT, "implicit", 2e-5}, {SIM_CONSISTENT, "cvode", 2e-5},
+    {SIM_CHAIN, "fixed", 1e-4},      {SIM_CONSISTENT, "fixed", 1e-4},
+    {SIM_REPORT, "event", 1e-6},     {SIM_REPORT, "implicit", 2e-5},
+    {SIM_REPORT, "cvode", 2e-5},     {SIM_REPORT, "rk4", 2e-5},
+    {SIM_REPORT, "rkgs", 1e-4},      {SIM_REPORT, "hamming", 1e-4},
+    {SIM_CONSISTENT, "event", 1e-6}, {SIM_CONSISTENT, "implicit", 2e-5},
+    {SIM_CONSISTENT, "cvode", 2e-5},
 };
 
-/* A single mat on level ground, nothing joined to it, no dry friction; half its weight on either end. */
+/* A single mat on level ground, nothing joined to it, no dry friction; half its weight on either
+ * end. */
 static struct sim_scene one_mat(double c)
 {
     struct sim_scene s;
@@ -47,7 +51,8 @@ static void times(struct sim_scene *s, const double *at_s, size_t count)
     assert_int_equal(sim_scene_set_list(&s->t_out_s, at_s, count, &error), MR_OK);
 }
 
-static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol, double dt_s, struct sim_result *result)
+static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol,
+                          double dt_s, struct sim_result *result)
 {
     const struct sim_options options = {.solver = solver, .rtol = rtol, .dt_s = dt_s};
     memset(&error, 0, sizeof error);
@@ -63,7 +68,8 @@ static struct sim_result good(const struct sim_scene *scene, const char *solver)
 }
 
 /* Run in every engine; u of mat 1 at the scene's times against `expected`. */
-static void holds_everywhere(struct sim_scene *scene, const double *at_s, const double *expected, size_t count)
+static void holds_everywhere(struct sim_scene *scene, const double *at_s, const double *expected,
+                             size_t count)
 {
     double largest = 0.0;
     times(scene, at_s, count);
@@ -75,8 +81,8 @@ static void holds_everywhere(struct sim_scene *scene, const double *at_s, const 
         for (size_t k = 0; k < count; k++) {
             double off = fabs(result.outputs[k].u_ft[1] - expected[k]);
             if (!(off <= engines[i].near * largest))
-                fail_msg("%s %s at %g s: %.10g, closed form %.10g", sim_model_name(scene->model), engines[i].solver, at_s[k],
-                         result.outputs[k].u_ft[1], expected[k]);
+                fail_msg("%s %s at %g s: %.10g, closed form %.10g", sim_model_name(scene->model),
+                         engines[i].solver, at_s[k], result.outputs[k].u_ft[1], expected[k]);
         }
         sim_result_free(&result);
     }
@@ -95,7 +101,8 @@ static void a_sliding_mat_slows_exponentially(void **state)
     holds_everywhere(&scene, at_s, expected, 4);
 }
 
-/* With dry friction C beside it: v + C/c falls exponentially until v = 0, at t = m/c ln(1 + c v0/C), after m v0/c - C t/c. */
+/* With dry friction C beside it: v + C/c falls exponentially until v = 0, at t = m/c ln(1 + c
+ * v0/C), after m v0/c - C t/c. */
 static void dry_friction_stops_it(void **state)
 {
     (void)state;
@@ -112,8 +119,8 @@ static void dry_friction_stops_it(void **state)
     holds_everywhere(&scene, at_s, expected, 3);
 }
 
-/* A joint is a spring KL: w = sqrt(KL/m - (c/2m)^2), u = v0/w exp(-c t/2m) sin w t; from peak to peak of one sign the logarithm falls
- * by the decrement pi c/(m w). */
+/* A joint is a spring KL: w = sqrt(KL/m - (c/2m)^2), u = v0/w exp(-c t/2m) sin w t; from peak to
+ * peak of one sign the logarithm falls by the decrement pi c/(m w). */
 static void a_mat_on_a_spring_has_its_frequency_and_decrement(void **state)
 {
     (void)state;
@@ -121,7 +128,8 @@ static void a_mat_on_a_spring_has_its_frequency_and_decrement(void **state)
     scene.left = SIM_FIXED;
     scene.kl_lb_ft = 5000.0;
     scene.cl_lb_s_ft = 0.0;
-    const double c = 20.0, m = mass(&scene), half = 0.5 * c / m, w = sqrt(scene.kl_lb_ft / m - half * half);
+    const double c = 20.0, m = mass(&scene), half = 0.5 * c / m,
+                 w = sqrt(scene.kl_lb_ft / m - half * half);
     const double period_s = 2.0 * 3.14159265358979323846 / w;
     double at_s[6], expected[6];
     for (int k = 0; k < 6; k++) { /* zeros and slopes' ends: quarters of the damped period */
@@ -157,7 +165,8 @@ static void cvode_agrees(void **state)
         assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 3, &error), MR_OK);
         struct sim_result bare = good(&scene, "event");
         scene.element[ELEMENT_ground_damping] = 200.0;
-        struct sim_result cvode = good(&scene, "cvode"), event = good(&scene, "event"), implicit = good(&scene, "implicit");
+        struct sim_result cvode = good(&scene, "cvode"), event = good(&scene, "event"),
+                          implicit = good(&scene, "implicit");
         for (int n = 1; n <= 12; n++) {
             assert_near(event.u_ft[n], cvode.u_ft[n], 1e-6);
             assert_near(implicit.u_ft[n], cvode.u_ft[n], 1e-5);
@@ -185,16 +194,19 @@ static void stiff_damping_stays_stable(void **state)
         scene.force_lb = 12000.0;
         scene.v0_ft_s = 0.0;
         scene.t_end_s = 0.01;
-        if (strcmp(solver, "event") == 0 || strcmp(solver, "rkgs") == 0 || strcmp(solver, "hamming") == 0 || strcmp(solver, "rk4") == 0)
+        if (strcmp(solver, "event") == 0 || strcmp(solver, "rkgs") == 0 ||
+            strcmp(solver, "hamming") == 0 || strcmp(solver, "rk4") == 0)
             scene.t_end_s = 0.001; /* explicit: two thousand steps */
         result = good(&scene, solver);
-        double m = mass(&scene), t = scene.t_end_s, creep = 12000.0 / c * (t - m / c * (1.0 - exp(-c * t / m)));
+        double m = mass(&scene), t = scene.t_end_s,
+               creep = 12000.0 / c * (t - m / c * (1.0 - exp(-c * t / m)));
         assert_near(result.u_ft[1] / creep, 1.0, 1e-3);
         sim_result_free(&result);
     }
 }
 
-/* An explicit step has the limit of the fastest rate, c/m; staggered steps, which are exact in the damping, keep theirs. */
+/* An explicit step has the limit of the fastest rate, c/m; staggered steps, which are exact in the
+ * damping, keep theirs. */
 static void step_limits_hold(void **state)
 {
     (void)state;
@@ -210,7 +222,8 @@ static void step_limits_hold(void **state)
     assert_int_equal(run(&scene, "rk4", 0.0, 0.0, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "too many steps"));
     sim_result_free(&result);
-    /* a joined chain with dampers: at 0.98 of the limit without ground damping, any ground damping is stable */
+    /* a joined chain with dampers: at 0.98 of the limit without ground damping, any ground damping
+     * is stable */
     for (double c = 1e-2; c < 1e9; c *= 100.0) {
         struct sim_scene chain;
         sim_scene_defaults(&chain);
@@ -223,19 +236,23 @@ static void step_limits_hold(void **state)
         double limit_s = result.dt_limit_s;
         sim_result_free(&result);
         chain.element[ELEMENT_ground_damping] = c;
-        const struct sim_options options = {.solver = "fixed", .dt_s = 0.98 * limit_s, .single = true};
+        const struct sim_options options = {
+            .solver = "fixed", .dt_s = 0.98 * limit_s, .single = true};
         memset(&error, 0, sizeof error);
         if (sim_run(&chain, &options, &result, &error) != MR_OK)
             fail_msg("c %g: %s", c, error.text);
         assert_true(result.dt_limit_s == limit_s);
-        double thrust_lb_s = 12000.0 * 0.05; /* nothing moves faster, and further, than the thrust's impulse allows */
-        assert_true(result.peak_u_ft > 0.0 && result.peak_u_ft < 0.05 * (thrust_lb_s + m * 2.0) / m);
+        /* nothing moves faster, and further, than the thrust's impulse allows */
+        double thrust_lb_s = 12000.0 * 0.05;
+        assert_true(result.peak_u_ft > 0.0 &&
+                    result.peak_u_ft < 0.05 * (thrust_lb_s + m * 2.0) / m);
         assert_true(result.peak_u_ft < 1.1 * (thrust_lb_s + m * 2.0) / c || c < 1e3);
         sim_result_free(&result);
     }
 }
 
-/* The exact step: two halves are the whole, also when the mat stops on the way or is thrown back. */
+/* The exact step: two halves are the whole, also when the mat stops on the way or is thrown
+ * back. */
 static void half_steps_add_up(void **state)
 {
     (void)state;
@@ -249,8 +266,10 @@ static void half_steps_add_up(void **state)
             for (int way = 0; way < 2; way++) {
                 for (int i = 0; i <= way * 15; i++) {
                     unsigned stops = 0;
-                    struct element_step step = element_step(&set, (struct element_mat){v[way], true}, way ? h / 16.0 : h, m);
-                    v[way] = friction_speed_ft_s(step.keep * v[way], x + step.push_lb, dry, step.as_if_s, m, &stops);
+                    struct element_step step = element_step(
+                        &set, (struct element_mat){v[way], true}, way ? h / 16.0 : h, m);
+                    v[way] = friction_speed_ft_s(step.keep * v[way], x + step.push_lb, dry,
+                                                 step.as_if_s, m, &stops);
                 }
             }
             assert_near(v[0], v[1], 1e-12);
@@ -258,7 +277,8 @@ static void half_steps_add_up(void **state)
     }
 }
 
-/* Whoever has both ends off the ground is not damped, one end is enough; the acceleration alone changes, and by -c v/m. */
+/* Whoever has both ends off the ground is not damped, one end is enough; the acceleration alone
+ * changes, and by -c v/m. */
 static void a_lifted_mat_is_not_damped(void **state)
 {
     (void)state;
@@ -281,14 +301,16 @@ static void a_lifted_mat_is_not_damped(void **state)
         model.elements.count = 0;
         model_rates(&model, 0.0, z, bare);
         for (int n = 0; n < 3; n++)
-            assert_near(damped[2 * n + 1] - bare[2 * n + 1], n < 2 ? -50.0 * 0.5 * (n + 1) / mass(&scene) : 0.0, 1e-9);
+            assert_near(damped[2 * n + 1] - bare[2 * n + 1],
+                        n < 2 ? -50.0 * 0.5 * (n + 1) / mass(&scene) : 0.0, 1e-9);
         for (int j = 0; j <= 3; j++)
             assert_true(damped[2 * j] == bare[2 * j]);
         model_free(&model);
     }
 }
 
-/* In the Jacobian it is -c where a moving mat's speed acts on that mat, and nothing else; its bound is c/m. */
+/* In the Jacobian it is -c where a moving mat's speed acts on that mat, and nothing else; its bound
+ * is c/m. */
 static void its_slope_is_in_the_jacobian(void **state)
 {
     (void)state;
@@ -308,7 +330,8 @@ static void its_slope_is_in_the_jacobian(void **state)
         scene.force_lb = 0.0;
         model_sample(&model, 0.0, z);
         model.slide[0] = 0;
-        assert_near(element_bound(&model.elements, mass(&scene)).damping, 50.0 / mass(&scene), 1e-12);
+        assert_near(element_bound(&model.elements, mass(&scene)).damping, 50.0 / mass(&scene),
+                    1e-12);
         model_rates(&model, 0.0, z, accel);
         model_linearise(&model, 0.0, z, accel, rows[0][0], rows[0][1], rows[0][2], drift);
         model.elements.count = 0;
@@ -344,7 +367,8 @@ static void leaving_mats_out_changes_nothing(void **state)
         options.no_prune = true;
         assert_int_equal(sim_run(&scene, &options, &all, &error), MR_OK);
         for (int n = 1; n <= scene.mats; n++)
-            assert_near(few.u_ft[n], all.u_ft[n], strcmp(options.solver, "implicit") == 0 ? 1e-7 : 1e-9);
+            assert_near(few.u_ft[n], all.u_ft[n],
+                        strcmp(options.solver, "implicit") == 0 ? 1e-7 : 1e-9);
         assert_true(few.mats_mean < 0.9 * all.mats_mean);
         sim_result_free(&few);
         sim_result_free(&all);
@@ -357,7 +381,9 @@ static void absent_it_is_nothing(void **state)
 {
     (void)state;
     struct sim_scene with, without;
-    const char *text[] = {"{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05, \"ground_damping\": 0}", "{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05}"};
+    const char *text[] = {
+        "{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05, \"ground_damping\": 0}",
+        "{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05}"};
     assert_int_equal(sim_scene_parse(&with, "with", text[0], strlen(text[0]), &error), MR_OK);
     assert_int_equal(sim_scene_parse(&without, "without", text[1], strlen(text[1]), &error), MR_OK);
     assert_int_equal(element_set_of(&with).count, 0);
@@ -382,8 +408,8 @@ static void the_key_has_a_unit(void **state)
 {
     (void)state;
     struct sim_scene scene;
-    const char *text = "{\"ground_damping\": \"175.126835246476 N s/m\"}", *wrong = "{\"ground_damping\": -1}",
-               *force = "{\"ground_damping\": \"12 lb\"}";
+    const char *text = "{\"ground_damping\": \"175.126835246476 N s/m\"}",
+               *wrong = "{\"ground_damping\": -1}", *force = "{\"ground_damping\": \"12 lb\"}";
     memset(&error, 0, sizeof error);
     assert_int_equal(sim_scene_parse(&scene, "scene", text, strlen(text), &error), MR_OK);
     assert_near(scene.element[ELEMENT_ground_damping], 12.0, 1e-12);

@@ -1,5 +1,5 @@
-/* Waves and growth against closed forms: how fast a push runs along the joints, and how fast a zigzag under compression
- * rises. */
+/* Waves and growth against closed forms: how fast a push runs along the joints, and how fast a
+ * zigzag under compression rises. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,7 +13,8 @@
 
 static struct error error;
 
-static struct sim_result good(const struct sim_scene *scene, const char *solver, const struct sim_options *base)
+static struct sim_result good(const struct sim_scene *scene, const char *solver,
+                              const struct sim_options *base)
 {
     struct sim_result result;
     struct sim_options options = base ? *base : (struct sim_options){0};
@@ -24,8 +25,8 @@ static struct sim_result good(const struct sim_scene *scene, const char *solver,
     return result;
 }
 
-/* A step of force on the first mat of a chain of masses and springs: the speed behind the front is F/sqrt(KL m), and
- * at the front (n = c t / L) a third of it, as the Airy integral has it. */
+/* A step of force on the first mat of a chain of masses and springs: the speed behind the front is
+ * F/sqrt(KL m), and at the front (n = c t / L) a third of it, as the Airy integral has it. */
 static void a_push_runs_at_L_sqrt_KL_over_m(void **state)
 {
     (void)state;
@@ -42,26 +43,31 @@ static void a_push_runs_at_L_sqrt_KL_over_m(void **state)
         scene.friction = 0.0;
         scene.vac_ft_s = 1e-3; /* the push stays on mat 1 */
         scene.t_end_s = 0.16;
-        struct sim_options options = {.sample_dt_s = dt_s, .station_ft = station, .station_count = 2, .rtol = 1e-6};
+        struct sim_options options = {
+            .sample_dt_s = dt_s, .station_ft = station, .station_count = 2, .rtol = 1e-6};
         struct sim_result result = good(&scene, solvers[variant / 2], &options);
-        double mass = 160.0 / 32.174, behind = 12000.0 / sqrt(8e6 * mass), c_ft_s = length * sqrt(8e6 / mass);
+        double mass = 160.0 / 32.174, behind = 12000.0 / sqrt(8e6 * mass),
+               c_ft_s = length * sqrt(8e6 / mass);
         for (int s = 0; s < 2; s++) {
             for (size_t k = 1; k + 1 < result.sample_count && arrival_s[s] == 0.0; k++) {
-                double v = (result.sample_u_ft[(k + 1) * 2 + (size_t)s] - result.sample_u_ft[(k - 1) * 2 + (size_t)s]) /
+                double v = (result.sample_u_ft[(k + 1) * 2 + (size_t)s] -
+                            result.sample_u_ft[(k - 1) * 2 + (size_t)s]) /
                            (2.0 * dt_s);
                 if (v > behind / 3.0)
                     arrival_s[s] = (double)k * dt_s;
             }
             assert_true(arrival_s[s] > 0.0);
         }
-        assert_true(fabs((station[1] - station[0]) / (arrival_s[1] - arrival_s[0]) / c_ft_s - 1.0) < 0.01);
+        assert_true(fabs((station[1] - station[0]) / (arrival_s[1] - arrival_s[0]) / c_ft_s - 1.0) <
+                    0.01);
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
 }
 
-/* Four mats well above the ground, without weight, in the shape of the chain's own third mode (heights as the cosine of
- * 3 pi/4 per node), under 12,000 lb from joints that start pressed: the shape keeps and grows as cosh r t. */
+/* Four mats well above the ground, without weight, in the shape of the chain's own third mode
+ * (heights as the cosine of 3 pi/4 per node), under 12,000 lb from joints that start pressed: the
+ * shape keeps and grows as cosh r t. */
 static void a_small_zigzag_grows_at_its_rate(void **state)
 {
     (void)state;
@@ -89,10 +95,13 @@ static void a_small_zigzag_grows_at_its_rate(void **state)
         assert_int_equal(sim_scene_set_list(&scene.bump_ft, heights, 5, &error), MR_OK);
         assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &pressed_ft, 1, &error), MR_OK);
         struct sim_result result = good(&scene, solvers[variant / 2], NULL);
-        double grown = (result.max_lift_ft - 0.1) / 1e-4; /* of the highest node; the report model's nodes are a sum */
-        if (!model) /* q1, the middle of mat 1, stays: node 1 rises by half of the first mat's slope */
-            grown = (result.outputs[0].lift_ft - 0.1 - 0.5e-4 * (1.0 + cos(0.75 * 3.14159265358979))) /
-                    (0.5e-4 * (1.0 - cos(0.75 * 3.14159265358979)));
+        /* of the highest node; the report model's nodes are a sum */
+        double grown = (result.max_lift_ft - 0.1) / 1e-4;
+        /* q1, the middle of mat 1, stays: node 1 rises by half of the first mat's slope */
+        if (!model)
+            grown =
+                (result.outputs[0].lift_ft - 0.1 - 0.5e-4 * (1.0 + cos(0.75 * 3.14159265358979))) /
+                (0.5e-4 * (1.0 - cos(0.75 * 3.14159265358979)));
         double rate = acosh(grown) / 0.02;
         assert_true(fabs(rate / rate_s[model] - 1.0) < 0.01);
         sim_result_free(&result);

@@ -1,5 +1,5 @@
-/* Whole landings with the consistent model: against the chain where nothing heaves, against the solver that locates
- * every switch where it does, and against itself with nothing left out. */
+/* Whole landings with the consistent model: against the chain where nothing heaves, against the
+ * solver that locates every switch where it does, and against itself with nothing left out. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -24,12 +24,14 @@ static double spread(int i)
     return x - floor(x);
 }
 
-/* 80 mats of the model runway with uneven gaps and grit; the aircraft brakes across them and is pulled off. */
+/* 80 mats of the model runway with uneven gaps and grit; the aircraft brakes across them and is
+ * pulled off. */
 static struct sim_scene short_runway(enum sim_model model)
 {
     struct sim_scene scene;
     double gaps[81], grits[81];
-    const struct sim_path_row rows[] = {{0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
+    const struct sim_path_row rows[] = {
+        {0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
     sim_scene_defaults(&scene);
     scene.model = model;
     scene.mats = 80;
@@ -115,7 +117,8 @@ static void leaving_mats_out_changes_nothing(void **state)
         struct sim_result whole = run(&scene, (struct sim_options){.dt_s = 4e-5, .no_prune = true});
         assert_true(whole.mats_mean > 79.99 && pruned.mats_mean < 60.0);
         assert_true(pruned.peak_u_ft > 0.005);
-        /* exact, but for a heaving part that is held back at its ends: switches of a fixed step amplify that */
+        /* exact, but for a heaving part that is held back at its ends: switches of a fixed step
+         * amplify that */
         double apart_ft = variant == 2 ? 0.05 * whole.error_u_ft : 0.0;
         for (int n = 1; n <= 80; n++)
             assert_true(fabs(pruned.u_ft[n] - whole.u_ft[n]) <= apart_ft);
@@ -138,7 +141,8 @@ static int pick(uint64_t *seed, int count)
     return (int)(draw(seed) * count);
 }
 
-/* A landing that starts before, on or beyond the runway and rolls either way over bumps, pressed joints and slack. */
+/* A landing that starts before, on or beyond the runway and rolls either way over bumps, pressed
+ * joints and slack. */
 static struct sim_scene scattered(uint64_t seed)
 {
     struct sim_scene scene;
@@ -169,7 +173,8 @@ static struct sim_scene scattered(uint64_t seed)
     int bumps = scene.mats + 2 - scene.bump_first;
     fill(&scene.bump_ft, bump, (size_t)(bumps < 5 ? bumps : 5));
     double x_ft = (1.2 * draw(&seed) - 0.1) * scene.mats * 2.0, end_s = 0.03 + 0.07 * draw(&seed);
-    double speed = (draw(&seed) < 0.8 ? 1.0 : -1.0) * (20.0 + 100.0 * draw(&seed)), f = 500.0 + 15000.0 * draw(&seed);
+    double speed = (draw(&seed) < 0.8 ? 1.0 : -1.0) * (20.0 + 100.0 * draw(&seed)),
+           f = 500.0 + 15000.0 * draw(&seed);
     const struct sim_path_row rows[] = {{0.1 * end_s, x_ft, 0.0},
                                         {0.3 * end_s, x_ft + 0.2 * speed * end_s, f},
                                         {0.7 * end_s, x_ft + 0.5 * speed * end_s, 0.8 * f},
@@ -184,8 +189,12 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
     (void)state;
     int compared = 0, lighter = 0;
     for (uint64_t seed = 1; seed <= 103; seed++) {
-        /* and: soil friction lets go of a mat that nobody pushes; the wheel comes on far from what moves */
-        struct sim_scene scene = scattered(seed == 101 ? 674 : seed == 102 ? 727 : seed == 103 ? 158 : seed);
+        /* and: soil friction lets go of a mat that nobody pushes; the wheel comes on far from what
+         * moves */
+        struct sim_scene scene = scattered(seed == 101   ? 674
+                                           : seed == 102 ? 727
+                                           : seed == 103 ? 158
+                                                         : seed);
         struct sim_result results[2];
         double stations[200];
         for (int n = 0; n < scene.mats; n++)
@@ -206,8 +215,9 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
             for (size_t k = 0; k < a->sample_count * a->station_count; k++) {
                 if (!(fabs(a->sample_u_ft[k] - b->sample_u_ft[k]) <= apart_ft &&
                       fabs(a->sample_y_ft[k] - b->sample_y_ft[k]) <= apart_ft))
-                    fail_msg("landing %d: u %g and %g, height %g and %g", (int)seed, a->sample_u_ft[k],
-                             b->sample_u_ft[k], a->sample_y_ft[k], b->sample_y_ft[k]);
+                    fail_msg("landing %d: u %g and %g, height %g and %g", (int)seed,
+                             a->sample_u_ft[k], b->sample_u_ft[k], a->sample_y_ft[k],
+                             b->sample_y_ft[k]);
             }
             compared++;
             lighter += a->mats_mean < 0.9 * b->mats_mean;
@@ -244,7 +254,8 @@ static void a_mat_at_rest_is_left_after_its_neighbour(void **state)
     sim_scene_free(&scene);
 }
 
-/* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every switch. */
+/* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every
+ * switch. */
 static void it_converges_to_located_switches(void **state)
 {
     (void)state;
@@ -285,12 +296,14 @@ static void what_it_cannot_do_is_refused(void **state)
     struct sim_scene scene = short_runway(SIM_CONSISTENT);
     struct sim_result result;
     memset(&error, 0, sizeof error);
-    assert_int_equal(sim_run(&scene, &(struct sim_options){.dt_s = 1e-3}, &result, &error), MR_NUMERICS);
+    assert_int_equal(sim_run(&scene, &(struct sim_options){.dt_s = 1e-3}, &result, &error),
+                     MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNSTABLE);
     assert_non_null(strstr(error.text, "stability limit"));
     sim_result_free(&result);
     memset(&error, 0, sizeof error);
-    assert_int_equal(sim_run(&scene, &(struct sim_options){.solver = "event"}, &result, &error), MR_USAGE);
+    assert_int_equal(sim_run(&scene, &(struct sim_options){.solver = "event"}, &result, &error),
+                     MR_USAGE);
     assert_non_null(strstr(error.text, "grit"));
     sim_result_free(&result);
     memset(&error, 0, sizeof error);

@@ -1,5 +1,6 @@
-/* Landing engine: its stated errors hold the true ones. Truth is `event`, which locates every switch and integrates by another
- * method; every pair of ends, profile and law, then what stiff soil does to friction and to neighbours. */
+/* Landing engine: its stated errors hold the true ones. Truth is `event`, which locates every
+ * switch and integrates by another method; every pair of ends, profile and law, then what stiff
+ * soil does to friction and to neighbours. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -7,7 +8,7 @@
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
 
-#define MATS 8
+#define MATS    8
 #define OUTPUTS 16
 
 static struct sim_scene small_scene(int bump_first, size_t bumps, double end_s)
@@ -50,8 +51,8 @@ static bool stated_error_holds(struct sim_scene *scene, const char *what)
     bool holds = off_u_ft <= fixed.error_u_ft + truth.error_u_ft + 1e-9 &&
                  off_lift_ft <= fixed.error_lift_ft + truth.error_lift_ft + 1e-9;
     if (!holds)
-        print_error("%s: u is off by %g ft (stated %g), lift by %g ft (stated %g)\n", what, off_u_ft, fixed.error_u_ft,
-                    off_lift_ft, fixed.error_lift_ft);
+        print_error("%s: u is off by %g ft (stated %g), lift by %g ft (stated %g)\n", what,
+                    off_u_ft, fixed.error_u_ft, off_lift_ft, fixed.error_lift_ft);
     assert_true(truth.peak_u_ft > 1e-6 && truth.max_lift_ft > 1e-3);
     assert_true(fixed.error_u_ft < 0.1 * truth.peak_u_ft);
     sim_result_free(&fixed);
@@ -66,7 +67,9 @@ static void every_end_profile_and_law(void **state)
         const char *name;
         enum sim_friction law;
         enum sim_normal normal;
-    } laws[] = {{"stick", SIM_STICK, SIM_WEIGHT}, {"stick on soil", SIM_STICK, SIM_SOIL}, {"none", SIM_NONE, SIM_WEIGHT}};
+    } laws[] = {{"stick", SIM_STICK, SIM_WEIGHT},
+                {"stick on soil", SIM_STICK, SIM_SOIL},
+                {"none", SIM_NONE, SIM_WEIGHT}};
     int wrong = 0;
     (void)state;
     for (int i = 0; i < 4 * 2 * 3; i++) {
@@ -78,14 +81,16 @@ static void every_end_profile_and_law(void **state)
         scene.friction_law = laws[i / 8].law;
         scene.friction_normal = laws[i / 8].normal;
         scene.wheel_load_lb = i % 3 == 0 ? 500.0 : 0.0;
-        snprintf(what, sizeof what, "left %s, right %s, profile %s, friction %s", i & 1 ? "fixed" : "free",
-                 i & 2 ? "fixed" : "free", i & 4 ? "full" : "low", laws[i / 8].name);
+        snprintf(what, sizeof what, "left %s, right %s, profile %s, friction %s",
+                 i & 1 ? "fixed" : "free", i & 2 ? "fixed" : "free", i & 4 ? "full" : "low",
+                 laws[i / 8].name);
         wrong += !stated_error_holds(&scene, what);
     }
     assert_int_equal(wrong, 0);
 }
 
-/* Soil that stops a foot within a small part of a step: friction takes the impulse of that landing, not more. */
+/* Soil that stops a foot within a small part of a step: friction takes the impulse of that landing,
+ * not more. */
 static void friction_of_a_foot_that_lands_hard(void **state)
 {
     (void)state;
@@ -110,7 +115,8 @@ static void friction_of_a_foot_that_lands_hard(void **state)
     assert_true(stated_error_holds(&scene, "soil friction"));
 }
 
-/* A foot that lands lifts its neighbour off at once: the soil does not hold it down for that step. */
+/* A foot that lands lifts its neighbour off at once: the soil does not hold it down for that
+ * step. */
 static void soil_does_not_hold_a_neighbour_down(void **state)
 {
     (void)state;

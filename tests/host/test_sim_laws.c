@@ -1,5 +1,6 @@
-/* The laws of host/sim/elements: that a law's two shapes, for loops over mats and for one mat, have the same bits; that located modes
- * and sampled cases are one law; that slopes are those of the forces. */
+/* The laws of host/sim/elements: that a law's two shapes, for loops over mats and for one mat, have
+ * the same bits; that located modes and sampled cases are one law; that slopes are those of the
+ * forces. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -44,9 +45,12 @@ static void joint_shapes_have_the_same_bits(void **state)
     (void)state;
     const struct joint joint = {3000.0, 0.2, 0.004};
     for (int i = 0; i < DRAWS; i++) {
-        double grit_lb = uniform() < 0.2 ? 0.0 : 20.0 * uniform(), reach_ft = uniform() < 0.2 ? 0.0 : 0.004 * uniform();
-        const double edges[] = {0.0, joint.slack_ft, reach_ft, reach_ft - grit_lb / joint.kl_lb_ft, -grit_lb / joint.kl_lb_ft};
-        double g_ft = around(edges, 5, 0.01), damper_lb = uniform() < 0.3 ? 0.0 : 8.0 * uniform() - 4.0;
+        double grit_lb = uniform() < 0.2 ? 0.0 : 20.0 * uniform(),
+               reach_ft = uniform() < 0.2 ? 0.0 : 0.004 * uniform();
+        const double edges[] = {0.0, joint.slack_ft, reach_ft, reach_ft - grit_lb / joint.kl_lb_ft,
+                                -grit_lb / joint.kl_lb_ft};
+        double g_ft = around(edges, 5, 0.01),
+               damper_lb = uniform() < 0.3 ? 0.0 : 8.0 * uniform() - 4.0;
         struct joint_grit grit = {-grit_lb, grit_lb / joint.kl_lb_ft, reach_ft};
         for (enum joint_law law = JOINT_LINEAR; law <= JOINT_GRIT; law++) {
             struct joint_pull many = joint_pull(law, &joint, g_ft, damper_lb, grit);
@@ -58,7 +62,8 @@ static void joint_shapes_have_the_same_bits(void **state)
     }
 }
 
-/* README.md, "Chain and landings", in words: up to its grit an open joint holds, then it gives way at that force and stays closed. */
+/* README.md, "Chain and landings", in words: up to its grit an open joint holds, then it gives way
+ * at that force and stays closed. */
 static void grit_holds_and_gives_way(void **state)
 {
     (void)state;
@@ -80,7 +85,8 @@ static void located_joints_are_sampled_ones(void **state)
     for (int i = 0; i < DRAWS; i++) {
         double g_ft = around(edges, 2, 0.01), rate = 2.0 * uniform() - 1.0;
         signed char mode = joint_mode(g_ft, joint.slack_ft);
-        struct joint_pull sampled = joint_pull_one(JOINT_SLACK, &joint, g_ft, joint.cl_lb_s_ft * rate, (struct joint_grit){0});
+        struct joint_pull sampled = joint_pull_one(JOINT_SLACK, &joint, g_ft,
+                                                   joint.cl_lb_s_ft * rate, (struct joint_grit){0});
         same_bits(joint_located_lb(&joint, true, mode, g_ft, rate), sampled.lb, "tension", g_ft);
         assert_true(joint_margin_ft(mode, g_ft, joint.slack_ft, 0.0) >= 0.0);
         for (signed char other = -1; other <= 1; other++) { /* no other mode fits, but at an edge */
@@ -94,12 +100,14 @@ static void friction_shapes_have_the_same_bits(void **state)
 {
     (void)state;
     for (int i = 0; i < DRAWS; i++) {
-        double c_lb = 0.3 * uniform(), v = uniform() < 0.3 ? 0.0 : 0.02 * uniform() - 0.01, mass = 0.0146, h_s = 5e-4 * uniform();
+        double c_lb = 0.3 * uniform(), v = uniform() < 0.3 ? 0.0 : 0.02 * uniform() - 0.01,
+               mass = 0.0146, h_s = 5e-4 * uniform();
         const double edges[] = {-c_lb, 0.0, c_lb};
         double x_lb = around(edges, 3, 1.0);
         unsigned stops = 0;
         struct friction_step step = friction_step(v, x_lb, c_lb, h_s / mass);
-        double many = step.stops && !step.held ? friction_thrown_back_ft_s(v, x_lb, c_lb, h_s, mass) : step.after_ft_s;
+        double many = step.stops && !step.held ? friction_thrown_back_ft_s(v, x_lb, c_lb, h_s, mass)
+                                               : step.after_ft_s;
         double one = friction_speed_ft_s(v, x_lb, c_lb, h_s, mass, &stops);
         assert_true(one == many && stops == step.stops);
     }
@@ -113,20 +121,25 @@ static void slopes_are_those_of_the_forces(void **state)
         double up = friction_rub_lb(SIM_TANH, c_lb, v + d, 0, tanh((v + d) / veps));
         double down = friction_rub_lb(SIM_TANH, c_lb, v - d, 0, tanh((v - d) / veps));
         double share = friction_share(SIM_TANH, v, 0, tanh(v / veps));
-        near(friction_slope_lb_s_ft(SIM_TANH, c_lb, share, veps), -(up - down) / (2.0 * d), 1e-3 * c_lb / veps);
-        assert_true(-friction_slope_lb_s_ft(SIM_TANH, c_lb, share, veps) / 5.0 <= friction_bound(SIM_TANH, c_lb, 5.0, veps).damping);
+        near(friction_slope_lb_s_ft(SIM_TANH, c_lb, share, veps), -(up - down) / (2.0 * d),
+             1e-3 * c_lb / veps);
+        assert_true(-friction_slope_lb_s_ft(SIM_TANH, c_lb, share, veps) / 5.0 <=
+                    friction_bound(SIM_TANH, c_lb, 5.0, veps).damping);
     }
     near(hinge_margin_rad(hinge_side(0.3, 0.2), 0.3, 0.2), 0.1, 1e-15);
     near(hinge_margin_rad(hinge_side(-0.1, 0.2), -0.1, 0.2), 0.1, 1e-15);
-    assert_true(soil_touch_ft(true, 1e7, 2e4, 1e-6, -1.0) < 0.0); /* on the ground, and leaving faster than it would push */
+    /* on the ground, and leaving faster than it would push */
+    assert_true(soil_touch_ft(true, 1e7, 2e4, 1e-6, -1.0) < 0.0);
     assert_true(soil_touch_ft(false, 1e7, 2e4, 0.0, -1.0) > 0.0);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(joint_shapes_have_the_same_bits), cmocka_unit_test(grit_holds_and_gives_way),
-        cmocka_unit_test(located_joints_are_sampled_ones), cmocka_unit_test(friction_shapes_have_the_same_bits),
+        cmocka_unit_test(joint_shapes_have_the_same_bits),
+        cmocka_unit_test(grit_holds_and_gives_way),
+        cmocka_unit_test(located_joints_are_sampled_ones),
+        cmocka_unit_test(friction_shapes_have_the_same_bits),
         cmocka_unit_test(slopes_are_those_of_the_forces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,6 @@
-/* The planar models against mechanics written down a second time: Lagrange's equations by finite differences, the
- * report's own coordinates, conservation laws, closed forms. Units ft, lb, s, slug, rad. */
+/* The planar models against mechanics written down a second time: Lagrange's equations by finite
+ * differences, the report's own coordinates, conservation laws, closed forms. Units ft, lb, s,
+ * slug, rad. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,9 +13,9 @@
 #include "host/sim/solvers/pass.h"
 #include "host/sim/models/lanes.h"
 
-#define N 4
+#define N    4
 #define SIZE (2 * N + 1)
-#define G 32.174
+#define G    32.174
 
 static struct error error;
 
@@ -47,7 +48,8 @@ static void make(struct model *model, const struct sim_scene *scene, double *z)
     model_start(model, z);
 }
 
-/* A state with every mat at an angle of its own, some of them beyond TAD, nodes above and below the ground. */
+/* A state with every mat at an angle of its own, some of them beyond TAD, nodes above and below the
+ * ground. */
 static void scattered(double *z)
 {
     static const double heights[N + 1] = {0.002, -0.31, -0.52, -0.05, 0.004};
@@ -79,7 +81,8 @@ static double kinetic(const struct sim_scene *s, const double *q, const double *
         double d = q[2 * n + 2] - q[2 * n];
         double spin = (v[2 * n + 2] - v[2 * n]) / sqrt(s->length_ft * s->length_ft - d * d);
         double middle = 0.5 * (v[2 * n] + v[2 * n + 2]);
-        sum += m * (v[2 * n + 1] * v[2 * n + 1] + middle * middle) + s->inertia_slug_ft2 * spin * spin;
+        sum += m * (v[2 * n + 1] * v[2 * n + 1] + middle * middle) +
+               s->inertia_slug_ft2 * spin * spin;
     }
     return 0.5 * sum;
 }
@@ -161,7 +164,9 @@ static void consistent_accelerations_are_lagranges(void **state)
                 along_up[k] = q[k] + e * v[k];
                 along_down[k] = q[k] - e * v[k];
             }
-            right[i] = (kinetic(&s, up, v) - potential(&s, up) - kinetic(&s, down, v) + potential(&s, down)) / (2 * e) -
+            right[i] = (kinetic(&s, up, v) - potential(&s, up) - kinetic(&s, down, v) +
+                        potential(&s, down)) /
+                           (2 * e) -
                        (momentum(&s, along_up, v, i) - momentum(&s, along_down, v, i)) / (2 * e);
             for (int k = 0; k < SIZE; k++) {
                 double unit[SIZE] = {0};
@@ -194,7 +199,8 @@ static void report_accelerations_are_the_reports(void **state)
         model_sample(&model, 0.0, z);
         model_rates(&model, 0.0, z, accel);
         double m = 160.0 / G, h = 1.0, tad = 10.0 * acos(-1.0) / 180.0;
-        double th[N + 2] = {0}, w[N + 2] = {0}, u[N + 2] = {0}, v[N + 2] = {0}, tension[N + 2], moment[N + 2], soil[N + 2];
+        double th[N + 2] = {0}, w[N + 2] = {0}, u[N + 2] = {0}, v[N + 2] = {0}, tension[N + 2],
+                      moment[N + 2], soil[N + 2];
         for (int n = 1; n <= N; n++) {
             th[n] = asin((z[2 * n] - z[2 * n - 2]) / 2.0);
             w[n] = (z[SIZE + 2 * n] - z[SIZE + 2 * n - 2]) / (2.0 * cos(th[n]));
@@ -207,17 +213,18 @@ static void report_accelerations_are_the_reports(void **state)
             double turn = th[j] - th[j - 1], y = z[2 * j - 2];
             tension[j] = j == 1 ? 0.0 : 8e6 * g + 50.0 * rate;
             moment[j] = j == 1 || j == N + 1 || fabs(turn) <= tad
-                            ? 0.0
-                            : 1e5 * (turn - copysign(tad, turn)) + 1.0 * (w[j] - w[j - 1]);
+                          ? 0.0
+                          : 1e5 * (turn - copysign(tad, turn)) + 1.0 * (w[j] - w[j - 1]);
             soil[j] = y >= -1e-9 ? 1e7 * y + 2e4 * z[SIZE + 2 * j - 2] : 0.0;
         }
-        /* feet down: nodes 1 and 5; apex node 3. V lifts mat 1 (left down, right up) and mat 4 has its right end
-         * down, both ends of mat 4 are not up: none there */
+        /* feet down: nodes 1 and 5; apex node 3. V lifts mat 1 (left down, right up) and mat 4 has
+         * its right end down, both ends of mat 4 are not up: none there */
         double spin[N + 1], rise = 0.0;
         for (int n = 1; n <= N; n++) {
             double lift = n == 1 ? 120.0 : 0.0;
-            spin[n] = (-h * sin(th[n]) * (tension[n] + tension[n + 1]) + h * cos(th[n]) * (soil[n] - soil[n + 1]) -
-                       moment[n] + moment[n + 1] + lift * h * cos(th[n])) /
+            spin[n] = (-h * sin(th[n]) * (tension[n] + tension[n + 1]) +
+                       h * cos(th[n]) * (soil[n] - soil[n + 1]) - moment[n] + moment[n + 1] +
+                       lift * h * cos(th[n])) /
                       2.0;
             double push = tension[n + 1] - tension[n] + (n == 2 ? 12000.0 : 0.0);
             double slide = (push - 80.0 * tanh(v[n] / 0.5)) / m;
@@ -252,7 +259,8 @@ static void the_linearisation_is_the_derivative(void **state)
             if (kind == SIM_CONSISTENT)
                 s.friction_normal = SIM_SOIL;
             struct model model;
-            double z[2 * SIZE], accel[SIZE], mass[SIZE * MODEL_ROW], by_p[SIZE * MODEL_ROW], by_v[SIZE * MODEL_ROW];
+            double z[2 * SIZE], accel[SIZE], mass[SIZE * MODEL_ROW], by_p[SIZE * MODEL_ROW],
+                by_v[SIZE * MODEL_ROW];
             double drift[SIZE];
             make(&model, &s, z);
             scattered(z);
@@ -261,7 +269,8 @@ static void the_linearisation_is_the_derivative(void **state)
             model_linearise(&model, 0.0, z, accel, mass, by_p, by_v, drift);
             /* M d accel/dx = dR/dx: both sides as products with a direction */
             for (int k = 0; k <= 2 * SIZE; k++) {
-                double up[2 * SIZE], down[2 * SIZE], a[SIZE], c[SIZE], e = k < SIZE ? 1e-6 : 1e-4, t = 0.0;
+                double up[2 * SIZE], down[2 * SIZE], a[SIZE], c[SIZE], e = k < SIZE ? 1e-6 : 1e-4,
+                                                                       t = 0.0;
                 memcpy(up, z, sizeof up);
                 memcpy(down, z, sizeof down);
                 if (k < 2 * SIZE) {
@@ -350,12 +359,14 @@ static void momentum_is_kept_between_free_ends(void **state)
     }
 }
 
-/* Both mats of a small vee off the ground, under compression P: theta grows as cosh(t sqrt(P L/I)). */
+/* Both mats of a small vee off the ground, under compression P: theta grows as cosh(t sqrt(P
+ * L/I)). */
 static void a_vee_under_compression_grows_at_its_rate(void **state)
 {
     (void)state;
     const double p = 12000.0, gap = -p / 8e6, heights[] = {1e-4, 1.1e-4, 1e-4};
-    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit, &stepper_cvode};
+    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit,
+                                                       &stepper_cvode};
     struct sim_scene s = scene_of(SIM_REPORT, 2);
     s.left = SIM_FIXED;
     s.force_lb = s.v0_ft_s = s.shear_lb = 0.0;
@@ -381,7 +392,8 @@ static void a_vee_under_compression_grows_at_its_rate(void **state)
 static void a_pushed_mat_comes_to_exact_rest(void **state)
 {
     (void)state;
-    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit, &stepper_cvode};
+    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit,
+                                                       &stepper_cvode};
     for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
         for (int i = 0; i < 3; i++) {
             struct sim_scene s = scene_of((enum sim_model)kind, 1);

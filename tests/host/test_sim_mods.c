@@ -1,4 +1,5 @@
-/* Modifications of the runway against closed forms and an independent integration: the chain, and what is refused. Units ft, lb, s. */
+/* Modifications of the runway against closed forms and an independent integration: the chain, and
+ * what is refused. Units ft, lb, s. */
 #include "tests/host/mods_case.h"
 
 /* C.6 and C.7: one riveted mat in a band between two springs, pushed slowly. */
@@ -11,7 +12,8 @@ static void a_slow_push_splits_as_appendix_c_says(void **state)
         double k = springs[i / 3], l = 10.0, ae = 1000.0;
         int mat = at[i % 3];
         struct sim_scene scene = apart(10);
-        const struct sim_path_row rows[] = {{0, mat - 0.5, 0}, {20, mat - 0.5, pushed}, {24, mat - 0.5, pushed}};
+        const struct sim_path_row rows[] = {
+            {0, mat - 0.5, 0}, {20, mat - 0.5, pushed}, {24, mat - 0.5, pushed}};
         scene.friction_law = SIM_STICK;
         scene.friction = 0.01 / G; /* 0.01 lb: what may be missing */
         rivet(&scene, 10, mat, mat);
@@ -28,7 +30,8 @@ static void a_slow_push_splits_as_appendix_c_says(void **state)
     }
 }
 
-/* Between rigid anchors, 5 ft either side: 400 lb/ft together. Two bands double it; v0 gives the amplitude. */
+/* Between rigid anchors, 5 ft either side: 400 lb/ft together. Two bands double it; v0 gives the
+ * amplitude. */
 static void a_mat_swings_between_anchors(void **state)
 {
     (void)state;
@@ -52,7 +55,8 @@ static void a_mat_swings_between_anchors(void **state)
     }
 }
 
-/* T0 20 lb: ahead of the mat the band is slack after 0.1 ft; what is left brakes it alone. Energy: 1/2 v^2. */
+/* T0 20 lb: ahead of the mat the band is slack after 0.1 ft; what is left brakes it alone. Energy:
+ * 1/2 v^2. */
 static void a_slack_band_does_not_push(void **state)
 {
     (void)state;
@@ -62,13 +66,16 @@ static void a_slack_band_does_not_push(void **state)
     tension(&scene, &t0, 1);
     scene.v0_ft_s = 6.0;
     scene.v0_mat = 6;
-    double k = 1000.0 / 5.5, slack = t0 / k; /* force 2 k x to slack, then T0 + k x = k (slack + x) */
-    double furthest = -slack + sqrt(2.0 * slack * slack + 36.0 / k); /* k x^2/2 + k slack x - k slack^2/2 = 18 */
+    /* force 2 k x to slack, then T0 + k x = k (slack + x) */
+    double k = 1000.0 / 5.5, slack = t0 / k;
+    /* k x^2/2 + k slack x - k slack^2/2 = 18 */
+    double furthest = -slack + sqrt(2.0 * slack * slack + 36.0 / k);
     scene.t_end_s = 0.5;
     scene.mods.band[0].k_lb_ft = INFINITY;
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     near(result.mods->band_most_lb[0], t0 + k * furthest, 1e-3);
-    near(result.mods->band_least_lb[1], t0 - k * furthest, 1e-3); /* negative: how much it hangs loose */
+    /* negative: how much it hangs loose */
+    near(result.mods->band_least_lb[1], t0 - k * furthest, 1e-3);
     assert_true(result.mods->band_least_lb[1] < 0.0);
     sim_result_free(&result);
     sim_scene_free(&scene);
@@ -88,18 +95,21 @@ static void a_connection_holds_its_grip(void **state)
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     double k = 1000.0 / 5.5, rate = sqrt(2.0 * k);
     /* elastic until 2 k u = 10, then constant 40 lb on 1 slug */
-    double u1 = 10.0 / (2.0 * k), c = 1.0 - u1 * 2.0 * k / 50.0, t1 = acos(c) / rate, v1 = 50.0 / (2.0 * k) * rate * sin(acos(c));
+    double u1 = 10.0 / (2.0 * k), c = 1.0 - u1 * 2.0 * k / 50.0, t1 = acos(c) / rate,
+           v1 = 50.0 / (2.0 * k) * rate * sin(acos(c));
     double left = 0.2 - t1, u = u1 + v1 * left + 20.0 * left * left;
     near(result.u_ft[6], u, 1e-4);
     near(result.mods->band_slip_ft[0], u - u1, 1e-4);
     near(result.mods->band_load_lb[0], 10.0, 1e-9);
     near(result.mods->band_lb[0] - result.mods->band_lb[1], 10.0, 1e-6);
-    near(result.mods->band_lb[0] + result.mods->band_lb[1], 2.0 * t0, 1e-6); /* both halves as stiff */
+    /* both halves as stiff */
+    near(result.mods->band_lb[0] + result.mods->band_lb[1], 2.0 * t0, 1e-6);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
 
-/* Warmer bands: T0 - A E alpha dT between rigid anchors whatever the rivets; with springs the whole gives way. */
+/* Warmer bands: T0 - A E alpha dT between rigid anchors whatever the rivets; with springs the whole
+ * gives way. */
 static void heat_slackens(void **state)
 {
     (void)state;
@@ -127,7 +137,8 @@ static void heat_slackens(void **state)
     sim_scene_free(&scene);
 }
 
-/* Without its rivets a mat lets the band run through: one tension, that of the stretch of both parts together. */
+/* Without its rivets a mat lets the band run through: one tension, that of the stretch of both
+ * parts together. */
 static void pulled_rivets_let_the_band_run(void **state)
 {
     (void)state;
@@ -149,8 +160,8 @@ static void pulled_rivets_let_the_band_run(void **state)
     sim_scene_free(&scene);
 }
 
-/* The wheel tilts a mat whose bands pull 100 + 100 lb: 2 lb across at 0.01 rad. Rivets of 1.9 lb leave, of 2.1 stay, and
- * of 2.1 with half of it worn off leave too. */
+/* The wheel tilts a mat whose bands pull 100 + 100 lb: 2 lb across at 0.01 rad. Rivets of 1.9 lb
+ * leave, of 2.1 stay, and of 2.1 with half of it worn off leave too. */
 static void the_wheel_pulls_rivets_out(void **state)
 {
     (void)state;
@@ -167,10 +178,12 @@ static void the_wheel_pulls_rivets_out(void **state)
         scene.mods.band[0].pull_lb = i == 0 ? 1.9 : 2.1;
         scene.mods.band[0].wear_ft = 1.0;
         if (i == 2)
-            assert_int_equal(sim_scene_set_list(&scene.mods.band[0].slipped_ft, &slipped, 1, &error), MR_OK);
+            assert_int_equal(
+                sim_scene_set_list(&scene.mods.band[0].slipped_ft, &slipped, 1, &error), MR_OK);
         struct sim_result result = run(&scene, (struct sim_options){0});
-        assert_true(result.mods->band_out[0] == (i == 1 ? 0.0 : 1.0)); /* mat 3 is passed at 0.04 to 0.06 s */
-        assert_true(result.mods->band_out[1] == 0.0);                   /* mat 8 would be at 0.14 */
+        /* mat 3 is passed at 0.04 to 0.06 s */
+        assert_true(result.mods->band_out[0] == (i == 1 ? 0.0 : 1.0));
+        assert_true(result.mods->band_out[1] == 0.0); /* mat 8 would be at 0.14 */
         sim_result_free(&result);
     }
     sim_scene_free(&scene);
@@ -203,7 +216,8 @@ static void leaving_mats_out_changes_nothing(void **state)
     }
 }
 
-/* What a landing left is the next one's start: without an aircraft nothing moves, and the state is what it was. */
+/* What a landing left is the next one's start: without an aircraft nothing moves, and the state is
+ * what it was. */
 static void state_carries_over(void **state)
 {
     (void)state;
@@ -220,7 +234,8 @@ static void state_carries_over(void **state)
     double changed_lb = 0.0;
     for (size_t i = 0; i < first.mods->segments; i++) {
         changed_lb = fmax(changed_lb, fabs(first.mods->band_lb[i] - 60.0));
-        near(second.mods->band_lb[i], first.mods->band_lb[i], 5.0); /* what grit held is dropped: G/KL in 76,000 lb/ft */
+        /* what grit held is dropped: G/KL in 76,000 lb/ft */
+        near(second.mods->band_lb[i], first.mods->band_lb[i], 5.0);
     }
     assert_true(changed_lb > 15.0);
     for (size_t c = 0; c < first.mods->connections; c++)
@@ -240,30 +255,35 @@ static double pull_of(double k, double stretch)
     return stretch > 0.0 ? k * stretch : 0.0;
 }
 
-/* Six mats, rivets in 2 and 5, joints with slack, friction, a band that slides: velocity Verlet with forces from the
- * definitions, the band's place under each rivet found by bisection. */
+/* Six mats, rivets in 2 and 5, joints with slack, friction, a band that slides: velocity Verlet
+ * with forces from the definitions, the band's place under each rivet found by bisection. */
 static void march(double h, double end, double thrust, double grip, double u[MATS + 2], double t[3])
 {
-    double v[MATS + 2] = {0}, place[2] = {0}, f[MATS + 2], mass = 2.0 / G, friction = 1.0, kl = 1e4, cl = 5.0, slack = 0.01;
+    double v[MATS + 2] = {0}, place[2] = {0}, f[MATS + 2], mass = 2.0 / G, friction = 1.0, kl = 1e4,
+                    cl = 5.0, slack = 0.01;
     const double length[3] = {1.5, 3.0, 1.5}, t0 = 20.0, ea = 3000.0, bands = 0.5;
     const int mat[2] = {2, 5};
     memset(u, 0, (MATS + 2) * sizeof *u);
     for (int i = 0; i * h < end; i++) {
-        for (int sweep = 0; sweep < 60; sweep++) { /* place[c]: how far the band lies ahead of its mat */
+        for (int sweep = 0; sweep < 60; sweep++) {
+            /* place[c]: how far the band lies ahead of its mat */
             bool slid = false;
             for (int c = 0; c < 2; c++) {
                 double y[4] = {0.0, u[2] + place[0], u[5] + place[1], 0.0};
                 double before = pull_of(ea / length[c], t0 * length[c] / ea + y[c + 1] - y[c]);
-                double after = pull_of(ea / length[c + 1], t0 * length[c + 1] / ea + y[c + 2] - y[c + 1]);
+                double after = pull_of(ea / length[c + 1],
+                                       t0 * length[c + 1] / ea + y[c + 2] - y[c + 1]);
                 if (fabs(after - before) <= grip * (1.0 + 1e-9))
                     continue;
                 slid = true;
                 double low = place[c] - 0.1, high = place[c] + 0.1, kept = place[c];
                 for (int b = 0; b < 60; b++) {
-                    double x[4] = {0.0, u[2] + place[0], u[5] + place[1], 0.0}, middle = 0.5 * (low + high);
+                    double x[4] = {0.0, u[2] + place[0], u[5] + place[1], 0.0},
+                           middle = 0.5 * (low + high);
                     x[c + 1] = u[mat[c]] + middle;
                     double left = pull_of(ea / length[c], t0 * length[c] / ea + x[c + 1] - x[c]);
-                    double right = pull_of(ea / length[c + 1], t0 * length[c + 1] / ea + x[c + 2] - x[c + 1]);
+                    double right = pull_of(ea / length[c + 1],
+                                           t0 * length[c + 1] / ea + x[c + 2] - x[c + 1]);
                     double limit = middle > kept ? right - left - grip : right - left + grip;
                     if (limit > 0.0) /* pulled on forwards by more than it holds */
                         low = middle;
@@ -306,8 +326,10 @@ static void a_second_implementation_agrees(void **state)
 {
     (void)state;
     for (int i = 0; i < 3; i++) {
-        const double t0 = 20.0, gap = 0.004, thrusts[] = {12.0, 12.0, 25.0}, grips[] = {HUGE_VAL, 8.0, 15.0};
-        const struct sim_path_row rows[] = {{0, 2.5, 0}, {0.02, 2.5, thrusts[i]}, {0.1, 2.5, thrusts[i]}};
+        const double t0 = 20.0, gap = 0.004, thrusts[] = {12.0, 12.0, 25.0},
+                     grips[] = {HUGE_VAL, 8.0, 15.0};
+        const struct sim_path_row rows[] = {
+            {0, 2.5, 0}, {0.02, 2.5, thrusts[i]}, {0.1, 2.5, thrusts[i]}};
         struct sim_scene scene = apart(MATS);
         double u[MATS + 2], t[3];
         scene.weight_lb = 2.0;
@@ -338,8 +360,8 @@ static void a_second_implementation_agrees(void **state)
 
 /* --- cleats, stiffeners, diagonal joints, tears --- */
 
-/* A cleated mat stands up to f W + hold, and a fresh hold falls by e over its travel: a push of constant F does the work
- * F x = f W x + hold l (1 - exp(-x/l)) + 1/2 m v^2. */
+/* A cleated mat stands up to f W + hold, and a fresh hold falls by e over its travel: a push of
+ * constant F does the work F x = f W x + hold l (1 - exp(-x/l)) + 1/2 m v^2. */
 static void a_cleat_wears_as_it_moves(void **state)
 {
     (void)state;
@@ -359,13 +381,15 @@ static void a_cleat_wears_as_it_moves(void **state)
     result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     double x = result.u_ft[2];
     near(result.mods->cleat_left[0], exp(-x / 0.1), 1e-4);
-    near(0.5 * result.speed_end_ft_s * result.speed_end_ft_s, 15.0 * x - 10.0 * 0.1 * (1 - exp(-x / 0.1)), 1e-3);
+    near(0.5 * result.speed_end_ft_s * result.speed_end_ft_s,
+         15.0 * x - 10.0 * 0.1 * (1 - exp(-x / 0.1)), 1e-3);
     assert_true(x > 0.2);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
 
-/* Mats 1 to 3 tied, 4 free: pushed at 1, the three swing as two springs between three masses, the fourth stays. */
+/* Mats 1 to 3 tied, 4 free: pushed at 1, the three swing as two springs between three masses, the
+ * fourth stays. */
 static void a_stiffener_ties_mats(void **state)
 {
     (void)state;
@@ -388,12 +412,14 @@ static void a_stiffener_ties_mats(void **state)
     scene.mats = 9;
     scene.v0_mat = 6;
     result = run(&scene, (struct sim_options){.dt_s = 1e-5});
-    assert_true(result.u_ft[4] == 0.0 && result.u_ft[5] > 0.01 && result.u_ft[7] > 0.01 && result.u_ft[8] == 0.0);
+    assert_true(result.u_ft[4] == 0.0 && result.u_ft[5] > 0.01 && result.u_ft[7] > 0.01 &&
+                result.u_ft[8] == 0.0);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
 
-/* Joints at 45 degrees that slide at S: along the runway S sin 45; two mats of 1 slug share speed when it stops. */
+/* Joints at 45 degrees that slide at S: along the runway S sin 45; two mats of 1 slug share speed
+ * when it stops. */
 static void joints_at_45_degrees_slide(void **state)
 {
     (void)state;
@@ -406,7 +432,8 @@ static void joints_at_45_degrees_slide(void **state)
     scene.v0_ft_s = 4.0;
     scene.t_end_s = 0.2;
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
-    double s = 10.0 * sqrt(0.5), t = 0.2; /* the one is slowed, the other pulled along: relative 4 - 2 s t */
+    /* the one is slowed, the other pulled along: relative 4 - 2 s t */
+    double s = 10.0 * sqrt(0.5), t = 0.2;
     near(result.u_ft[1], 4.0 * t - 0.5 * s * t * t, 1e-4);
     near(result.u_ft[2], 0.5 * s * t * t, 1e-4);
     sim_result_free(&result);
@@ -417,7 +444,8 @@ static void joints_at_45_degrees_slide(void **state)
     sim_scene_free(&scene);
 }
 
-/* Two mats pulled apart: the joint hooks at its slack and tears when the pull passes its strength; then nothing holds. */
+/* Two mats pulled apart: the joint hooks at its slack and tears when the pull passes its strength;
+ * then nothing holds. */
 static void a_joint_tears(void **state)
 {
     (void)state;
@@ -429,8 +457,8 @@ static void a_joint_tears(void **state)
         scene.v0_ft_s = 2.0;
         scene.cl_lb_s_ft = 0.0;
         scene.t_end_s = 0.5;
-        /* 1e3 lb/ft stops a relative speed of 2 ft/s of half a slug with 2 sqrt(1e3/2) = 44.7 lb; torn at half of that,
-         * cos 30 of the speed is left */
+        /* 1e3 lb/ft stops a relative speed of 2 ft/s of half a slug with 2 sqrt(1e3/2) = 44.7 lb;
+         * torn at half of that, cos 30 of the speed is left */
         double strength = 2.0 * sqrt(500.0), left = 2.0 * cos(PI / 6);
         scene.mods.tear_lb = i ? 1.01 * strength : 0.5 * strength;
         struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
@@ -438,7 +466,8 @@ static void a_joint_tears(void **state)
         if (i) /* all of the speed goes to the other, after half a period pi sqrt(m/2k) */
             near(result.u_ft[2], 0.05 + 1.0 * PI * sqrt(0.5e-3), 2e-3);
         else {
-            double apart_ft = 0.05 + 0.5 * strength / 1e3 + left * (0.5 - 0.025 - PI / 6 / sqrt(2e3));
+            double apart_ft = 0.05 + 0.5 * strength / 1e3 +
+                              left * (0.5 - 0.025 - PI / 6 / sqrt(2e3));
             near(result.u_ft[1], 0.5 * (1.0 - apart_ft), 1e-3);
             near(result.u_ft[2], 0.5 * (1.0 + apart_ft), 1e-3);
         }

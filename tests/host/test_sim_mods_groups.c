@@ -7,12 +7,13 @@
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
-#define G 32.174
+#define G  32.174
 #define PI 3.14159265358979323846
 
 static struct error error;
 
-/* Ten free mats far apart (joints never meet) of 1 slug, without friction; a band of A E = 1000 lb riveted to mat 5, at 500 lb. */
+/* Ten free mats far apart (joints never meet) of 1 slug, without friction; a band of A E = 1000 lb
+ * riveted to mat 5, at 500 lb. */
 static struct sim_scene one_group(void)
 {
     struct sim_scene scene;
@@ -49,8 +50,9 @@ static struct sim_result run(const struct sim_scene *scene, struct sim_options o
     return result;
 }
 
-/* Two of the first group and three of the second, twice as stiff and at another tension, swing mat 5 together: 2 k + 3 (2 k) = 8 k. At
- * a quarter of the period each has changed by its own stiffness times the same amplitude. */
+/* Two of the first group and three of the second, twice as stiff and at another tension, swing mat
+ * 5 together: 2 k + 3 (2 k) = 8 k. At a quarter of the period each has changed by its own stiffness
+ * times the same amplitude. */
 static void both_hold_the_same_mat(void **state)
 {
     struct sim_scene scene = one_group();
@@ -77,7 +79,8 @@ static void both_hold_the_same_mat(void **state)
     sim_scene_free(&scene);
 }
 
-/* Riveted to other mats, each swings its own: the second mat 3, between 2.5 and 7.5 ft, with half the first's stiffness. */
+/* Riveted to other mats, each swings its own: the second mat 3, between 2.5 and 7.5 ft, with half
+ * the first's stiffness. */
 static void each_holds_its_own_mat(void **state)
 {
     struct sim_scene scene = one_group();
@@ -101,7 +104,8 @@ static void each_holds_its_own_mat(void **state)
     sim_scene_free(&scene);
 }
 
-/* The first 0.6 s of a landing in the planar model, the mats on uneven ground: bands in two groups are those bands in one. */
+/* The first 0.6 s of a landing in the planar model, the mats on uneven ground: bands in two groups
+ * are those bands in one. */
 static struct sim_scene landing(void)
 {
     struct sim_scene scene;
@@ -128,7 +132,8 @@ static void halves_are_the_whole(void **state)
             assert_int_equal(sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1, &error), MR_OK);
         }
         for (int i = 0; i < 2; i++) {
-            scene.mods.band[0].count = i == 0 ? 0.5 : 0.25; /* a power of two: halving rounds nothing */
+            /* a power of two: halving rounds nothing */
+            scene.mods.band[0].count = i == 0 ? 0.5 : 0.25;
             scene.mods.band[1].count = i == 0 ? 0.0 : 0.25;
             result[i] = run(&scene, (struct sim_options){.single = true, .dt_s = 5e-5});
         }
@@ -155,11 +160,14 @@ static void keys(void **state)
         const char *scene, *says;
     } wrong[] = {
         {"{\"model\":\"chain\",\"N\":30,\"bands2\":1,\"band2_first\":31}", "band2_first"},
-        {"{\"model\":\"chain\",\"N\":30,\"bands2\":1,\"band2_every\":10,\"band2_T0\":[1,2]}", "band2_T0 has 2 values; give one number or 4"},
-        {"{\"model\":\"chain\",\"N\":30,\"bands2\":1,\"band2_every\":10,\"band2_pulled\":[5]}", "band2_pulled[0] is 5"},
+        {"{\"model\":\"chain\",\"N\":30,\"bands2\":1,\"band2_every\":10,\"band2_T0\":[1,2]}",
+         "band2_T0 has 2 values; give one number or 4"},
+        {"{\"model\":\"chain\",\"N\":30,\"bands2\":1,\"band2_every\":10,\"band2_pulled\":[5]}",
+         "band2_pulled[0] is 5"},
         {"{\"model\":\"chain\",\"N\":30,\"bands3\":1}", "bands3"},
     };
-    static const char right[] = "{\"model\":\"chain\",\"N\":30,\"bands\":2,\"band_T0\":125,\"bands2\":1,\"band2_every\":15,\"band2_T0\":60}";
+    static const char right[] = "{\"model\":\"chain\",\"N\":30,\"bands\":2,\"band_T0\":125,"
+                                "\"bands2\":1,\"band2_every\":15,\"band2_T0\":60}";
     struct sim_scene scene;
     (void)state;
     error = (struct error){0};
@@ -170,7 +178,9 @@ static void keys(void **state)
     sim_scene_free(&scene);
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         error = (struct error){0};
-        assert_int_equal(sim_scene_parse(&scene, "x", wrong[i].scene, strlen(wrong[i].scene), &error), MR_MALFORMED);
+        assert_int_equal(
+            sim_scene_parse(&scene, "x", wrong[i].scene, strlen(wrong[i].scene), &error),
+            MR_MALFORMED);
         if (!strstr(error.text, wrong[i].says))
             fail_msg("'%s' does not say '%s'", error.text, wrong[i].says);
     }

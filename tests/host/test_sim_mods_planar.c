@@ -1,4 +1,5 @@
-/* Modifications of the runway in the planar landing: waves that bands and stiffeners hold down, cleats that come out. Units ft, lb, s. */
+/* Modifications of the runway in the planar landing: waves that bands and stiffeners hold down,
+ * cleats that come out. Units ft, lb, s. */
 #include "tests/host/mods_case.h"
 
 static struct sim_scene planar_runway(void)
@@ -27,7 +28,8 @@ static void a_flat_landing_is_the_chains(void **state)
     for (int n = 1; n <= 120; n++)
         near(a.u_ft[n], b.u_ft[n], 2.0 * (a.error_u_ft + b.error_u_ft));
     for (size_t i = 0; i < a.mods->segments; i++)
-        near(a.mods->band_lb[i], b.mods->band_lb[i], 2.0 * (a.mods->error_lb + b.mods->error_lb) + 0.1);
+        near(a.mods->band_lb[i], b.mods->band_lb[i],
+             2.0 * (a.mods->error_lb + b.mods->error_lb) + 0.1);
     for (size_t i = 0; i < a.mods->cleats; i++)
         near(a.mods->cleat_left[i], b.mods->cleat_left[i], 0.02);
     sim_result_free(&a);
@@ -36,8 +38,9 @@ static void a_flat_landing_is_the_chains(void **state)
     sim_scene_free(&chain);
 }
 
-/* Forces of a band over a vee of height h at node 5 (from 0) between rivets in the middles of mats 3 and 9: 2 T h/L where
- * it follows the mats; T h (1/a + 1/b) where it is free from rivet to rivet, and the rivets are pulled up by as much. */
+/* Forces of a band over a vee of height h at node 5 (from 0) between rivets in the middles of mats
+ * 3 and 9: 2 T h/L where it follows the mats; T h (1/a + 1/b) where it is free from rivet to rivet,
+ * and the rivets are pulled up by as much. */
 static void a_taut_band_holds_a_vee_down(void **state)
 {
     (void)state;
@@ -49,8 +52,13 @@ static void a_taut_band_holds_a_vee_down(void **state)
     rivet(&scene, 6, 3, 9);
     tension(&scene, &t0, 1);
     z[2 * 5] = -h;
-    struct mods_heave heave = {
-        .z = z, .mats = 12, .length_ft = 1.0, .first = 0, .last = 11, .down_lb = down, .moment_lb_ft = moment};
+    struct mods_heave heave = {.z = z,
+                               .mats = 12,
+                               .length_ft = 1.0,
+                               .first = 0,
+                               .last = 11,
+                               .down_lb = down,
+                               .moment_lb_ft = moment};
     assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
     mods_brace_heave(mods, &heave);
     for (int j = 0; j <= 12; j++)
@@ -64,7 +72,10 @@ static void a_taut_band_holds_a_vee_down(void **state)
     for (int j = 0; j <= 12; j++) {
         sum += down[j];
         about += down[j] * j;
-        double expected = j == 5 ? left + right : j == 2 || j == 3 ? -0.5 * left : j == 8 || j == 9 ? -0.5 * right : 0.0;
+        double expected = j == 5           ? left + right
+                        : j == 2 || j == 3 ? -0.5 * left
+                        : j == 8 || j == 9 ? -0.5 * right
+                                           : 0.0;
         near(down[j], expected, 1e-12);
     }
     near(sum, 0.0, 1e-12);
@@ -73,7 +84,8 @@ static void a_taut_band_holds_a_vee_down(void **state)
     sim_scene_free(&scene);
 }
 
-/* Stiffeners over all joints that turn freely otherwise are joints without free rotation: the same run. */
+/* Stiffeners over all joints that turn freely otherwise are joints without free rotation: the same
+ * run. */
 static void stiffeners_are_stiff_joints(void **state)
 {
     (void)state;

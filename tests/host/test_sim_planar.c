@@ -1,8 +1,9 @@
-/* The planar models through sim_run: the cases the report describes, three solvers against each other, and every way
- * in which a run is refused. Units ft, lb, s.
+/* The planar models through sim_run: the cases the report describes, three solvers against each
+ * other, and every way in which a run is refused. Units ft, lb, s.
  *
- * Expected values of the cases: an independent implementation of the same reading (report model, profile low, left end
- * free, right end fixed, stick, V 120 rising), agreed to six digits by two programs; given here to three or four. */
+ * Expected values of the cases: an independent implementation of the same reading (report model,
+ * profile low, left end free, right end fixed, stick, V 120 rising), agreed to six digits by two
+ * programs; given here to three or four. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,7 +17,8 @@
 
 static struct error error;
 static const char *const solvers[] = {"event", "implicit", "cvode"};
-/* For verdicts and two digits. cvode costs most of this program's time; at 1e-6 it gives up on fig 3.6. */
+/* For verdicts and two digits. cvode costs most of this program's time; at 1e-6 it gives up on fig
+ * 3.6. */
 static const double rough_rtol[] = {0.0, 0.0, 1e-7};
 
 static const double bump_20[] = {0.0099, 0.0200, 0.0099};
@@ -31,8 +33,8 @@ static struct sim_scene scene_with(const double *bump, size_t count)
     return scene;
 }
 
-static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol, double dt_s,
-                          struct sim_result *result)
+static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol,
+                          double dt_s, struct sim_result *result)
 {
     struct sim_options options = {.solver = solver, .rtol = rtol, .dt_s = dt_s};
     memset(&error, 0, sizeof error);
@@ -145,7 +147,8 @@ static void free_rotation_decides(void **state)
         const char *scene;
         double max_lift_ft;
         bool bow;
-    } cases[] = {{"host/scenes/rstar_fig3_12_tad10.json", 0.286, true}, {"host/scenes/rstar_fig3_12_tad1.json", 0.022, false}};
+    } cases[] = {{"host/scenes/rstar_fig3_12_tad10.json", 0.286, true},
+                 {"host/scenes/rstar_fig3_12_tad1.json", 0.022, false}};
     for (size_t i = 0; i < 2; i++) {
         struct sim_scene scene;
         assert_int_equal(sim_scene_load(&scene, cases[i].scene, &error), MR_OK);
@@ -294,13 +297,23 @@ static void extremes_are_answered_or_refused(void **state)
         scene.mats = 30;
         switch (i) {
         case 0: scene.cv_lb_s_ft *= 1000; break;
-        case 1: scene.weight_lb /= 1000; scene.inertia_slug_ft2 /= 1000; break;
-        case 2: scene.kl_lb_ft *= 100; scene.mats_crossed = 1; break;
+        case 1:
+            scene.weight_lb /= 1000;
+            scene.inertia_slug_ft2 /= 1000;
+            break;
+        case 2:
+            scene.kl_lb_ft *= 100;
+            scene.mats_crossed = 1;
+            break;
         case 3: scene.friction = 5; break;
         case 4: scene.friction_law = SIM_SIGN; break;
         case 5: scene.slack_ft = 0.5; break;
         case 6: scene.v0_ft_s = 0; break;
-        case 7: scene.mats = 1; sim_scene_set_list(&scene.bump_ft, NULL, 0, &error); scene.mats_crossed = 0.5; break;
+        case 7:
+            scene.mats = 1;
+            sim_scene_set_list(&scene.bump_ft, NULL, 0, &error);
+            scene.mats_crossed = 0.5;
+            break;
         case 8: sim_scene_set_list(&scene.bump_ft, NULL, 0, &error); break;
         }
         enum mr_status status = run(&scene, NULL, 0.0, 0.0, &result);

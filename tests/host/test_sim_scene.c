@@ -65,8 +65,10 @@ static void every_key_is_read(void **state)
         "\"TAD_deg\": 11,\"tad_mode\": \"switched\",\"profile\": \"full\",\"slack\": 0.5,"
         "\"left\": \"fixed\",\"right\": \"free\",\"left_torsion\": \"fixed\","
         "\"right_torsion\": \"fixed\",\"F\": 12,\"Vac\": 13,\"s0\": 0.14,\"F_tstop\": 15,"
-        "\"thrust\": \"linear\",\"wheel_load\": 16,\"f\": 0.17,\"friction\": \"tanh\",\"veps\": 0.18,"
-        "\"friction_normal\": \"soil\",\"V\": 19,\"lift_shear\": \"both\",\"Q1\": 20,\"bump_first\": 2,"
+        "\"thrust\": \"linear\",\"wheel_load\": 16,\"f\": 0.17,\"friction\": \"tanh\",\"veps\": "
+        "0.18,"
+        "\"friction_normal\": \"soil\",\"V\": 19,\"lift_shear\": \"both\",\"Q1\": "
+        "20,\"bump_first\": 2,"
         "\"bump\": [0.1, 0.2, 0.3],\"v0\": 21,\"v0_mat\": 3,\"mats_crossed\": 2,\"tend\": 9,"
         "\"t_out\": [1, 9],\"u_mats\": [3, 1],\"path\": [[0, 0, 1], [8, 2, 3]],"
         "\"gap0\": [0.1, 0.2, 0.3, 0.4],\"grit\": 22,\"t_dwell\": 1}",
@@ -76,19 +78,22 @@ static void every_key_is_read(void **state)
     assert_string_equal(s.name, "all");
     assert_int_equal(s.model, SIM_CHAIN);
     const double read[] = {
-        s.mats,       s.length_ft,    s.weight_lb,  s.g_ft_s2,      s.inertia_slug_ft2, s.kv_lb_ft,
-        s.cv_lb_s_ft, s.kl_lb_ft,     s.cl_lb_s_ft, s.kt_lb_ft_rad, s.ct_lb_ft_s_rad,   s.tad_deg,
-        s.slack_ft,   s.force_lb,     s.vac_ft_s,   s.s0_ft,        s.force_stop_s,     s.wheel_load_lb,
-        s.friction,   s.veps_ft_s,    s.shear_lb,   s.q1_lb,        s.bump_first,       s.v0_ft_s,
-        s.v0_mat,     s.mats_crossed, s.t_end_s,    s.t_dwell_s};
+        s.mats,           s.length_ft,    s.weight_lb,     s.g_ft_s2,    s.inertia_slug_ft2,
+        s.kv_lb_ft,       s.cv_lb_s_ft,   s.kl_lb_ft,      s.cl_lb_s_ft, s.kt_lb_ft_rad,
+        s.ct_lb_ft_s_rad, s.tad_deg,      s.slack_ft,      s.force_lb,   s.vac_ft_s,
+        s.s0_ft,          s.force_stop_s, s.wheel_load_lb, s.friction,   s.veps_ft_s,
+        s.shear_lb,       s.q1_lb,        s.bump_first,    s.v0_ft_s,    s.v0_mat,
+        s.mats_crossed,   s.t_end_s,      s.t_dwell_s};
     const double written[] = {3,  1,    2,  30, 4,    5,    6,  7,  8, 9,  10, 11, 0.5, 12,
                               13, 0.14, 15, 16, 0.17, 0.18, 19, 20, 2, 21, 3,  2,  9,   1};
     for (size_t i = 0; i < sizeof read / sizeof read[0]; i++)
         assert_true(read[i] == written[i]);
     assert_true(s.tad_mode == SIM_SWITCHED && s.profile == SIM_FULL && s.left == SIM_FIXED &&
                 s.right == SIM_FREE);
-    assert_true(s.left_torsion == SIM_FIXED && s.right_torsion == SIM_FIXED && s.thrust == SIM_LINEAR);
-    assert_true(s.friction_law == SIM_TANH && s.friction_normal == SIM_SOIL && s.lift_shear == SIM_BOTH);
+    assert_true(s.left_torsion == SIM_FIXED && s.right_torsion == SIM_FIXED &&
+                s.thrust == SIM_LINEAR);
+    assert_true(s.friction_law == SIM_TANH && s.friction_normal == SIM_SOIL &&
+                s.lift_shear == SIM_BOTH);
     assert_true(s.bump_ft.count == 3 && s.bump_ft.values[2] == 0.3 && s.u_mats.count == 2 &&
                 s.u_mats.values[0] == 3.0);
     assert_true(s.t_out_s.count == 2 && s.path_count == 2 && s.path[1].x_ft == 2.0 &&
@@ -109,7 +114,8 @@ static void wrong_types_are_named(void **state)
     (void)state;
     refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL is text; give a number");
     refused("{\"kl\": 8e6}", MR_MALFORMED, "write \"KL\"");
-    refused("{\"N\": 3.5}", MR_MALFORMED, "N is a number with a point or exponent; give a whole number");
+    refused("{\"N\": 3.5}", MR_MALFORMED,
+            "N is a number with a point or exponent; give a whole number");
     refused("{\"N\": true}", MR_MALFORMED, "N is true or false; give a whole number");
     refused("{\"name\": 1}", MR_MALFORMED, "name is a number; give text");
     refused("{\"left\": 1}", MR_MALFORMED, "left; give one of free, fixed");
@@ -126,7 +132,8 @@ static void wrong_types_are_named(void **state)
 static void wrong_lengths_and_ranges_are_named(void **state)
 {
     (void)state;
-    refused("{\"N\": 3, \"gap0\": [0.1, 0.2, 0.3]}", MR_MALFORMED, "gap0 has 3 values; give one number or 4");
+    refused("{\"N\": 3, \"gap0\": [0.1, 0.2, 0.3]}", MR_MALFORMED,
+            "gap0 has 3 values; give one number or 4");
     refused("{\"N\": 3, \"grit\": [5]}", MR_MALFORMED, "grit has 1 values; give one number or 4");
     refused("{\"grit\": [], \"N\": 3}", MR_MALFORMED, "grit has 0 values");
     refused("{\"N\": 0}", MR_MALFORMED, "N is 0");
@@ -219,9 +226,11 @@ static void shipped_scenes_load(void **state)
         if (sim_scene_load(&scene, names[i], &error) != MR_OK)
             fail_msg("%s", error.text);
         if (i == 0) {
-            /* 28 ft/s at 4 ft/s2, and half of the 50 ms rise: stops after 7.025 s near 98 + 3 + 0.7 ft */
+            /* 28 ft/s at 4 ft/s2, and half of the 50 ms rise: stops after 7.025 s near 98 + 3 + 0.7
+             * ft */
             const struct sim_path_row *stop = &scene.path[scene.path_count - 1];
-            assert_true(fabs(stop->t_s - 7.025) < 1e-3 && fabs(stop->x_ft - (3.0 + 98.0 + 0.7)) < 0.01);
+            assert_true(fabs(stop->t_s - 7.025) < 1e-3 &&
+                        fabs(stop->x_ft - (3.0 + 98.0 + 0.7)) < 0.01);
             assert_true(fabs(sim_scene_end_s(&scene) - stop->t_s - 1.0) < 1e-12);
             assert_true(fabs(scene.path[20].force_lb - 1300.0 / 12.0 * 4.0 / 32.174) < 1e-3);
         }
@@ -235,18 +244,21 @@ static void numbers_are_read_with_their_unit(void **state)
     (void)state;
     struct sim_scene s;
     struct error error;
-    if (load("{\"L\": \"0.6096 m\", \"W\": \"444.82216152605 N\", \"KV\": \"14593.902937206364 N/m\", \"CV\": \"7 lb s/ft\","
+    if (load("{\"L\": \"0.6096 m\", \"W\": \"444.82216152605 N\", \"KV\": \"14593.902937206364 "
+             "N/m\", \"CV\": \"7 lb s/ft\","
              "\"I\": \"2.7116358966628 kg m2\", \"V\": \"-5lb\", \"g\": \"9.80665 m/s2\"}",
              &s, &error) != MR_OK)
         fail_msg("%s", error.text);
-    const double read[] = {s.length_ft, s.weight_lb, s.kv_lb_ft, s.cv_lb_s_ft, s.inertia_slug_ft2, s.shear_lb, s.g_ft_s2};
+    const double read[] = {s.length_ft,        s.weight_lb, s.kv_lb_ft, s.cv_lb_s_ft,
+                           s.inertia_slug_ft2, s.shear_lb,  s.g_ft_s2};
     const double meant[] = {2, 100, 1000, 7, 2, -5, 9.80665 / 0.3048};
     for (size_t i = 0; i < sizeof read / sizeof read[0]; i++) {
         if (!(fabs(read[i] - meant[i]) <= 1e-12 * fabs(meant[i])))
             fail_msg("number %zu is %.17g, not %.17g", i, read[i], meant[i]);
     }
     sim_scene_free(&s);
-    refused("{\"CV\": \"7 N\"}", MR_MALFORMED, "CV is text; give a number in lb s/ft, or text with a number and lb s/ft or N s/m");
+    refused("{\"CV\": \"7 N\"}", MR_MALFORMED,
+            "CV is text; give a number in lb s/ft, or text with a number and lb s/ft or N s/m");
     refused("{\"CV\": \"N s/m\"}", MR_MALFORMED, "CV");
     refused("{\"CV\": \"7 N s/m2\"}", MR_MALFORMED, "N s/m");
     refused("{\"CV\": \"-7 N s/m\"}", MR_MALFORMED, "value out of range");
@@ -268,7 +280,8 @@ static void the_schema_says_what_is_read(void **state)
     for (; (key = sim_key_at(count)); count++) {
         json_t *one = json_object_get(properties, key->name);
         assert_non_null(one);
-        assert_non_null(strstr(json_string_value(json_object_get(one, "description")), key->meaning));
+        assert_non_null(
+            strstr(json_string_value(json_object_get(one, "description")), key->meaning));
         assert_true(key->meaning[0] != '\0');
     }
     assert_int_equal(json_object_size(properties), count);
@@ -287,8 +300,11 @@ static void the_schema_says_what_is_read(void **state)
     sim_scene_defaults(&plain);
     plain.t_end_s = 0.5;
     for (size_t i = 0; (key = sim_key_at(i)); i++) {
-        size_t bytes = key->kind == SIM_KEY_REAL ? sizeof(double) : key->kind <= SIM_KEY_CHOICE && key->kind != SIM_KEY_TEXT ? sizeof(int) : 0;
-        assert_memory_equal((const char *)&read + key->offset, (const char *)&plain + key->offset, bytes);
+        size_t bytes = key->kind == SIM_KEY_REAL                                ? sizeof(double)
+                     : key->kind <= SIM_KEY_CHOICE && key->kind != SIM_KEY_TEXT ? sizeof(int)
+                                                                                : 0;
+        assert_memory_equal((const char *)&read + key->offset, (const char *)&plain + key->offset,
+                            bytes);
     }
     sim_scene_free(&read);
     json_decref(scene);

@@ -67,7 +67,8 @@ static void leaving_mats_out_changes_nothing(void **state)
         }
         if (variant == 4)
             solver = "implicit";
-        if (variant == 5) { /* pressed down, pushed from afar, jumping thrust replaced by a shared one */
+        if (variant == 5) {
+            /* pressed down, pushed from afar, jumping thrust replaced by a shared one */
             scene.wheel_load_lb = 2000.0;
             scene.thrust = SIM_LINEAR;
             scene.s0_ft = 90.0;
@@ -102,15 +103,16 @@ static void leaving_mats_out_changes_nothing(void **state)
     }
 }
 
-/* The consistent model's mass matrix carries a load to all nodes at once, far when mats are short and heavy to turn.
- * Samples before the load comes, and after. */
+/* The consistent model's mass matrix carries a load to all nodes at once, far when mats are short
+ * and heavy to turn. Samples before the load comes, and after. */
 static void a_load_is_felt_as_far_as_the_mass_matrix_carries_it(void **state)
 {
     (void)state;
     static const struct {
         const char *solver;
         double length_ft, inertia, apart_ft;
-    } cases[] = {{"event", 0.5, 2.0, 1e-13}, {"event", 0.3, 20.0, 1e-12}, {"fixed", 0.5, 2.0, 1e-13}};
+    } cases[] = {
+        {"event", 0.5, 2.0, 1e-13}, {"event", 0.3, 20.0, 1e-12}, {"fixed", 0.5, 2.0, 1e-13}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct sim_scene scene = long_strip(SIM_CONSISTENT, 160);
         double stations[160];
@@ -136,7 +138,8 @@ static void a_load_is_felt_as_far_as_the_mass_matrix_carries_it(void **state)
         }
         double deepest = 0.0;
         for (size_t k = 0; k < results[0].sample_count * 160; k++) {
-            assert_true(fabs(results[0].sample_y_ft[k] - results[1].sample_y_ft[k]) <= cases[i].apart_ft);
+            assert_true(fabs(results[0].sample_y_ft[k] - results[1].sample_y_ft[k]) <=
+                        cases[i].apart_ft);
             deepest = fmin(deepest, results[1].sample_y_ft[k]);
         }
         assert_true(deepest < -1e-5); /* W/(2 KV) is 8e-6 */

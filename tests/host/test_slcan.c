@@ -60,20 +60,20 @@ static void lines_of_the_manual(void **state)
 static void lines_that_are_none(void **state)
 {
     static const char *const lines[] = {
-        "t80011\r",             /* 11 bits end at 7FF */
-        "T2000000011122\r",     /* 29 bits end at 1FFFFFFF */
-        "t1009\r",              /* 9 bytes */
-        "t1g01\r",              /* no digit */
-        "t1001\r",              /* a byte is missing */
-        "t1001112\r",           /* three digits of a time */
-        "t10011EA60X\r",        /* more after the time */
-        "t100111EA60\r",        /* the clock ends at EA5F */
-        "t1001112345678\r",     /* more after the time */
-        "x\r",                  /* nothing of the protocol */
-        "F0\r",                 /* half a flag byte */
+        "t80011\r",         /* 11 bits end at 7FF */
+        "T2000000011122\r", /* 29 bits end at 1FFFFFFF */
+        "t1009\r",          /* 9 bytes */
+        "t1g01\r",          /* no digit */
+        "t1001\r",          /* a byte is missing */
+        "t1001112\r",       /* three digits of a time */
+        "t10011EA60X\r",    /* more after the time */
+        "t100111EA60\r",    /* the clock ends at EA5F */
+        "t1001112345678\r", /* more after the time */
+        "x\r",              /* nothing of the protocol */
+        "F0\r",             /* half a flag byte */
         "Fzz\r",
         "zz\r",
-        "t100\a",               /* refused in mid-line */
+        "t100\a", /* refused in mid-line */
         "T1F33445581122334455667788EA5F0\r",
     };
     struct slcan_parser p;
@@ -95,7 +95,8 @@ static void noise_ends_at_the_next_line(void **state)
         for (size_t i = 0; i < length; i++) {
             seed = seed * 1664525u + 1013904223u;
             /* every other round with the protocol's own characters */
-            noise[i] = round & 1 ? "tTrRF0123456789ABCDEFzZ\r\a"[(seed >> 16) % 25] : (char)(seed >> 24);
+            noise[i] = round & 1 ? "tTrRF0123456789ABCDEFzZ\r\a"[(seed >> 16) % 25]
+                                 : (char)(seed >> 24);
         }
         kinds_of(&p, noise, length);
         slcan_push(&p, '\r');
@@ -106,7 +107,8 @@ static void noise_ends_at_the_next_line(void **state)
     }
 }
 
-/* A line cut anywhere is garbled or another valid line, never an accepted frame with a wrong tail. */
+/* A line cut anywhere is garbled or another valid line, never an accepted frame with a wrong
+ * tail. */
 static void cut_lines(void **state)
 {
     static const char line[] = "t12381122334455667788EA5F";
@@ -150,18 +152,22 @@ static void frames_there_and_back(void **state)
     assert_int_equal(slcan_print(&longest, line), 27);
 }
 
-/* Flags of the manual: bit 0 receive FIFO full, 1 transmit FIFO full, 2 warning, 3 overrun, 5 passive,
- * 6 arbitration lost, 7 bus error. */
+/* Flags of the manual: bit 0 receive FIFO full, 1 transmit FIFO full, 2 warning, 3 overrun, 5
+ * passive, 6 arbitration lost, 7 bus error. */
 static void status_flags(void **state)
 {
     static const struct {
         uint8_t flags;
         uint32_t troubles;
     } cases[] = {
-        {0x01, 1u << LINK_RX_OVERFLOW},   {0x02, 1u << LINK_TX_OVERFLOW},
-        {0x04, 1u << LINK_ERROR_WARNING}, {0x08, 1u << LINK_RX_OVERFLOW},
-        {0x20, 1u << LINK_ERROR_PASSIVE}, {0x40, 1u << LINK_ARBITRATION_LOST},
-        {0x80, 1u << LINK_BUS_ERROR},     {0xa4, 1u << LINK_ERROR_WARNING | 1u << LINK_ERROR_PASSIVE | 1u << LINK_BUS_ERROR},
+        {0x01, 1u << LINK_RX_OVERFLOW},
+        {0x02, 1u << LINK_TX_OVERFLOW},
+        {0x04, 1u << LINK_ERROR_WARNING},
+        {0x08, 1u << LINK_RX_OVERFLOW},
+        {0x20, 1u << LINK_ERROR_PASSIVE},
+        {0x40, 1u << LINK_ARBITRATION_LOST},
+        {0x80, 1u << LINK_BUS_ERROR},
+        {0xa4, 1u << LINK_ERROR_WARNING | 1u << LINK_ERROR_PASSIVE | 1u << LINK_BUS_ERROR},
     };
     struct link_frame frame;
     (void)state;
@@ -174,7 +180,8 @@ static void status_flags(void **state)
     assert_false(slcan_status_frame(0x10, &frame)); /* not used */
 }
 
-/* An adapter that is 50 ppm fast sends for ten minutes; frames take 2 ms plus up to 30 ms to the host. */
+/* An adapter that is 50 ppm fast sends for ten minutes; frames take 2 ms plus up to 30 ms to the
+ * host. */
 static void adapter_clock(void **state)
 {
     struct slcan_clock clock = {0};
@@ -188,8 +195,9 @@ static void adapter_clock(void **state)
         uint64_t host_us = true_us + 2000 + (seed >> 16) % 30000;
         uint64_t got_us = slcan_time(&clock, (unsigned)(adapter_us / 1000 % 60000), host_us);
         assert_true(got_us <= host_us);
-        /* 1 ms of the stamp, 2 ms of the least delay, 0.5 ms that 50 ppm make in 10 s, and what the least of
-         * 500 delays may exceed the least possible by: 30 ms / 500, ten times over. Before 100 have come, less. */
+        /* 1 ms of the stamp, 2 ms of the least delay, 0.5 ms that 50 ppm make in 10 s, and what the
+         * least of 500 delays may exceed the least possible by: 30 ms / 500, ten times over. Before
+         * 100 have come, less. */
         int64_t error_us = (int64_t)(got_us - true_us);
         if (i > 100)
             assert_true(error_us > -2000 && error_us < 5000);
@@ -204,9 +212,12 @@ static void adapter_clock(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_of_the_manual), cmocka_unit_test(lines_that_are_none),
-        cmocka_unit_test(noise_ends_at_the_next_line), cmocka_unit_test(cut_lines),
-        cmocka_unit_test(frames_there_and_back), cmocka_unit_test(status_flags),
+        cmocka_unit_test(lines_of_the_manual),
+        cmocka_unit_test(lines_that_are_none),
+        cmocka_unit_test(noise_ends_at_the_next_line),
+        cmocka_unit_test(cut_lines),
+        cmocka_unit_test(frames_there_and_back),
+        cmocka_unit_test(status_flags),
         cmocka_unit_test(adapter_clock),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

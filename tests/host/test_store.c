@@ -75,8 +75,8 @@ static void made_with_its_marks(void **state)
     store_close(fresh("store.db"));
     assert_int_equal(sql_number(path, "PRAGMA application_id"), STORE_APPLICATION);
     assert_int_equal(sql_number(path, "PRAGMA user_version"), STORE_VERSION);
-    assert_int_equal(sql_number(path, "SELECT count(*) FROM pragma_journal_mode WHERE journal_mode='wal'"),
-                     1);
+    assert_int_equal(
+        sql_number(path, "SELECT count(*) FROM pragma_journal_mode WHERE journal_mode='wal'"), 1);
 }
 
 static void rows_come_back(void **state)
@@ -88,8 +88,12 @@ static void rows_come_back(void **state)
     assert_int_equal(store_begin(store, &error), MR_OK);
     landing = add_landing(store, add_session(store));
     assert_int_equal(landing.id, 1);
-    struct store_edge edge = {
-        .count = 1, .position = 3, .step_codes = 120.5, .tick = 4000000000, .board_us = 1234.5, .links = 1};
+    struct store_edge edge = {.count = 1,
+                              .position = 3,
+                              .step_codes = 120.5,
+                              .tick = 4000000000,
+                              .board_us = 1234.5,
+                              .links = 1};
     assert_int_equal(store_edge_put(store, 1, &edge, &error), MR_OK);
     edge.links = 2; /* the other link brings the same edge */
     assert_int_equal(store_edge_put(store, 1, &edge, &error), MR_OK);
@@ -173,7 +177,8 @@ static void foreign_files_are_refused_and_left_alone(void **state)
     refuse("build", STORE_CREATE, MR_IO, "build");
 }
 
-/* A logger killed at any moment: what it committed is there, what it had begun is not, and the file opens. */
+/* A logger killed at any moment: what it committed is there, what it had begun is not, and the file
+ * opens. */
 static void killed_in_a_transaction(void **state)
 {
     int ready[2];
@@ -214,10 +219,12 @@ static void killed_in_a_transaction(void **state)
     assert_int_equal(sql_number(path, "SELECT count(*) FROM blocks"), 100);
     assert_int_equal(sql_number(path, "SELECT count(*) FROM sessions WHERE ended_us IS NULL"), 1);
     assert_int_equal(
-        sql_number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"), 1);
+        sql_number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"),
+        1);
 }
 
-/* Another program sets up the same new file between two questions of store_open to it, when it can. */
+/* Another program sets up the same new file between two questions of store_open to it, when it
+ * can. */
 static int another_sets_it_up(unsigned event, void *context, void *statement, void *text)
 {
     (void)event, (void)context;
@@ -226,13 +233,16 @@ static int another_sets_it_up(unsigned event, void *context, void *statement, vo
     sqlite3_reset_auto_extension(); /* the other one is left in peace */
     sqlite3 *other;
     assert_int_equal(sqlite3_open(path, &other), SQLITE_OK);
-    if (sqlite3_exec(other, "BEGIN IMMEDIATE; CREATE TABLE sessions(id); PRAGMA user_version=1; PRAGMA application_id=7; COMMIT", NULL, NULL,
-                     NULL) != SQLITE_OK)
+    if (sqlite3_exec(other,
+                     "BEGIN IMMEDIATE; CREATE TABLE sessions(id); PRAGMA user_version=1; PRAGMA "
+                     "application_id=7; COMMIT",
+                     NULL, NULL, NULL) != SQLITE_OK)
         sqlite3_exec(other, "ROLLBACK", NULL, NULL, NULL);
     sqlite3_close(other);
     return 0;
 }
-static int watched(sqlite3 *database, const char **message, const struct sqlite3_api_routines *routines)
+static int watched(sqlite3 *database, const char **message,
+                   const struct sqlite3_api_routines *routines)
 {
     (void)message, (void)routines;
     return sqlite3_trace_v2(database, SQLITE_TRACE_STMT, another_sets_it_up, NULL);
@@ -262,8 +272,10 @@ static void simulations_keep_the_newest(void **state)
                                    .dt_s = 0.002,
                                    .series_in = series,
                                    .length = 3};
-    float spread[3] = {0.0f, 0.01f, 0.02f}, segments[2 * MR_SEGMENTS] = {[1] = 0.25f, [2 * MR_SEGMENTS - 1] = 0.5f};
-    struct store_simulation_head head = {.run_ms = 35, .error_in = 0.01, .seeds = 1, .edges = 19}, back;
+    float spread[3] = {0.0f, 0.01f, 0.02f},
+          segments[2 * MR_SEGMENTS] = {[1] = 0.25f, [2 * MR_SEGMENTS - 1] = 0.5f};
+    struct store_simulation_head head = {.run_ms = 35, .error_in = 0.01, .seeds = 1, .edges = 19},
+                                 back;
     struct store_simulation *rows;
     size_t count;
     (void)state;
@@ -273,9 +285,17 @@ static void simulations_keep_the_newest(void **state)
     assert_int_equal(store_simulation_put(store, 1, "{}", 1, &head, &row, 1, &error), MR_OK);
     row.rms_in = 0.2;
     row.spread_in = spread;
-    head = (struct store_simulation_head){.run_ms = 70, .error_in = 0.02, .seeds = 4, .edges = 18, .offset_s = 0.5, .scatter_s = 0.25,
-                                          .segments_dt_s = 0.02, .segments_in = segments, .segment_rows = 2};
-    assert_int_equal(store_simulation_put(store, 1, "{\"file\":\"a.json\"}", 2, &head, &row, 1, &error), MR_OK);
+    head = (struct store_simulation_head){.run_ms = 70,
+                                          .error_in = 0.02,
+                                          .seeds = 4,
+                                          .edges = 18,
+                                          .offset_s = 0.5,
+                                          .scatter_s = 0.25,
+                                          .segments_dt_s = 0.02,
+                                          .segments_in = segments,
+                                          .segment_rows = 2};
+    assert_int_equal(
+        store_simulation_put(store, 1, "{\"file\":\"a.json\"}", 2, &head, &row, 1, &error), MR_OK);
     assert_int_equal(store_simulations(store, 1, &rows, &count, &error), MR_OK);
     assert_int_equal(count, 1);
     assert_near(rows[0].rms_in, 0.2, 0.0);
@@ -287,7 +307,8 @@ static void simulations_keep_the_newest(void **state)
     assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
     assert_near(back.run_ms, 70.0, 0.0);
     assert_near(back.error_in, 0.02, 0.0);
-    assert_true(back.seeds == 4 && back.edges == 18 && back.offset_s == 0.5 && back.scatter_s == 0.25 && back.segments_dt_s == 0.02);
+    assert_true(back.seeds == 4 && back.edges == 18 && back.offset_s == 0.5 &&
+                back.scatter_s == 0.25 && back.segments_dt_s == 0.02);
     assert_int_equal(back.segment_rows, 2);
     assert_memory_equal(back.segments_in, segments, sizeof segments);
     assert_string_equal(back.file, "a.json");

@@ -1,4 +1,5 @@
-/* Two landings of a campaign that are one: which is recognised, by what, and what is said of it; and who is left alone. */
+/* Two landings of a campaign that are one: which is recognised, by what, and what is said of it;
+ * and who is left alone. */
 #include <math.h>
 
 #include "host/store/store_journal.h"
@@ -14,8 +15,14 @@ static struct error error;
 static void put_reading(int64_t session, int64_t run, int link, int64_t number, int64_t host_us)
 {
     uint8_t bytes[8] = {(uint8_t)number, (uint8_t)(number >> 8), 7};
-    struct store_frame frame = {.run = run, .link = 0, .seq = number, .board_us = 1000 * number, .host_us = host_us, .id = 0x100,
-                                .length = sizeof bytes, .data = bytes};
+    struct store_frame frame = {.run = run,
+                                .link = 0,
+                                .seq = number,
+                                .board_us = 1000 * number,
+                                .host_us = host_us,
+                                .id = 0x100,
+                                .length = sizeof bytes,
+                                .data = bytes};
     if (link == CAN_ALONE)
         store_frame_put(store, session, &frame, &error);
     else
@@ -24,13 +31,23 @@ static void put_reading(int64_t session, int64_t run, int link, int64_t number, 
 }
 
 /* A landing with the readings of these numbers; what came later by `later_us` has other stamps. */
-static int64_t add_landing(int link, unsigned state, int64_t armed_block, int64_t from, int64_t to, int64_t later_us)
+static int64_t add_landing(int link, unsigned state, int64_t armed_block, int64_t from, int64_t to,
+                           int64_t later_us)
 {
     struct store_session session = {.started_us = 1000, .can_link = "a", .serial_link = "b"};
     store_session_add(store, &session, &error);
-    struct store_landing landing = {.session = session.id, .board_landing = 5, .armed_block = armed_block, .armed_us = 77, .state = state,
-                                    .board_uid = "AB", .firmware = "1", .image_crc = STORE_NONE, .config_crc = STORE_NONE,
-                                    .clock_source = STORE_NONE, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN};
+    struct store_landing landing = {.session = session.id,
+                                    .board_landing = 5,
+                                    .armed_block = armed_block,
+                                    .armed_us = 77,
+                                    .state = state,
+                                    .board_uid = "AB",
+                                    .firmware = "1",
+                                    .image_crc = STORE_NONE,
+                                    .config_crc = STORE_NONE,
+                                    .clock_source = STORE_NONE,
+                                    .touchdown_ft = (double)NAN,
+                                    .switch_error_ft = (double)NAN};
     store_landing_add(store, &landing, &error);
     assert_no_error(&error);
     for (int64_t i = from; i <= to; i++)
@@ -77,7 +94,8 @@ static void the_whole_makes_its_part_void(void **state)
     (void)state;
     for (int link = CAN_ALONE; link <= SERIAL_ALONE; link++) {
         begin("same-whole.db");
-        int64_t part = add_landing(link, 2, 800, 800, 1200, 0), whole = add_landing(link, 2, 800, 800, 1900, 0);
+        int64_t part = add_landing(link, 2, 800, 800, 1200, 0),
+                whole = add_landing(link, 2, 800, 800, 1900, 0);
         struct store_same same = found(whole);
         assert_int_equal(same.cut, part);
         assert_true(same.whole);
@@ -92,7 +110,8 @@ static void what_begins_later_goes_on(void **state)
 {
     (void)state;
     begin("same-rest.db");
-    int64_t part = add_landing(CAN_ALONE, 2, 800, 800, 1200, 0), rest = add_landing(CAN_ALONE, 4, STORE_NONE, 1100, 1900, 0);
+    int64_t part = add_landing(CAN_ALONE, 2, 800, 800, 1200, 0),
+            rest = add_landing(CAN_ALONE, 4, STORE_NONE, 1100, 1900, 0);
     struct store_same same = found(rest);
     assert_int_equal(same.cut, part);
     assert_false(same.whole);
@@ -102,7 +121,8 @@ static void what_begins_later_goes_on(void **state)
     end();
 }
 
-/* The next landing of a board that counts from 1 again, to the millisecond the same; one that is over; one of which a part is missing. */
+/* The next landing of a board that counts from 1 again, to the millisecond the same; one that is
+ * over; one of which a part is missing. */
 static void others_are_left_alone(void **state)
 {
     (void)state;
@@ -111,7 +131,8 @@ static void others_are_left_alone(void **state)
     assert_int_equal(found(add_landing(CAN_ALONE, 4, 800, 800, 1900, 1000000)).cut, 0);
     assert_int_equal(found(add_landing(CAN_ALONE, 4, STORE_NONE, 1400, 1900, 0)).cut, 0);
     end();
-    for (int link = CAN_ALONE; link <= SERIAL_ALONE; link++) { /* a recording that ends while the mat settles, logged twice */
+    for (int link = CAN_ALONE; link <= SERIAL_ALONE; link++) {
+        /* a recording that ends while the mat settles, logged twice */
         begin("same-twice.db");
         add_landing(link, 3, 800, 800, 1200, 0);
         assert_int_equal(found(add_landing(link, 3, 800, 800, 1200, 0)).cut, 0);

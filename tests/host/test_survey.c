@@ -38,7 +38,8 @@ static void the_walk_is_whole_and_never_jumps(void **state)
     assert_int_equal(plan.count, 168 + 2 * 4 * 13 + 7 * 7);
     for (size_t i = 0; i < plan.count; i++)
         assert_int_equal(survey_plan_find(&plan, &plan.item[i]), i);
-    assert_true(fabs(survey_line_in(3) - survey_line_in(2) - 36.0) < 1e-12 && survey_line_in(1) == 12.0);
+    assert_true(fabs(survey_line_in(3) - survey_line_in(2) - 36.0) < 1e-12 &&
+                survey_line_in(1) == 12.0);
 }
 
 /* ---- typing ---- */
@@ -69,7 +70,9 @@ static void lines_are_read_as_calipers_type_them(void **state)
     entry("q", false, SURVEY_QUIT, 0);
     entry("?", false, SURVEY_HELP, 0);
     entry("n dirt in the joint", false, SURVEY_NOTE, 0);
-    const char *const nonsense[] = {"n", "n ", "su", "33.5.1", "33.5 ft", "33.5 34.1", "1e3", "nan", "inf", "0x10", "-", "99999", ".", "33.5mm in"};
+    const char *const nonsense[] = {"n",         "n ",    "su",  "33.5.1",   "33.5 ft",
+                                    "33.5 34.1", "1e3",   "nan", "inf",      "0x10",
+                                    "-",         "99999", ".",   "33.5mm in"};
     for (size_t i = 0; i < sizeof nonsense / sizeof nonsense[0]; i++)
         entry(nonsense[i], false, SURVEY_NONSENSE, 0);
 }
@@ -89,12 +92,14 @@ static void a_reading_beyond_the_joints_is_asked_again(void **state)
     survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
     for (size_t i = 0; i < desk.plan.count; i++)
         desk.previous_in[i] = 33.60;
-    assert_int_equal(typed(&desk, "33.24", &item), SURVEY_KEPT); /* 0.36: ten joints of 0.036 can do that */
+    /* 0.36: ten joints of 0.036 can do that */
+    assert_int_equal(typed(&desk, "33.24", &item), SURVEY_KEPT);
     assert_int_equal(typed(&desk, "33.96", &item), SURVEY_KEPT);
     assert_int_equal(typed(&desk, "33.239", &item), SURVEY_DOUBTED);
     assert_int_equal(desk.at, 2);
     assert_true(isnan(desk.value_in[2]));
-    assert_int_equal(typed(&desk, "33.241", &item), SURVEY_KEPT); /* read again, and right this time */
+    /* read again, and right this time */
+    assert_int_equal(typed(&desk, "33.241", &item), SURVEY_KEPT);
     assert_int_equal(item, 2);
     assert_int_equal(typed(&desk, "36.60", &item), SURVEY_DOUBTED);
     assert_int_equal(typed(&desk, "36.65", &item), SURVEY_DOUBTED); /* another one: doubted anew */
@@ -102,7 +107,8 @@ static void a_reading_beyond_the_joints_is_asked_again(void **state)
     assert_int_equal(item, 3);
     assert_true(desk.value_in[3] == 36.66);
     assert_int_equal(typed(&desk, "30", &item), SURVEY_DOUBTED);
-    assert_int_equal(typed(&desk, "u", &item), SURVEY_MOVED); /* forget the doubtful one, not the one before */
+    /* forget the doubtful one, not the one before */
+    assert_int_equal(typed(&desk, "u", &item), SURVEY_MOVED);
     assert_true(desk.value_in[3] == 36.66);
     desk.previous_in[4] = (double)NAN; /* nothing before: against the designed distance */
     assert_int_equal(typed(&desk, "33.861", &item), SURVEY_DOUBTED);
@@ -158,19 +164,22 @@ static double wanted_in(unsigned line, double x_ft)
     return 0.1 + height_in[line] * exp(-pow((x_ft - 60.0) / 20.0, 2));
 }
 
-static void make(struct survey_readings *now, struct survey_readings *before, double noise, unsigned stations)
+static void make(struct survey_readings *now, struct survey_readings *before, double noise,
+                 unsigned stations)
 {
     survey_readings_init(now);
     survey_readings_init(before);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned k = 0; k < SURVEY_SPANS; k++) {
             before->gap_in[line][k] = 33.6 + noise * 0.005 * gauss();
-            now->gap_in[line][k] = 33.6 + wanted_in(line, MAT_SPAN_FT * (k + 1)) - wanted_in(line, MAT_SPAN_FT * k) + noise * 0.005 * gauss();
+            now->gap_in[line][k] = 33.6 + wanted_in(line, MAT_SPAN_FT * (k + 1)) -
+                                   wanted_in(line, MAT_SPAN_FT * k) + noise * 0.005 * gauss();
         }
         for (unsigned s = 0; stations >> line & 1u && s < SURVEY_STATIONS; s++) {
             double at = 10.0 * s / MAT_SPAN_FT, k = floor(at + 1e-9);
             before->station_in[line][s] = noise * 0.02 * gauss();
-            now->station_in[line][s] = (1.0 - at + k) * wanted_in(line, MAT_SPAN_FT * k) + (at - k) * wanted_in(line, MAT_SPAN_FT * (k + 1)) +
+            now->station_in[line][s] = (1.0 - at + k) * wanted_in(line, MAT_SPAN_FT * k) +
+                                       (at - k) * wanted_in(line, MAT_SPAN_FT * (k + 1)) +
                                        noise * 0.02 * gauss();
         }
     }
@@ -185,17 +194,22 @@ static void movement_without_noise_is_found_again(void **state)
     survey_change(&now, &before, &change);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
-            assert_true(fabs(change.moved[line][k].value_in - wanted_in(line, MAT_SPAN_FT * k)) < 3e-4); /* all begin at 0.1, and a trace more */
+            /* all begin at 0.1, and a trace more */
+            assert_true(fabs(change.moved[line][k].value_in - wanted_in(line, MAT_SPAN_FT * k)) <
+                        3e-4);
     }
-    /* the middle of the runway: chord of the edges 0.9 (12 in) and 0.7 (156 in); line 2 at 48 in, line 3 at 84 in; of height at 60 ft */
-    double line2_in = 2.0 - (0.9 + (0.7 - 0.9) * 36.0 / 144.0), line3_in = 1.9 - (0.9 + (0.7 - 0.9) * 72.0 / 144.0);
+    /* the middle of the runway: chord of the edges 0.9 (12 in) and 0.7 (156 in); line 2 at 48 in,
+     * line 3 at 84 in; of height at 60 ft */
+    double line2_in = 2.0 - (0.9 + (0.7 - 0.9) * 36.0 / 144.0),
+           line3_in = 1.9 - (0.9 + (0.7 - 0.9) * 72.0 / 144.0);
     assert_true(line2_in > line3_in);
     assert_true(fabs(change.bow[21].value_in - line2_in) < 4e-4);
     assert_true(SURVEY_BOW_LIMIT_IN == 11.0 / 7.0);
 }
 
 /* The same least squares with full matrices and Gauss-Jordan. */
-static void dense(const struct survey_change *c, unsigned line, double u[SURVEY_POINTS], double error[SURVEY_POINTS])
+static void dense(const struct survey_change *c, unsigned line, double u[SURVEY_POINTS],
+                  double error[SURVEY_POINTS])
 {
     static double a[SURVEY_POINTS][2 * SURVEY_POINTS + 1];
     memset(a, 0, sizeof a);
@@ -278,14 +292,18 @@ static void stated_errors_hold(void **state)
         survey_change(&now, &before, &change);
         for (int l = 0; l < 3; l++) {
             const struct survey_estimate *e = &change.moved[lines[l]][30];
-            squares[l] += pow((e->value_in - wanted_in(lines[l], MAT_SPAN_FT * 30)) / e->error_in, 2) / TRIALS;
+            squares[l] += pow((e->value_in - wanted_in(lines[l], MAT_SPAN_FT * 30)) / e->error_in,
+                              2) /
+                          TRIALS;
         }
         double line2_in = 2.0 - (0.9 + (0.7 - 0.9) * 36.0 / 144.0);
-        square_bow += pow((change.bow[21].value_in - line2_in) / change.bow[21].error_in, 2) / TRIALS;
+        square_bow += pow((change.bow[21].value_in - line2_in) / change.bow[21].error_in, 2) /
+                      TRIALS;
     }
     for (int l = 0; l < 3; l++) /* 400 normal squares: 1 +- 0.07 */
         assert_true(squares[l] > 0.75 && squares[l] < 1.25);
-    assert_true(square_bow > 0.4 && square_bow < 1.3); /* lines taken as independent: stated a little large, and the larger of two */
+    /* lines taken as independent: stated a little large, and the larger of two */
+    assert_true(square_bow > 0.4 && square_bow < 1.3);
 }
 
 static void what_was_not_read_is_not_known(void **state)
@@ -300,7 +318,8 @@ static void what_was_not_read_is_not_known(void **state)
     assert_true(isnan(change.moved[3][20].value_in) && isnan(change.bow[20].value_in));
     assert_true(!isnan(change.moved[1][20].value_in));
     make(&now, &before, 0.0, 1u);
-    now.gap_in[1][20] = (double)NAN; /* a hole: behind it the line is known to what ten joints can do */
+    /* a hole: behind it the line is known to what ten joints can do */
+    now.gap_in[1][20] = (double)NAN;
     survey_change(&now, &before, &change);
     assert_true(change.moved[1][20].error_in < 0.05 && change.moved[1][21].error_in > 0.2);
 }
@@ -322,7 +341,8 @@ static void slack_is_the_mean_of_the_lines(void **state)
     assert_true(fabs(slack.segment[4].value_in - 0.15) < 1e-9);
     /* of 0.1, 0.2, 0.3, 0: standard deviation 0.1291, of the mean half of it */
     assert_true(fabs(slack.segment[4].error_in - 0.06455) < 1e-5);
-    assert_true(fabs(slack.segment[5].value_in - 0.12) < 1e-9 && fabs(slack.segment[5].error_in - 0.005) < 1e-9);
+    assert_true(fabs(slack.segment[5].value_in - 0.12) < 1e-9 &&
+                fabs(slack.segment[5].error_in - 0.005) < 1e-9);
     assert_true(isnan(slack.segment[6].value_in));
 }
 

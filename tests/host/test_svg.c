@@ -65,8 +65,11 @@ static size_t drawn_length;
 
 static struct svg_plot begin_plot(double x_high)
 {
-    struct svg_plot plot = {
-        .out = open_memstream(&drawn, &drawn_length), .left = 100, .top = 10, .width = 200, .height = 100};
+    struct svg_plot plot = {.out = open_memstream(&drawn, &drawn_length),
+                            .left = 100,
+                            .top = 10,
+                            .width = 200,
+                            .height = 100};
     plot.x = (struct svg_axis){0, x_high, NULL, false};
     plot.y = (struct svg_axis){-1, 1, NULL, false};
     return plot;
@@ -115,8 +118,8 @@ static size_t drawn_points(const char *text, struct drawn_point **points)
     return count;
 }
 
-/* Every value of a smooth curve and of noise lies within what svg.h promises of the line that is drawn, and every corner of that line is a value
- * that was given. */
+/* Every value of a smooth curve and of noise lies within what svg.h promises of the line that is
+ * drawn, and every corner of that line is a value that was given. */
 static void a_thinned_line_stays_near(void **state)
 {
     enum { COUNT = 5000 };
@@ -145,7 +148,8 @@ static void a_thinned_line_stays_near(void **state)
             while (k + 2 < points && p[k + 1].x < px)
                 k++;
             double line = p[k].y + (p[k + 1].y - p[k].y) * (px - p[k].x) / (p[k + 1].x - p[k].x);
-            assert_near(svg_y(&plot, y[i]), line, SVG_THINNED_PX + 0.35); /* and what it falls within a column of one pixel */
+            /* and what it falls within a column of one pixel */
+            assert_near(svg_y(&plot, y[i]), line, SVG_THINNED_PX + 0.35);
         }
         assert_near(p[0].x, 100.0, 0.05);
         assert_near(p[points - 1].x, 300.0, 0.05);
@@ -156,7 +160,8 @@ static void a_thinned_line_stays_near(void **state)
     }
 }
 
-/* 100,000 points of noise on 200 pixels, with one spike: the page stays small and the spike stays. */
+/* 100,000 points of noise on 200 pixels, with one spike: the page stays small and the spike
+ * stays. */
 static void long_series_are_thinned_and_keep_spikes(void **state)
 {
     enum { COUNT = 100000 };
@@ -174,7 +179,8 @@ static void long_series_are_thinned_and_keep_spikes(void **state)
     struct drawn_point *at;
     size_t count = drawn_points(drawn, &at), spikes = 0;
     for (size_t i = 0; i < count; i++)
-        spikes += fabs(at[i].y - 15.0) < 0.051 && fabs(at[i].x - svg_x(&plot, 54321.0)) < 0.051; /* 10 + 100 (1 - 0.9) / 2 */
+        /* 10 + 100 (1 - 0.9) / 2 */
+        spikes += fabs(at[i].y - 15.0) < 0.051 && fabs(at[i].x - svg_x(&plot, 54321.0)) < 0.051;
     assert_int_equal(spikes, 1);
     free(at);
     free(x);
@@ -198,8 +204,10 @@ static void logarithmic_axes_have_decades(void **state)
     for (const char *at = drawn; (at = strstr(at, "10<tspan")) != NULL; at++)
         ticks++;
     assert_int_equal(ticks, 3 + 5);
-    assert_non_null(strstr(drawn, ">\xe2\x88\x92" "4</tspan>"));
-    assert_non_null(strstr(drawn, "<path class=\"m\" d=\"M53.54 56.46L")); /* a square of half diagonal 5 */
+    assert_non_null(strstr(drawn, ">\xe2\x88\x92"
+                                  "4</tspan>"));
+    /* a square of half diagonal 5 */
+    assert_non_null(strstr(drawn, "<path class=\"m\" d=\"M53.54 56.46L"));
     free(drawn);
 }
 
@@ -211,8 +219,8 @@ static void text_is_escaped(void **state)
     html_number(out, NAN, 2);
     html_cell(out, "%s", "<script>");
     fclose(out);
-    assert_string_equal(drawn,
-                        "a&lt;b&gt; &amp; &quot;c&quot;<td class=\"n\">&ndash;</td><td>&lt;script&gt;</td>");
+    assert_string_equal(
+        drawn, "a&lt;b&gt; &amp; &quot;c&quot;<td class=\"n\">&ndash;</td><td>&lt;script&gt;</td>");
     free(drawn);
 }
 
@@ -239,7 +247,12 @@ static void a_block_stays_within_its_width(void **state)
     static const char text[] = "with the third band, five landings (1\u00a0of\u00a01)";
     (void)state;
     for (double width_px = 40.0; width_px < 400.0; width_px += 7.0) {
-        const struct svg_block block = {.class = "key", .x = 10.0, .y = 20.0, .width_px = width_px, .size_px = 12.0, .line_px = 15.0};
+        const struct svg_block block = {.class = "key",
+                                        .x = 10.0,
+                                        .y = 20.0,
+                                        .width_px = width_px,
+                                        .size_px = 12.0,
+                                        .line_px = 15.0};
         FILE *out = open_memstream(&drawn, &drawn_length);
         size_t lines = svg_block(out, &block, text), words = 0;
         fclose(out);
@@ -263,12 +276,17 @@ static void a_block_stays_within_its_width(void **state)
     }
 }
 
-/* As many keys as there may be, each of a row's length, an odd one between: none goes beyond the right end, none shares a place. */
+/* As many keys as there may be, each of a row's length, an odd one between: none goes beyond the
+ * right end, none shares a place. */
 static void a_legend_stays_between_its_ends(void **state)
 {
     (void)state;
-    const struct svg_key keys[] = {{"line a", "cleat_every 0.0025 and the rest of it"}, {"dot b", "x"}, {"line c", "cleat_every 0.0050 and the rest of it"},
-                                   {"line d", "cleat_every 0.0075 and the rest of it"}, {"line e", "cleat_every 0.0100 and the rest of it"}, {"line f", "two & two"}};
+    const struct svg_key keys[] = {{"line a", "cleat_every 0.0025 and the rest of it"},
+                                   {"dot b", "x"},
+                                   {"line c", "cleat_every 0.0050 and the rest of it"},
+                                   {"line d", "cleat_every 0.0075 and the rest of it"},
+                                   {"line e", "cleat_every 0.0100 and the rest of it"},
+                                   {"line f", "two & two"}};
     for (double right = 300.0; right < 1500.0; right += 100.0) {
         double last_x = -1.0, last_y = 0.0;
         FILE *out = open_memstream(&drawn, &drawn_length);
@@ -280,18 +298,23 @@ static void a_legend_stays_between_its_ends(void **state)
             at = strstr(at, "<text class=\"tick\" ") + strlen("<text class=\"tick\" ");
             assert_int_equal(sscanf(at, "x=\"%lf\" y=\"%lf\"", &x, &y), 2);
             assert_true(x + svg_text_width(keys[i].text, SVG_KEY_SIZE_PX) <= right);
-            assert_true(y > last_y || x > last_x + svg_text_width(keys[i - 1].text, SVG_KEY_SIZE_PX));
+            assert_true(y > last_y ||
+                        x > last_x + svg_text_width(keys[i - 1].text, SVG_KEY_SIZE_PX));
             last_x = x;
             last_y = y;
         }
-        assert_near(last_y, 14.0 + SVG_KEY_ROW_PX * (double)(svg_legend_rows(58.0, right, keys, COUNT_OF(keys)) - 1), 1e-9);
+        assert_near(last_y,
+                    14.0 + SVG_KEY_ROW_PX *
+                               (double)(svg_legend_rows(58.0, right, keys, COUNT_OF(keys)) - 1),
+                    1e-9);
         assert_non_null(strstr(drawn, "two &amp; two"));
         free(drawn);
     }
     assert_int_equal(svg_legend_rows(58.0, 1500.0, keys, 0), 1);
 }
 
-/* A span that no double holds, as a damaged campaign may give: no ticks, and no integer of infinity. */
+/* A span that no double holds, as a damaged campaign may give: no ticks, and no integer of
+ * infinity. */
 static void a_span_without_end(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* Sweeps: ids, designs, the search, and cases that crash, hang or say nothing, with simulations of the test's own. */
+/* Sweeps: ids, designs, the search, and cases that crash, hang or say nothing, with simulations of
+ * the test's own. */
 #include "tests/cmocka_all.h"
 
 #include <math.h>
@@ -15,7 +16,7 @@
 #include "host/sweep/sweep_pool.h"
 #include "host/sweep/sweep_share.h"
 
-#define STUDY "build/test-tmp/test_sweep.json"
+#define STUDY   "build/test-tmp/test_sweep.json"
 #define RESULTS "build/test-tmp/test_sweep.jsonl"
 
 static void write_study(const char *text)
@@ -56,24 +57,35 @@ static void same_meaning_same_hash(void **state)
 {
     (void)state;
     static const char *const same[][2] = {
-        {"{\"a\":1,\"b\":[2,3]}", "{ \"b\": [2.0, 3e0], \"a\": 1.0 }"}, {"{\"a\":1,\"_note\":\"x\"}", "{\"a\":1}"}, {"-0.0", "0"}, {"0.1", "1e-1"}};
-    static const char *const differ[][2] = {{"[1,2]", "[2,1]"},     {"[[1],2]", "[1,[2]]"},     {"{\"a\":1}", "{\"b\":1}"},
-                                            {"\"1\"", "1"},         {"true", "1"},              {"null", "false"},
-                                            {"[\"ab\",\"c\"]", "[\"a\",\"bc\"]"}, {"{\"a\":{\"b\":1}}", "{\"a\":1,\"b\":1}"}, {"0.1", "0.10000000000000002"}};
+        {"{\"a\":1,\"b\":[2,3]}", "{ \"b\": [2.0, 3e0], \"a\": 1.0 }"},
+        {"{\"a\":1,\"_note\":\"x\"}", "{\"a\":1}"},
+        {"-0.0", "0"},
+        {"0.1", "1e-1"}};
+    static const char *const differ[][2] = {{"[1,2]", "[2,1]"},
+                                            {"[[1],2]", "[1,[2]]"},
+                                            {"{\"a\":1}", "{\"b\":1}"},
+                                            {"\"1\"", "1"},
+                                            {"true", "1"},
+                                            {"null", "false"},
+                                            {"[\"ab\",\"c\"]", "[\"a\",\"bc\"]"},
+                                            {"{\"a\":{\"b\":1}}", "{\"a\":1,\"b\":1}"},
+                                            {"0.1", "0.10000000000000002"}};
     for (size_t i = 0; i < COUNT_OF(same); i++)
         assert_int_equal(hash_of(same[i][0]), hash_of(same[i][1]));
     for (size_t i = 0; i < COUNT_OF(differ); i++)
         assert_int_not_equal(hash_of(differ[i][0]), hash_of(differ[i][1]));
 }
 
-/* An id that changed from one version to the next would orphan every case of the files there are. The two were computed by
- * a second implementation (Python) of the recipe in host/sweep/README.md. */
+/* An id that changed from one version to the next would orphan every case of the files there are.
+ * The two were computed by a second implementation (Python) of the recipe in
+ * host/sweep/README.md. */
 static void ids_stay(void **state)
 {
     (void)state;
     struct sweep_study study;
     char text[SWEEP_ID_SIZE];
-    load(&study, "{\"base\": {\"N\": 8}, \"vary\": {\"F\": [1000, 2000]}, \"outputs\": [\"max_lift_ft\"]}");
+    load(&study,
+         "{\"base\": {\"N\": 8}, \"vary\": {\"F\": [1000, 2000]}, \"outputs\": [\"max_lift_ft\"]}");
     assert_int_equal(study.cases, 2);
     sweep_id_text(study.ids[0], text);
     assert_string_equal(text, "7f23bc24a0d5abb2");
@@ -85,7 +97,8 @@ static void ids_stay(void **state)
 static void paths_lead_where_they_say(void **state)
 {
     (void)state;
-    json_t *root = json_loads("{\"a\": [1, {\"b\": 5}], \"c\": {\"4\": 7}}", 0, NULL), *copy = json_copy(root), *nine = json_integer(9);
+    json_t *root = json_loads("{\"a\": [1, {\"b\": 5}], \"c\": {\"4\": 7}}", 0, NULL),
+           *copy = json_copy(root), *nine = json_integer(9);
     assert_int_equal(json_integer_value(jsonpath_get(root, "a.1.b")), 5);
     assert_int_equal(json_integer_value(jsonpath_get(root, "a.-1.b")), 5);
     assert_int_equal(json_integer_value(jsonpath_get(root, "c.4")), 7);
@@ -94,7 +107,8 @@ static void paths_lead_where_they_say(void **state)
         assert_null(jsonpath_get(root, nowhere[i]));
     assert_true(jsonpath_set(copy, "a.1.b", nine));
     assert_int_equal(json_integer_value(jsonpath_get(copy, "a.1.b")), 9);
-    assert_int_equal(json_integer_value(jsonpath_get(root, "a.1.b")), 5); /* what it was copied from is not touched */
+    /* what it was copied from is not touched */
+    assert_int_equal(json_integer_value(jsonpath_get(root, "a.1.b")), 5);
     assert_true(jsonpath_set(copy, "new", nine));
     assert_false(jsonpath_set(copy, "a.7", nine));
     assert_false(jsonpath_set(copy, "none.x", nine));
@@ -113,7 +127,8 @@ static void ranges_end_where_they_should(void **state)
     static const double expected[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
     for (size_t i = 0; i < 7; i++) {
         json_t *level = design_level(&range, i);
-        assert_true(json_number_value(level) == expected[i]); /* the very number that a person would write */
+        /* the very number that a person would write */
+        assert_true(json_number_value(level) == expected[i]);
         json_decref(level);
     }
     json_decref(value);
@@ -174,7 +189,8 @@ static struct found search(const char *condition, sweep_simulate *simulate)
     struct sweep_study study;
     char text[600];
     snprintf(text, sizeof text,
-             "{\"base\": {}, \"vary\": {\"KL\": [8e6]}, \"find\": {\"key\": \"F\", \"from\": 0, \"to\": 100, \"field\": \"y\", \"scan\": 10, "
+             "{\"base\": {}, \"vary\": {\"KL\": [8e6]}, \"find\": {\"key\": \"F\", \"from\": 0, "
+             "\"to\": 100, \"field\": \"y\", \"scan\": 10, "
              "\"tolerance\": 0.001, %s}}",
              condition);
     load(&study, text);
@@ -195,7 +211,8 @@ static void the_smallest_crossing_is_found(void **state)
     struct found f = search("\"above\": 0", bumpy);
     assert_string_equal(f.verdict, "between");
     assert_true(f.low < 30.0 && f.high >= 30.0 && f.high - f.low <= 0.001 * f.high);
-    assert_in_range(f.runs, 4 + 8, 4 + 10); /* 0, 10, 20, 30; then 10 halved to 0.03: log2(333) = 8.4 */
+    /* 0, 10, 20, 30; then 10 halved to 0.03: log2(333) = 8.4 */
+    assert_in_range(f.runs, 4 + 8, 4 + 10);
     json_decref(f.outcome);
     f = search("\"below\": 0", falling);
     assert_true(f.low <= 50.0 && f.high > 50.0 && f.high - f.low <= 0.001 * f.high);
@@ -248,14 +265,16 @@ struct seen {
     int count;
 };
 
-static enum mr_status see(void *ctx, size_t number, uint64_t id, const json_t *line, const char *text, struct error *error)
+static enum mr_status see(void *ctx, size_t number, uint64_t id, const json_t *line,
+                          const char *text, struct error *error)
 {
     struct seen *seen = ctx;
     int x = (int)json_integer_value(json_object_get(json_object_get(line, "values"), "F"));
     const char *reason = json_string_value(json_object_get(line, "reason"));
     (void)number, (void)id, (void)text, (void)error;
     assert_in_range(x, 0, 11);
-    snprintf(seen->status[x], sizeof seen->status[x], "%s", json_string_value(json_object_get(line, "status")));
+    snprintf(seen->status[x], sizeof seen->status[x], "%s",
+             json_string_value(json_object_get(line, "status")));
     snprintf(seen->reason[x], sizeof seen->reason[x], "%s", reason ? reason : "");
     seen->y[x] = json_number_value(json_object_get(json_object_get(line, "result"), "y"));
     seen->count++;
@@ -271,10 +290,18 @@ static void trouble_costs_one_case(void **state)
     struct seen seen = {0};
     volatile sig_atomic_t stop = 0;
     const size_t todo[] = {0, 1, 2, 3, 4, 5, 6, 8, 9}, hangs[] = {7};
-    load(&study, "{\"base\": {}, \"vary\": {\"F\": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}, \"outputs\": [\"y\"]}");
+    load(&study,
+         "{\"base\": {}, \"vary\": {\"F\": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}, \"outputs\": [\"y\"]}");
     unlink(RESULTS);
     assert_int_equal(sweep_results_open(&results, RESULTS, &error), MR_OK);
-    struct sweep_pool pool = {.study = &study, .simulate = troubled, .results = &results, .todo = todo, .count = 9, .jobs = 3, .timeout_s = INFINITY, .stop = &stop};
+    struct sweep_pool pool = {.study = &study,
+                              .simulate = troubled,
+                              .results = &results,
+                              .todo = todo,
+                              .count = 9,
+                              .jobs = 3,
+                              .timeout_s = INFINITY,
+                              .stop = &stop};
     assert_int_equal(sweep_pool_run(&pool, &error), MR_OK);
     pool.todo = hangs;
     pool.count = 1;

@@ -1,5 +1,6 @@
-/* The tables of host/store/tables.def: they are those that campaigns have, each field lies in its own column, and rows of one key are
- * put together by the rules. What is expected is asked of SQLite by the columns' names, not by way of the store. */
+/* The tables of host/store/tables.def: they are those that campaigns have, each field lies in its
+ * own column, and rows of one key are put together by the rules. What is expected is asked of
+ * SQLite by the columns' names, not by way of the store. */
 #include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
@@ -35,7 +36,9 @@ static char *made_text(sqlite3 *database, const char *name)
 {
     sqlite3_stmt *s;
     char *text = NULL;
-    assert_int_equal(sqlite3_prepare_v2(database, "SELECT sql FROM sqlite_schema WHERE name=?", -1, &s, NULL), SQLITE_OK);
+    assert_int_equal(
+        sqlite3_prepare_v2(database, "SELECT sql FROM sqlite_schema WHERE name=?", -1, &s, NULL),
+        SQLITE_OK);
     sqlite3_bind_text(s, 1, name, -1, SQLITE_STATIC);
     if (sqlite3_step(s) == SQLITE_ROW)
         text = strdup((const char *)sqlite3_column_text(s, 0));
@@ -65,7 +68,10 @@ static void a_new_campaign_has_the_tables_that_it_always_had(void **state)
     begin("tables.db");
     assert_int_equal(sqlite3_open(":memory:", &before), SQLITE_OK);
     assert_int_equal(sqlite3_exec(before, sql, NULL, NULL, NULL), SQLITE_OK);
-    assert_int_equal(sqlite3_prepare_v2(before, "SELECT name FROM sqlite_schema WHERE sql IS NOT NULL", -1, &s, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_prepare_v2(before,
+                                        "SELECT name FROM sqlite_schema WHERE sql IS NOT NULL", -1,
+                                        &s, NULL),
+                     SQLITE_OK);
     int objects = 0;
     for (; sqlite3_step(s) == SQLITE_ROW; objects++) {
         const char *name = (const char *)sqlite3_column_text(s, 0);
@@ -76,7 +82,10 @@ static void a_new_campaign_has_the_tables_that_it_always_had(void **state)
         free(is);
     }
     sqlite3_finalize(s);
-    assert_int_equal(sqlite3_prepare_v2(store->database, "SELECT count(*) FROM sqlite_schema WHERE sql IS NOT NULL", -1, &s, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_prepare_v2(store->database,
+                                        "SELECT count(*) FROM sqlite_schema WHERE sql IS NOT NULL",
+                                        -1, &s, NULL),
+                     SQLITE_OK);
     sqlite3_step(s);
     assert_int_equal(sqlite3_column_int(s, 0), objects); /* and no others */
     sqlite3_finalize(s);
@@ -109,12 +118,15 @@ static void fill_field(const struct store_column *column, unsigned i, void *fiel
     case STORE_DOUBLE: *(double *)field = i + 0.5; break;
     case STORE_CHARACTERS: snprintf(field, column->size, "%s", texts[i]); break;
     case STORE_POINTER: *(const char **)field = texts[i]; break;
-    case STORE_BLOB: *(struct store_bytes *)field = (struct store_bytes){texts[i], strlen(texts[i])}; break;
+    case STORE_BLOB:
+        *(struct store_bytes *)field = (struct store_bytes){texts[i], strlen(texts[i])};
+        break;
     default: break;
     }
 }
 
-static void expect_column(sqlite3_stmt *s, int at, const struct store_column *column, unsigned i, int64_t owner)
+static void expect_column(sqlite3_stmt *s, int at, const struct store_column *column, unsigned i,
+                          int64_t owner)
 {
     char text[16];
     snprintf(text, sizeof text, "text%u", i);
@@ -154,15 +166,19 @@ static void put_and_look(enum store_table_number which)
         sqlite3_finalize(s);
         sqlite3_free(sql);
     }
-    char *list = store_read_text(table), *sql = sqlite3_mprintf("SELECT %s FROM \"%w\"", list, table->name);
+    char *list = store_read_text(table),
+         *sql = sqlite3_mprintf("SELECT %s FROM \"%w\"", list, table->name);
     assert_int_equal(sqlite3_prepare_v2(store->database, sql, -1, &s, NULL), SQLITE_OK);
     assert_int_equal(sqlite3_step(s), SQLITE_ROW);
     store_take_row(s, table, back);
     for (unsigned i = 0; i < table->count; i++) {
         const struct store_column *column = &table->columns[i];
-        bool there = column->kind == STORE_INT64 || column->kind == STORE_INT || column->kind == STORE_DOUBLE || column->kind == STORE_CHARACTERS;
+        bool there = column->kind == STORE_INT64 || column->kind == STORE_INT ||
+                     column->kind == STORE_DOUBLE || column->kind == STORE_CHARACTERS;
         if (there && column->merge != STORE_GIVEN)
-            assert_memory_equal(back + column->offset, row + column->offset, column->kind == STORE_CHARACTERS ? strlen(row + column->offset) + 1 : column->size);
+            assert_memory_equal(back + column->offset, row + column->offset,
+                                column->kind == STORE_CHARACTERS ? strlen(row + column->offset) + 1
+                                                                 : column->size);
     }
     sqlite3_finalize(s);
     sqlite3_free(list);
@@ -191,7 +207,8 @@ static double number(const char *sql)
     sqlite3_stmt *s;
     assert_int_equal(sqlite3_prepare_v2(store->database, sql, -1, &s, NULL), SQLITE_OK);
     assert_int_equal(sqlite3_step(s), SQLITE_ROW);
-    double value = sqlite3_column_type(s, 0) == SQLITE_NULL ? (double)NAN : sqlite3_column_double(s, 0);
+    double value = sqlite3_column_type(s, 0) == SQLITE_NULL ? (double)NAN
+                                                            : sqlite3_column_double(s, 0);
     sqlite3_finalize(s);
     return value;
 }
@@ -200,13 +217,30 @@ static void both_links_fill_one_row(void **state)
 {
     (void)state;
     const double none = (double)NAN;
-    const struct store_zone can = {.block = 5, .mats = 3, .start_ft = 10.0, .end_ft = 14.0, .lead_s = 0.5, .wheel_ft = none, .warning = STORE_NONE,
-                                   .inferred_percent = 40, .links = 1};
-    const struct store_zone serial = {.block = 5, .mats = STORE_NONE, .start_ft = 11.0, .end_ft = none, .lead_s = none, .wheel_ft = 2.0,
-                                      .warning = 1, .inferred_percent = 60, .links = 2};
-    const struct store_edge nameless = {.count = 1, .position = 4, .tick = 100, .step_codes = 2.0, .board_us = none, .links = 2};
-    const struct store_edge known = {.count = 1, .position = 9, .tick = 900, .step_codes = 9.0, .board_us = 70.0, .links = 1};
-    const struct store_edge later = {.count = 1, .position = 9, .tick = 900, .step_codes = 9.0, .board_us = 90.0, .links = 1};
+    const struct store_zone can = {.block = 5,
+                                   .mats = 3,
+                                   .start_ft = 10.0,
+                                   .end_ft = 14.0,
+                                   .lead_s = 0.5,
+                                   .wheel_ft = none,
+                                   .warning = STORE_NONE,
+                                   .inferred_percent = 40,
+                                   .links = 1};
+    const struct store_zone serial = {.block = 5,
+                                      .mats = STORE_NONE,
+                                      .start_ft = 11.0,
+                                      .end_ft = none,
+                                      .lead_s = none,
+                                      .wheel_ft = 2.0,
+                                      .warning = 1,
+                                      .inferred_percent = 60,
+                                      .links = 2};
+    const struct store_edge nameless = {
+        .count = 1, .position = 4, .tick = 100, .step_codes = 2.0, .board_us = none, .links = 2};
+    const struct store_edge known = {
+        .count = 1, .position = 9, .tick = 900, .step_codes = 9.0, .board_us = 70.0, .links = 1};
+    const struct store_edge later = {
+        .count = 1, .position = 9, .tick = 900, .step_codes = 9.0, .board_us = 90.0, .links = 1};
     begin("merge.db");
     store_zone_put(store, 1, &can, &error);
     store_zone_put(store, 1, &serial, &error);
@@ -214,33 +248,39 @@ static void both_links_fill_one_row(void **state)
     store_edge_put(store, 1, &known, &error);
     store_edge_put(store, 1, &later, &error);
     assert_no_error(&error);
-    assert_true(number("SELECT links FROM zones") == 3);             /* JOIN */
-    assert_true(number("SELECT start_ft FROM zones") == 11);         /* TAKE */
-    assert_true(isnan(number("SELECT end_ft FROM zones")));                   /* TAKE, also nothing */
+    assert_true(number("SELECT links FROM zones") == 3);     /* JOIN */
+    assert_true(number("SELECT start_ft FROM zones") == 11); /* TAKE */
+    /* TAKE, also nothing */
+    assert_true(isnan(number("SELECT end_ft FROM zones")));
     assert_true(isnan(number("SELECT mats FROM zones")));
-    assert_true(number("SELECT lead_s FROM zones") == 0.5);          /* NEWER: nothing takes nothing away */
+    /* NEWER: nothing takes nothing away */
+    assert_true(number("SELECT lead_s FROM zones") == 0.5);
     assert_true(number("SELECT inferred_percent FROM zones") == 60); /* NEWER */
     assert_true(number("SELECT warning FROM zones") == 1);
-    assert_true(number("SELECT position FROM edges") == 4);          /* KEEP */
-    assert_true(number("SELECT board_us FROM edges") == 70);         /* FILL: once */
+    assert_true(number("SELECT position FROM edges") == 4);  /* KEEP */
+    assert_true(number("SELECT board_us FROM edges") == 70); /* FILL: once */
     assert_true(number("SELECT links FROM edges") == 3);
     assert_true(number("SELECT count(*) FROM zones") == 1);
     store_close(store);
 }
 
-/* A message says a part of a row; the other columns are NULL, and take nothing away from what was said. */
+/* A message says a part of a row; the other columns are NULL, and take nothing away from what was
+ * said. */
 static void a_blank_row_says_nothing(void **state)
 {
     (void)state;
     struct store_band row = store_blank_band;
-    const struct mr_band_after after = {.band = 2, .after_lb = 90.5f, .change_lb = -3.0f, .error_lb = 0.25f};
+    const struct mr_band_after after = {
+        .band = 2, .after_lb = 90.5f, .change_lb = -3.0f, .error_lb = 0.25f};
     begin("blank.db");
     row.band = 2;
     row.links = 1;
     store_band_put(store, 1, &row, &error);
     assert_no_error(&error);
-    assert_true(number("SELECT count(*) FROM bands WHERE coalesce(gages, before_lb, before_error_lb, spread_lb, least_lb, least_error_lb, least_gage,"
-                       " least_block, most_lb, most_error_lb, most_gage, most_block, after_lb, change_lb, change_error_lb) IS NULL") == 1);
+    assert_true(number("SELECT count(*) FROM bands WHERE coalesce(gages, before_lb, "
+                       "before_error_lb, spread_lb, least_lb, least_error_lb, least_gage,"
+                       " least_block, most_lb, most_error_lb, most_gage, most_block, after_lb, "
+                       "change_lb, change_error_lb) IS NULL") == 1);
     collect_band_after_row(&row, &after);
     store_band_put(store, 1, &row, &error);
     row = store_blank_band;
@@ -259,7 +299,8 @@ static void a_blank_row_says_nothing(void **state)
 static void a_configuration_stays_and_a_channel_is_replaced(void **state)
 {
     (void)state;
-    const struct mr_channel_config first = {.kind = 1, .number = 2, .station_ft = 3.0f}, second = {.kind = 1, .number = 8, .station_ft = 9.0f};
+    const struct mr_channel_config first = {.kind = 1, .number = 2, .station_ft = 3.0f},
+                                   second = {.kind = 1, .number = 8, .station_ft = 9.0f};
     begin("put.db");
     store_configuration_put(store, 7, "1", &error);
     store_configuration_put(store, 7, "2", &error);
@@ -274,7 +315,12 @@ static void a_configuration_stays_and_a_channel_is_replaced(void **state)
 static void a_change_of_a_landing_leaves_who_it_is(void **state)
 {
     (void)state;
-    struct store_landing landing = {.session = 3, .boot = 1, .board_landing = 5, .armed_us = 77, .state = 1, .touchdown_ft = 100.0};
+    struct store_landing landing = {.session = 3,
+                                    .boot = 1,
+                                    .board_landing = 5,
+                                    .armed_us = 77,
+                                    .state = 1,
+                                    .touchdown_ft = 100.0};
     begin("change.db");
     store_landing_add(store, &landing, &error);
     landing.session = 4;

@@ -1,5 +1,6 @@
-/* The clocks' map against truth: seeded sessions with an offset and a rate that are known, and delays of known distributions. The
- * stated 95 % interval must hold in 93.5 to 96.5 % of them, for the rate and for times of day inside the session and after it. */
+/* The clocks' map against truth: seeded sessions with an offset and a rate that are known, and
+ * delays of known distributions. The stated 95 % interval must hold in 93.5 to 96.5 % of them, for
+ * the rate and for times of day inside the session and after it. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -8,7 +9,7 @@
 #include "host/link/timemap.h"
 #include "tests/cmocka_all.h"
 
-#define ROUNDS 4000u
+#define ROUNDS   4000u
 #define EPOCH_US 1790000000000000
 
 static uint64_t state = 6;
@@ -23,25 +24,38 @@ static double even(void)
 }
 
 /* Delays in us, all from 0 on. */
-static double exponential(void) { return -800.0 * log(even()); }
-static double flat(void) { return 1000.0 * even(); }
-static double half_normal(void) { return 500.0 * fabs(sqrt(-2.0 * log(even())) * cos(6.283185307179586 * even())); }
-/* A USB adapter that is asked every millisecond; one of ten after other traffic; now and then a busy computer. */
+static double exponential(void)
+{
+    return -800.0 * log(even());
+}
+static double flat(void)
+{
+    return 1000.0 * even();
+}
+static double half_normal(void)
+{
+    return 500.0 * fabs(sqrt(-2.0 * log(even())) * cos(6.283185307179586 * even()));
+}
+/* A USB adapter that is asked every millisecond; one of ten after other traffic; now and then a
+ * busy computer. */
 static double mixed(void)
 {
     double u = even();
     return u < 0.02 ? 30000.0 * even() : u < 0.1 ? 4000.0 * even() : 1000.0 * even();
 }
 /* Most when the bus is free, the others behind frames of 130 us, one or more. */
-static double bus(void) { return even() < 0.7 ? 100.0 * even() : 130.0 * even() - 100.0 * log(even()); }
+static double bus(void)
+{
+    return even() < 0.7 ? 100.0 * even() : 130.0 * even() - 100.0 * log(even());
+}
 
 struct held {
     unsigned rate, middle, end, after;
     double half_us, half_ppm; /* means */
 };
 
-static double draw_session(struct timemap *map, double (*delay_us)(void), unsigned pairs, double step_s, double *fast_ppm,
-                           double *begin_us)
+static double draw_session(struct timemap *map, double (*delay_us)(void), unsigned pairs,
+                           double step_s, double *fast_ppm, double *begin_us)
 {
     memset(map, 0, sizeof *map);
     double gain_ppm = 100.0 * (2.0 * even() - 1.0); /* host time against board time */
@@ -62,7 +76,8 @@ static bool holds(const struct timemap_fit *fit, double begin_us, double since_u
     return fabs(host.value - (double)EPOCH_US - truth_us) <= host.half;
 }
 
-static void check(const char *name, double (*delay_us)(void), unsigned pairs, double step_s, double most)
+static void check(const char *name, double (*delay_us)(void), unsigned pairs, double step_s,
+                  double most)
 {
     static struct timemap map;
     static struct timemap_fit fit;
@@ -80,9 +95,10 @@ static void check(const char *name, double (*delay_us)(void), unsigned pairs, do
         held.half_ppm += fit.fast_ppm.half / ROUNDS;
     }
     const unsigned counts[] = {held.rate, held.middle, held.end, held.after};
-    printf("# %-12s %3u pairs: rate %.2f %% (+- %.2f ppm), middle %.2f %%, end %.2f %% (+- %.0f us), after %.2f %%\n", name, pairs,
-           100.0 * held.rate / ROUNDS, held.half_ppm, 100.0 * held.middle / ROUNDS, 100.0 * held.end / ROUNDS, held.half_us,
-           100.0 * held.after / ROUNDS);
+    printf("# %-12s %3u pairs: rate %.2f %% (+- %.2f ppm), middle %.2f %%, end %.2f %% (+- %.0f "
+           "us), after %.2f %%\n",
+           name, pairs, 100.0 * held.rate / ROUNDS, held.half_ppm, 100.0 * held.middle / ROUNDS,
+           100.0 * held.end / ROUNDS, held.half_us, 100.0 * held.after / ROUNDS);
     for (unsigned i = 0; i < 4; i++) {
         assert_true(counts[i] >= 0.935 * ROUNDS);
         assert_true(counts[i] <= most * ROUNDS);
@@ -102,7 +118,8 @@ static void intervals_hold_for_delays_of_every_kind(void **s)
 static void intervals_hold_for_short_and_long_sessions(void **s)
 {
     (void)s;
-    /* With a dozen pairs the strip takes in half of them, and exponential delays thin out there: wider than need be. */
+    /* With a dozen pairs the strip takes in half of them, and exponential delays thin out there:
+     * wider than need be. */
     check("exponential", exponential, 12, 1.0, 0.98);
     check("exponential", exponential, 30, 1.0, 0.965);
     check("flat", flat, 12, 1.0, 0.965);
@@ -111,12 +128,15 @@ static void intervals_hold_for_short_and_long_sessions(void **s)
     check("mixed", mixed, 600, 1.0, 0.965);
 }
 
-static struct timemap_fit refused_of(double rate, double (*delay_us)(void), unsigned pairs, int64_t begin_us, int64_t step_us)
+static struct timemap_fit refused_of(double rate, double (*delay_us)(void), unsigned pairs,
+                                     int64_t begin_us, int64_t step_us)
 {
     struct timemap map = {0};
     struct timemap_fit fit;
     for (unsigned i = 0; i < pairs; i++)
-        timemap_add(&map, 1e6 * i, begin_us + (int64_t)(1e6 * i * rate + delay_us()) + (i > pairs / 2 ? step_us : 0));
+        timemap_add(&map, 1e6 * i,
+                    begin_us + (int64_t)(1e6 * i * rate + delay_us()) +
+                        (i > pairs / 2 ? step_us : 0));
     timemap_fit(&map, 500.0, &fit);
     return fit;
 }
@@ -127,15 +147,22 @@ static void what_is_no_map_is_refused(void **s)
     assert_int_equal(refused_of(1.0, exponential, 11, EPOCH_US, 0).refusal, TIMEMAP_TOO_FEW);
     assert_int_equal(refused_of(1.0, exponential, 12, EPOCH_US, 0).refusal, TIMEMAP_GOOD);
     assert_int_equal(refused_of(1.0, exponential, 60, 0, 0).refusal, TIMEMAP_NO_DATE);
-    struct timemap_fit fast = refused_of(0.25, exponential, 60, EPOCH_US, 0); /* emulated: four board seconds in one */
+    /* emulated: four board seconds in one */
+    struct timemap_fit fast = refused_of(0.25, exponential, 60, EPOCH_US, 0);
     assert_int_equal(fast.refusal, TIMEMAP_OTHER_PACE);
     assert_near(fast.fast_ppm.value, 3e6, 1e3);
-    assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_OTHER_PACE); /* no crystal is that bad */
-    assert_int_equal(refused_of(1.0, exponential, 60, EPOCH_US, 400000000).refusal, TIMEMAP_UNCERTAIN); /* the clock was set */
+    /* no crystal is that bad */
+    assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_OTHER_PACE);
+    /* the clock was set */
+    assert_int_equal(refused_of(1.0, exponential, 60, EPOCH_US, 400000000).refusal,
+                     TIMEMAP_UNCERTAIN);
 }
 
 /* A recording in which every stamp is exact has a map that is exact. */
-static double none(void) { return 0.0; }
+static double none(void)
+{
+    return 0.0;
+}
 static void without_delays_it_is_exact(void **s)
 {
     (void)s;

@@ -1,5 +1,6 @@
-/* The gear's track against truth: seeded landings whose motion is a closed form, and such whose brake ripples besides. How often
- * does the stated 95 % interval of the station hold? frame numbers against films that lack pulses. */
+/* The gear's track against truth: seeded landings whose motion is a closed form, and such whose
+ * brake ripples besides. How often does the stated 95 % interval of the station hold? frame numbers
+ * against films that lack pulses. */
 #include <stdio.h>
 #include <string.h>
 
@@ -7,18 +8,20 @@
 #include "tests/common/seeded_landing.h"
 #include "tests/cmocka_all.h"
 
-#define LANDINGS 500u
-#define MOMENTS 20u /* of each landing */
+#define LANDINGS  500u
+#define MOMENTS   20u /* of each landing */
 #define SPREAD_IN (0.02 * 0.57735)
 
-/* Displacement by a ripple of the deceleration that begins with it: its second integral from touchdown on. */
+/* Displacement by a ripple of the deceleration that begins with it: its second integral from
+ * touchdown on. */
 static double ripple_ft(double amplitude_ft_s2, double hz, double turn, double since_s)
 {
     double w = 6.283185307179586 * hz, phase = 6.283185307179586 * turn;
     if (since_s <= 0.0 || amplitude_ft_s2 == 0.0)
         return 0.0;
     /* integral twice of sin(w t + phase) */
-    return -amplitude_ft_s2 * ((sin(phase) - sin(w * since_s + phase)) / (w * w) + since_s * cos(phase) / w);
+    return -amplitude_ft_s2 *
+           ((sin(phase) - sin(w * since_s + phase)) / (w * w) + since_s * cos(phase) / w);
 }
 
 struct case_ {
@@ -28,7 +31,8 @@ struct case_ {
 
 static double truth_ft(const struct case_ *c, double t_s)
 {
-    return seeded_station(&c->landing, t_s) + ripple_ft(c->ripple_ft_s2, c->hz, c->turn, t_s - SEEDED_TOUCHDOWN_S);
+    return seeded_station(&c->landing, t_s) +
+           ripple_ft(c->ripple_ft_s2, c->hz, c->turn, t_s - SEEDED_TOUCHDOWN_S);
 }
 
 static double crossing_s(const struct case_ *c, double station_ft)
@@ -53,12 +57,14 @@ static bool measure(const struct case_ *c, struct measured *m)
     m->landing.touchdown_ft = SEEDED_TOUCHDOWN_FT;
     m->landing.switch_error_ft = SPREAD_IN / 12.0;
     for (unsigned i = 0; i < SEEDED_SWITCHES; i++) {
-        double t_s = isnan(c->landing.open_s[i]) ? (double)NAN : crossing_s(c, c->landing.placed_ft[i]);
+        double t_s = isnan(c->landing.open_s[i]) ? (double)NAN
+                                                 : crossing_s(c, c->landing.placed_ft[i]);
         if (!isnan(t_s))
             m->gate[m->gates++] = (struct mr_gate){t_s, -2.5 + 5.0 * i};
     }
     for (int turn = 0; turn < 2; turn++) { /* the second time with touchdown as the origin */
-        m->fit_status = mr_gates_summarise(m->gate, m->gates, SEEDED_TOUCHDOWN_FT, m->landing.switch_error_ft, &m->summary);
+        m->fit_status = mr_gates_summarise(m->gate, m->gates, SEEDED_TOUCHDOWN_FT,
+                                           m->landing.switch_error_ft, &m->summary);
         if (m->fit_status != MR_OK)
             return false;
         double shift_s = turn ? 0.0 : m->summary.touchdown_t_s.value;
@@ -90,14 +96,16 @@ static void check(const char *name, double most_ripple, double least, double mos
         assert_true(track.known);
         double first_s = (double)m.t0_us * 1e-9, last_s = m.gate[m.gates - 1].t_s + first_s;
         for (unsigned i = 0; i < MOMENTS; i++) {
-            double t_s = SEEDED_TOUCHDOWN_S + 0.05 + (last_s - SEEDED_TOUCHDOWN_S - 0.05) * seeded_uniform(&state);
+            double t_s = SEEDED_TOUCHDOWN_S + 0.05 +
+                         (last_s - SEEDED_TOUCHDOWN_S - 0.05) * seeded_uniform(&state);
             struct mr_estimate at = track_at(&track, t_s - first_s);
             seen++;
             inside += fabs(at.value - truth_ft(&c, t_s)) <= 1.959964 * at.error;
             sum_ft += at.error;
         }
     }
-    printf("# %-14s %.2f %% of %u inside, mean error %.5f ft\n", name, 100.0 * inside / seen, seen, sum_ft / seen);
+    printf("# %-14s %.2f %% of %u inside, mean error %.5f ft\n", name, 100.0 * inside / seen, seen,
+           sum_ft / seen);
     assert_true(inside >= least * seen);
     assert_true(inside <= most * seen);
 }
@@ -105,7 +113,8 @@ static void check(const char *name, double most_ripple, double least, double mos
 static void stations_are_within_their_intervals(void **state)
 {
     (void)state;
-    check("even braking", 0.0, 0.935, 1.0); /* wider than need be: that it is so even is not taken for granted */
+    /* wider than need be: that it is so even is not taken for granted */
+    check("even braking", 0.0, 0.935, 1.0);
     check("1 % ripple", 0.01, 0.935, 0.965); /* about as in tests/runs */
     check("10 % ripple", 0.1, 0.92, 0.965);
 }

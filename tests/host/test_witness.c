@@ -1,4 +1,5 @@
-/* Serial as the witness of CAN: a copy goes on as the witness itself does, whatever the rings hold and wherever they begin. */
+/* Serial as the witness of CAN: a copy goes on as the witness itself does, whatever the rings hold
+ * and wherever they begin. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,7 +19,8 @@ struct walk {
     uint32_t turn;
 };
 
-/* One thing that happens to a witness, as the walk and `seed` have it; a number that says what the witness answered. */
+/* One thing that happens to a witness, as the walk and `seed` have it; a number that says what the
+ * witness answered. */
 static uint32_t happen(struct witness *witness, const struct walk *walk, uint32_t seed)
 {
     static const uint16_t ids[] = {MR_ID_LANDING, MR_ID_HELLO, MR_ID_CLOCK, 0x100};
@@ -59,7 +61,8 @@ static void a_copy_goes_on_as_the_witness(void **unused)
     uint32_t seed = 5, answered = 0;
     for (int round = 0; round < 60; round++) {
         for (int i = 0; i < 3000; i++, walk.turn++) {
-            walk.block += round % 2 ? 1 : walk.turn % 40 == 0; /* so the waiting ones go beyond the ring's end, and those said to its limit */
+            /* so the waiting ones go beyond the ring's end, and those said to its limit */
+            walk.block += round % 2 ? 1 : walk.turn % 40 == 0;
             happen(witness, &walk, seed += 77u);
         }
         memset(copy, 0xa5 + round, sizeof *copy);
@@ -76,7 +79,8 @@ static void a_copy_goes_on_as_the_witness(void **unused)
     free(copy);
 }
 
-/* A computer that is slow with one link brings CAN long after serial: what serial has said meanwhile is more than is remembered. */
+/* A computer that is slow with one link brings CAN long after serial: what serial has said
+ * meanwhile is more than is remembered. */
 static void can_far_behind_is_no_stranger(void **unused)
 {
     (void)unused;
@@ -88,13 +92,15 @@ static void can_far_behind_is_no_stranger(void **unused)
     for (int64_t said = 0; said < 40000; said++) {
         struct witness_message taken, message = {.block = (said - behind) * 20};
         uint8_t payload[MR_MESSAGE_MAX] = {(uint8_t)said, (uint8_t)(said >> 8)};
-        mr_message_read(&message.message, MR_ID_LANDING, payload, mr_message_find(MR_ID_LANDING)->length);
+        mr_message_read(&message.message, MR_ID_LANDING, payload,
+                        mr_message_find(MR_ID_LANDING)->length);
         witness_serial(witness, &message.message, said * 20);
         if (said < behind)
             continue;
         payload[0] = (uint8_t)(said - behind);
         payload[1] = (uint8_t)((said - behind) >> 8);
-        mr_message_read(&message.message, MR_ID_LANDING, payload, mr_message_find(MR_ID_LANDING)->length);
+        mr_message_read(&message.message, MR_ID_LANDING, payload,
+                        mr_message_find(MR_ID_LANDING)->length);
         assert_true(witness_can(witness, &message));
         verdicts[witness_take(witness, message.block, false, &taken)]++;
     }
@@ -103,7 +109,8 @@ static void can_far_behind_is_no_stranger(void **unused)
     free(witness);
 }
 
-/* Serial began with the board and has forgotten nothing: what it did not say is a stranger's, also in the board's first second. */
+/* Serial began with the board and has forgotten nothing: what it did not say is a stranger's, also
+ * in the board's first second. */
 static void the_first_second_is_remembered(void **unused)
 {
     (void)unused;
@@ -112,7 +119,8 @@ static void the_first_second_is_remembered(void **unused)
     const uint8_t payload[MR_MESSAGE_MAX] = {1};
     assert_non_null(witness);
     witness_start(witness);
-    mr_message_read(&message.message, MR_ID_LANDING, payload, mr_message_find(MR_ID_LANDING)->length);
+    mr_message_read(&message.message, MR_ID_LANDING, payload,
+                    mr_message_find(MR_ID_LANDING)->length);
     assert_true(witness_can(witness, &message));
     witness_block(witness, 5000);
     assert_int_equal(witness_take(witness, 5000, false, &taken), WITNESS_STRANGER);

@@ -1,5 +1,6 @@
-/* What matrig log rests on when the campaign takes nothing: a transaction that was taken back is written again as if nothing had been, and
- * a campaign that somebody took away is found out and copied. */
+/* What matrig log rests on when the campaign takes nothing: a transaction that was taken back is
+ * written again as if nothing had been, and a campaign that somebody took away is found out and
+ * copied. */
 #include "tests/host/session.h"
 
 #include <sqlite3.h>
@@ -28,7 +29,8 @@ static void feed_frames(struct session *s, const char **at, int count)
         session_feed_line(s, at);
 }
 
-/* Logs CAN in many transactions. `failing`: each is taken back twice, after another length, before it is written. */
+/* Logs CAN in many transactions. `failing`: each is taken back twice, after another length, before
+ * it is written. */
 static void log_in_transactions(const char *db, bool failing, char path[200])
 {
     struct session s;
@@ -72,8 +74,9 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
 
 static void taken_back_and_written_again(void **state)
 {
-    static const char *const tables[] = {"landings", "links", "missing", "channels", "calibration", "switches", "frames",
-                                         "edges", "events", "motion", "zones", "results", "gaps", "time_maps"};
+    static const char *const tables[] = {
+        "landings", "links",  "missing", "channels", "calibration", "switches", "frames",
+        "edges",    "events", "motion",  "zones",    "results",     "gaps",     "time_maps"};
     char plain[200], failing[200], sql[600];
     (void)state;
     log_in_transactions("writing-plain.db", false, plain);
@@ -88,7 +91,8 @@ static void taken_back_and_written_again(void **state)
         assert_int_equal(sqlite3_exec(both, sql, NULL, NULL, NULL), SQLITE_OK);
         snprintf(sql, sizeof sql,
                  "SELECT (SELECT count(*) FROM main.%1$s) = (SELECT count(*) FROM other.%1$s), "
-                 "(SELECT count(*) FROM (SELECT * FROM main.%1$s EXCEPT SELECT * FROM other.%1$s))", tables[i]);
+                 "(SELECT count(*) FROM (SELECT * FROM main.%1$s EXCEPT SELECT * FROM other.%1$s))",
+                 tables[i]);
         if (sqlite3_prepare_v2(both, sql, -1, &statement, NULL) != SQLITE_OK)
             fail_msg("%s: %s", tables[i], sqlite3_errmsg(both));
         assert_int_equal(sqlite3_step(statement), SQLITE_ROW);
@@ -132,7 +136,8 @@ static void a_campaign_taken_away_is_found_out(void **state)
     (void)state;
     scratch_path(elsewhere, sizeof elsewhere, "writing-elsewhere.db");
     scratch_path(copy, sizeof copy, "writing-copy.db");
-    struct store *store = open_campaign(scratch_path(path, sizeof path, "writing-away.db"), &identity);
+    struct store *store = open_campaign(scratch_path(path, sizeof path, "writing-away.db"),
+                                        &identity);
     assert_int_equal(rename(path, elsewhere), 0);
     assert_int_equal(store_find(path, &identity), STORE_MISSING);
     store_whereabouts(store, where, sizeof where);

@@ -1,4 +1,5 @@
-/* The spread search for zones against a plain one that begins anew at every place, on chains of every kind of disorder. */
+/* The spread search for zones against a plain one that begins anew at every place, on chains of
+ * every kind of disorder. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -21,13 +22,19 @@ static double uniform(void)
     return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
 }
 
-/* Openings and resistances in clusters, so that there are long zones, short ones, and rows of open joints. */
+/* Openings and resistances in clusters, so that there are long zones, short ones, and rows of open
+ * joints. */
 static void draw_chain(unsigned mats, unsigned group)
 {
     static float gap_ft[MR_CHAIN_MATS + 1u], grit_lb[MR_CHAIN_MATS + 1u];
-    const struct mr_chain_params params = {.mats = (uint16_t)mats, .mat_length_ft = 2.0f / 7.0f, .mass_slug = 0.0145f,
-                                           .friction_lb = (float)(0.05 + 0.4 * uniform()), .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f,
-                                           .slack_ft = 0.0025f, .step_s = 1e-4f};
+    const struct mr_chain_params params = {.mats = (uint16_t)mats,
+                                           .mat_length_ft = 2.0f / 7.0f,
+                                           .mass_slug = 0.0145f,
+                                           .friction_lb = (float)(0.05 + 0.4 * uniform()),
+                                           .kl_lb_ft = 2.9e5f,
+                                           .cl_lb_s_ft = 5.0f,
+                                           .slack_ft = 0.0025f,
+                                           .step_s = 1e-4f};
     double part_open = 0.5, most_lb = 20.0;
     for (unsigned j = 0; j <= mats; j++) {
         if (uniform() < 0.05) {
@@ -44,12 +51,17 @@ static void draw_chain(unsigned mats, unsigned group)
 
 static bool open_at(unsigned j)
 {
-    return chain.gap_ft[j] + (chain.u_ft[j] - chain.u_ft[j - 1u]) > 0.002f / 12.0f * (float)chain.group;
+    return chain.gap_ft[j] + (chain.u_ft[j] - chain.u_ft[j - 1u]) >
+           0.002f / 12.0f * (float)chain.group;
 }
 
-static unsigned tally(void) { return (10u + chain.group - 1u) / chain.group; }
+static unsigned tally(void)
+{
+    return (10u + chain.group - 1u) / chain.group;
+}
 
-/* Every pair of closed ends, every row of `tally` joints in between: what the zone is by its words. */
+/* Every pair of closed ends, every row of `tally` joints in between: what the zone is by its
+ * words. */
 static unsigned plain_longest(unsigned from, unsigned *first_out)
 {
     unsigned best = 0;
@@ -95,18 +107,23 @@ static unsigned plain_coming(unsigned place, float push_lb)
 static void compare(unsigned quota)
 {
     struct mr_zonescan scan;
-    struct mr_zonescan_order order = {.from = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
-                                      .place = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
-                                      .push_lb = (float)(60.0 * uniform() * uniform()), .grit_lb = chain.grit_lb};
-    order.last_place = (uint16_t)(order.place - 1u + (unsigned)(uniform() * (chain.count + 40u - order.place)));
-    unsigned first = 0, groups = plain_longest(order.from, &first), coming = 0, coming_place = 0, calls = 1;
+    struct mr_zonescan_order order = {
+        .from = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
+        .place = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
+        .push_lb = (float)(60.0 * uniform() * uniform()),
+        .grit_lb = chain.grit_lb};
+    order.last_place =
+        (uint16_t)(order.place - 1u + (unsigned)(uniform() * (chain.count + 40u - order.place)));
+    unsigned first = 0, groups = plain_longest(order.from, &first), coming = 0, coming_place = 0,
+             calls = 1;
     for (unsigned n = order.place; n <= order.last_place && n < chain.count; n += MR_ZONE_STRIDE) {
         unsigned here = plain_coming(n, order.push_lb);
         coming_place = here > coming ? n : coming_place;
         coming = here > coming ? here : coming;
     }
     mr_zonescan_begin(&scan, &chain, &order);
-    for (uint32_t before = 0; !mr_zonescan_go(&scan, &chain, quota); calls++, before = scan.visits) {
+    for (uint32_t before = 0; !mr_zonescan_go(&scan, &chain, quota);
+         calls++, before = scan.visits) {
         assert_true(scan.visits > before && scan.visits <= before + quota + 1u);
         assert_true(calls < 100000);
     }
@@ -140,7 +157,8 @@ static void says_what_a_plain_search_says(void **state)
     }
 }
 
-/* Few places, and pushes that are near to what the joints ahead resist: rows of open joints, of which some close from the next place. */
+/* Few places, and pushes that are near to what the joints ahead resist: rows of open joints, of
+ * which some close from the next place. */
 static void places_just_short_of_closing(void **state)
 {
     (void)state;
@@ -154,20 +172,22 @@ static void places_just_short_of_closing(void **state)
         }
         chain.friction_lb = 0.4f;
         struct mr_zonescan scan;
-        const struct mr_zonescan_order order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f, chain.grit_lb};
+        const struct mr_zonescan_order order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f,
+                                                chain.grit_lb};
         unsigned coming = 0;
         for (unsigned n = 1; n <= order.last_place; n += MR_ZONE_STRIDE) {
             unsigned here = plain_coming(n, order.push_lb);
             coming = here > coming ? here : coming;
         }
         mr_zonescan_begin(&scan, &chain, &order);
-        while (!mr_zonescan_go(&scan, &chain, 16)) {}
+        while (!mr_zonescan_go(&scan, &chain, 16)) {
+        }
         assert_int_equal(scan.found.coming, coming);
     }
 }
 
-/* On a runway like the predictor's own, the wheel at its beginning: one visit a joint for the zone that is there; for the one to come
- * one a joint, and some at each place. */
+/* On a runway like the predictor's own, the wheel at its beginning: one visit a joint for the zone
+ * that is there; for the one to come one a joint, and some at each place. */
 static void a_search_is_short(void **state)
 {
     (void)state;
@@ -178,7 +198,8 @@ static void a_search_is_short(void **state)
         draw_chain(420, 1);
         for (unsigned j = 1; j <= chain.count + 1u; j++)
             chain.grit_lb[j] = (float)(20.0 * uniform());
-        const struct mr_zonescan_order order = {1, 1, 419, (float)(40.0 * uniform()), chain.grit_lb};
+        const struct mr_zonescan_order order = {1, 1, 419, (float)(40.0 * uniform()),
+                                                chain.grit_lb};
         mr_zonescan_begin(&scan, &chain, &order);
         assert_true(mr_zonescan_go(&scan, &chain, 1000000));
         most = scan.visits > most ? scan.visits : most;
@@ -189,7 +210,8 @@ static void a_search_is_short(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(says_what_a_plain_search_says), cmocka_unit_test(places_just_short_of_closing),
-                                        cmocka_unit_test(a_search_is_short)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(says_what_a_plain_search_says),
+                                       cmocka_unit_test(places_just_short_of_closing),
+                                       cmocka_unit_test(a_search_is_short)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

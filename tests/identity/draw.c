@@ -1,11 +1,14 @@
-/* draw: seeded landings to play to the emulated board, so that what it says can be held against what the host computes.
+/* draw: seeded landings to play to the emulated board, so that what it says can be held against
+ * what the host computes.
  *
- *   draw FOLDER COUNT [SEED]   COUNT landings, from 1, of series drawn from the score's truth (tests/score/truth.h): N.run, N.faults, and N.set
- *                              where a series begins: the configuration's fields that are others in it. A line each on stdout: N, the
- *                              landing's number in its series.
+ *   draw FOLDER COUNT [SEED]   COUNT landings, from 1, of series drawn from the score's truth
+ *                              (tests/score/truth.h): N.run, N.faults, and N.set where a series
+ *                              begins: the configuration's fields that are others in it. A line
+ *                              each on stdout: N, the landing's number in its series.
  *
- * Gear path, speed, braking, gaps, resistances, friction, stiffness and thrust are the truth's draws; drawn here: what the board is told
- * of them, its budget and level, which stations it sees, whether it is surveyed again, and what fails. Exit: 0; 2 usage; 3 a file. */
+ * Gear path, speed, braking, gaps, resistances, friction, stiffness and thrust are the truth's
+ * draws; drawn here: what the board is told of them, its budget and level, which stations it sees,
+ * whether it is surveyed again, and what fails. Exit: 0; 2 usage; 3 a file. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -15,14 +18,14 @@
 #include "tests/runs/runfile.h"
 #include "tests/score/truth.h"
 
-#define FIRST_SERIES 7000u /* others than the score's */
-#define ARM_S 0.6
-#define BEGIN_S 0.9 /* the truth's time 0 */
-#define REST_S 0.9  /* after the stop: the board waits 0.5 s */
-#define STORE_S 1.2 /* then it keeps the runway */
-#define SEGMENTS 42
-#define TRANSDUCERS 8
-#define RATE_HZ (1000 / SCORE_ROW_MS)
+#define FIRST_SERIES    7000u /* others than the score's */
+#define ARM_S           0.6
+#define BEGIN_S         0.9 /* the truth's time 0 */
+#define REST_S          0.9 /* after the stop: the board waits 0.5 s */
+#define STORE_S         1.2 /* then it keeps the runway */
+#define SEGMENTS        42
+#define TRANSDUCERS     8
+#define RATE_HZ         (1000 / SCORE_ROW_MS)
 #define SURVEY_ERROR_IN 0.005
 
 static struct syn_run run;
@@ -48,7 +51,8 @@ static FILE *create(const char *folder, unsigned number, const char *kind)
     return file;
 }
 
-static bool write_settings(const char *folder, unsigned number, struct fitted *fitted, uint64_t *state)
+static bool write_settings(const char *folder, unsigned number, struct fitted *fitted,
+                           uint64_t *state)
 {
     static const unsigned budget[] = {900, 900, 600, 300, 150};
     FILE *file = create(folder, number, "set");
@@ -78,10 +82,15 @@ static bool write_faults(const char *folder, unsigned number, double stop_s, uin
         return false;
     fputs("matrig-faults 1\n", file);
     double kind = score_uniform(state), at_s = BEGIN_S + between(state, 0.0, 0.8) * stop_s;
-    unsigned lost = kind < 0.33 ? 0 : kind < 0.6 ? 1 : kind < 0.75 ? 3 : kind < 0.85 ? TRANSDUCERS : 0;
+    unsigned lost = kind < 0.33 ? 0
+                  : kind < 0.6  ? 1
+                  : kind < 0.75 ? 3
+                  : kind < 0.85 ? TRANSDUCERS
+                                : 0;
     unsigned from = (unsigned)between(state, 0.0, TRANSDUCERS);
     for (unsigned i = 0; i < lost; i++)
-        fprintf(file, "at %.3f transducer %u %s\n", at_s + 0.01 * i, (from + 3 * i) % TRANSDUCERS + 1, how[(from + i) % 3]);
+        fprintf(file, "at %.3f transducer %u %s\n", at_s + 0.01 * i,
+                (from + 3 * i) % TRANSDUCERS + 1, how[(from + i) % 3]);
     unsigned skipped = kind < 0.85 ? 0 : kind < 0.95 ? 2 : SCORE_SWITCHES;
     for (unsigned i = 0; i < skipped; i++)
         fprintf(file, "at 0.5 switch %u skip\n", skipped == SCORE_SWITCHES ? i + 1 : from + 5 + i);
@@ -110,7 +119,8 @@ static void add_survey(const struct score_landing *landing, uint64_t *state)
         double sum_in = SURVEY_ERROR_IN * score_normal(state);
         for (unsigned j = 0; j < 10; j++)
             sum_in += (double)landing->gap_in[10 * s + j];
-        syn_run_add(&run, "command %.3f serial survey %u %.3f\n", 0.300 + 0.002 * s, s, fmax(0.0, sum_in));
+        syn_run_add(&run, "command %.3f serial survey %u %.3f\n", 0.300 + 0.002 * s, s,
+                    fmax(0.0, sum_in));
     }
 }
 
@@ -123,23 +133,28 @@ static void add_samples(const struct score_landing *landing, const struct fitted
         for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS; i++)
             row[i] = 10000; /* bands that nothing pulls at: 100 lb */
         for (unsigned i = 0; i < TRANSDUCERS; i++)
-            row[i] = k < still ? 0 : lround((double)landing->u_in[k - still][fitted->first - 1 + i] * 1e5);
+            row[i] = k < still
+                       ? 0
+                       : lround((double)landing->u_in[k - still][fitted->first - 1 + i] * 1e5);
         syn_run_sample(&run, row);
     }
 }
 
-static bool write_run(const char *folder, unsigned number, const struct score_landing *landing, const struct fitted *fitted, bool surveyed,
-                      uint64_t *state)
+static bool write_run(const char *folder, unsigned number, const struct score_landing *landing,
+                      const struct fitted *fitted, bool surveyed, uint64_t *state)
 {
     char path[512];
     double gap_in[SCORE_JOINTS], stop_s = BEGIN_S + landing->stop_s;
     for (unsigned j = 0; j < SCORE_JOINTS; j++)
         gap_in[j] = (double)landing->gap_in[j];
     syn_run_clear(&run);
-    syn_run_add(&run, "matrig-run 1\nprovenance synthetic: series %u, landing %u, drawn by tests/identity/draw.c\n", truth.series.number,
-                landing->number);
+    syn_run_add(&run,
+                "matrig-run 1\nprovenance synthetic: series %u, landing %u, drawn by "
+                "tests/identity/draw.c\n",
+                truth.series.number, landing->number);
     syn_run_add(&run, "landing %u\nduration_s %.3f\n", landing->number, stop_s + REST_S + STORE_S);
-    syn_run_add(&run, "touchdown %.6f %.9f\n", truth.series.touchdown_ft, BEGIN_S + landing->touchdown_s);
+    syn_run_add(&run, "touchdown %.6f %.9f\n", truth.series.touchdown_ft,
+                BEGIN_S + landing->touchdown_s);
     add_switches(landing);
     for (unsigned i = 0; i < TRANSDUCERS; i++)
         syn_run_add(&run, "transducer %u %.1f\n", i + 1, 10.0 * (fitted->first + i));
@@ -170,7 +185,8 @@ static bool draw_series(const char *folder, unsigned *made, unsigned count, uint
         const struct score_landing *landing = &truth.landing[i];
         bool surveyed = score_uniform(state) < (i == 0 ? 0.8 : 0.4);
         ++*made;
-        if (!write_faults(folder, *made, landing->stop_s, state) || !write_run(folder, *made, landing, &fitted, surveyed, state))
+        if (!write_faults(folder, *made, landing->stop_s, state) ||
+            !write_run(folder, *made, landing, &fitted, surveyed, state))
             return false;
         printf("%u %u\n", *made, landing->number);
     }
@@ -189,7 +205,8 @@ int main(int argc, char **argv)
     }
     uint64_t state = seed;
     for (uint32_t number = FIRST_SERIES + 1000u * (uint32_t)seed; made < count; number++) {
-        if (!score_truth_get(&truth, number, false, argv[1]) || !draw_series(argv[1], &made, (unsigned)count, &state))
+        if (!score_truth_get(&truth, number, false, argv[1]) ||
+            !draw_series(argv[1], &made, (unsigned)count, &state))
             return 3;
     }
     return 0;

@@ -1,10 +1,13 @@
-/* Changes what one program takes for the time, and how much room its disk has. A library for LD_PRELOAD, for tests:
+/* Changes what one program takes for the time, and how much room its disk has. A library for
+ * LD_PRELOAD, for tests:
  *
  *     CLOCK_RATE=FILE:20           both clocks pass 20 times as fast as long as FILE is there
- *     CLOCK_JUMP=FILE:SECONDS      the time of day is SECONDS later (earlier when negative) from when FILE is there
- *     DISK_FULL=FILE:PART          writing to paths that contain PART fails as on a full disk as long as FILE is there
- *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes SECONDS; FILE goes
- */
+ *     CLOCK_JUMP=FILE:SECONDS      the time of day is SECONDS later (earlier when negative) from
+ *                                  when FILE is there
+ *     DISK_FULL=FILE:PART          writing to paths that contain PART fails as on a full disk as
+ *                                  long as FILE is there
+ *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes
+ *                                  SECONDS; FILE goes */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -51,7 +54,9 @@ int clock_gettime(clockid_t clock, struct timespec *at)
     int64_t now_ns = at->tv_sec * NS + at->tv_nsec;
     int64_t passed_ns = real_ns[which] ? now_ns - real_ns[which] : 0;
     shown_ns[which] = real_ns[which] ? shown_ns[which] : now_ns;
-    shown_ns[which] += is_there("CLOCK_RATE", &rate) ? (int64_t)((double)passed_ns * strtod(rate, NULL)) : passed_ns;
+    shown_ns[which] += is_there("CLOCK_RATE", &rate)
+                         ? (int64_t)((double)passed_ns * strtod(rate, NULL))
+                         : passed_ns;
     real_ns[which] = now_ns;
     int64_t shown = shown_ns[which];
     pthread_mutex_unlock(&lock);

@@ -1,4 +1,5 @@
-/* A landing that was armed long before, as a board made by hand (tests/host/stream.h) sends it: longlanding CANDUMP SERIAL ARMED_S */
+/* A landing that was armed long before, as a board made by hand (tests/host/stream.h) sends it:
+ * longlanding CANDUMP SERIAL ARMED_S */
 #include "tests/host/stream.h"
 
 int main(int argc, char **argv)

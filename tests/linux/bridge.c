@@ -1,13 +1,17 @@
-/* Feeds a CAN interface inside the guest, paced to the bit time at 1 Mbit/s: no frame is sent before those ahead of
- * it have had their time on the bus, stuff bits included. The pace is kept by a 2 ms timer, as the guest is slow.
+/* Feeds a CAN interface inside the guest, paced to the bit time at 1 Mbit/s: no frame is sent
+ * before those ahead of it have had their time on the bus, stuff bits included. The pace is kept by
+ * a 2 ms timer, as the guest is slow.
  *
- *     bridge board PORT IFACE SHARE       frames of the emulated board, which is outside, come through PORT (16 bytes
- *                                         each, as struct can_frame) and go to the bus, of which they take SHARE
- *                                         percent; what is on the bus goes back
- *     bridge load IFACE ID OTHER S SHARE  sends numbered frames ID for S seconds, at SHARE percent of the bus, and checks
- *                                         the numbers of the frames OTHER that come
+ *     bridge board PORT IFACE SHARE       frames of the emulated board, which is outside, come
+ *                                         through PORT (16 bytes each, as struct can_frame) and go
+ *                                         to the bus, of which they take SHARE percent; what is on
+ *                                         the bus goes back
+ *     bridge load IFACE ID OTHER S SHARE  sends numbered frames ID for S seconds, at SHARE percent
+ *                                         of the bus, and checks the numbers of the frames OTHER
+ *                                         that come
  *
- * Prints one line of figures. Exit: 0, 1 something was lost, 2 usage, 3 cannot go on. Every wait is bounded. */
+ * Prints one line of figures. Exit: 0, 1 something was lost, 2 usage, 3 cannot go on. Every wait is
+ * bounded. */
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/can.h>
@@ -27,15 +31,15 @@
 
 #include "hil/periph/canbits.h"
 
-#define BIT_NS 1000u
-#define CONNECT_S 60
-#define STALL_S 20
-#define QUIET_S 2 /* nothing for so long after the end: nothing more comes */
-#define TICK_NS 2000000u
-#define CATCH_UP_NS 10000000u /* a late sender sends at most so much at once */
-#define START_NS 1000000000u  /* until both ends of a load listen */
+#define BIT_NS      1000u
+#define CONNECT_S   60
+#define STALL_S     20
+#define QUIET_S     2 /* nothing for so long after the end: nothing more comes */
+#define TICK_NS     2000000u
+#define CATCH_UP_NS 10000000u   /* a late sender sends at most so much at once */
+#define START_NS    1000000000u /* until both ends of a load listen */
 #define QUEUE_BYTES (4 * 1024 * 1024)
-#define NS 1000000000ull
+#define NS          1000000000ull
 
 __attribute__((format(printf, 1, 2), noreturn)) static void give_up(const char *format, ...)
 {
@@ -60,7 +64,8 @@ static int open_can(const char *name)
     int size = QUEUE_BYTES;
     int fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW);
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = (int)if_nametoindex(name)};
-    if (fd < 0 || address.can_ifindex == 0 || bind(fd, (struct sockaddr *)&address, sizeof address) != 0)
+    if (fd < 0 || address.can_ifindex == 0 ||
+        bind(fd, (struct sockaddr *)&address, sizeof address) != 0)
         give_up("cannot open %s", name);
     setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size);
     return fd;
@@ -108,7 +113,9 @@ static bool send_paced(struct pace *pace, int can, const struct can_frame *frame
 /* When to look again. */
 static uint64_t next_look_ns(const struct pace *pace, uint64_t now)
 {
-    return pace->full ? now + 100 * BIT_NS : now + TICK_NS > pace->due_ns ? now + TICK_NS : pace->due_ns;
+    return pace->full                   ? now + 100 * BIT_NS
+         : now + TICK_NS > pace->due_ns ? now + TICK_NS
+                                        : pace->due_ns;
 }
 
 static void wait_until(struct pollfd *polled, nfds_t count, uint64_t at_ns)
@@ -196,12 +203,13 @@ static int relay_board(const char *port, const char *interface, uint64_t share_p
         }
         if (now - moved_ns > STALL_S * NS)
             give_up("nothing moves on %s", interface);
-        struct pollfd polled[2] = {{.fd = r.can, .events = POLLIN}, {.fd = r.port, .events = POLLIN}};
+        struct pollfd polled[2] = {{.fd = r.can, .events = POLLIN},
+                                   {.fd = r.port, .events = POLLIN}};
         bool waiting = r.bytes >= sizeof r.frame[0];
         wait_until(polled, waiting ? 1 : 2, waiting ? next_look_ns(&pace, now) : now + NS / 10);
     }
-    printf("%s: %llu frames of the board put on the bus, %llu from the bus to the board\n", interface,
-           (unsigned long long)r.to_bus, (unsigned long long)r.to_board);
+    printf("%s: %llu frames of the board put on the bus, %llu from the bus to the board\n",
+           interface, (unsigned long long)r.to_bus, (unsigned long long)r.to_board);
     return 0;
 }
 
@@ -244,7 +252,8 @@ static struct can_frame numbered(uint32_t id, uint64_t number)
     return frame;
 }
 
-static int run_load(const char *interface, uint32_t id, uint32_t other, uint64_t seconds, uint64_t share_percent)
+static int run_load(const char *interface, uint32_t id, uint32_t other, uint64_t seconds,
+                    uint64_t share_percent)
 {
     struct load load = {.can = open_can(interface), .other = other};
     struct pace pace = {.due_ns = now_ns() + START_NS, .share_percent = share_percent};
@@ -265,8 +274,9 @@ static int run_load(const char *interface, uint32_t id, uint32_t other, uint64_t
         poll(&polled, 1, 100);
         check_numbers(&load);
     }
-    printf("%s: sent %llu frames in %llu s (%.1f %% of 1 Mbit/s), received %llu, lost %llu, out of order %llu\n", interface,
-           (unsigned long long)load.sent, (unsigned long long)seconds,
+    printf("%s: sent %llu frames in %llu s (%.1f %% of 1 Mbit/s), received %llu, lost %llu, out of "
+           "order %llu\n",
+           interface, (unsigned long long)load.sent, (unsigned long long)seconds,
            100.0 * (double)load.bits_ns / (double)(seconds * NS), (unsigned long long)load.received,
            (unsigned long long)load.lost, (unsigned long long)load.misordered);
     return load.lost || load.misordered ? 1 : 0;
@@ -278,8 +288,10 @@ int main(int argc, char **argv)
     if (argc == 5 && strcmp(argv[1], "board") == 0)
         return relay_board(argv[2], argv[3], strtoul(argv[4], NULL, 10));
     if (argc == 7 && strcmp(argv[1], "load") == 0)
-        return run_load(argv[2], (uint32_t)strtoul(argv[3], NULL, 16), (uint32_t)strtoul(argv[4], NULL, 16),
-                        strtoul(argv[5], NULL, 10), strtoul(argv[6], NULL, 10));
-    fputs("usage: bridge board PORT IFACE SHARE | bridge load IFACE ID OTHER SECONDS SHARE\n", stderr);
+        return run_load(argv[2], (uint32_t)strtoul(argv[3], NULL, 16),
+                        (uint32_t)strtoul(argv[4], NULL, 16), strtoul(argv[5], NULL, 10),
+                        strtoul(argv[6], NULL, 10));
+    fputs("usage: bridge board PORT IFACE SHARE | bridge load IFACE ID OTHER SECONDS SHARE\n",
+          stderr);
     return 2;
 }

@@ -5,16 +5,17 @@
 #include <string.h>
 
 #define MASS_SLUG (SYN_STRIP_WEIGHT_LB / SYN_GRAVITY_FT_S2)
-#define STICK_LB (SYN_FRICTION * SYN_STRIP_WEIGHT_LB)
+#define STICK_LB  (SYN_FRICTION * SYN_STRIP_WEIGHT_LB)
 
-/* Moreau's theta scheme: springs and dampers act at the middle of the step (which keeps the energy of a
- * ringing joint to its own damper), stick and grit on the speed at its end (which brings a mat to rest
- * exactly). A little above one half, so that what rings faster than the step dies out. */
+/* Moreau's theta scheme: springs and dampers act at the middle of the step (which keeps the energy
+ * of a ringing joint to its own damper), stick and grit on the speed at its end (which brings a mat
+ * to rest exactly). A little above one half, so that what rings faster than the step dies out. */
 #define THETA 0.52
 
-#define TOGETHER 30 /* iterations that move all points at once */
+#define TOGETHER       30 /* iterations that move all points at once */
 #define ITERATIONS_MAX 20000
-#define ON_LINE_LB 5e-6 /* a law so near its line is on it: above rounding on slopes of 2e8 lb s/ft */
+/* a law so near its line is on it: above rounding on slopes of 2e8 lb s/ft */
+#define ON_LINE_LB     5e-6
 
 /* What one step is about: fixed while its equations are solved. */
 struct step {
@@ -29,9 +30,9 @@ static double clamp(double x, double low, double high)
     return x < low ? low : x > high ? high : x;
 }
 
-/* What springs and dampers give at the middle of the step when joint j opens at w at its end: at the hooks
- * (positive: tension) and at the faces (positive: compression). Both are taken as lines; the joint's law says
- * which one bears. */
+/* What springs and dampers give at the middle of the step when joint j opens at w at its end: at
+ * the hooks (positive: tension) and at the faces (positive: compression). Both are taken as lines;
+ * the joint's law says which one bears. */
 static double hook_lb(const struct step *step, int j, double w_ft_s, double *slope_out)
 {
     double w_mid = (1.0 - THETA) * step->w_old_ft_s[j] + THETA * w_ft_s;
@@ -92,8 +93,8 @@ static double worst_residual_lb(const struct step *step, const double *v_ft_s)
 
     for (int n = 1; n <= SYN_MATS; n++) {
         double right = joint_force_lb(step, n + 1, v_ft_s[n + 1] - v_ft_s[n], &unused);
-        double residual = inertia * (v_ft_s[n] - step->chain->v_ft_s[n]) + ground_force_lb(v_ft_s[n], &unused)
-                          - step->thrust_lb[n] + left - right;
+        double residual = inertia * (v_ft_s[n] - step->chain->v_ft_s[n]) +
+                          ground_force_lb(v_ft_s[n], &unused) - step->thrust_lb[n] + left - right;
 
         if (!(fabs(residual) <= most))
             most = fabs(residual); /* a NaN ends here too, and is never small */
@@ -108,10 +109,10 @@ struct points {
     double v_ft_s[SYN_MATS + 2];
 };
 
-/* Next point for a law that is steep between low and high: where the last solution was, but never from one
- * side of the steep part to the other without a stop inside. Plain Newton jumps to and fro across it for
- * ever; with the stop, a mat that would reverse is tried at rest first, and a joint that would turn from
- * closing to opening is tried held. */
+/* Next point for a law that is steep between low and high: where the last solution was, but never
+ * from one side of the steep part to the other without a stop inside. Plain Newton jumps to and fro
+ * across it for ever; with the stop, a mat that would reverse is tried at rest first, and a joint
+ * that would turn from closing to opening is tried held. */
 static double next_point(double from, double to, double low, double high)
 {
     if ((from <= low && to >= high) || (from >= high && to <= low))
@@ -119,8 +120,8 @@ static double next_point(double from, double to, double low, double high)
     return to;
 }
 
-/* Where joint j's law is steep: the part of the grit's ramp that neither hook nor contact covers; low > high:
- * nowhere. */
+/* Where joint j's law is steep: the part of the grit's ramp that neither hook nor contact covers;
+ * low > high: nowhere. */
 static void steep_part(const struct step *step, int j, double *low_ft_s, double *high_ft_s)
 {
     double slope;
@@ -134,8 +135,8 @@ static void steep_part(const struct step *step, int j, double *low_ft_s, double 
         *low_ft_s = 1.0; /* no grit to speak of */
 }
 
-/* Solve the equations made linear at the points: (tridiagonal) v = right-hand side. Positive definite: no
- * pivoting. */
+/* Solve the equations made linear at the points: (tridiagonal) v = right-hand side. Positive
+ * definite: no pivoting. */
 static void solve_linear(const struct step *step, const struct points *points, double *v_ft_s)
 {
     double inertia = MASS_SLUG / step->h_s;
@@ -170,16 +171,19 @@ static void solve_linear(const struct step *step, const struct points *points, d
         v_ft_s[n] = (v_ft_s[n] + slopes[n + 1] * v_ft_s[n + 1]) / pivot[n];
 }
 
-/* Move the points to the solution v of the linear equations: all of them, or, with `first_only`, only the
- * first along the runway whose law is not on its line there. The former is fast and usually enough; the
- * latter, Murty's least-index rule for such systems, is slow and cannot go round in circles. */
-static void move_points(const struct step *step, const double *v_ft_s, bool first_only, struct points *points)
+/* Move the points to the solution v of the linear equations: all of them, or, with `first_only`,
+ * only the first along the runway whose law is not on its line there. The former is fast and
+ * usually enough; the latter, Murty's least-index rule for such systems, is slow and cannot go
+ * round in circles. */
+static void move_points(const struct step *step, const double *v_ft_s, bool first_only,
+                        struct points *points)
 {
     double slope;
 
     for (int n = 1; n <= SYN_JOINTS; n++) {
         double w = v_ft_s[n] - v_ft_s[n - 1];
-        double w_line = joint_force_lb(step, n, points->w_ft_s[n], &slope) + slope * (w - points->w_ft_s[n]);
+        double w_line = joint_force_lb(step, n, points->w_ft_s[n], &slope) +
+                        slope * (w - points->w_ft_s[n]);
 
         if (!first_only || fabs(joint_force_lb(step, n, w, &slope) - w_line) > ON_LINE_LB) {
             double low, high;
@@ -190,11 +194,12 @@ static void move_points(const struct step *step, const double *v_ft_s, bool firs
                 return;
         }
         if (n <= SYN_MATS) {
-            double v_line =
-                ground_force_lb(points->v_ft_s[n], &slope) + slope * (v_ft_s[n] - points->v_ft_s[n]);
+            double v_line = ground_force_lb(points->v_ft_s[n], &slope) +
+                            slope * (v_ft_s[n] - points->v_ft_s[n]);
 
             if (!first_only || fabs(ground_force_lb(v_ft_s[n], &slope) - v_line) > ON_LINE_LB) {
-                points->v_ft_s[n] = next_point(points->v_ft_s[n], v_ft_s[n], -SYN_CREEP_FT_S, SYN_CREEP_FT_S);
+                points->v_ft_s[n] = next_point(points->v_ft_s[n], v_ft_s[n], -SYN_CREEP_FT_S,
+                                               SYN_CREEP_FT_S);
                 if (first_only)
                     return;
             }
@@ -256,11 +261,11 @@ bool syn_chain_step(struct syn_chain *chain, const struct syn_thrust *thrust, do
         chain->friction_impulse_lb_s += step_s * ground_force_lb(v[n], &unused);
         chain->thrust_impulse_lb_s += step_s * step.thrust_lb[n];
     }
-    chain->end_impulse_lb_s += step_s
-                               * (joint_force_lb(&step, 1, v[1], &unused)
-                                  - joint_force_lb(&step, SYN_JOINTS, -v[SYN_MATS], &unused));
+    chain->end_impulse_lb_s += step_s * (joint_force_lb(&step, 1, v[1], &unused) -
+                                         joint_force_lb(&step, SYN_JOINTS, -v[SYN_MATS], &unused));
     for (int j = 1; j <= SYN_JOINTS; j++)
-        chain->gap_ft[j] += step_s * ((1.0 - THETA) * step.w_old_ft_s[j] + THETA * (v[j] - v[j - 1]));
+        chain->gap_ft[j] += step_s *
+                            ((1.0 - THETA) * step.w_old_ft_s[j] + THETA * (v[j] - v[j - 1]));
     memcpy(chain->v_ft_s, v, sizeof v);
     chain->steps++;
     return true;
@@ -302,7 +307,8 @@ int syn_chain_mat_at(double station_ft)
     return mat < 1 ? 1 : mat > SYN_MATS ? SYN_MATS : mat;
 }
 
-void syn_chain_zone(const struct syn_chain *chain, double closed_ft, double from_ft, struct syn_zone *zone)
+void syn_chain_zone(const struct syn_chain *chain, double closed_ft, double from_ft,
+                    struct syn_zone *zone)
 {
     memset(zone, 0, sizeof *zone);
     for (int first = 1; first <= SYN_JOINTS; first++) {

@@ -3,16 +3,17 @@
 
 #include <math.h>
 
-#define ONSET_S 0.050
-#define NODE_S 0.001
+#define ONSET_S     0.050
+#define NODE_S      0.001
 #define SPLIT_STEPS 80
 
-/* Gauss-Legendre, four points on [0, 1]: exact to degree 7, and the ripple turns little in a millisecond. */
+/* Gauss-Legendre, four points on [0, 1]: exact to degree 7, and the ripple turns little in a
+ * millisecond. */
 #define POINTS 4
-static const double gauss_at[POINTS] = {0.069431844202973712, 0.330009478207571868, 0.669990521792428132,
-                                        0.930568155797026288};
-static const double gauss_weight[POINTS] = {0.173927422568726929, 0.326072577431273071, 0.326072577431273071,
-                                            0.173927422568726929};
+static const double gauss_at[POINTS] = {0.069431844202973712, 0.330009478207571868,
+                                        0.669990521792428132, 0.930568155797026288};
+static const double gauss_weight[POINTS] = {0.173927422568726929, 0.326072577431273071,
+                                            0.326072577431273071, 0.173927422568726929};
 
 /* 10 x^3 - 15 x^4 + 6 x^5 */
 static double rise(double x)
@@ -24,8 +25,8 @@ static double rise(double x)
     return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
 }
 
-/* Sine of a phase in turns, by its series on a quarter turn: libm's differs between machines in the last bit.
- */
+/* Sine of a phase in turns, by its series on a quarter turn: libm's differs between machines in the
+ * last bit. */
 static double sine_of_turns(double turns)
 {
     const double tau = 6.283185307179586477;
@@ -52,15 +53,18 @@ static double deceleration(const struct syn_gear *gear, double braked_s)
     double nominal = gear->first_ft_s2;
 
     for (int i = 0; i < SYN_RIPPLES; i++)
-        ripple += gear->ripple[i] * sine_of_turns(gear->ripple_turn[i] + gear->ripple_hz[i] * braked_s);
+        ripple += gear->ripple[i] *
+                  sine_of_turns(gear->ripple_turn[i] + gear->ripple_hz[i] * braked_s);
     if (gear->bend_to_s > gear->bend_from_s)
-        nominal += (gear->last_ft_s2 - gear->first_ft_s2)
-                   * rise((braked_s - gear->bend_from_s) / (gear->bend_to_s - gear->bend_from_s));
+        nominal += (gear->last_ft_s2 - gear->first_ft_s2) *
+                   rise((braked_s - gear->bend_from_s) / (gear->bend_to_s - gear->bend_from_s));
     return rise(braked_s / ONSET_S) * nominal * ripple;
 }
 
-/* From a node over `over_s` (at most a few ms): dv = -integral a, dx = v over - integral (over - t) a. */
-static void coast(const struct syn_gear *gear, int node, double over_s, double *v_ft_s, double *x_ft)
+/* From a node over `over_s` (at most a few ms): dv = -integral a, dx = v over - integral (over - t)
+ * a. */
+static void coast(const struct syn_gear *gear, int node, double over_s, double *v_ft_s,
+                  double *x_ft)
 {
     double lost = 0.0;
     double moment = 0.0;

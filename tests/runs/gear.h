@@ -1,22 +1,22 @@
-/* Gear: where the lead wheel of the main bogie is during a synthetic landing, as exactly as double precision
- * allows.
+/* Gear: where the lead wheel of the main bogie is during a synthetic landing, as exactly as double
+ * precision allows.
  *
  * It rides the approach track at constant speed, touches down, and from then on is braked:
  *   a(t) = rise(t / 50 ms) * (1 + ripple(t))
  *          * (first + (last - first) * rise((t - bend_from) / (bend_to - bend_from)))
- * with t from touchdown, rise() a quintic from 0 to 1 with two flat derivatives at both ends, and a ripple of
- * three sines of about 1 % together, so that no polynomial of low order is the exact answer. At rest it stays
- * where it is.
+ * with t from touchdown, rise() a quintic from 0 to 1 with two flat derivatives at both ends, and a
+ * ripple of three sines of about 1 % together, so that no polynomial of low order is the exact
+ * answer. At rest it stays where it is.
  *
- * Speed and distance are integrals by Gauss-Legendre quadrature, tabulated every millisecond and continued
- * from there, so a crossing time solved with them is good to far less than a nanosecond. Of libm it uses
- * floor only, so the bits are the same on every machine. Units ft and s. */
+ * Speed and distance are integrals by Gauss-Legendre quadrature, tabulated every millisecond and
+ * continued from there, so a crossing time solved with them is good to far less than a nanosecond.
+ * Of libm it uses floor only, so the bits are the same on every machine. Units ft and s. */
 #ifndef MATRIG_TESTS_RUNS_GEAR_H
 #define MATRIG_TESTS_RUNS_GEAR_H
 
 #include <stdbool.h>
 
-#define SYN_RIPPLES 3
+#define SYN_RIPPLES    3
 #define SYN_GEAR_NODES 12000 /* milliseconds of braking at most */
 
 struct syn_gear {

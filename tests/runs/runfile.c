@@ -63,7 +63,8 @@ void syn_run_sample(struct syn_run *run, const long *row)
     run->has_row = true;
 }
 
-/* CRC-32 of IEEE 802.3, bit by bit: polynomial 0x04C11DB7 reflected, start and final xor all ones. */
+/* CRC-32 of IEEE 802.3, bit by bit: polynomial 0x04C11DB7 reflected, start and final xor all
+ * ones. */
 static uint32_t crc32_of(const char *bytes, size_t count)
 {
     uint32_t crc = UINT32_MAX;

@@ -6,18 +6,20 @@
  *   transducer CHANNEL STATION_FT | gage CHANNEL STATION_FT BAND
  *   gap_in ... | gap_end_in ...                          421 numbers in lines of up to ten
  *   command T_S can|serial NAME [ARGUMENTS]              in order of time
- *   samples COUNT RATE_HZ        then COUNT rows of 22 integers: eight displacements in 1e-5 in and fourteen
- *                                tensions in 0.01 lb; a row xN: the row before, N times more
+ *   samples COUNT RATE_HZ        then COUNT rows of 22 integers: eight displacements in 1e-5 in and
+ *                                fourteen tensions in 0.01 lb; a row xN: the row before, N times
+ *                                more
  *   end CRC                      zlib's CRC-32 of every byte before this line, eight hex digits
  *
- * The whole text is built in memory and written at once, by rename, so a file is whole or not there. */
+ * The whole text is built in memory and written at once, by rename, so a file is whole or not
+ * there. */
 #ifndef MATRIG_TESTS_RUNS_RUNFILE_H
 #define MATRIG_TESTS_RUNS_RUNFILE_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#define SYN_RUN_BYTES_MAX (4u << 20)
+#define SYN_RUN_BYTES_MAX   (4u << 20)
 #define SYN_SAMPLE_CHANNELS 22
 
 struct syn_run {
@@ -32,7 +34,8 @@ struct syn_run {
 void syn_run_clear(struct syn_run *run);
 
 /* printf onto the end of the text. */
-void syn_run_add(struct syn_run *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void syn_run_add(struct syn_run *run, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 /* `count` numbers, ten a line, each line starting with the keyword. */
 void syn_run_numbers(struct syn_run *run, const char *keyword, const double *values, int count);

@@ -7,24 +7,26 @@
 #define IN_PER_FT 12.0
 
 /* Runway and gear, model scale. */
-#define GAP_MAX_IN 0.036 /* designed joint slack; what is drawn beyond SYN_SLACK_FT lies hooked, at it */
-#define GRIT_MAX_LB 20.0
-#define GEAR_WEIGHT_LB 1300.0
-#define LEAD_AXLE_SHARE (1.0 / 12.0) /* of the gear's inertia force, on the lead axle over the strip */
-#define TYRE_PATCH_FT (1.1 / 12.0)   /* 0.05 in deflection under a wheel of about 3 in radius */
-#define TOUCHDOWN_FT 3.0
-#define TOUCHDOWN_S 1.62
-#define AFTER_STOP_MS 3000
-#define FREEZE_FT_S 1e-6 /* slower everywhere than this for FREEZE_MS: at rest */
-#define FREEZE_MS 50
-#define REACH_IN 0.005
+/* designed joint slack; what is drawn beyond SYN_SLACK_FT lies hooked, at it */
+#define GAP_MAX_IN      0.036
+#define GRIT_MAX_LB     20.0
+#define GEAR_WEIGHT_LB  1300.0
+/* of the gear's inertia force, on the lead axle over the strip */
+#define LEAD_AXLE_SHARE (1.0 / 12.0)
+#define TYRE_PATCH_FT   (1.1 / 12.0) /* 0.05 in deflection under a wheel of about 3 in radius */
+#define TOUCHDOWN_FT    3.0
+#define TOUCHDOWN_S     1.62
+#define AFTER_STOP_MS   3000
+#define FREEZE_FT_S     1e-6 /* slower everywhere than this for FREEZE_MS: at rest */
+#define FREEZE_MS       50
+#define REACH_IN        0.005
 
 /* Rig. */
 #define SWITCH_ERROR_FT (0.02 / 12.0)
 #define SURVEY_ERROR_IN 0.005
-#define WITNESS_ARM_FT 5.0
-#define WITNESS_LB_IN 60.0
-#define WITNESS_LAG_S 0.010
+#define WITNESS_ARM_FT  5.0
+#define WITNESS_LB_IN   60.0
+#define WITNESS_LAG_S   0.010
 
 static const double brake_speed_ft_s[SYN_LANDINGS] = {28.0, 28.0, 28.0, 28.0, 35.5};
 static const double brake_first_ft_s2[SYN_LANDINGS] = {4.0, 4.0, 4.3, 4.6, 6.6};
@@ -43,8 +45,8 @@ enum stream {
     STREAM_SURVEY = 200
 };
 
-/* Random numbers: a counter run through a 64-bit mixing function (multiply, xor-shift), one counter per
- * stream. */
+/* Random numbers: a counter run through a 64-bit mixing function (multiply, xor-shift), one counter
+ * per stream. */
 struct draw {
     uint64_t key;
     uint64_t counter;
@@ -92,8 +94,8 @@ static void build_rig(struct syn_rig *rig, uint64_t seed)
 
     for (int i = 0; i < SYN_SWITCHES; i++) {
         rig->switch_nominal_ft[i] = -2.5 + 5.0 * i; /* the first on the approach track */
-        rig->switch_true_ft[i] =
-            rig->switch_nominal_ft[i] + SWITCH_ERROR_FT * (2.0 * draw_uniform(&placing) - 1.0);
+        rig->switch_true_ft[i] = rig->switch_nominal_ft[i] +
+                                 SWITCH_ERROR_FT * (2.0 * draw_uniform(&placing) - 1.0);
     }
     for (int i = 0; i < SYN_TRANSDUCERS; i++)
         rig->transducer_ft[i] = 40.0 + 10.0 * i;
@@ -154,14 +156,16 @@ static void read_survey(struct syn_landing *landing, uint64_t seed)
     }
 }
 
-/* Witness bands: tension each gage would show, before its lag, from the stretch of the mat around it. */
+/* Witness bands: tension each gage would show, before its lag, from the stretch of the mat around
+ * it. */
 static void witness(const struct syn_rig *rig, const double *u_ft, double *tension_lb)
 {
     for (int i = 0; i < SYN_GAGES; i++) {
         double ahead = u_ft[syn_chain_mat_at(rig->gage_ft[i] + WITNESS_ARM_FT)];
         double behind = u_ft[syn_chain_mat_at(rig->gage_ft[i] - WITNESS_ARM_FT)];
 
-        tension_lb[i] = fmax(0.0, rig->pretension_lb[i] + WITNESS_LB_IN * IN_PER_FT * (ahead - behind));
+        tension_lb[i] = fmax(0.0,
+                             rig->pretension_lb[i] + WITNESS_LB_IN * IN_PER_FT * (ahead - behind));
     }
 }
 
@@ -233,17 +237,21 @@ static void look_ahead(struct syn_landing *landing, const struct syn_chain *chai
 }
 
 /* One step of the chain under the gear at the middle of the step. */
-static bool advance(struct syn_chain *chain, const struct syn_gear *gear, double middle_s, double step_s)
+static bool advance(struct syn_chain *chain, const struct syn_gear *gear, double middle_s,
+                    double step_s)
 {
     struct syn_gear_motion motion = syn_gear_at(gear, middle_s);
-    struct syn_thrust thrust = {GEAR_WEIGHT_LB * LEAD_AXLE_SHARE * motion.a_ft_s2 / SYN_GRAVITY_FT_S2,
+    struct syn_thrust thrust = {GEAR_WEIGHT_LB * LEAD_AXLE_SHARE * motion.a_ft_s2 /
+                                    SYN_GRAVITY_FT_S2,
                                 motion.x_ft, TYRE_PATCH_FT};
 
     return syn_chain_step(chain, &thrust, step_s);
 }
 
-/* Clears what is gathered over a landing and takes down its start. false: the gear does not stop in time. */
-static bool begin(struct syn_series *series, int number, struct syn_landing *landing, struct watch *watch)
+/* Clears what is gathered over a landing and takes down its start. false: the gear does not stop in
+ * time. */
+static bool begin(struct syn_series *series, int number, struct syn_landing *landing,
+                  struct watch *watch)
 {
     landing->number = number;
     set_gear(&landing->gear, series->seed, number);
@@ -268,14 +276,16 @@ static bool begin(struct syn_series *series, int number, struct syn_landing *lan
     return true;
 }
 
-/* The witness bands' gages: what they show, and what they showed before the lag at the last step. */
+/* The witness bands' gages: what they show, and what they showed before the lag at the last
+ * step. */
 struct gages {
     double tension_lb[SYN_GAGES];
     double raw_lb[SYN_GAGES];
 };
 
 /* First-order lag by the trapezoidal rule. */
-static void follow(struct gages *gages, const struct syn_rig *rig, const double *u_ft, double step_s)
+static void follow(struct gages *gages, const struct syn_rig *rig, const double *u_ft,
+                   double step_s)
 {
     double old_share = (2.0 * WITNESS_LAG_S - step_s) / (2.0 * WITNESS_LAG_S + step_s);
     double new_share = step_s / (2.0 * WITNESS_LAG_S + step_s);
@@ -283,13 +293,14 @@ static void follow(struct gages *gages, const struct syn_rig *rig, const double 
 
     witness(rig, u_ft, raw_lb);
     for (int i = 0; i < SYN_GAGES; i++)
-        gages->tension_lb[i] = old_share * gages->tension_lb[i] + new_share * (gages->raw_lb[i] + raw_lb[i]);
+        gages->tension_lb[i] = old_share * gages->tension_lb[i] +
+                               new_share * (gages->raw_lb[i] + raw_lb[i]);
     memcpy(gages->raw_lb, raw_lb, sizeof raw_lb);
 }
 
 /* A millisecond from t_s on; u_ft is brought up to date. */
-static bool run_millisecond(struct syn_series *series, const struct syn_gear *gear, double t_s, bool at_rest,
-                            double *u_ft, struct gages *gages)
+static bool run_millisecond(struct syn_series *series, const struct syn_gear *gear, double t_s,
+                            bool at_rest, double *u_ft, struct gages *gages)
 {
     double step_s = 0.001 / series->steps_per_ms;
 
@@ -344,7 +355,7 @@ bool syn_series_land(struct syn_series *series, int number, struct syn_landing *
     landing->iterations_per_step = (double)chain->iterations / (double)chain->steps;
     landing->hard_steps = chain->hard_steps;
     landing->thrust_impulse_lb_s = chain->thrust_impulse_lb_s;
-    landing->balance_lb_s =
-        chain->thrust_impulse_lb_s - chain->friction_impulse_lb_s - chain->end_impulse_lb_s;
+    landing->balance_lb_s = chain->thrust_impulse_lb_s - chain->friction_impulse_lb_s -
+                            chain->end_impulse_lb_s;
     return true;
 }

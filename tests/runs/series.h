@@ -1,9 +1,9 @@
-/* Series: landings 1 to 5 of the standard pattern on one runway, each starting from the gaps the one before
- * left.
+/* Series: landings 1 to 5 of the standard pattern on one runway, each starting from the gaps the
+ * one before left.
  *
- * What the 1973 report states and what was chosen here is in README.md of this folder. Everything random
- * comes from one seed, by a generator of this file's own, in streams that do not disturb each other. Lengths
- * of the runway in ft, gaps and movement as reported in in. */
+ * What the 1973 report states and what was chosen here is in README.md of this folder. Everything
+ * random comes from one seed, by a generator of this file's own, in streams that do not disturb
+ * each other. Lengths of the runway in ft, gaps and movement as reported in in. */
 #ifndef MATRIG_TESTS_RUNS_SERIES_H
 #define MATRIG_TESTS_RUNS_SERIES_H
 
@@ -13,16 +13,17 @@
 #include "tests/runs/chain.h"
 #include "tests/runs/gear.h"
 
-#define SYN_LANDINGS 5
-#define SYN_SWITCHES 24
-#define SYN_TRANSDUCERS 8
-#define SYN_GAGES 14
-#define SYN_SEGMENTS 42
+#define SYN_LANDINGS           5
+#define SYN_SWITCHES           24
+#define SYN_TRANSDUCERS        8
+#define SYN_GAGES              14
+#define SYN_SEGMENTS           42
 #define SYN_JOINTS_PER_SEGMENT 10
-#define SYN_SAMPLES_MAX 16000
-#define SYN_RATE_HZ 1000
-#define SYN_CLOSED_IN 0.001    /* a joint counts as closed up to this gap */
-#define SYN_ZONE_AHEAD_MATS 30 /* a closed zone ahead of the wheel that a warning should be about */
+#define SYN_SAMPLES_MAX        16000
+#define SYN_RATE_HZ            1000
+#define SYN_CLOSED_IN          0.001 /* a joint counts as closed up to this gap */
+/* a closed zone ahead of the wheel that a warning should be about */
+#define SYN_ZONE_AHEAD_MATS    30
 
 /* One draw for the whole series: the rig as built. */
 struct syn_rig {
@@ -46,16 +47,19 @@ struct syn_landing {
     double gap_end_in[SYN_JOINTS];
     struct syn_zone zone_start;
     struct syn_zone zone_end;
-    struct syn_zone ahead_first; /* first zone of SYN_ZONE_AHEAD_MATS or more ahead of the rolling wheel */
-    double ahead_first_s;        /* when; -1: never */
+    /* first zone of SYN_ZONE_AHEAD_MATS or more ahead of the rolling wheel */
+    struct syn_zone ahead_first;
+    double ahead_first_s; /* when; -1: never */
     double ahead_first_wheel_ft;
-    int ahead_longest_mats;         /* longest zone ahead of the wheel at any time before the stop */
+    /* longest zone ahead of the wheel at any time before the stop */
+    int ahead_longest_mats;
     double survey_in[SYN_SEGMENTS]; /* as read */
     double peak_any_in;             /* largest movement of any mat */
     double peak_any_ft;             /* where */
     double final_any_in;            /* largest movement left */
-    double reach_median_ft;         /* from the wheel to a mat that has just moved 0.005 in downfield, */
-    double reach_max_ft;            /* over all mats beyond the touchdown that ever do */
+    /* from the wheel to a mat that has just moved 0.005 in downfield, */
+    double reach_median_ft;
+    double reach_max_ft; /* over all mats beyond the touchdown that ever do */
     double thrust_impulse_lb_s;
     double balance_lb_s; /* thrust minus what the ground took: 0 but for rounding */
     double iterations_per_step;
@@ -72,8 +76,8 @@ struct syn_series {
 /* Draw rig and runway from the seed. */
 void syn_series_start(struct syn_series *series, uint64_t seed, int steps_per_ms);
 
-/* Run landing `number` (1..SYN_LANDINGS) from the present state of series->chain. false: the numerics failed,
- * or the gear or the mats did not come to rest; `landing` is then unusable. */
+/* Run landing `number` (1..SYN_LANDINGS) from the present state of series->chain. false: the
+ * numerics failed, or the gear or the mats did not come to rest; `landing` is then unusable. */
 bool syn_series_land(struct syn_series *series, int number, struct syn_landing *landing);
 
 #endif

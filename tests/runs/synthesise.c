@@ -1,9 +1,11 @@
-/* synthesise: makes the committed landings of this folder anew, and the two between them. See README.md.
+/* synthesise: makes the committed landings of this folder anew, and the two between them. See
+ * README.md.
  *
  *   synthesise OUTPUT_DIR [SEED [STEPS_PER_MS]]   landing1.run to landing5.run; a table on stdout
- *   synthesise --check [SEED [STEPS_PER_MS]]      writes no file: each landing again with half the step, and
- *                                                 how far apart
- *   synthesise --mats LANDING [SEED]              every mat and joint at the end of a landing, for plotting
+ *   synthesise --check [SEED [STEPS_PER_MS]]      writes no file: each landing again with half the
+ *                                                 step, and how far apart
+ *   synthesise --mats LANDING [SEED]              every mat and joint at the end of a landing, for
+ *                                                 plotting
  *
  * Exit: 0; 1 a check failed; 2 usage; 3 a file could not be written; 5 the numerics failed. */
 #include <errno.h>
@@ -16,9 +18,9 @@
 #include "tests/runs/runfile.h"
 #include "tests/runs/series.h"
 
-#define SEED 67u
+#define SEED         67u
 #define STEPS_PER_MS 40
-#define PATH_BYTES 4096
+#define PATH_BYTES   4096
 #define BALANCE_LB_S 1e-3 /* what equations solved to 2e-5 lb may leave over 10 s; 1e-7 is usual */
 #define CONVERGED_IN 0.02 /* between a step and its half; see README.md */
 
@@ -68,18 +70,19 @@ static void add_truth(void)
     syn_run_add(&run, "truth thrust_impulse_lb_s %.6f\n", landing.thrust_impulse_lb_s);
     add_zone("start", &landing.zone_start);
     add_zone("end", &landing.zone_end);
-    syn_run_add(&run, "# first zone of %d closed mats or more ahead of the rolling wheel; all -1: none\n",
+    syn_run_add(&run,
+                "# first zone of %d closed mats or more ahead of the rolling wheel; all -1: none\n",
                 SYN_ZONE_AHEAD_MATS);
     syn_run_add(&run, "truth zone_ahead_first_t_s %.3f\n", landing.ahead_first_s);
-    syn_run_add(&run, "truth zone_ahead_first_wheel_ft %.6f\n", found ? landing.ahead_first_wheel_ft : -1.0);
+    syn_run_add(&run, "truth zone_ahead_first_wheel_ft %.6f\n",
+                found ? landing.ahead_first_wheel_ft : -1.0);
     syn_run_add(&run, "truth zone_ahead_first_start_station_ft %.6f\n",
                 found ? landing.ahead_first.start_ft : -1.0);
     syn_run_add(&run, "truth zone_ahead_first_end_station_ft %.6f\n",
                 found ? landing.ahead_first.end_ft : -1.0);
     syn_run_add(&run, "truth zone_ahead_longest_mats %d\n", landing.ahead_longest_mats);
-    syn_run_add(
-        &run,
-        "# when the wheel reaches the start of the zone it finds; -1: it does not, or there is none ahead\n");
+    syn_run_add(&run, "# when the wheel reaches the start of the zone it finds; -1: it does not, "
+                      "or there is none ahead\n");
     syn_run_add(&run, "truth wheel_at_zone_at_start_t_s %.9f\n", wheel_at_zone_s);
 }
 
@@ -90,7 +93,8 @@ static void add_places(void)
     for (int i = 0; i < SYN_SWITCHES; i++) {
         double t_s;
 
-        syn_run_add(&run, "switch %d %.1f %.6f ", i + 1, rig->switch_nominal_ft[i], rig->switch_true_ft[i]);
+        syn_run_add(&run, "switch %d %.1f %.6f ", i + 1, rig->switch_nominal_ft[i],
+                    rig->switch_true_ft[i]);
         if (syn_gear_crosses(&landing.gear, rig->switch_true_ft[i], &t_s))
             syn_run_add(&run, "%.9f\n", t_s);
         else
@@ -105,7 +109,8 @@ static void add_places(void)
 static void add_commands(void)
 {
     for (int s = 0; s < SYN_SEGMENTS; s++)
-        syn_run_add(&run, "command %.3f serial survey %d %.3f\n", 0.300 + 0.002 * s, s, landing.survey_in[s]);
+        syn_run_add(&run, "command %.3f serial survey %d %.3f\n", 0.300 + 0.002 * s, s,
+                    landing.survey_in[s]);
     syn_run_add(&run, "command 0.800 can arm %d\n", landing.number);
     syn_run_add(&run, "command %.3f serial mark 1\n", landing.gear.stop_s + 1.0);
     syn_run_add(&run, "command %.3f can disarm\n", landing.duration_ms / 1000.0 - 0.3);
@@ -129,14 +134,17 @@ static bool write_landing(const char *folder)
 {
     char path[PATH_BYTES];
 
-    if (snprintf(path, sizeof path, "%s/landing%d.run", folder, landing.number) >= (int)sizeof path) {
+    if (snprintf(path, sizeof path, "%s/landing%d.run", folder, landing.number) >=
+        (int)sizeof path) {
         errno = ENAMETOOLONG;
         return false;
     }
     syn_run_clear(&run);
     syn_run_add(&run, "matrig-run 1\n");
-    syn_run_add(&run, "# made by tests/runs/synthesise.c; tests/runs/README.md says from what. Do not edit: "
-                      "make it again.\n");
+    syn_run_add(
+        &run,
+        "# made by tests/runs/synthesise.c; tests/runs/README.md says from what. Do not edit: "
+        "make it again.\n");
     syn_run_add(&run,
                 "provenance synthetic: simulated landing %d of the standard series, seed %" PRIu64
                 ", step %.3g s; not a measurement; the bands are witnesses that hold nothing\n",
@@ -158,13 +166,15 @@ static bool land(int number)
 {
     if (!syn_series_land(&series, number, &landing)) {
         fprintf(stderr,
-                "synthesise: landing %d: the numerics failed, or nothing came to rest; try a smaller step\n",
+                "synthesise: landing %d: the numerics failed, or nothing came to rest; try a "
+                "smaller step\n",
                 number);
         return false;
     }
     if (!(fabs(landing.balance_lb_s) <= BALANCE_LB_S)) {
         fprintf(stderr,
-                "synthesise: landing %d: momentum is off by %g lb s (limit %g): a defect of the integrator\n",
+                "synthesise: landing %d: momentum is off by %g lb s (limit %g): a defect of the "
+                "integrator\n",
                 number, landing.balance_lb_s, BALANCE_LB_S);
         return false;
     }
@@ -173,19 +183,21 @@ static bool land(int number)
 
 static void print_row(void)
 {
-    printf("%7d %8.2f %8.3f %8.2f %8.3f %6.1f %8.1f %8.1f %6d %6d   %5.1f-%5.1f %6d %10.1e %6.1f %6lu\n",
+    printf("%7d %8.2f %8.3f %8.2f %8.3f %6.1f %8.1f %8.1f %6d %6d   %5.1f-%5.1f %6d %10.1e %6.1f "
+           "%6lu\n",
            landing.number, landing.gear.stop_ft, landing.gear.stop_s,
-           landing.gear.speed_ft_s / (landing.gear.stop_s - landing.gear.touchdown_s), landing.peak_any_in,
-           landing.peak_any_ft, landing.reach_median_ft, landing.reach_max_ft, landing.zone_start.mats,
-           landing.zone_end.mats, landing.zone_end.start_ft, landing.zone_end.end_ft,
-           landing.zone_end.closed_joints, landing.balance_lb_s, landing.iterations_per_step,
-           landing.hard_steps);
+           landing.gear.speed_ft_s / (landing.gear.stop_s - landing.gear.touchdown_s),
+           landing.peak_any_in, landing.peak_any_ft, landing.reach_median_ft, landing.reach_max_ft,
+           landing.zone_start.mats, landing.zone_end.mats, landing.zone_end.start_ft,
+           landing.zone_end.end_ft, landing.zone_end.closed_joints, landing.balance_lb_s,
+           landing.iterations_per_step, landing.hard_steps);
 }
 
 static int make_all(const char *folder, uint64_t seed, int steps_per_ms)
 {
     syn_series_start(&series, seed, steps_per_ms);
-    printf("landing  stop_ft   stop_s decel_f/s peak_in  at_ft reach_med reach_max zone_0 zone_1   stations  "
+    printf("landing  stop_ft   stop_s decel_f/s peak_in  at_ft reach_med reach_max zone_0 zone_1   "
+           "stations  "
            "  closed"
            "    balance   iter   hard\n");
     for (int number = 1; number <= SYN_LANDINGS; number++) {
@@ -193,8 +205,8 @@ static int make_all(const char *folder, uint64_t seed, int steps_per_ms)
             return 5;
         print_row();
         if (!write_landing(folder)) {
-            fprintf(stderr, "synthesise: %s/landing%d.run: %s; name a folder that can be written\n", folder,
-                    number, strerror(errno));
+            fprintf(stderr, "synthesise: %s/landing%d.run: %s; name a folder that can be written\n",
+                    folder, number, strerror(errno));
             return 3;
         }
     }
@@ -230,7 +242,8 @@ static int check_all(uint64_t seed, int steps_per_ms)
             }
         for (int j = 0; j < SYN_JOINTS; j++)
             gap_apart = fmax(gap_apart, fabs(landing.gap_end_in[j] - coarse.gap_end_in[j]));
-        printf("landing %d: half the step moves a transducer by at most %.5f in, rms %.5f in, a final gap by "
+        printf("landing %d: half the step moves a transducer by at most %.5f in, rms %.5f in, a "
+               "final gap by "
                "%.5f in, "
                "zone %d and %d mats\n",
                number, apart, sqrt(square / (landing.samples * SYN_TRANSDUCERS)), gap_apart,
@@ -251,8 +264,8 @@ static int print_mats(int last, uint64_t seed)
         static double u_in;
 
         u_in += landing.gap_end_in[k] - landing.gap_in[k];
-        printf("%d %.4f %.6f %.6f %.3f %.5f\n", j, k * SYN_MAT_FT, landing.gap_in[k], landing.gap_end_in[k],
-               series.chain.grit_lb[j], u_in);
+        printf("%d %.4f %.6f %.6f %.3f %.5f\n", j, k * SYN_MAT_FT, landing.gap_in[k],
+               landing.gap_end_in[k], series.chain.grit_lb[j], u_in);
     }
     return 0;
 }
@@ -263,7 +276,8 @@ static bool number_from(const char *text, uint64_t low, uint64_t high, uint64_t 
 
     errno = 0;
     *value = strtoull(text, &end, 10);
-    return errno == 0 && text[0] >= '0' && text[0] <= '9' && *end == '\0' && *value >= low && *value <= high;
+    return errno == 0 && text[0] >= '0' && text[0] <= '9' && *end == '\0' && *value >= low &&
+         *value <= high;
 }
 
 int main(int argc, char **argv)
@@ -272,11 +286,12 @@ int main(int argc, char **argv)
     bool mats = argc > 1 && strcmp(argv[1], "--mats") == 0;
     int at = mats ? 3 : 2;
 
-    if (argc < at || argc > 4 || (mats && !number_from(argv[2], 1, SYN_LANDINGS, &last))
-        || (argc > at && !number_from(argv[at], 0, UINT64_MAX, &seed))
-        || (argc > at + 1 && !number_from(argv[at + 1], 4, 1000, &steps))) {
-        fprintf(stderr, "synthesise: usage: synthesise OUTPUT_DIR|--check [SEED [STEPS_PER_MS]], or --mats "
-                        "LANDING [SEED]\n");
+    if (argc < at || argc > 4 || (mats && !number_from(argv[2], 1, SYN_LANDINGS, &last)) ||
+        (argc > at && !number_from(argv[at], 0, UINT64_MAX, &seed)) ||
+        (argc > at + 1 && !number_from(argv[at + 1], 4, 1000, &steps))) {
+        fprintf(stderr,
+                "synthesise: usage: synthesise OUTPUT_DIR|--check [SEED [STEPS_PER_MS]], or --mats "
+                "LANDING [SEED]\n");
         return 2;
     }
     if (mats)

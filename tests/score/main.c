@@ -1,8 +1,10 @@
-/* score: how good the predictor's zones and warnings are on landings that are not its own model. See README.md.
+/* score: how good the predictor's zones and warnings are on landings that are not its own model.
+ * See README.md.
  *
  *   score FOLDER FROM COUNT [LEVEL [calibrate|planar]]
- *                         series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on stdout. LEVEL of the predictor:
- *                         0 full, 1 two mats in one, 2 four, 3 plough. planar: the truth is of the planar model
+ *                         series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on
+ *                         stdout. LEVEL of the predictor: 0 full, 1 two mats in one, 2 four, 3
+ *                         plough. planar: the truth is of the planar model
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
 #include <errno.h>
@@ -31,7 +33,8 @@ static void put_outcome(void *ctx, const struct score_outcome *outcome)
 }
 
 /* Every JOBS-th series; views in turn, so that a series' outcomes of a view follow each other. */
-static int work(const struct files *files, const char *folder, unsigned from, unsigned count, unsigned level, bool planar, unsigned job)
+static int work(const struct files *files, const char *folder, unsigned from, unsigned count,
+                unsigned level, bool planar, unsigned job)
 {
     static struct score_truth truth;
     const struct score_sink sink = {put_look, put_outcome, (void *)(uintptr_t)files};
@@ -71,8 +74,10 @@ int main(int argc, char **argv)
     bool planar = argc == 6 && strcmp(argv[5], "planar") == 0;
     unsigned level = argc > 4 ? (unsigned)atoi(argv[4]) : 0;
     if (argc < 4 || argc > 6 || (argc == 6 && strcmp(argv[5], "calibrate") != 0 && !planar) ||
-        level > 3 || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
-        fprintf(stderr, "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|planar]] (series FROM and on, below 65535; LEVEL 0 to 3)\n");
+        level > 3 || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 ||
+        atoi(argv[2]) + atoi(argv[3]) > 65535) {
+        fprintf(stderr, "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|planar]] (series "
+                        "FROM and on, below 65535; LEVEL 0 to 3)\n");
         return 2;
     }
     for (unsigned j = 0; j < JOBS; j++) {
@@ -84,7 +89,8 @@ int main(int argc, char **argv)
         }
         child[j] = fork();
         if (child[j] == 0)
-            _exit(work(&files[j], argv[1], (unsigned)atoi(argv[2]), (unsigned)atoi(argv[3]), level, planar, j));
+            _exit(work(&files[j], argv[1], (unsigned)atoi(argv[2]), (unsigned)atoi(argv[3]), level,
+                       planar, j));
     }
     for (unsigned j = 0; j < JOBS; j++) {
         int status;

@@ -6,14 +6,14 @@
 #include "host/analyse/gear.h"
 #include "tests/score/score.h"
 
-#define NOISE_IN 0.0015
-#define GAIN_ERROR 0.001
-#define SURVEY_ERROR_IN 0.005
-#define SWITCH_ERROR_FT (0.02 / 12.0)
+#define NOISE_IN          0.0015
+#define GAIN_ERROR        0.001
+#define SURVEY_ERROR_IN   0.005
+#define SWITCH_ERROR_FT   (0.02 / 12.0)
 #define TOLD_TOUCHDOWN_FT 3.0
-#define CLOSED_HMIL 100
-#define LOOK_AHEAD_FT 40.0f
-#define LAID_SUM_IN 0.175f /* ten gaps evenly up to 0.036 in, none beyond 0.030 */
+#define CLOSED_HMIL       100
+#define LOOK_AHEAD_FT     40.0f
+#define LAID_SUM_IN       0.175f /* ten gaps evenly up to 0.036 in, none beyond 0.030 */
 
 struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft)
 {
@@ -47,7 +47,8 @@ static void draw_rig(struct rig *rig, unsigned view, uint64_t *state)
 {
     bool some = score_uniform(state) < 0.3;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        rig->station_ft[i] = view & SCORE_UPFIELD ? 10.0f * (float)(i + 1) : 40.0f + 10.0f * (float)i;
+        rig->station_ft[i] = view & SCORE_UPFIELD ? 10.0f * (float)(i + 1)
+                                                  : 40.0f + 10.0f * (float)i;
         rig->gain[i] = 1.0 + GAIN_ERROR * score_normal(state);
         rig->missing[i] = score_uniform(state) < 0.25 && some;
         if (view & SCORE_UPFIELD && i == 7)
@@ -65,8 +66,8 @@ static void read_survey(const struct score_landing *landing, float *sum_in, uint
     }
 }
 
-static void read_transducers(const struct score_landing *landing, const struct rig *rig, unsigned ms, float *reading_in,
-                             uint64_t *state)
+static void read_transducers(const struct score_landing *landing, const struct rig *rig,
+                             unsigned ms, float *reading_in, uint64_t *state)
 {
     unsigned row = ms / SCORE_ROW_MS;
     double part = (double)(ms % SCORE_ROW_MS) / SCORE_ROW_MS;
@@ -79,7 +80,8 @@ static void read_transducers(const struct score_landing *landing, const struct r
         if (isnan(rig->station_ft[i]) || rig->missing[i])
             continue;
         unsigned s = (unsigned)(rig->station_ft[i] / 10.0f + 0.5f) - 1u;
-        double u = (1.0 - part) * (double)landing->u_in[row][s] + part * (double)landing->u_in[row + 1][s];
+        double u = (1.0 - part) * (double)landing->u_in[row][s] +
+                   part * (double)landing->u_in[row + 1][s];
         reading_in[i] = (float)(u * rig->gain[i] + NOISE_IN * score_normal(state));
     }
 }
@@ -115,7 +117,8 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
         double wheel_ft = (double)landing->wheel_ft[k];
         zones[k] = score_longest(landing->gap_hmil[k], wheel_ft);
         double near_ft = zones[k].first * SCORE_MAT_FT - wheel_ft;
-        bool at_it = wheel_ft > 0.0 && near_ft < SCORE_EVENT_FT && (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S;
+        bool at_it = wheel_ft > 0.0 && near_ft < SCORE_EVENT_FT &&
+                     (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S;
         int16_t mats = (int16_t)(zones[k].last - zones[k].first);
         if (at_it && mats > *most)
             *most = mats;
@@ -125,34 +128,42 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
     return event_s;
 }
 
-static void rank_waves(const struct player *player, const struct score_landing *landing, double t_s, const struct mr_predictor_zone *zone,
-                       const struct mr_closure_zone *closed, struct score_outcome *outcome)
+static void rank_waves(const struct player *player, const struct score_landing *landing, double t_s,
+                       const struct mr_predictor_zone *zone, const struct mr_closure_zone *closed,
+                       struct score_outcome *outcome)
 {
-    const float by[SCORE_WAVE_RANKS] = {(float)zone->coming_mats, zone->compression_lb, player->predictor.deceleration_ft_s2,
+    const float by[SCORE_WAVE_RANKS] = {(float)zone->coming_mats, zone->compression_lb,
+                                        player->predictor.deceleration_ft_s2,
                                         (float)landing->number, (float)closed->mats};
-    if (isnan(outcome->advised_s) && zone->verdict != MR_PREDICTOR_QUIET && !(t_s > (double)landing->wave_s))
+    if (isnan(outcome->advised_s) && zone->verdict != MR_PREDICTOR_QUIET &&
+        !(t_s > (double)landing->wave_s))
         outcome->advised_s = (float)t_s;
-    for (unsigned r = 0; r < SCORE_WAVE_RANKS && !(t_s > 0.0 && t_s > (double)landing->wave_s - SCORE_AHEAD_S); r++)
+    for (unsigned r = 0;
+         r < SCORE_WAVE_RANKS && !(t_s > 0.0 && t_s > (double)landing->wave_s - SCORE_AHEAD_S); r++)
         outcome->wave_rank[r] = fmaxf(outcome->wave_rank[r], by[r]);
 }
 
 /* One look: what both methods say, beside the truth. */
-static void look(struct player *player, const struct score_landing *landing, unsigned k, const struct score_zone *zones,
-                 const struct mr_predictor_input *input, struct score_outcome *outcome)
+static void look(struct player *player, const struct score_landing *landing, unsigned k,
+                 const struct score_zone *zones, const struct mr_predictor_input *input,
+                 struct score_outcome *outcome)
 {
     double t_s = 1e-3 * SCORE_LOOK_MS * k;
     struct mr_predictor_zone zone;
     struct mr_closure_zone closed;
     mr_predictor_zone(&player->predictor, &zone);
-    const struct mr_closure_input kinematic = {.station_ft = player->rig.station_ft, .displacement_in = input->displacement_in,
-                                               .slack_in = player->slack_in, .wheel_ft = input->wheel_ft,
+    const struct mr_closure_input kinematic = {.station_ft = player->rig.station_ft,
+                                               .displacement_in = input->displacement_in,
+                                               .slack_in = player->slack_in,
+                                               .wheel_ft = input->wheel_ft,
                                                .speed_ft_s = input->speed_ft_s,
                                                .deceleration_ft_s2 = input->deceleration_ft_s2};
     mr_closure_find(&kinematic, &closed, player->left_in);
     rank_waves(player, landing, t_s, &zone, &closed, outcome);
     if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
         for (unsigned i = 0; i < SCORE_LIMITS; i++) {
-            if (isnan(outcome->reach_s[i]) && zone.coming_mats >= SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * i)
+            if (isnan(outcome->reach_s[i]) &&
+                zone.coming_mats >= SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * i)
                 outcome->reach_s[i] = (float)t_s;
         }
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
@@ -161,20 +172,27 @@ static void look(struct player *player, const struct score_landing *landing, uns
             !(closed.start_ft - input->wheel_ft > LOOK_AHEAD_FT))
             outcome->warned_s[SCORE_KINEMATIC] = (float)t_s;
     }
-    outcome->rank[SCORE_BY_HINDSIGHT] = fmaxf(outcome->rank[SCORE_BY_HINDSIGHT], player->predictor.deceleration_ft_s2);
+    outcome->rank[SCORE_BY_HINDSIGHT] = fmaxf(outcome->rank[SCORE_BY_HINDSIGHT],
+                                              player->predictor.deceleration_ft_s2);
     if (k == 0 || !(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
-        float by[SCORE_RANKS] = {(float)zone.coming_mats,
-                                 player->predictor.deceleration_ft_s2, (float)landing->number, (float)closed.mats};
+        float by[SCORE_RANKS] = {(float)zone.coming_mats, player->predictor.deceleration_ft_s2,
+                                 (float)landing->number, (float)closed.mats};
         for (unsigned r = 0; r < SCORE_BY_HINDSIGHT; r++)
             outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);
     }
-    if (isnan(input->wheel_ft) || !(landing->speed_at_ft_s[k] > (float)SCORE_SLOW_FT_S) || landing->wheel_ft[k] < 12.5f)
+    if (isnan(input->wheel_ft) || !(landing->speed_at_ft_s[k] > (float)SCORE_SLOW_FT_S) ||
+        landing->wheel_ft[k] < 12.5f)
         return;
     for (unsigned m = 0; m < SCORE_METHODS; m++) {
-        struct score_look seen = {.truth = zones[k], .start_error = NAN, .end_error = NAN,
-                                  .series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
-                                  .view = (uint8_t)player->view, .method = (uint8_t)m};
-        seen.said = m == SCORE_PREDICTOR ? said_zone(zone.mats, zone.start_ft) : said_zone(closed.mats, closed.start_ft);
+        struct score_look seen = {.truth = zones[k],
+                                  .start_error = NAN,
+                                  .end_error = NAN,
+                                  .series = (uint16_t)player->truth->series.number,
+                                  .landing = (uint8_t)landing->number,
+                                  .view = (uint8_t)player->view,
+                                  .method = (uint8_t)m};
+        seen.said = m == SCORE_PREDICTOR ? said_zone(zone.mats, zone.start_ft)
+                                         : said_zone(closed.mats, closed.start_ft);
         if (m == SCORE_PREDICTOR) {
             seen.start_error = zone.start_error_ft / (float)SCORE_MAT_FT;
             seen.end_error = zone.end_error_ft / (float)SCORE_MAT_FT;
@@ -188,8 +206,13 @@ static void look(struct player *player, const struct score_landing *landing, uns
 static void play_landing(struct player *player, const struct score_landing *landing)
 {
     static struct score_zone zones[SCORE_LOOKS_MAX];
-    struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
-                                    .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .advised_s = NAN, .known_s = NAN};
+    struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number,
+                                    .landing = (uint8_t)landing->number,
+                                    .view = (uint8_t)player->view,
+                                    .wave_s = landing->wave_s,
+                                    .warned_s = {NAN, NAN},
+                                    .advised_s = NAN,
+                                    .known_s = NAN};
     struct mr_gate gate[MR_GATES_MAX];
     size_t gates = take_gates(landing, gate);
     struct known_gear gear = {0};
@@ -205,7 +228,8 @@ static void play_landing(struct player *player, const struct score_landing *land
             player->slack_in[s] = landing->number == 1 ? LAID_SUM_IN : player->left_in[s];
     }
     mr_predictor_arm(&player->predictor);
-    unsigned last = isnan(landing->wave_s) ? (unsigned)(landing->stop_s * 1000.0) + 300u : (unsigned)(landing->wave_s * 1000.0f);
+    unsigned last = isnan(landing->wave_s) ? (unsigned)(landing->stop_s * 1000.0) + 300u
+                                           : (unsigned)(landing->wave_s * 1000.0f);
     for (unsigned ms = 0; ms < last; ms++) {
         double t_s = 1e-3 * ms;
         gear_take(&gear, gate, gates, TOLD_TOUCHDOWN_FT, SWITCH_ERROR_FT, t_s);
@@ -218,13 +242,15 @@ static void play_landing(struct player *player, const struct score_landing *land
         mr_predictor_block(&player->predictor, &input);
     }
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        outcome.doubted = (uint8_t)(outcome.doubted + (player->predictor.doubt[i] > MR_PREDICTOR_MISSING));
+        outcome.doubted =
+            (uint8_t)(outcome.doubted + (player->predictor.doubt[i] > MR_PREDICTOR_MISSING));
     outcome.updates = (float)player->predictor.updates;
     mr_predictor_fold(&player->predictor);
     player->sink->outcome(player->sink->ctx, &outcome);
 }
 
-void score_play(const struct score_truth *truth, unsigned view, unsigned level, const struct score_sink *sink)
+void score_play(const struct score_truth *truth, unsigned view, unsigned level,
+                const struct score_sink *sink)
 {
     static struct player player;
     const struct score_series *series = &truth->series;
@@ -235,11 +261,21 @@ void score_play(const struct score_truth *truth, unsigned view, unsigned level, 
     player.noise = 0xd15ea5e0000u + 8u * series->number + view;
     draw_rig(&player.rig, view, &player.noise);
     struct mr_predictor_config config = {
-        .chain = {.mats = SCORE_MATS, .mat_length_ft = (float)SCORE_MAT_FT, .mass_slug = 0.466f / 32.174f,
-                  .friction_lb = 0.466f * (float)series->told_friction, .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f,
-                  .slack_ft = 0.0025f, .step_s = 1e-3f / 6.0f},
-        .grit_lb = 10.0f, .thrust_lb_per_g = 1300.0f / 12.0f, .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
-        .mat_weight_lb = 0.466f, .updates_per_block = 1u << 30, .level = (enum mr_predictor_level)level};
+        .chain = {.mats = SCORE_MATS,
+                  .mat_length_ft = (float)SCORE_MAT_FT,
+                  .mass_slug = 0.466f / 32.174f,
+                  .friction_lb = 0.466f * (float)series->told_friction,
+                  .kl_lb_ft = 2.9e5f,
+                  .cl_lb_s_ft = 5.0f,
+                  .slack_ft = 0.0025f,
+                  .step_s = 1e-3f / 6.0f},
+        .grit_lb = 10.0f,
+        .thrust_lb_per_g = 1300.0f / 12.0f,
+        .deceleration_ft_s2 = 5.0f,
+        .bump_ft = 0.0036f,
+        .mat_weight_lb = 0.466f,
+        .updates_per_block = 1u << 30,
+        .level = (enum mr_predictor_level)level};
     memcpy(config.station_ft, player.rig.station_ft, sizeof config.station_ft);
     if (mr_predictor_start(&player.predictor, &config) != MR_OK)
         return;

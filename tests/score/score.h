@@ -11,22 +11,37 @@
 
 /* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70. */
 enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
-#define SCORE_TRAINED 310          /* series below have made the stated errors: those are held against the others only */
+/* series below have made the stated errors: those are held against the others only */
+#define SCORE_TRAINED 310
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
 /* What ranks landings by danger. */
-enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_BY_HINDSIGHT, SCORE_RANKS };
+enum score_rank {
+    SCORE_BY_PREDICTOR,
+    SCORE_BY_THRUST,
+    SCORE_BY_COUNT,
+    SCORE_BY_KINEMATIC,
+    SCORE_BY_HINDSIGHT,
+    SCORE_RANKS
+};
 
 /* What ranks landings by the danger of a bow wave. */
-enum score_wave_rank { SCORE_WAVE_COMING, SCORE_WAVE_COMPRESSION, SCORE_WAVE_THRUST, SCORE_WAVE_COUNT, SCORE_WAVE_KINEMATIC, SCORE_WAVE_RANKS };
+enum score_wave_rank {
+    SCORE_WAVE_COMING,
+    SCORE_WAVE_COMPRESSION,
+    SCORE_WAVE_THRUST,
+    SCORE_WAVE_COUNT,
+    SCORE_WAVE_KINEMATIC,
+    SCORE_WAVE_RANKS
+};
 
-#define SCORE_EVENT_MATS 50      /* a zone of so many compressed mats with the wheel at it */
-#define SCORE_EVENT_FT 2.0       /* that near */
-#define SCORE_AHEAD_S 0.5        /* a warning so long before is in time; ranks are taken then */
-#define SCORE_ZONE_MATS 30       /* zones of so many mats have their ends compared */
-#define SCORE_SLOW_FT_S 2.0      /* slower wheels are not scored */
-#define SCORE_LIMITS 9           /* warning limits tried, mats: SCORE_LIMIT_FIRST and on */
+#define SCORE_EVENT_MATS  50  /* a zone of so many compressed mats with the wheel at it */
+#define SCORE_EVENT_FT    2.0 /* that near */
+#define SCORE_AHEAD_S     0.5 /* a warning so long before is in time; ranks are taken then */
+#define SCORE_ZONE_MATS   30  /* zones of so many mats have their ends compared */
+#define SCORE_SLOW_FT_S   2.0 /* slower wheels are not scored */
+#define SCORE_LIMITS      9   /* warning limits tried, mats: SCORE_LIMIT_FIRST and on */
 #define SCORE_LIMIT_FIRST 30
-#define SCORE_LIMIT_STEP 10
+#define SCORE_LIMIT_STEP  10
 
 /* Joints first..last of a zone, from 0; empty: last <= first. */
 struct score_zone {
@@ -49,16 +64,19 @@ struct score_outcome {
     float warned_s[SCORE_METHODS];     /* first warning; NaN: none */
     float advised_s;                   /* first advisory or warning */
     float wave_rank[SCORE_WAVE_RANKS]; /* until SCORE_AHEAD_S before the wave, or the stop */
-    float reach_s[SCORE_LIMITS];       /* first time that the zone coming has so many mats, until the event; NaN: never */
-    float known_s;                     /* the third switch beyond touchdown: before, nobody knows the braking */
-    float updates;                     /* of mats */
-    int16_t most_mats;                 /* longest true zone at the wheel */
-    uint8_t doubted;                   /* sound transducers left out */
-    float rank[SCORE_RANKS];           /* until SCORE_AHEAD_S before the event, or the stop; hindsight: thrust to the stop */
+    /* first time that the zone coming has so many mats, until the event; NaN: never */
+    float reach_s[SCORE_LIMITS];
+    /* the third switch beyond touchdown: before, nobody knows the braking */
+    float known_s;
+    float updates;     /* of mats */
+    int16_t most_mats; /* longest true zone at the wheel */
+    uint8_t doubted;   /* sound transducers left out */
+    /* until SCORE_AHEAD_S before the event, or the stop; hindsight: thrust to the stop */
+    float rank[SCORE_RANKS];
 };
 
-/* Longest zone of joints with their left ends at `from_ft` or beyond: closed joints (a gap of 0.001 in at most) at both ends, no
- * ten in a row with more than one open. */
+/* Longest zone of joints with their left ends at `from_ft` or beyond: closed joints (a gap of 0.001
+ * in at most) at both ends, no ten in a row with more than one open. */
 struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft);
 
 /* Plays a series in one view. Looks and outcomes are handed over one by one. */
@@ -67,16 +85,20 @@ struct score_sink {
     void (*outcome)(void *ctx, const struct score_outcome *outcome);
     void *ctx;
 };
-void score_play(const struct score_truth *truth, unsigned view, unsigned level, const struct score_sink *sink);
+void score_play(const struct score_truth *truth, unsigned view, unsigned level,
+                const struct score_sink *sink);
 
 /* Prints the tables. */
-void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count);
+void score_print(const struct score_look *looks, size_t look_count,
+                 const struct score_outcome *outcomes, size_t outcome_count);
 
-/* What a warning at another limit of the zone coming would hit, and say falsely: series below SCORE_TRAINED and the others. */
+/* What a warning at another limit of the zone coming would hit, and say falsely: series below
+ * SCORE_TRAINED and the others. */
 void score_print_limits(const struct score_outcome *outcomes, size_t count);
 
-/* 95 % points of the errors, and half a mat as they are whole, over 1.96, by class: what common/predictor.c states, of series below
- * SCORE_TRAINED; how they hold in the others; and by what the errors stated now would have to be multiplied. */
+/* 95 % points of the errors, and half a mat as they are whole, over 1.96, by class: what
+ * common/predictor.c states, of series below SCORE_TRAINED; how they hold in the others; and by
+ * what the errors stated now would have to be multiplied. */
 void score_calibrate(const struct score_look *looks, size_t count);
 
 /* Area under the curve that hits against false alarms make, ties half; NaN with one kind only. */

@@ -6,9 +6,10 @@
 #include "tests/score/score.h"
 
 #define RESAMPLES 1000
-#define OVERLAP 0.5
+#define OVERLAP   0.5
 
-static const char *const rank_names[SCORE_RANKS] = {"predictor", "thrust alone", "landing count", "kinematic", "thrust, later"};
+static const char *const rank_names[SCORE_RANKS] = {"predictor", "thrust alone", "landing count",
+                                                    "kinematic", "thrust, later"};
 
 static int by_value(const void *a, const void *b)
 {
@@ -38,14 +39,16 @@ static bool same(struct score_zone a, struct score_zone b)
 
 static const char *view_name(unsigned view)
 {
-    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110", "no survey, 10-70", "survey, 10-70"};
+    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110",
+                                                   "no survey, 10-70", "survey, 10-70"};
     return names[view];
 }
 
 /* Of the looks whose ends are compared. */
 static bool compared(const struct score_look *l)
 {
-    return l->method == SCORE_PREDICTOR && mats_of(l->truth) >= SCORE_ZONE_MATS && same(l->truth, l->said);
+    return l->method == SCORE_PREDICTOR && mats_of(l->truth) >= SCORE_ZONE_MATS &&
+           same(l->truth, l->said);
 }
 
 static float off_mats(const struct score_look *l, bool end)
@@ -59,17 +62,20 @@ static double calibrate(const struct score_look *looks, size_t count, bool end, 
     float *off = malloc((count + 1) * sizeof *off);
     size_t n = 0;
     for (size_t i = 0; i < count; i++) {
-        if (compared(&looks[i]) && looks[i].series < SCORE_TRAINED && (end ? looks[i].end_class : looks[i].start_class) == class)
+        if (compared(&looks[i]) && looks[i].series < SCORE_TRAINED &&
+            (end ? looks[i].end_class : looks[i].start_class) == class)
             off[n++] = off_mats(&looks[i], end);
     }
     double error_mats = n ? (quantile(off, n, 0.95) + 0.5) / 1.96 : 0.0;
-    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, error_mats, n);
+    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, error_mats,
+           n);
     free(off);
     return error_mats;
 }
 
 /* view SCORE_VIEWS: all of them. */
-static void print_held(const struct score_look *looks, size_t count, unsigned view, bool end, const double *error_mats)
+static void print_held(const struct score_look *looks, size_t count, unsigned view, bool end,
+                       const double *error_mats)
 {
     size_t n = 0, held = 0;
     for (size_t i = 0; i < count; i++) {
@@ -77,13 +83,15 @@ static void print_held(const struct score_look *looks, size_t count, unsigned vi
         if (!compared(l) || l->series < SCORE_TRAINED || (view < SCORE_VIEWS && l->view != view))
             continue;
         n++;
-        held += (double)off_mats(l, end) <= 1.96 * error_mats[end ? l->end_class : l->start_class] + 1e-6;
+        held += (double)off_mats(l, end) <=
+                1.96 * error_mats[end ? l->end_class : l->start_class] + 1e-6;
     }
     printf(" %s %5.1f %%", end ? "end" : "start", 100.0 * (double)held / (double)n);
 }
 
 /* 95 % point of the errors in what is stated now. */
-static double wider(const struct score_look *looks, size_t count, bool end, unsigned class, bool held_out)
+static double wider(const struct score_look *looks, size_t count, bool end, unsigned class,
+                    bool held_out)
 {
     float *part = malloc((count + 1) * sizeof *part);
     size_t n = 0;
@@ -102,10 +110,11 @@ static double wider(const struct score_look *looks, size_t count, bool end, unsi
 void score_calibrate(const struct score_look *looks, size_t count)
 {
     double start_mats[MR_PREDICTOR_START_CLASSES], end_mats[MR_PREDICTOR_END_CLASSES];
-    printf("\n95 %% points of the errors, and half a mat, over 1.96: series below %d\n", SCORE_TRAINED);
-    for (unsigned class = 0; class < MR_PREDICTOR_START_CLASSES; class++)
+    printf("\n95 %% points of the errors, and half a mat, over 1.96: series below %d\n",
+           SCORE_TRAINED);
+    for (unsigned class = 0; class < MR_PREDICTOR_START_CLASSES; class ++)
         start_mats[class] = calibrate(looks, count, false, class);
-    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
+    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class ++)
         end_mats[class] = calibrate(looks, count, true, class);
     printf("they hold in series from %d on:\n", SCORE_TRAINED);
     for (unsigned view = 0; view <= SCORE_VIEWS; view++) {
@@ -114,11 +123,13 @@ void score_calibrate(const struct score_look *looks, size_t count)
         print_held(looks, count, view, true, end_mats);
         printf("\n");
     }
-    printf("what is stated now would hold in 95 %% if it were times: start %.3f, end %.3f (series from %d on %.3f, %.3f); end by class",
-           wider(looks, count, false, MR_PREDICTOR_END_CLASSES, false), wider(looks, count, true, MR_PREDICTOR_END_CLASSES, false),
-           SCORE_TRAINED, wider(looks, count, false, MR_PREDICTOR_END_CLASSES, true),
+    printf("what is stated now would hold in 95 %% if it were times: start %.3f, end %.3f (series "
+           "from %d on %.3f, %.3f); end by class",
+           wider(looks, count, false, MR_PREDICTOR_END_CLASSES, false),
+           wider(looks, count, true, MR_PREDICTOR_END_CLASSES, false), SCORE_TRAINED,
+           wider(looks, count, false, MR_PREDICTOR_END_CLASSES, true),
            wider(looks, count, true, MR_PREDICTOR_END_CLASSES, true));
-    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
+    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class ++)
         printf(" %.3f", wider(looks, count, true, class, false));
     printf("\n");
 }
@@ -159,26 +170,32 @@ double score_auc(const float *rank, const bool *event, size_t count)
 static void print_zones(const struct score_look *looks, size_t count)
 {
     float *start = malloc(count * sizeof *start), *end = malloc(count * sizeof *end);
-    printf("zone ends, mats (true zones of %d and more, every %d ms while the wheel rolls)\n", SCORE_ZONE_MATS, SCORE_LOOK_MS);
-    printf("%-20s %-10s %7s | start: median  90 %% | end: median  90 %%  bias | missed  false | 95 %% holds: start   end\n", "view",
-           "method", "zones");
+    printf("zone ends, mats (true zones of %d and more, every %d ms while the wheel rolls)\n",
+           SCORE_ZONE_MATS, SCORE_LOOK_MS);
+    printf("%-20s %-10s %7s | start: median  90 %% | end: median  90 %%  bias | missed  false | 95 "
+           "%% holds: start   end\n",
+           "view", "method", "zones");
     size_t all = 0, all_start = 0, all_end = 0;
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned method = 0; method < SCORE_METHODS; method++) {
-            size_t matched = 0, zones = 0, said = 0, missed = 0, falsely = 0, stated = 0, held_start = 0, held_end = 0;
+            size_t matched = 0, zones = 0, said = 0, missed = 0, falsely = 0, stated = 0,
+                   held_start = 0, held_end = 0;
             double bias = 0.0;
             for (size_t i = 0; i < count; i++) {
                 const struct score_look *l = &looks[i];
                 if (l->view != view || l->method != method)
                     continue;
-                bool true_one = mats_of(l->truth) >= SCORE_ZONE_MATS, both = same(l->truth, l->said);
+                bool true_one = mats_of(l->truth) >= SCORE_ZONE_MATS,
+                     both = same(l->truth, l->said);
                 zones += true_one;
                 said += mats_of(l->said) >= SCORE_ZONE_MATS;
                 missed += true_one && !both;
-                falsely += mats_of(l->said) >= SCORE_ZONE_MATS && !(both && 2 * mats_of(l->truth) >= mats_of(l->said));
+                falsely += mats_of(l->said) >= SCORE_ZONE_MATS &&
+                           !(both && 2 * mats_of(l->truth) >= mats_of(l->said));
                 if (!true_one || !both)
                     continue;
-                float off_start = (float)(l->said.first - l->truth.first), off_end = (float)(l->said.last - l->truth.last);
+                float off_start = (float)(l->said.first - l->truth.first),
+                      off_end = (float)(l->said.last - l->truth.last);
                 start[matched] = fabsf(off_start);
                 end[matched++] = fabsf(off_end);
                 bias += (double)off_end;
@@ -188,10 +205,11 @@ static void print_zones(const struct score_look *looks, size_t count)
                 held_start += fabsf(off_start) <= 1.96f * l->start_error;
                 held_end += fabsf(off_end) <= 1.96f * l->end_error;
             }
-            printf("%-20s %-10s %7zu | %13.0f %5.0f | %11.0f %5.0f %5.1f | %5.1f%% %5.1f%%", view_name(view),
-                   method == SCORE_PREDICTOR ? "predictor" : "kinematic", zones, quantile(start, matched, 0.5),
-                   quantile(start, matched, 0.9), quantile(end, matched, 0.5), quantile(end, matched, 0.9),
-                   bias / (double)matched, 100.0 * (double)missed / (double)zones, 100.0 * (double)falsely / (double)said);
+            printf("%-20s %-10s %7zu | %13.0f %5.0f | %11.0f %5.0f %5.1f | %5.1f%% %5.1f%%",
+                   view_name(view), method == SCORE_PREDICTOR ? "predictor" : "kinematic", zones,
+                   quantile(start, matched, 0.5), quantile(start, matched, 0.9),
+                   quantile(end, matched, 0.5), quantile(end, matched, 0.9), bias / (double)matched,
+                   100.0 * (double)missed / (double)zones, 100.0 * (double)falsely / (double)said);
             if (stated)
                 printf(" | %17.1f%% %5.1f%%", 100.0 * (double)held_start / (double)stated,
                        100.0 * (double)held_end / (double)stated);
@@ -201,7 +219,9 @@ static void print_zones(const struct score_look *looks, size_t count)
             all_end += held_end;
         }
     }
-    printf("all views, series from %d on: 95 %% intervals hold at the start in %.1f %%, at the end in %.1f %%\n", SCORE_TRAINED, 100.0 * (double)all_start / (double)all,
+    printf("all views, series from %d on: 95 %% intervals hold at the start in %.1f %%, at the end "
+           "in %.1f %%\n",
+           SCORE_TRAINED, 100.0 * (double)all_start / (double)all,
            100.0 * (double)all_end / (double)all);
     free(start);
     free(end);
@@ -210,8 +230,10 @@ static void print_zones(const struct score_look *looks, size_t count)
 static void print_warnings(const struct score_outcome *outcomes, size_t count)
 {
     float *lead = malloc((count + 1) * sizeof *lead);
-    printf("\nwarnings (event: the wheel within %.0f ft of a zone of %d compressed mats or more)\n", SCORE_EVENT_FT, SCORE_EVENT_MATS);
-    printf("%-20s %-10s %8s %7s | %5s %6s (with a true zone below %d mats) | lead: median s, part of events warned %.1f s before\n",
+    printf("\nwarnings (event: the wheel within %.0f ft of a zone of %d compressed mats or more)\n",
+           SCORE_EVENT_FT, SCORE_EVENT_MATS);
+    printf("%-20s %-10s %8s %7s | %5s %6s (with a true zone below %d mats) | lead: median s, part "
+           "of events warned %.1f s before\n",
            "view", "method", "landings", "events", "hit", "false", SCORE_ZONE_MATS, SCORE_AHEAD_S);
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned method = 0; method < SCORE_METHODS; method++) {
@@ -232,16 +254,19 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
                 lead[hits++] = o->event_s - o->warned_s[method];
                 early += (double)(o->event_s - o->warned_s[method]) >= SCORE_AHEAD_S;
             }
-            printf("%-20s %-10s %8zu %7zu | %4.0f%% %5.0f%% (%3.0f%%) | %6.2f %13.0f%%\n", view_name(view),
-                   method == SCORE_PREDICTOR ? "predictor" : "kinematic", landings, events, 100.0 * (double)hits / (double)events,
-                   100.0 * (double)alarms / (double)(landings - events), 100.0 * (double)far / (double)(landings - events), quantile(lead, hits, 0.5),
+            printf("%-20s %-10s %8zu %7zu | %4.0f%% %5.0f%% (%3.0f%%) | %6.2f %13.0f%%\n",
+                   view_name(view), method == SCORE_PREDICTOR ? "predictor" : "kinematic", landings,
+                   events, 100.0 * (double)hits / (double)events,
+                   100.0 * (double)alarms / (double)(landings - events),
+                   100.0 * (double)far / (double)(landings - events), quantile(lead, hits, 0.5),
                    100.0 * (double)early / (double)events);
         }
     }
     free(lead);
 }
 
-static void print_limit(const struct score_outcome *outcomes, size_t count, unsigned view, unsigned limit, bool held_out)
+static void print_limit(const struct score_outcome *outcomes, size_t count, unsigned view,
+                        unsigned limit, bool held_out)
 {
     size_t events = 0, hits = 0, early = 0, quiet = 0, alarms = 0;
     for (size_t i = 0; i < count; i++) {
@@ -256,13 +281,15 @@ static void print_limit(const struct score_outcome *outcomes, size_t count, unsi
         early += event && said && (double)(o->event_s - o->reach_s[limit]) >= SCORE_AHEAD_S;
     }
     if (events && quiet)
-        printf(" | %4zu %5.1f%% %5.1f%% %5.1f%%", events + quiet, 100.0 * (double)hits / (double)events,
-               100.0 * (double)early / (double)events, 100.0 * (double)alarms / (double)quiet);
+        printf(" | %4zu %5.1f%% %5.1f%% %5.1f%%", events + quiet,
+               100.0 * (double)hits / (double)events, 100.0 * (double)early / (double)events,
+               100.0 * (double)alarms / (double)quiet);
 }
 
 void score_print_limits(const struct score_outcome *outcomes, size_t count)
 {
-    printf("\nother limits of a warning: landings, hit, of them all %.1f s before, false; series below %d, then the others\n",
+    printf("\nother limits of a warning: landings, hit, of them all %.1f s before, false; series "
+           "below %d, then the others\n",
            SCORE_AHEAD_S, SCORE_TRAINED);
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned limit = 0; limit < SCORE_LIMITS; limit++) {
@@ -284,8 +311,8 @@ struct ranked {
 
 static struct ranked make_ranked(size_t most)
 {
-    return (struct ranked){malloc((most + 1) * sizeof(float)), malloc((most + 1) * sizeof(float)), malloc(most + 1),
-                           malloc((most + 1) * sizeof(uint16_t)), 0};
+    return (struct ranked){malloc((most + 1) * sizeof(float)), malloc((most + 1) * sizeof(float)),
+                           malloc(most + 1), malloc((most + 1) * sizeof(uint16_t)), 0};
 }
 
 static void free_ranked(struct ranked *ranked)
@@ -320,7 +347,8 @@ static void bootstrap(const struct ranked *of, double *low, double *high)
                 drawn.event[n] = of->event[i];
             }
         }
-        double difference = score_auc(drawn.own, drawn.event, n) - score_auc(drawn.other, drawn.event, n);
+        double difference = score_auc(drawn.own, drawn.event, n) -
+                            score_auc(drawn.other, drawn.event, n);
         if (!isnan(difference))
             differences[used++] = (float)difference;
     }
@@ -337,23 +365,27 @@ static void print_area(const struct ranked *ranked, unsigned view, const char *n
     printf("%-20s %-14s %.3f", view_name(view), name, area);
     if (!own) {
         bootstrap(ranked, &low, &high);
-        printf("   %+.3f (%+.3f to %+.3f)", score_auc(ranked->own, ranked->event, ranked->count) - area, low, high);
+        printf("   %+.3f (%+.3f to %+.3f)",
+               score_auc(ranked->own, ranked->event, ranked->count) - area, low, high);
     }
     printf("\n");
 }
 
-/* `knowable`: without the events that come before anybody can know the braking and still be SCORE_AHEAD_S ahead. */
+/* `knowable`: without the events that come before anybody can know the braking and still be
+ * SCORE_AHEAD_S ahead. */
 static void print_ranks(const struct score_outcome *outcomes, size_t count, bool knowable)
 {
     struct ranked ranked = make_ranked(count);
-    printf("\nranking landings %.1f s before%s: area under the curve, and the predictor's lead with its 95 %% bootstrap interval\n",
+    printf("\nranking landings %.1f s before%s: area under the curve, and the predictor's lead "
+           "with its 95 %% bootstrap interval\n",
            SCORE_AHEAD_S, knowable ? ", events at least as long after braking is known" : "");
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned r = 0; r < SCORE_RANKS; r++) {
             ranked.count = 0;
             for (size_t i = 0; i < count; i++) {
                 const struct score_outcome *o = &outcomes[i];
-                if (o->view != view || (knowable && !isnan(o->event_s) && !((double)(o->event_s - o->known_s) >= SCORE_AHEAD_S)))
+                if (o->view != view || (knowable && !isnan(o->event_s) &&
+                                        !((double)(o->event_s - o->known_s) >= SCORE_AHEAD_S)))
                     continue;
                 ranked.own[ranked.count] = o->rank[SCORE_BY_PREDICTOR];
                 ranked.other[ranked.count] = o->rank[r];
@@ -366,18 +398,20 @@ static void print_ranks(const struct score_outcome *outcomes, size_t count, bool
     free_ranked(&ranked);
 }
 
-/* Landings with a wave from the others, by what was said until SCORE_AHEAD_S before; without those whose wave comes before anybody
- * can know the braking and still be so long ahead. */
+/* Landings with a wave from the others, by what was said until SCORE_AHEAD_S before; without those
+ * whose wave comes before anybody can know the braking and still be so long ahead. */
 static void print_wave_ranks(const struct score_outcome *outcomes, size_t count)
 {
-    static const char *const names[SCORE_WAVE_RANKS] = {"zone coming", "compression", "thrust alone", "landing count", "kinematic"};
+    static const char *const names[SCORE_WAVE_RANKS] = {
+        "zone coming", "compression", "thrust alone", "landing count", "kinematic"};
     struct ranked ranked = make_ranked(count);
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned r = 0; r < SCORE_WAVE_RANKS; r++) {
             ranked.count = 0;
             for (size_t i = 0; i < count; i++) {
                 const struct score_outcome *o = &outcomes[i];
-                if (o->view != view || (!isnan(o->wave_s) && !((double)(o->wave_s - o->known_s) >= SCORE_AHEAD_S)))
+                if (o->view != view ||
+                    (!isnan(o->wave_s) && !((double)(o->wave_s - o->known_s) >= SCORE_AHEAD_S)))
                     continue;
                 ranked.own[ranked.count] = o->wave_rank[SCORE_WAVE_COMING];
                 ranked.other[ranked.count] = o->wave_rank[r];
@@ -407,7 +441,8 @@ static void print_waves(const struct score_outcome *outcomes, size_t count)
             if (o->view != view)
                 continue;
             bool told = !isnan(o->warned_s[SCORE_PREDICTOR]), wave = !isnan(o->wave_s);
-            bool ahead = wave && told && (double)(o->wave_s - o->warned_s[SCORE_PREDICTOR]) >= SCORE_AHEAD_S;
+            bool ahead = wave && told &&
+                         (double)(o->wave_s - o->warned_s[SCORE_PREDICTOR]) >= SCORE_AHEAD_S;
             waves += wave ? 1u : 0u;
             none += wave ? 0u : 1u;
             advised += wave && !isnan(o->advised_s) ? 1u : 0u;
@@ -417,9 +452,11 @@ static void print_waves(const struct score_outcome *outcomes, size_t count)
             early += ahead ? 1u : 0u;
             falsely += !wave && told ? 1u : 0u;
         }
-        printf("%-20s %zu of %zu landings (%zu with braking known %.1f s before); warned of %zu, %.1f s before %zu; warnings without one: "
-               "%zu of %zu; advisory or warning: %zu, without one %zu\n", view_name(view), waves, waves + none, knowable, SCORE_AHEAD_S,
-               warned, SCORE_AHEAD_S, early, falsely, none, advised, advised_falsely);
+        printf("%-20s %zu of %zu landings (%zu with braking known %.1f s before); warned of %zu, "
+               "%.1f s before %zu; warnings without one: "
+               "%zu of %zu; advisory or warning: %zu, without one %zu\n",
+               view_name(view), waves, waves + none, knowable, SCORE_AHEAD_S, warned, SCORE_AHEAD_S,
+               early, falsely, none, advised, advised_falsely);
     }
     print_wave_ranks(outcomes, count);
 }
@@ -432,10 +469,12 @@ static void print_rest(const struct score_outcome *outcomes, size_t count)
         doubted += outcomes[i].doubted;
         updates += (double)outcomes[i].updates;
     }
-    printf("\nsound transducers left out: %zu in %zu landings; mat updates a landing: %.0f\n", doubted, count, updates / (double)count);
+    printf("\nsound transducers left out: %zu in %zu landings; mat updates a landing: %.0f\n",
+           doubted, count, updates / (double)count);
 }
 
-void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count)
+void score_print(const struct score_look *looks, size_t look_count,
+                 const struct score_outcome *outcomes, size_t outcome_count)
 {
     print_zones(looks, look_count);
     print_warnings(outcomes, outcome_count);

@@ -8,24 +8,25 @@
 
 #include "host/sim/sim.h"
 
-#define VERSION 4u        /* of the files; a truth of another one is computed anew */
-#define PLANAR_VERSION 5u
-#define STEP_S 2.5e-5
-#define G_FT_S2 32.174
-#define GEAR_LB 1300.0
-#define AXLES 12.0
-#define MAT_LB 0.466
-#define SLACK_IN 0.030
-#define GAP_MOST_IN 0.036
-#define PLANAR_STEP_S 5e-5
-#define IRREGULAR_FT 0.0036 /* heights of the ground at the joints, evenly up to this: 0.043 in */
-#define WAVE_FT 0.05        /* host/sim calls no less a bow wave */
-#define FOLD_TRIES 5
-#define FOLD_S 5e-3
-#define NODE_S 1e-3
-#define AFTER_STOP_S 0.3
-#define LOOK_MOST_FT 118.0 /* the runway ends at 120 ft */
-#define LEAD_S 0.4 /* rolling on the track before touchdown */
+#define VERSION         4u /* of the files; a truth of another one is computed anew */
+#define PLANAR_VERSION  5u
+#define STEP_S          2.5e-5
+#define G_FT_S2         32.174
+#define GEAR_LB         1300.0
+#define AXLES           12.0
+#define MAT_LB          0.466
+#define SLACK_IN        0.030
+#define GAP_MOST_IN     0.036
+#define PLANAR_STEP_S   5e-5
+/* heights of the ground at the joints, evenly up to this: 0.043 in */
+#define IRREGULAR_FT    0.0036
+#define WAVE_FT         0.05 /* host/sim calls no less a bow wave */
+#define FOLD_TRIES      5
+#define FOLD_S          5e-3
+#define NODE_S          1e-3
+#define AFTER_STOP_S    0.3
+#define LOOK_MOST_FT    118.0 /* the runway ends at 120 ft */
+#define LEAD_S          0.4   /* rolling on the track before touchdown */
 #define SWITCH_ERROR_FT (0.02 / 12.0)
 
 double score_uniform(uint64_t *state)
@@ -72,7 +73,8 @@ static void draw_series(struct score_series *series, uint32_t number, uint64_t *
     series->touchdown_ft = between(state, 2.0, 4.0);
 }
 
-/* The gear: rolls on, brakes from touchdown with an onset, a change from one deceleration to another, and a ripple. */
+/* The gear: rolls on, brakes from touchdown with an onset, a change from one deceleration to
+ * another, and a ripple. */
 struct gear {
     double v0_ft_s, touchdown_ft, touchdown_s;
     double first_ft_s2, last_ft_s2, bend_from_s, bend_to_s, onset_s;
@@ -85,11 +87,14 @@ static double braking_ft_s2(const struct gear *gear, double t_s)
     if (since_s <= 0.0)
         return 0.0;
     double onset = fmin(since_s / gear->onset_s, 1.0);
-    double bend = fmin(fmax((since_s - gear->bend_from_s) / (gear->bend_to_s - gear->bend_from_s), 0.0), 1.0);
+    double bend =
+        fmin(fmax((since_s - gear->bend_from_s) / (gear->bend_to_s - gear->bend_from_s), 0.0), 1.0);
     double wave = 1.0;
     for (int i = 0; i < 3; i++)
-        wave += gear->ripple[i] * sin(6.283185307179586 * (gear->ripple_hz[i] * since_s + gear->turn[i]));
-    return onset * onset * (3.0 - 2.0 * onset) * (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
+        wave += gear->ripple[i] *
+                sin(6.283185307179586 * (gear->ripple_hz[i] * since_s + gear->turn[i]));
+    return onset * onset * (3.0 - 2.0 * onset) *
+           (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
 }
 
 static void draw_gear(struct gear *gear, const struct score_series *series, uint64_t *state)
@@ -112,8 +117,9 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
 }
 
 /* Path of the thrust, looks and edges. */
-static void roll(struct score_landing *landing, const struct gear *gear, const struct score_series *series,
-                 struct sim_path_row *rows, size_t *count, uint64_t *state)
+static void roll(struct score_landing *landing, const struct gear *gear,
+                 const struct score_series *series, struct sim_path_row *rows, size_t *count,
+                 uint64_t *state)
 {
     double at_ft = gear->touchdown_ft - LEAD_S * gear->v0_ft_s, v_ft_s = gear->v0_ft_s;
     double switch_ft[SCORE_SWITCHES];
@@ -129,14 +135,17 @@ static void roll(struct score_landing *landing, const struct gear *gear, const s
             landing->wheel_ft[landing->looks] = (float)at_ft;
             landing->speed_at_ft_s[landing->looks++] = (float)v_ft_s;
         }
-        if (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT) /* rows are joined by straight lines */
-            rows[(*count)++] = (struct sim_path_row){t_s, at_ft, series->thrust_share * GEAR_LB / AXLES *
-                                                                     braking_ft_s2(gear, t_s) / G_FT_S2};
+        /* rows are joined by straight lines */
+        if (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT)
+            rows[(*count)++] = (struct sim_path_row){t_s, at_ft,
+                                                     series->thrust_share * GEAR_LB / AXLES *
+                                                         braking_ft_s2(gear, t_s) / G_FT_S2};
         double to_ft = at_ft + v_ft_s * NODE_S - 0.5 * a * NODE_S * NODE_S;
         for (; next < SCORE_SWITCHES && switch_ft[next] <= to_ft; next++) {
             if (switch_ft[next] < at_ft)
                 continue;
-            landing->edge_s[landing->edges] = (float)(t_s + NODE_S * (switch_ft[next] - at_ft) / (to_ft - at_ft));
+            landing->edge_s[landing->edges] =
+                (float)(t_s + NODE_S * (switch_ft[next] - at_ft) / (to_ft - at_ft));
             landing->edge_ft[landing->edges++] = (float)(-2.5 + 5.0 * next);
         }
         at_ft = to_ft;
@@ -148,8 +157,8 @@ static void roll(struct score_landing *landing, const struct gear *gear, const s
     (*count)++;
 }
 
-/* Mats that heave and turn, joints that transmit moment and shear, over-damped soil, on ground that is uneven under the nodes: the
- * same in all landings of a series. */
+/* Mats that heave and turn, joints that transmit moment and shear, over-damped soil, on ground that
+ * is uneven under the nodes: the same in all landings of a series. */
 static bool make_planar(struct sim_scene *scene, uint32_t number, struct error *error)
 {
     static double heights_ft[SCORE_JOINTS];
@@ -166,10 +175,12 @@ static bool make_planar(struct sim_scene *scene, uint32_t number, struct error *
     return sim_scene_set_list(&scene->ground_ft, heights_ft, SCORE_JOINTS, error) == MR_OK;
 }
 
-/* Runs a scene. A wave that grows until a mat stands upright ends a run without numbers: then the same again, until just before. With
- * another end its step is a little different, and the wave may come a little sooner. */
-static bool march(struct sim_scene *scene, const struct sim_options *options, struct score_landing *landing, double *looks_s,
-                  struct sim_result *result, struct error *error)
+/* Runs a scene. A wave that grows until a mat stands upright ends a run without numbers: then the
+ * same again, until just before. With another end its step is a little different, and the wave may
+ * come a little sooner. */
+static bool march(struct sim_scene *scene, const struct sim_options *options,
+                  struct score_landing *landing, double *looks_s, struct sim_result *result,
+                  struct error *error)
 {
     for (unsigned tries = 0; tries < FOLD_TRIES; tries++) {
         if (sim_run(scene, options, result, error) == MR_OK)
@@ -199,8 +210,8 @@ static void find_wave(struct score_landing *landing, const struct sim_result *re
     }
 }
 
-static bool land(const struct score_series *series, struct score_landing *landing, bool planar, const double *gap_ft,
-                 const double *grit_lb, double *gap_end_ft, uint64_t *state)
+static bool land(const struct score_series *series, struct score_landing *landing, bool planar,
+                 const double *gap_ft, const double *grit_lb, double *gap_end_ft, uint64_t *state)
 {
     static struct sim_path_row rows[SCORE_ROWS_MAX];
     static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
@@ -228,33 +239,42 @@ static bool land(const struct score_series *series, struct score_landing *landin
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
     bool good = !planar || make_planar(&scene, series->number, &error);
-    const struct sim_options options = {.dt_s = planar ? PLANAR_STEP_S : STEP_S, .rtol = planar ? 0.0 : 0.5, .sample_dt_s = 1e-3 * SCORE_ROW_MS, .station_ft = stations_ft,
-                                        .station_count = SCORE_STATIONS, .single = planar};
+    const struct sim_options options = {.dt_s = planar ? PLANAR_STEP_S : STEP_S,
+                                        .rtol = planar ? 0.0 : 0.5,
+                                        .sample_dt_s = 1e-3 * SCORE_ROW_MS,
+                                        .station_ft = stations_ft,
+                                        .station_count = SCORE_STATIONS,
+                                        .single = planar};
     good = good && sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS, &error) == MR_OK &&
-                sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS, &error) == MR_OK &&
-                sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks, &error) == MR_OK &&
-                sim_scene_set_path(&scene, rows, count, &error) == MR_OK &&
-                march(&scene, &options, landing, looks_s, &result, &error);
+           sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS, &error) == MR_OK &&
+           sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks, &error) == MR_OK &&
+           sim_scene_set_path(&scene, rows, count, &error) == MR_OK &&
+           march(&scene, &options, landing, looks_s, &result, &error);
     if (!good && planar && error.status == MR_NUMERICS) {
-        fprintf(stderr, "score: series %u ends before landing %u: %s\n", series->number, landing->number, error.text);
+        fprintf(stderr, "score: series %u ends before landing %u: %s\n", series->number,
+                landing->number, error.text);
         sim_result_free(&result);
         sim_scene_free(&scene);
         landing->rows = 0;
         return true;
     }
     if (!good) {
-        fprintf(stderr, "score: series %u, landing %u: %s\n", series->number, landing->number, error.text);
+        fprintf(stderr, "score: series %u, landing %u: %s\n", series->number, landing->number,
+                error.text);
         return false;
     }
-    landing->rows = result.sample_count < SCORE_ROWS_MAX ? (uint32_t)result.sample_count : SCORE_ROWS_MAX;
+    landing->rows = result.sample_count < SCORE_ROWS_MAX ? (uint32_t)result.sample_count
+                                                         : SCORE_ROWS_MAX;
     for (unsigned k = 0; k < landing->rows; k++) {
         for (int i = 0; i < SCORE_STATIONS; i++)
-            landing->u_in[k][i] = (float)(12.0 * result.sample_u_ft[k * SCORE_STATIONS + (size_t)i]);
+            landing->u_in[k][i] =
+                (float)(12.0 * result.sample_u_ft[k * SCORE_STATIONS + (size_t)i]);
     }
     for (unsigned k = 0; k < landing->looks && k < result.output_count; k++) {
         const double *u_ft = result.outputs[k].u_ft;
         for (int j = 1; j <= SCORE_JOINTS; j++) {
-            double opening_ft = gap_ft[j - 1] + (j <= SCORE_MATS ? u_ft[j] : 0.0) - (j > 1 ? u_ft[j - 1] : 0.0);
+            double opening_ft = gap_ft[j - 1] + (j <= SCORE_MATS ? u_ft[j] : 0.0) -
+                                (j > 1 ? u_ft[j - 1] : 0.0);
             landing->gap_hmil[k][j - 1] = (uint16_t)(fmax(0.0, opening_ft) * 12e5 + 0.5);
         }
     }
@@ -299,14 +319,17 @@ static bool compute(struct score_truth *truth, uint32_t number, bool planar)
 }
 
 /* A landing on disk: only the rows and looks it has. */
-static bool carry(struct score_landing *landing, bool planar, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
+static bool carry(struct score_landing *landing, bool planar, FILE *file,
+                  size_t (*move)(void *, size_t, size_t, FILE *))
 {
     size_t head = offsetof(struct score_landing, u_in);
-    return move(landing, head, 1, file) == 1 && landing->rows <= SCORE_ROWS_MAX && landing->looks <= SCORE_LOOKS_MAX &&
+    return move(landing, head, 1, file) == 1 && landing->rows <= SCORE_ROWS_MAX &&
+           landing->looks <= SCORE_LOOKS_MAX &&
            move(landing->u_in, sizeof landing->u_in[0], landing->rows, file) == landing->rows &&
            move(landing->wheel_ft, sizeof(float), landing->looks, file) == landing->looks &&
            move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
-           move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) == landing->looks &&
+           move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) ==
+               landing->looks &&
            (!planar || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
 }
 
@@ -315,12 +338,14 @@ static size_t put(void *from, size_t size, size_t count, FILE *file)
     return fwrite(from, size, count, file);
 }
 
-static bool carry_all(struct score_truth *truth, bool planar, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
+static bool carry_all(struct score_truth *truth, bool planar, FILE *file,
+                      size_t (*move)(void *, size_t, size_t, FILE *))
 {
     const uint32_t expected = planar ? PLANAR_VERSION : VERSION;
     uint32_t version = expected;
     if (move(&version, sizeof version, 1, file) != 1 || version != expected ||
-        move(&truth->series, sizeof truth->series, 1, file) != 1 || truth->series.landings > SCORE_LANDINGS)
+        move(&truth->series, sizeof truth->series, 1, file) != 1 ||
+        truth->series.landings > SCORE_LANDINGS)
         return false;
     for (uint32_t i = 0; i < truth->series.landings; i++) {
         if (!carry(&truth->landing[i], planar, file, move))
@@ -346,7 +371,8 @@ bool score_truth_get(struct score_truth *truth, uint32_t number, bool planar, co
     if (!compute(truth, number, planar))
         return false;
     file = fopen(made, "wb");
-    if (!file || !carry_all(truth, planar, file, put) || fclose(file) != 0 || rename(made, path) != 0) {
+    if (!file || !carry_all(truth, planar, file, put) || fclose(file) != 0 ||
+        rename(made, path) != 0) {
         fprintf(stderr, "score: %s cannot be written; is the disk full?\n", path);
         return false;
     }

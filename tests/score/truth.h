@@ -1,23 +1,25 @@
-/* Truth of the score: series of landings on runways that are not the predictor's model. host/sim's chain in double precision and
- * a fine step, with gaps, closing resistances, friction, stiffness, thrust and braking drawn from the series' number. Or, for another
- * kind of truth, host/sim's planar landing (host/sim/solvers/landing.h): another engine and scheme, mats that heave and turn, on ground
- * that is uneven under the joints, by up to 0.043 in, the same in all landings of a series. A bow wave ends the series. */
+/* Truth of the score: series of landings on runways that are not the predictor's model. host/sim's
+ * chain in double precision and a fine step, with gaps, closing resistances, friction, stiffness,
+ * thrust and braking drawn from the series' number. Or, for another kind of truth, host/sim's
+ * planar landing (host/sim/solvers/landing.h): another engine and scheme, mats that heave and turn,
+ * on ground that is uneven under the joints, by up to 0.043 in, the same in all landings of a
+ * series. A bow wave ends the series. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SCORE_MATS 420
-#define SCORE_JOINTS (SCORE_MATS + 1)
-#define SCORE_STATIONS 11       /* 10, 20 .. 110 ft */
-#define SCORE_LANDINGS 5        /* of a series, at most */
-#define SCORE_ROW_MS 4          /* between displacements */
-#define SCORE_LOOK_MS 50        /* between looks at the gaps */
-#define SCORE_ROWS_MAX 4000
+#define SCORE_MATS      420
+#define SCORE_JOINTS    (SCORE_MATS + 1)
+#define SCORE_STATIONS  11 /* 10, 20 .. 110 ft */
+#define SCORE_LANDINGS  5  /* of a series, at most */
+#define SCORE_ROW_MS    4  /* between displacements */
+#define SCORE_LOOK_MS   50 /* between looks at the gaps */
+#define SCORE_ROWS_MAX  4000
 #define SCORE_LOOKS_MAX 320
-#define SCORE_SWITCHES 24
-#define SCORE_MAT_FT (2.0 / 7.0)
+#define SCORE_SWITCHES  24
+#define SCORE_MAT_FT    (2.0 / 7.0)
 
 /* What the series is, and what of it is told to the predictor. */
 struct score_series {
@@ -25,21 +27,23 @@ struct score_series {
     uint32_t landings;
     double friction, told_friction; /* measured by pulling: 10 % rms */
     double kl_lb_ft, cl_lb_s_ft;
-    double thrust_share;            /* 1: all of W/12 on the strip; not told */
-    double grit_mean_lb;            /* not told */
-    uint32_t grit_shape;            /* 0 uniform, 1 exponential, 2 triangular, 3 uniform with a quarter of the joints clean */
-    double touchdown_ft;            /* told as 3 ft */
+    double thrust_share; /* 1: all of W/12 on the strip; not told */
+    double grit_mean_lb; /* not told */
+    /* 0 uniform, 1 exponential, 2 triangular, 3 uniform with a quarter of the joints clean */
+    uint32_t grit_shape;
+    double touchdown_ft; /* told as 3 ft */
 };
 
 struct score_landing {
-    uint32_t number;  /* from 1 */
+    uint32_t number; /* from 1 */
     uint32_t rows, looks, edges;
-    double speed_ft_s, stop_s, stop_ft, touchdown_s; /* time 0: the first row */
+    double speed_ft_s, stop_s, stop_ft, touchdown_s;               /* time 0: the first row */
     float edge_s[SCORE_SWITCHES + 8], edge_ft[SCORE_SWITCHES + 8]; /* nominal stations */
-    float gap_in[SCORE_JOINTS];                /* before */
+    float gap_in[SCORE_JOINTS];                                    /* before */
     float u_in[SCORE_ROWS_MAX][SCORE_STATIONS];
     float wheel_ft[SCORE_LOOKS_MAX], speed_at_ft_s[SCORE_LOOKS_MAX];
-    uint16_t gap_hmil[SCORE_LOOKS_MAX][SCORE_JOINTS]; /* hundredths of a mil, 1e-5 in; 0: pressed together */
+    /* hundredths of a mil, 1e-5 in; 0: pressed together */
+    uint16_t gap_hmil[SCORE_LOOKS_MAX][SCORE_JOINTS];
     float wave_s; /* planar: a bow wave begins; NaN: none. Looks end there */
 };
 

@@ -6,14 +6,14 @@
 #include "tests/sim_reference/model.h"
 
 #define SWITCHES_MOST 20000ul
-#define FOLD_RAD (85 * M_PI / 180)
+#define FOLD_RAD      (85 * M_PI / 180)
 
 struct state {
     double q[REF_COORDINATES], v[REF_COORDINATES];
 };
 
-static void weighted(int size, const struct state *from, double h, const double *dq, const double *dv,
-                     struct state *to)
+static void weighted(int size, const struct state *from, double h, const double *dq,
+                     const double *dv, struct state *to)
 {
     for (int i = 0; i < size; i++) {
         to->q[i] = from->q[i] + h * dq[i];
@@ -21,8 +21,9 @@ static void weighted(int size, const struct state *from, double h, const double 
     }
 }
 
-static void rk4(const struct ref_scene *s, const struct ref_regime *regime, const struct ref_wheel *wheel,
-                double t, double h, const struct state *from, struct state *to)
+static void rk4(const struct ref_scene *s, const struct ref_regime *regime,
+                const struct ref_wheel *wheel, double t, double h, const struct state *from,
+                struct state *to)
 {
     static const double at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
     double k[4][REF_COORDINATES], speed[4][REF_COORDINATES];
@@ -40,8 +41,8 @@ static void rk4(const struct ref_scene *s, const struct ref_regime *regime, cons
 }
 
 /* Whether the state is no longer what the regime says. */
-static bool left(const struct ref_scene *s, const struct ref_regime *regime, const struct ref_wheel *wheel,
-                 double t, const struct state *state)
+static bool left(const struct ref_scene *s, const struct ref_regime *regime,
+                 const struct ref_wheel *wheel, double t, const struct state *state)
 {
     struct ref_regime now;
     ref_regime_of(s, wheel, t, state->q, state->v, &now);
@@ -60,8 +61,8 @@ static bool left(const struct ref_scene *s, const struct ref_regime *regime, con
 }
 
 /* Stop the mats that turned round, then find out what holds from here on. */
-static void settle(const struct ref_scene *s, struct ref_regime *regime, const struct ref_wheel *wheel,
-                   double t, struct state *state)
+static void settle(const struct ref_scene *s, struct ref_regime *regime,
+                   const struct ref_wheel *wheel, double t, struct state *state)
 {
     for (int n = 0; s->friction == REF_STICK && n < s->mats; n++) {
         double *speed = &state->v[ref_u(s, n)];
@@ -77,8 +78,8 @@ struct ref_wheel ref_wheel_between(const struct ref_scene *s, double t0, double 
     return (struct ref_wheel){(int)floor(x + 1e-12), (int)floor(x - 0.5), t < s->F_tstop};
 }
 
-/* Next time at which the wheel changes mat (or the pair it stands between), the thrust stops, or a result
- * is wanted. */
+/* Next time at which the wheel changes mat (or the pair it stands between), the thrust stops, or a
+ * result is wanted. */
 static double next_break(const struct ref_scene *s, double t)
 {
     double next = s->tend;
@@ -109,7 +110,8 @@ static double lift_of(const struct ref_scene *s, const struct state *state, int 
     return fmax(0, -y[*node]);
 }
 
-static void note(const struct ref_scene *s, double t, const struct state *state, struct ref_run *run)
+static void note(const struct ref_scene *s, double t, const struct state *state,
+                 struct ref_run *run)
 {
     for (int i = 0; i < s->outputs; i++) {
         if (fabs(s->t_out[i] - t) > 1e-13 * (1 + t))
@@ -124,8 +126,9 @@ static void note(const struct ref_scene *s, double t, const struct state *state,
 }
 
 /* One piece of at most h with a single regime; returns its length. */
-static double piece(const struct ref_scene *s, struct ref_regime *regime, const struct ref_wheel *wheel,
-                    double t, double h, struct state *state, struct ref_run *run)
+static double piece(const struct ref_scene *s, struct ref_regime *regime,
+                    const struct ref_wheel *wheel, double t, double h, struct state *state,
+                    struct ref_run *run)
 {
     struct state next;
     rk4(s, regime, wheel, t, h, state, &next);

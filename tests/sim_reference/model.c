@@ -26,7 +26,8 @@ static bool end_is_free(const struct ref_scene *s, int joint, bool torsion)
     return false;
 }
 
-void ref_angles(const struct ref_scene *s, const double *q, const double *v, double *th, double *rate)
+void ref_angles(const struct ref_scene *s, const double *q, const double *v, double *th,
+                double *rate)
 {
     for (int n = 0; n < s->mats; n++) {
         if (s->model == REF_REPORT) {
@@ -39,8 +40,8 @@ void ref_angles(const struct ref_scene *s, const double *q, const double *v, dou
     }
 }
 
-/* Report: Y = q1 + H sin th with the (mats + 1) x mats matrix H; first column -h, h, h, ..., the others 0
- * down to their mat's right end and L from there on. */
+/* Report: Y = q1 + H sin th with the (mats + 1) x mats matrix H; first column -h, h, h, ..., the
+ * others 0 down to their mat's right end and L from there on. */
 static double height_matrix(const struct ref_scene *s, int node, int mat)
 {
     if (mat == 0)
@@ -48,7 +49,8 @@ static double height_matrix(const struct ref_scene *s, int node, int mat)
     return node > mat ? s->L : 0;
 }
 
-void ref_heights(const struct ref_scene *s, const double *q, const double *v, double *y, double *y_rate)
+void ref_heights(const struct ref_scene *s, const double *q, const double *v, double *y,
+                 double *y_rate)
 {
     double sine[REF_MATS], sine_rate[REF_MATS];
     for (int n = 0; s->model == REF_REPORT && n < s->mats; n++) {
@@ -90,24 +92,27 @@ static void joint_motion(const struct ref_scene *s, const double *q, const doubl
     }
 }
 
-void ref_joints(const struct ref_scene *s, const struct ref_regime *regime, const double *q, const double *v,
-                double *tension, double *moment)
+void ref_joints(const struct ref_scene *s, const struct ref_regime *regime, const double *q,
+                const double *v, double *tension, double *moment)
 {
     double gap[REF_NODES], gap_rate[REF_NODES], angle[REF_NODES], angle_rate[REF_NODES];
     joint_motion(s, q, v, gap, gap_rate, angle, angle_rate);
     for (int j = 0; j <= s->mats; j++) {
         bool joined = s->slack == 0 || regime->slack[j] != 0;
         double elastic = gap[j] - (regime->slack[j] > 0 ? s->slack : 0);
-        tension[j] = end_is_free(s, j, false) || !joined ? 0 : s->KL * elastic + s->CL * gap_rate[j];
+        tension[j] = end_is_free(s, j, false) || !joined ? 0
+                                                         : s->KL * elastic + s->CL * gap_rate[j];
         double wound = angle[j] - (s->switched ? 0 : regime->tad[j] * s->TAD);
-        moment[j] =
-            end_is_free(s, j, true) || regime->tad[j] == 0 ? 0 : s->KT * wound + s->CT * angle_rate[j];
+        moment[j] = end_is_free(s, j, true) || regime->tad[j] == 0
+                      ? 0
+                      : s->KT * wound + s->CT * angle_rate[j];
     }
 }
 
-/* Soil reaction of one mat end at each node: the report's node force, the consistent model's share. */
-static void soil(const struct ref_scene *s, const struct ref_regime *regime, const double *q, const double *v,
-                 double *force)
+/* Soil reaction of one mat end at each node: the report's node force, the consistent model's
+ * share. */
+static void soil(const struct ref_scene *s, const struct ref_regime *regime, const double *q,
+                 const double *v, double *force)
 {
     double y[REF_NODES], y_rate[REF_NODES];
     ref_heights(s, q, v, y, y_rate);
@@ -129,8 +134,9 @@ static double thrust(const struct ref_scene *s, const struct ref_wheel *wheel, d
     return mat == wheel->pair ? s->F * (1 - r) : mat == wheel->pair + 1 ? s->F * r : 0;
 }
 
-void ref_pushes(const struct ref_scene *s, const struct ref_regime *regime, const struct ref_wheel *wheel,
-                double t, const double *q, const double *v, double *x, double *limit)
+void ref_pushes(const struct ref_scene *s, const struct ref_regime *regime,
+                const struct ref_wheel *wheel, double t, const double *q, const double *v,
+                double *x, double *limit)
 {
     double tension[REF_NODES], moment[REF_NODES], r[REF_NODES];
     ref_joints(s, regime, q, v, tension, moment);
@@ -139,13 +145,15 @@ void ref_pushes(const struct ref_scene *s, const struct ref_regime *regime, cons
         x[n] = thrust(s, wheel, t, n);
         for (int j = 0; j <= s->mats; j++)
             x[n] -= difference(j, n) * tension[j];
-        double normal = s->soil_normal ? r[n] + r[n + 1] : s->W + (n == wheel->mat ? s->wheel_load : 0);
+        double normal = s->soil_normal ? r[n] + r[n + 1]
+                                       : s->W + (n == wheel->mat ? s->wheel_load : 0);
         limit[n] = s->f * normal;
     }
 }
 
-static void slide(const struct ref_scene *s, const struct ref_regime *regime, const struct ref_wheel *wheel,
-                  double t, const double *q, const double *v, double *a)
+static void slide(const struct ref_scene *s, const struct ref_regime *regime,
+                  const struct ref_wheel *wheel, double t, const double *q, const double *v,
+                  double *a)
 {
     double x[REF_MATS], limit[REF_MATS], mass = s->W / s->g;
     ref_pushes(s, regime, wheel, t, q, v, x, limit);
@@ -164,7 +172,8 @@ static void slide(const struct ref_scene *s, const struct ref_regime *regime, co
 }
 
 /* Moment of the lift shear on a mat. */
-static double lift_moment(const struct ref_scene *s, const struct ref_regime *regime, int n, double th)
+static double lift_moment(const struct ref_scene *s, const struct ref_regime *regime, int n,
+                          double th)
 {
     bool left_down = regime->contact[n], right_down = regime->contact[n + 1];
     double arm = s->V * s->L / 2 * cos(th), sum = 0;
@@ -199,7 +208,8 @@ static void turn_report(const struct ref_scene *s, const struct ref_regime *regi
     }
 }
 
-/* Solve matrix * x = right by elimination with row exchange; both are overwritten, x is in right. */
+/* Solve matrix * x = right by elimination with row exchange; both are overwritten, x is in
+ * right. */
 static void solve(int size, double matrix[REF_NODES][REF_NODES], double *right)
 {
     for (int c = 0; c < size; c++) {
@@ -230,12 +240,13 @@ static void solve(int size, double matrix[REF_NODES][REF_NODES], double *right)
     }
 }
 
-/* Each mat's centre height and angle as functions of the node heights: y = (Y_n + Y_n+1)/2 and
- * th = asin((Y_n+1 - Y_n)/L), with Jacobian rows jy and jt. Projecting Newton's and Euler's laws of the
- * free mats on the node heights: sum (m jy jy' + I jt jt') Y'' = sum jy W + jt (moments - I jt_dot Y') + ...
- */
+/* Each mat's centre height and angle as functions of the node heights: y = (Y_n + Y_n+1)/2 and th =
+ * asin((Y_n+1 - Y_n)/L), with Jacobian rows jy and jt. Projecting Newton's and Euler's laws of the
+ * free mats on the node heights: sum (m jy jy' + I jt jt') Y'' = sum jy W + jt (moments - I jt_dot
+ * Y') + ... */
 static void rise_consistent(const struct ref_scene *s, const struct ref_regime *regime,
-                            const struct ref_wheel *wheel, const double *q, const double *v, double *a)
+                            const struct ref_wheel *wheel, const double *q, const double *v,
+                            double *a)
 {
     static double matrix[REF_NODES][REF_NODES];
     double tension[REF_NODES], moment[REF_NODES], r[REF_NODES], right[REF_NODES] = {0};
@@ -264,7 +275,8 @@ static void rise_consistent(const struct ref_scene *s, const struct ref_regime *
 }
 
 void ref_accelerations(const struct ref_scene *s, const struct ref_regime *regime,
-                       const struct ref_wheel *wheel, double t, const double *q, const double *v, double *a)
+                       const struct ref_wheel *wheel, double t, const double *q, const double *v,
+                       double *a)
 {
     slide(s, regime, wheel, t, q, v, a);
     if (s->model == REF_REPORT)
@@ -273,8 +285,8 @@ void ref_accelerations(const struct ref_scene *s, const struct ref_regime *regim
         rise_consistent(s, regime, wheel, q, v, a);
 }
 
-void ref_regime_of(const struct ref_scene *s, const struct ref_wheel *wheel, double t, const double *q,
-                   const double *v, struct ref_regime *regime)
+void ref_regime_of(const struct ref_scene *s, const struct ref_wheel *wheel, double t,
+                   const double *q, const double *v, struct ref_regime *regime)
 {
     double gap[REF_NODES], gap_rate[REF_NODES], angle[REF_NODES], angle_rate[REF_NODES];
     double y[REF_NODES], y_rate[REF_NODES], x[REF_MATS], limit[REF_MATS];
@@ -285,8 +297,13 @@ void ref_regime_of(const struct ref_scene *s, const struct ref_wheel *wheel, dou
         regime->contact[j] = s->model == REF_REPORT ? y[j] >= CONTACT_FT : y[j] > 0;
         regime->pushes[j] = s->KV * y[j] + s->CV * y_rate[j] > 0;
         /* with TAD 0 both sides obey the same law: no switch */
-        regime->tad[j] = (signed char)(s->TAD == 0 ? 1 : fabs(angle[j]) > s->TAD ? sign_of(angle[j]) : 0);
-        regime->slack[j] = (signed char)(s->slack == 0 ? 0 : gap[j] > s->slack ? 1 : gap[j] < 0 ? -1 : 0);
+        regime->tad[j] = (signed char)(s->TAD == 0               ? 1
+                                       : fabs(angle[j]) > s->TAD ? sign_of(angle[j])
+                                                                 : 0);
+        regime->slack[j] = (signed char)(s->slack == 0       ? 0
+                                         : gap[j] > s->slack ? 1
+                                         : gap[j] < 0        ? -1
+                                                             : 0);
         if (y[j] < y[regime->apex])
             regime->apex = j;
     }

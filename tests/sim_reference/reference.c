@@ -1,7 +1,7 @@
 /* reference [-h STEP_S] SCENE...: run scenes with the plain models and print golden numbers.
  *
- * Every scene is run at the step and at half of it; what is printed is the finer run, `apart` is how far
- * the two differ (ft), over every u and lift printed. */
+ * Every scene is run at the step and at half of it; what is printed is the finer run, `apart` is
+ * how far the two differ (ft), over every u and lift printed. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +14,8 @@ static bool print_scene(const char *path, double h_s)
     static struct ref_scene scene;
     static struct ref_run coarse, fine;
     double apart = 0;
-    if (!ref_load(&scene, path) || !ref_march(&scene, h_s, &coarse) || !ref_march(&scene, h_s / 2, &fine))
+    if (!ref_load(&scene, path) || !ref_march(&scene, h_s, &coarse) ||
+        !ref_march(&scene, h_s / 2, &fine))
         return false;
     for (int i = 0; i < scene.outputs; i++) {
         apart = fmax(apart, fabs(coarse.output[i].lift_ft - fine.output[i].lift_ft));
@@ -22,8 +23,8 @@ static bool print_scene(const char *path, double h_s)
             apart = fmax(apart, fabs(coarse.output[i].u_ft[n] - fine.output[i].u_ft[n]));
     }
     printf("scene %s\n", path);
-    printf("run steps %lu switches %lu apart %.1e max_lift %.9g\n", fine.steps, fine.switches, apart,
-           fine.max_lift_ft);
+    printf("run steps %lu switches %lu apart %.1e max_lift %.9g\n", fine.steps, fine.switches,
+           apart, fine.max_lift_ft);
     for (int i = 0; i < scene.outputs; i++) {
         const struct ref_output *output = &fine.output[i];
         printf("at %.12g lift %.9g node %d u", output->t_s, output->lift_ft, output->lift_node);

@@ -190,8 +190,8 @@ bool ref_load(struct ref_scene *s, const char *path)
             known = true;
         } else if (strcmp(key, "gap0") == 0) {
             for (int j = 0; j < REF_NODES; j++)
-                s->gap0[j] =
-                    json_number_value(json_is_array(value) ? json_array_get(value, (size_t)j) : value);
+                s->gap0[j] = json_number_value(
+                    json_is_array(value) ? json_array_get(value, (size_t)j) : value);
             known = true;
         } else if (strcmp(key, "t_out") == 0) {
             s->outputs = (int)json_array_size(value);

@@ -1,5 +1,5 @@
-/* golden.txt against host/sim's solvers, and against the reference that it came from (a few scenes, coarser).
- */
+/* golden.txt against host/sim's solvers, and against the reference that it came from (a few scenes,
+ * coarser). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,9 +9,9 @@
 #include "tests/cmocka_all.h"
 #include "tests/sim_reference/model.h"
 
-#define GOLDEN "tests/sim_reference/golden.txt"
+#define GOLDEN        "tests/sim_reference/golden.txt"
 #define GOLDEN_SCENES 15
-#define DIGITS 1e-6 /* of the largest value of its kind: six digits */
+#define DIGITS        1e-6 /* of the largest value of its kind: six digits */
 
 struct golden {
     char path[200];
@@ -79,19 +79,23 @@ static void solver_agrees(const char *solver, double rtol, double digits)
         for (int k = 0; k < golden->outputs; k++) {
             for (int n = 0; n < golden->mats; n++) {
                 largest_u = fmax(largest_u, fabs(golden->output[k].u_ft[n]));
-                worst = fmax(worst, fabs(result.outputs[k].u_ft[n + 1] - golden->output[k].u_ft[n]));
+                worst = fmax(worst,
+                             fabs(result.outputs[k].u_ft[n + 1] - golden->output[k].u_ft[n]));
             }
         }
         if (!(worst <= digits * largest_u))
             fail_msg("%s: u is off by %.3g ft of %.3g", golden->path, worst, largest_u);
         for (int k = 0; k < golden->outputs; k++) {
-            if (!(fabs(result.outputs[k].lift_ft - golden->output[k].lift_ft) <= digits * lift_scale))
-                fail_msg("%s: lift at %g s is %.9g, golden %.9g", golden->path, golden->output[k].t_s,
-                         result.outputs[k].lift_ft, golden->output[k].lift_ft);
+            if (!(fabs(result.outputs[k].lift_ft - golden->output[k].lift_ft) <=
+                  digits * lift_scale))
+                fail_msg("%s: lift at %g s is %.9g, golden %.9g", golden->path,
+                         golden->output[k].t_s, result.outputs[k].lift_ft,
+                         golden->output[k].lift_ft);
             if (golden->output[k].lift_ft > 1e-4 * lift_scale)
                 assert_int_equal(result.outputs[k].lift_node, golden->output[k].lift_node);
         }
-        assert_near(result.max_lift_ft / golden->max_lift_ft, 1, 1e-3); /* between steps it can be higher */
+        /* between steps it can be higher */
+        assert_near(result.max_lift_ft / golden->max_lift_ft, 1, 1e-3);
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
@@ -115,8 +119,12 @@ static void the_file_is_the_references(void **state)
     (void)state;
     static struct ref_scene scene;
     static struct ref_run run;
-    static const char *const few[] = {"consistent_falls", "consistent_ground_damping", "consistent_soil_friction",
-                                      "report_frictionless", "report_rising", "report_stiff_hinge"};
+    static const char *const few[] = {"consistent_falls",
+                                      "consistent_ground_damping",
+                                      "consistent_soil_friction",
+                                      "report_frictionless",
+                                      "report_rising",
+                                      "report_stiff_hinge"};
     size_t at = 0;
     for (int i = 0; i < GOLDEN_SCENES && at < COUNT_OF(few); i++) {
         if (!strstr(goldens[i].path, few[at]))

@@ -16,8 +16,8 @@ static double scatter(unsigned *seed)
 }
 
 /* The reference's coordinates from node heights and displacements. */
-static void to_reference(const struct ref_scene *s, const double *y, const double *y_rate, const double *u,
-                         const double *u_rate, double *q, double *v)
+static void to_reference(const struct ref_scene *s, const double *y, const double *y_rate,
+                         const double *u, const double *u_rate, double *q, double *v)
 {
     for (int n = 0; n < s->mats; n++) {
         q[ref_u(s, n)] = u[n];
@@ -39,8 +39,8 @@ static void to_reference(const struct ref_scene *s, const double *y, const doubl
 }
 
 /* Node accelerations: the report's follow from q1'' and theta''. */
-static void heights_accelerate(const struct ref_scene *s, const double *q, const double *v, const double *a,
-                               double *y2)
+static void heights_accelerate(const struct ref_scene *s, const double *q, const double *v,
+                               const double *a, double *y2)
 {
     for (int j = 0; j <= s->mats; j++)
         y2[j] = s->model == REF_CONSISTENT ? a[j] : a[0];
@@ -140,13 +140,20 @@ SCENE_TEST(report_stiff_hinge)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(consistent_falls),    cmocka_unit_test(consistent_low),
-        cmocka_unit_test(consistent_ground_damping), cmocka_unit_test(report_ground_damping),
-        cmocka_unit_test(consistent_slack),    cmocka_unit_test(consistent_soil_friction),
-        cmocka_unit_test(consistent_standard), cmocka_unit_test(report_following),
-        cmocka_unit_test(report_frictionless), cmocka_unit_test(report_full_both),
-        cmocka_unit_test(report_no_shear),     cmocka_unit_test(report_rising),
-        cmocka_unit_test(report_scaled),       cmocka_unit_test(report_slack),
+        cmocka_unit_test(consistent_falls),
+        cmocka_unit_test(consistent_low),
+        cmocka_unit_test(consistent_ground_damping),
+        cmocka_unit_test(report_ground_damping),
+        cmocka_unit_test(consistent_slack),
+        cmocka_unit_test(consistent_soil_friction),
+        cmocka_unit_test(consistent_standard),
+        cmocka_unit_test(report_following),
+        cmocka_unit_test(report_frictionless),
+        cmocka_unit_test(report_full_both),
+        cmocka_unit_test(report_no_shear),
+        cmocka_unit_test(report_rising),
+        cmocka_unit_test(report_scaled),
+        cmocka_unit_test(report_slack),
         cmocka_unit_test(report_stiff_hinge),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

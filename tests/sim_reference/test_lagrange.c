@@ -1,10 +1,11 @@
-/* The reference's accelerations against Lagrange's equation (the 1973 report checked its own so, A-9, for
- * four masses), with every derivative of the energies and openings taken numerically. Nothing of model.c but
- * the accelerations and the regime is used: energies, openings and heights are written here once more.
+/* The reference's accelerations against Lagrange's equation (the 1973 report checked its own so,
+ * A-9, for four masses), with every derivative of the energies and openings taken numerically.
+ * Nothing of model.c but the accelerations and the regime is used: energies, openings and heights
+ * are written here once more.
  *
- * Report model: coordinates are q1, the centre heights of mats 2..4, u and theta; each mat has its own pair
- * of soil springs and dashpots. The rows of the centre heights 2..4 are dropped and the heights put in from
- * A-4 afterwards: that is what A-1 to A-8 leave out of the vertical motion. */
+ * Report model: coordinates are q1, the centre heights of mats 2..4, u and theta; each mat has its
+ * own pair of soil springs and dashpots. The rows of the centre heights 2..4 are dropped and the
+ * heights put in from A-4 afterwards: that is what A-1 to A-8 leave out of the vertical motion. */
 #include <math.h>
 #include <string.h>
 
@@ -100,7 +101,8 @@ static double f_angle(const struct pose *p, int n, int unused)
 }
 
 /* Rate of f along the motion. */
-static double rate(function f, const double *x, const double *v, int size, bool consistent, int a, int b)
+static double rate(function f, const double *x, const double *v, int size, bool consistent, int a,
+                   int b)
 {
     double sum = 0;
     for (int i = 0; i < size; i++)
@@ -108,32 +110,34 @@ static double rate(function f, const double *x, const double *v, int size, bool 
     return sum;
 }
 
-/* Generalised force: - d(potential)/dx - d(dissipation)/dv of joints, hinges, soil; weight. The joint's
- * tension is that of the scene's profile, its direction that of the full opening. */
+/* Generalised force: - d(potential)/dx - d(dissipation)/dv of joints, hinges, soil; weight. The
+ * joint's tension is that of the scene's profile, its direction that of the full opening. */
 static double force(const double *x, const double *v, int size, bool consistent, int i)
 {
     struct pose p = pose_of(x, consistent);
     double sum = 0;
     for (int j = 0; j <= MATS; j++) {
         bool joined = (j > 0 || scene->left_fixed) && (j < MATS || scene->right_fixed);
-        bool hinged = (j > 0 || scene->left_torsion_fixed) && (j < MATS || scene->right_torsion_fixed);
+        bool hinged = (j > 0 || scene->left_torsion_fixed) &&
+                      (j < MATS || scene->right_torsion_fixed);
         double low_rate = (j < MATS ? v[(consistent ? MATS + 1 : MATS) + j] : 0) -
                           (j > 0 ? v[(consistent ? MATS + 1 : MATS) + j - 1] : 0);
         double full_rate = rate(f_opening, x, v, size, consistent, j, 0);
-        double tension =
-            scene->KL * opening(&p, j, bracketed) + scene->CL * (bracketed ? full_rate : low_rate);
+        double tension = scene->KL * opening(&p, j, bracketed) +
+                         scene->CL * (bracketed ? full_rate : low_rate);
         if (joined)
             sum -= tension * slope(f_opening, x, consistent, i, j, 0);
         double d = turn(&p, j), beyond = fabs(d) - scene->TAD;
         if (hinged && beyond > 0)
-            sum -=
-                (scene->KT * copysign(beyond, d) + scene->CT * rate(f_turn, x, v, size, consistent, j, 0)) *
-                slope(f_turn, x, consistent, i, j, 0);
+            sum -= (scene->KT * copysign(beyond, d) +
+                    scene->CT * rate(f_turn, x, v, size, consistent, j, 0)) *
+                   slope(f_turn, x, consistent, i, j, 0);
     }
     for (int n = 0; n < MATS; n++) {
         for (int right = 0; right <= 1; right++) {
             double y = end_height(&p, n, right);
-            double reaction = scene->KV * y + scene->CV * rate(f_height, x, v, size, consistent, n, right);
+            double reaction = scene->KV * y +
+                              scene->CV * rate(f_height, x, v, size, consistent, n, right);
             bool presses = y > 0 && (!consistent || reaction > 0);
             if (presses)
                 sum -= reaction * slope(f_height, x, consistent, i, n, right);
@@ -157,7 +161,8 @@ static double kinetic(const double *x, const double *v, int size, bool consisten
 }
 
 /* dT/dx_i and dT/dv_i, numerically. */
-static double kinetic_slope(const double *x, const double *v, int size, bool consistent, int i, bool of_rate)
+static double kinetic_slope(const double *x, const double *v, int size, bool consistent, int i,
+                            bool of_rate)
 {
     const double step = of_rate ? 1e-2 : 2e-3;
     static const double where[4] = {-2, -1, 1, 2}, weight[4] = {1, -8, 8, -1};
@@ -173,7 +178,8 @@ static double kinetic_slope(const double *x, const double *v, int size, bool con
 }
 
 /* d/dt (dT/dv_i) - dT/dx_i - force_i along x(t) = x + v t + a t^2/2: zero when a is right. */
-static double residual(const double *x, const double *v, const double *a, int size, bool consistent, int i)
+static double residual(const double *x, const double *v, const double *a, int size, bool consistent,
+                       int i)
 {
     const double step = 1e-4;
     static const double where[4] = {-2, -1, 1, 2}, weight[4] = {1, -8, 8, -1};
@@ -187,7 +193,8 @@ static double residual(const double *x, const double *v, const double *a, int si
         momentum_rate += weight[k] * kinetic_slope(moved, speed, size, consistent, i, true);
     }
     momentum_rate /= 12 * step;
-    return momentum_rate - kinetic_slope(x, v, size, consistent, i, false) - force(x, v, size, consistent, i);
+    return momentum_rate - kinetic_slope(x, v, size, consistent, i, false) -
+           force(x, v, size, consistent, i);
 }
 
 /* Numbers in [-1, 1] that are the same everywhere. */

@@ -1,11 +1,13 @@
-/* Soak: hours of virtual time on the emulated board, landing after landing, with random faults of links, supply, clock, channels,
- * switches and memory. What left the board is counted on its pins; what the host received and declares lost by its own
- * accounting (host/collect/account.h) must add up to it, message by message.
+/* Soak: hours of virtual time on the emulated board, landing after landing, with random faults of
+ * links, supply, clock, channels, switches and memory. What left the board is counted on its pins;
+ * what the host received and declares lost by its own accounting (host/collect/account.h) must add
+ * up to it, message by message.
  *
  *     soak HOURS SEED DIRECTORY
  *
- * An episode is half a minute to ten minutes from power on, with at most one landing; flash and black box go on into the next.
- * Its fault file stays in DIRECTORY when something is wrong with it. Exit 0, or 1 when anything is. */
+ * An episode is half a minute to ten minutes from power on, with at most one landing; flash and
+ * black box go on into the next. Its fault file stays in DIRECTORY when something is wrong with it.
+ * Exit 0, or 1 when anything is. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -21,15 +23,16 @@
 #include "host/collect/account.h"
 #include "host/collect/timebase.h"
 
-#define ELF "build/firmware/matrig.elf"
-#define LINKS 2 /* CAN, serial: as enum link_kind */
+#define ELF         "build/firmware/matrig.elf"
+#define LINKS       2 /* CAN, serial: as enum link_kind */
 #define COUNTS_KEPT 64u
-#define PLACES ((unsigned)MR_PLACES)
-#define LANDINGS 3
+#define PLACES      ((unsigned)MR_PLACES)
+#define LANDINGS    3
 
 static const char *const link_name[LINKS] = {"CAN", "serial"};
 
-/* Counts of messages on the pin since the board began, and as they were when each message_count passed. */
+/* Counts of messages on the pin since the board began, and as they were when each message_count
+ * passed. */
 struct pin {
     uint64_t left[MR_PLACES];
     struct {
@@ -48,7 +51,8 @@ struct wire {
 };
 
 struct totals {
-    uint64_t left[MR_PLACES], received[MR_PLACES], missing[MR_PLACES], repeated[MR_PLACES], dropped[MR_PLACES];
+    uint64_t left[MR_PLACES], received[MR_PLACES], missing[MR_PLACES], repeated[MR_PLACES],
+        dropped[MR_PLACES];
 };
 
 struct soak {
@@ -79,7 +83,8 @@ static double between(struct soak *soak, double least, double most)
 
 /* ---- accounts ---- */
 
-/* A boot is over on a link: up to the last count that came of each message, everything is accounted for. */
+/* A boot is over on a link: up to the last count that came of each message, everything is accounted
+ * for. */
 static void settle(struct soak *soak, unsigned link)
 {
     struct wire *wire = &soak->wire[link];
@@ -105,10 +110,12 @@ static void settle(struct soak *soak, unsigned link)
         total->missing[place] += (uint64_t)missing;
         total->repeated[place] += (uint64_t)repeated;
         total->dropped[place] += wire->count[place] - left;
-        if (!found || left > wire->count[place] || received + missing - repeated != (int64_t)wire->count[place]) {
-            printf("  %s %s: counted %" PRIu32 ", left the board %" PRIu64 ", received %lld, missing %lld, repeated %lld\n",
-                   link_name[link], mr_message_text(place), wire->count[place], left, (long long)received, (long long)missing,
-                   (long long)repeated);
+        if (!found || left > wire->count[place] ||
+            received + missing - repeated != (int64_t)wire->count[place]) {
+            printf("  %s %s: counted %" PRIu32 ", left the board %" PRIu64
+                   ", received %lld, missing %lld, repeated %lld\n",
+                   link_name[link], mr_message_text(place), wire->count[place], left,
+                   (long long)received, (long long)missing, (long long)repeated);
             soak->wrong++;
         }
     }
@@ -130,7 +137,8 @@ static void begin_boot(struct soak *soak, unsigned link, bool whole)
 
 /* ---- what leaves the board ---- */
 
-static void left(struct soak *soak, unsigned link, uint16_t id, const uint8_t *payload, size_t length)
+static void left(struct soak *soak, unsigned link, uint16_t id, const uint8_t *payload,
+                 size_t length)
 {
     struct pin *pin = &soak->wire[link].pin[0];
     unsigned place = mr_message_place(id);
@@ -185,7 +193,8 @@ static void serial_left(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n
 
 /* ---- what the host makes of it ---- */
 
-static void understand(struct soak *soak, unsigned link, uint16_t id, const uint8_t *payload, size_t length)
+static void understand(struct soak *soak, unsigned link, uint16_t id, const uint8_t *payload,
+                       size_t length)
 {
     struct account *account = &soak->account[link];
     struct mr_can_health health;
@@ -193,7 +202,8 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
     struct mr_ack ack;
     struct mr_box_record record;
     account_message(account, mr_message_place(id));
-    if (id == MR_ID_CAN_HEALTH && link == LINK_CAN && mr_can_health_get(&health, payload, length) == MR_OK)
+    if (id == MR_ID_CAN_HEALTH && link == LINK_CAN &&
+        mr_can_health_get(&health, payload, length) == MR_OK)
         account_can_health(account, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
         unsigned place = mr_message_place(count.id);
@@ -202,9 +212,11 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
             soak->wire[link].count[place] = count.count;
         }
     }
-    if (link == LINK_SERIAL && id == MR_ID_ACK && mr_ack_get(&ack, payload, length) == MR_OK && ack.code == MR_COMMAND_ARM)
+    if (link == LINK_SERIAL && id == MR_ID_ACK && mr_ack_get(&ack, payload, length) == MR_OK &&
+        ack.code == MR_COMMAND_ARM)
         *(ack.status == 0 ? &soak->armed : &soak->refused) += 1;
-    if (link == LINK_SERIAL && id == MR_ID_BOX_RECORD && mr_box_record_get(&record, payload, length) == MR_OK && record.record &&
+    if (link == LINK_SERIAL && id == MR_ID_BOX_RECORD &&
+        mr_box_record_get(&record, payload, length) == MR_OK && record.record &&
         soak->free_records < 64)
         soak->free_record[soak->free_records++] = record.record;
     soak->touchdowns += link == LINK_SERIAL && id == MR_ID_TOUCHDOWN;
@@ -219,8 +231,8 @@ static void can_came(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame
     (void)t_ps;
     if (mr_message_place((uint16_t)frame->id) >= PLACES)
         return;
-    if (frame->id == MR_ID_CLOCK && mr_clock_get(&clock, frame->data, frame->length) == MR_OK && clock.tick != 0 &&
-        timebase_clock(&soak->time[LINK_CAN], clock.block, clock.tick)) {
+    if (frame->id == MR_ID_CLOCK && mr_clock_get(&clock, frame->data, frame->length) == MR_OK &&
+        clock.tick != 0 && timebase_clock(&soak->time[LINK_CAN], clock.block, clock.tick)) {
         begin_boot(soak, LINK_CAN, false);
         timebase_clock(&soak->time[LINK_CAN], clock.block, clock.tick);
     }
@@ -234,17 +246,20 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
     struct mr_clock clock;
     struct mr_block block;
     bool again = false, timed = false;
-    if (frame->type == MR_ID_CLOCK && mr_clock_get(&clock, frame->payload, frame->length) == MR_OK && clock.tick != 0) {
+    if (frame->type == MR_ID_CLOCK &&
+        mr_clock_get(&clock, frame->payload, frame->length) == MR_OK && clock.tick != 0) {
         again = timebase_clock(&soak->time[LINK_SERIAL], clock.block, clock.tick);
         timed = true;
     }
-    if (frame->type == MR_ID_BLOCK && mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
+    if (frame->type == MR_ID_BLOCK &&
+        mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
         again = timebase_clock(&soak->time[LINK_SERIAL], block.index, block.tick);
         timed = true;
     }
     if (again)
         begin_boot(soak, LINK_SERIAL, false);
-    else if (frame->type == MR_ID_HELLO && frame->seq == 0 && account->seq_known && account->seq_next != 0)
+    else if (frame->type == MR_ID_HELLO && frame->seq == 0 && account->seq_known &&
+             account->seq_next != 0)
         begin_boot(soak, LINK_SERIAL, true);
     account_serial_frame(account, frame->seq, -1);
     if (timed)
@@ -304,38 +319,42 @@ static void write_fault(struct soak *soak, FILE *file, double t_s)
     static const char *const kinds[] = {"drop", "repeat", "corrupt", "delay"};
     static const char *const fails[] = {"stick", "high", "low", "open", "mend"};
     switch (draw(soak, 16)) {
-    case 0: case 1: case 2: case 3: case 4: case 5: {
+    case 0:
+    case 1:
+    case 2:
+    case 3:
+    case 4:
+    case 5: {
         const char *kind = kinds[draw(soak, 4)];
-        fprintf(file, "at %.6f %s %s %u p %.3f\n", t_s, lines[draw(soak, 4)], kind, 1 + draw(soak, 200), between(soak, 0.01, 1));
+        fprintf(file, "at %.6f %s %s %u p %.3f\n", t_s, lines[draw(soak, 4)], kind,
+                1 + draw(soak, 200), between(soak, 0.01, 1));
         break;
     }
     case 6:
-        fprintf(file, "at %.6f bus %s\nat %.6f bus connect\n", t_s, draw(soak, 2) ? "unplug" : "short",
-                t_s + between(soak, 0.01, 8));
+        fprintf(file, "at %.6f bus %s\nat %.6f bus connect\n", t_s,
+                draw(soak, 2) ? "unplug" : "short", t_s + between(soak, 0.01, 8));
         break;
     case 7:
-        fprintf(file, "at %.6f bus dominant\nat %.6f bus connect\n", t_s, t_s + between(soak, 0.01, 2));
+        fprintf(file, "at %.6f bus dominant\nat %.6f bus connect\n", t_s,
+                t_s + between(soak, 0.01, 2));
         break;
-    case 8:
-        fprintf(file, "at %.6f power-cut %u\n", t_s, 1 + draw(soak, 500));
-        break;
-    case 9: case 10:
+    case 8: fprintf(file, "at %.6f power-cut %u\n", t_s, 1 + draw(soak, 500)); break;
+    case 9:
+    case 10:
         fprintf(file, "at %.6f transducer %u %s\n", t_s, 1 + draw(soak, 8), fails[draw(soak, 5)]);
         break;
     case 11:
         fprintf(file, "at %.6f gage %u %s\n", t_s, 1 + draw(soak, 14), fails[draw(soak, 5)]);
         break;
     case 12:
-        fprintf(file, "at 0.001 switch %u %s\n", 1 + draw(soak, 24), draw(soak, 2) ? "skip" : "bounce 3 700");
+        fprintf(file, "at 0.001 switch %u %s\n", 1 + draw(soak, 24),
+                draw(soak, 2) ? "skip" : "bounce 3 700");
         break;
-    case 13:
-        fprintf(file, "at %.6f nor fail-program %u\n", t_s, 1 + draw(soak, 3));
-        break;
-    case 14:
-        fprintf(file, "at %.6f nor fail-erase %u\n", t_s, 1 + draw(soak, 3));
-        break;
+    case 13: fprintf(file, "at %.6f nor fail-program %u\n", t_s, 1 + draw(soak, 3)); break;
+    case 14: fprintf(file, "at %.6f nor fail-erase %u\n", t_s, 1 + draw(soak, 3)); break;
     default:
-        fprintf(file, "at %.6f reference %s\nat %.6f reference mend\n", t_s, fails[draw(soak, 4)], t_s + between(soak, 0.01, 3));
+        fprintf(file, "at %.6f reference %s\nat %.6f reference mend\n", t_s, fails[draw(soak, 4)],
+                t_s + between(soak, 0.01, 3));
         break;
     }
 }
@@ -349,7 +368,8 @@ static void complain(struct soak *soak, unsigned episode, const char *what)
 /* Virtual seconds it took. */
 static double play(struct soak *soak, unsigned episode, const char *directory)
 {
-    static const char *const files[LANDINGS] = {"tests/runs/landing1.run", "tests/runs/landing4.run", "tests/runs/landing5.run"};
+    static const char *const files[LANDINGS] = {
+        "tests/runs/landing1.run", "tests/runs/landing4.run", "tests/runs/landing5.run"};
     char faults_path[300], flash_path[300], nor_path[300], error[300];
     struct hil_run run;
     struct hil_options options;
@@ -364,7 +384,8 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
         return 1e9;
     }
     postpone(&run, between(soak, 15, 90));
-    double length_s = run.duration_s + (draw(soak, 3) ? between(soak, 6, 60) : between(soak, 60, 500));
+    double length_s = run.duration_s +
+                      (draw(soak, 3) ? between(soak, 6, 60) : between(soak, 60, 500));
     FILE *file = fopen(faults_path, "w");
     if (!file) {
         complain(soak, episode, "cannot write its fault file");
@@ -374,8 +395,9 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     unsigned faults = draw(soak, 10);
     /* Half of them in the landing; the last 12 s are left alone, so that what was lost is told. */
     for (unsigned i = 0; i < faults; i++)
-        write_fault(soak, file, draw(soak, 2) ? between(soak, run.duration_s - 9, run.duration_s) :
-                                                between(soak, 0.01, length_s - 22));
+        write_fault(soak, file,
+                    draw(soak, 2) ? between(soak, run.duration_s - 9, run.duration_s)
+                                  : between(soak, 0.01, length_s - 22));
     fprintf(file, "at %.6f bus connect\n", length_s - 12);
     fclose(file);
 
@@ -384,8 +406,10 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     options.lsi_hz = 17000 + draw(soak, 30001);
     soak->board = hil_board_create(&options);
     struct hil_board *board = soak->board;
-    const struct hil_callbacks callbacks = {.ctx = soak, .on_can_frame = can_came, .on_serial_bytes = serial_came};
-    const struct hil_callbacks pin_callbacks = {.ctx = soak, .on_can_frame = can_left, .on_serial_bytes = serial_left};
+    const struct hil_callbacks callbacks = {
+        .ctx = soak, .on_can_frame = can_came, .on_serial_bytes = serial_came};
+    const struct hil_callbacks pin_callbacks = {
+        .ctx = soak, .on_can_frame = can_left, .on_serial_bytes = serial_left};
     hil_board_set_callbacks(board, &callbacks);
     board->lines.pin_callbacks = pin_callbacks;
     enum mr_status status = episode ? hil_board_load_flash(board, flash_path) : MR_OK;
@@ -433,10 +457,12 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
         complain(soak, episode, "the watchdog reset the board");
     for (unsigned link = 0; link < LINKS; link++) {
         if (soak->messages_after_faults[link] < 10)
-            complain(soak, episode, link == LINK_CAN ? "silent on CAN at the end" : "silent on serial at the end");
+            complain(soak, episode,
+                     link == LINK_CAN ? "silent on CAN at the end" : "silent on serial at the end");
         settle(soak, link);
     }
-    if (hil_board_save_flash(board, flash_path) != MR_OK || hil_board_save_nor(board, nor_path) != MR_OK)
+    if (hil_board_save_flash(board, flash_path) != MR_OK ||
+        hil_board_save_nor(board, nor_path) != MR_OK)
         complain(soak, episode, hil_board_reason(board));
     hil_board_destroy(board);
     hil_run_free(&run);
@@ -449,22 +475,25 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
 
 static void report(const struct soak *soak)
 {
-    printf("%-8s %-18s %12s %12s %12s %10s %10s\n", "link", "message", "left board", "received", "lost on link", "repeated",
-           "no room");
+    printf("%-8s %-18s %12s %12s %12s %10s %10s\n", "link", "message", "left board", "received",
+           "lost on link", "repeated", "no room");
     for (unsigned link = 0; link < LINKS; link++) {
         const struct totals *t = &soak->total[link];
         uint64_t sum[5] = {0};
         for (unsigned place = 0; place < PLACES; place++) {
             uint64_t lost = t->missing[place] - t->dropped[place];
-            const uint64_t row[5] = {t->left[place], t->received[place], lost, t->repeated[place], t->dropped[place]};
+            const uint64_t row[5] = {t->left[place], t->received[place], lost, t->repeated[place],
+                                     t->dropped[place]};
             for (unsigned i = 0; i < 5; i++)
                 sum[i] += row[i];
             if (t->left[place])
-                printf("%-8s %-18s %12" PRIu64 " %12" PRIu64 " %12lld %10" PRIu64 " %10" PRIu64 "\n", link_name[link],
-                       mr_message_text(place), row[0], row[1], (long long)row[2], row[3], row[4]);
+                printf("%-8s %-18s %12" PRIu64 " %12" PRIu64 " %12lld %10" PRIu64 " %10" PRIu64
+                       "\n",
+                       link_name[link], mr_message_text(place), row[0], row[1], (long long)row[2],
+                       row[3], row[4]);
         }
-        printf("%-8s %-18s %12" PRIu64 " %12" PRIu64 " %12lld %10" PRIu64 " %10" PRIu64 "\n", link_name[link], "all", sum[0],
-               sum[1], (long long)sum[2], sum[3], sum[4]);
+        printf("%-8s %-18s %12" PRIu64 " %12" PRIu64 " %12lld %10" PRIu64 " %10" PRIu64 "\n",
+               link_name[link], "all", sum[0], sum[1], (long long)sum[2], sum[3], sum[4]);
     }
 }
 
@@ -486,14 +515,18 @@ int main(int argc, char **argv)
     for (; played_s < hours * 3600.0; episode++) {
         played_s += play(&soak, episode, argv[3]);
         if (episode % 20 == 19) {
-            fprintf(stderr, "%.0f of %.0f s, %u episodes, %" PRIu64 " wrong\n", played_s, hours * 3600.0, episode + 1, soak.wrong);
+            fprintf(stderr, "%.0f of %.0f s, %u episodes, %" PRIu64 " wrong\n", played_s,
+                    hours * 3600.0, episode + 1, soak.wrong);
             fflush(stdout);
         }
     }
     report(&soak);
-    printf("%.2f h of virtual time, seed %s: %u episodes, %" PRIu64 " boots (%" PRIu64 " not heard from the first frame on), "
-           "%" PRIu64 " armed, %" PRIu64 " refused, %" PRIu64 " with a final speed; %" PRIu64 " faults injected\n",
-           played_s / 3600.0, argv[2], episode, soak.boots, soak.uncounted, soak.armed, soak.refused, soak.touchdowns, soak.faults);
+    printf("%.2f h of virtual time, seed %s: %u episodes, %" PRIu64 " boots (%" PRIu64
+           " not heard from the first frame on), "
+           "%" PRIu64 " armed, %" PRIu64 " refused, %" PRIu64 " with a final speed; %" PRIu64
+           " faults injected\n",
+           played_s / 3600.0, argv[2], episode, soak.boots, soak.uncounted, soak.armed,
+           soak.refused, soak.touchdowns, soak.faults);
     printf("%" PRIu64 " wrong\n", soak.wrong);
     return soak.wrong ? 1 : 0;
 }

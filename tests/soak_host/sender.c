@@ -1,12 +1,14 @@
-/* A full CAN bus and a full serial line, for as long as it is told, on two sockets that matrig log opens as unix:PATH. A board made by
- * hand (tests/host/stream.h) plays a landing every half minute; what it leaves of 1 Mbit/s is filled with frames of somebody else
- * on the bus, what it leaves of 2 Mbaud with parts of a black box. Frames take the bit time of their own bits, stuff bits included.
+/* A full CAN bus and a full serial line, for as long as it is told, on two sockets that matrig log
+ * opens as unix:PATH. A board made by hand (tests/host/stream.h) plays a landing every half minute;
+ * what it leaves of 1 Mbit/s is filled with frames of somebody else on the bus, what it leaves of 2
+ * Mbaud with parts of a black box. Frames take the bit time of their own bits, stuff bits included.
  *
  *     sender CAN_SOCKET SERIAL_SOCKET SECONDS [QUEUE [MARKS]]
  *
- * QUEUE: bytes that wait for the reader on each link, as in an adapter, at most; what comes while it is full is lost and counted.
- * 0: none is lost, the sender waits (and says how late it became). MARKS: a file of lines "UNIX_US FILLS", one whenever the reader
- * has taken all that was sent: FILLS frames of 0x555 until then. Prints what was sent and lost, as JSON. */
+ * QUEUE: bytes that wait for the reader on each link, as in an adapter, at most; what comes while
+ * it is full is lost and counted. 0: none is lost, the sender waits (and says how late it became).
+ * MARKS: a file of lines "UNIX_US FILLS", one whenever the reader has taken all that was sent:
+ * FILLS frames of 0x555 until then. Prints what was sent and lost, as JSON. */
 #include <errno.h>
 #include <linux/sockios.h>
 #include <poll.h>
@@ -24,14 +26,14 @@
 #include "hil/periph/canbits.h"
 #include "tests/host/stream.h"
 
-#define FILL_ID 0x555u
-#define BITS_PER_MS 1000.0      /* 1 Mbit/s */
-#define SERIAL_BYTES_PER_MS 200 /* 2 Mbaud, 8N1 */
-#define LANDING_EVERY_MS 30000u
-#define TICK_MS 4u /* between two looks at the clock */
-#define CONNECT_MS 10000
-#define STALL_S 60
-#define OUT_BYTES (1u << 20)
+#define FILL_ID             0x555u
+#define BITS_PER_MS         1000.0 /* 1 Mbit/s */
+#define SERIAL_BYTES_PER_MS 200    /* 2 Mbaud, 8N1 */
+#define LANDING_EVERY_MS    30000u
+#define TICK_MS             4u /* between two looks at the clock */
+#define CONNECT_MS          10000
+#define STALL_S             60
+#define OUT_BYTES           (1u << 20)
 
 /* One link: what waits to be written, and what is counted. */
 struct out {
@@ -81,7 +83,8 @@ static int accept_at(const char *path)
     strcpy(address.sun_path, path);
     int listener = socket(AF_UNIX, SOCK_STREAM, 0);
     unlink(path);
-    if (bind(listener, (struct sockaddr *)&address, sizeof address) != 0 || listen(listener, 1) != 0)
+    if (bind(listener, (struct sockaddr *)&address, sizeof address) != 0 ||
+        listen(listener, 1) != 0)
         give_up("cannot listen at %s", path);
     return listener;
 }
@@ -127,7 +130,8 @@ static bool put(struct out *out, const void *bytes, size_t size)
         out->start = 0;
         out->end = waits;
     }
-    for (uint64_t until_us = clock_us(CLOCK_MONOTONIC) + STALL_S * 1000000u; out->end + size > OUT_BYTES; waits = out->end - out->start) {
+    for (uint64_t until_us = clock_us(CLOCK_MONOTONIC) + STALL_S * 1000000u;
+         out->end + size > OUT_BYTES; waits = out->end - out->start) {
         struct pollfd ready = {.fd = out->fd, .events = POLLOUT};
         if (clock_us(CLOCK_MONOTONIC) > until_us)
             give_up("nobody reads");
@@ -167,7 +171,8 @@ static void fill_line(void)
     uint32_t number = (uint32_t)sender.serial.fills;
     memcpy(payload, &number, 4);
     memset(payload + 4, 0xa5, sizeof payload - 4);
-    size_t size = mr_frame_encode(sender.stream.seq++, MR_ID_BOX_PART, payload, sizeof payload, frame);
+    size_t size = mr_frame_encode(sender.stream.seq++, MR_ID_BOX_PART, payload, sizeof payload,
+                                  frame);
     sender.serial.fills++;
     sender.serial_bytes += size;
     sender.serial.fills_lost += !put(&sender.serial, frame, size);
@@ -176,13 +181,16 @@ static void fill_line(void)
 static void mark(void)
 {
     int unread = 1;
-    if (sender.marks && sender.can.end == 0 && ioctl(sender.can.fd, SIOCOUTQ, &unread) == 0 && unread == 0) {
-        fprintf(sender.marks, "%llu %llu\n", (unsigned long long)clock_us(CLOCK_REALTIME), (unsigned long long)sender.can.fills);
+    if (sender.marks && sender.can.end == 0 && ioctl(sender.can.fd, SIOCOUTQ, &unread) == 0 &&
+        unread == 0) {
+        fprintf(sender.marks, "%llu %llu\n", (unsigned long long)clock_us(CLOCK_REALTIME),
+                (unsigned long long)sender.can.fills);
         fflush(sender.marks);
     }
 }
 
-/* The board's time has come to a new millisecond: the one before is filled, and the clock waited for. */
+/* The board's time has come to a new millisecond: the one before is filled, and the clock waited
+ * for. */
 static void pace(void)
 {
     while (sender.paced_ms < sender.stream.block) {
@@ -195,7 +203,8 @@ static void pace(void)
             continue;
         drain(&sender.can);
         drain(&sender.serial);
-        uint64_t due_us = sender.begun_us + 1000ull * sender.paced_ms, now_us = clock_us(CLOCK_MONOTONIC);
+        uint64_t due_us = sender.begun_us + 1000ull * sender.paced_ms,
+                 now_us = clock_us(CLOCK_MONOTONIC);
         if (now_us < due_us) {
             struct timespec wait = {0, (long)(due_us - now_us) * 1000};
             nanosleep(&wait, NULL);
@@ -257,7 +266,8 @@ int main(int argc, char **argv)
     while (sender.stream.block < end_ms) {
         struct stream_truth truth = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.4, .warn = true};
         stream_landing(&sender.stream, &truth, ++landings);
-        uint32_t next_ms = landings * LANDING_EVERY_MS < end_ms ? landings * LANDING_EVERY_MS : end_ms;
+        uint32_t next_ms = landings * LANDING_EVERY_MS < end_ms ? landings * LANDING_EVERY_MS
+                                                                : end_ms;
         if (next_ms > sender.stream.block)
             stream_idle(&sender.stream, next_ms - sender.stream.block);
         else
@@ -267,12 +277,16 @@ int main(int argc, char **argv)
     finish(&sender.can);
     finish(&sender.serial);
     double s = (double)sender.paced_ms / 1000.0;
-    printf("{\"seconds\":%.3f,\"landings\":%u,\"can_sent\":%llu,\"can_lost\":%llu,\"fills\":%llu,\"fills_lost\":%llu,"
-           "\"serial_sent\":%llu,\"serial_lost\":%llu,\"can_per_s\":%.0f,\"bus_percent\":%.1f,\"serial_bytes_per_s\":%.0f,"
+    printf("{\"seconds\":%.3f,\"landings\":%u,\"can_sent\":%llu,\"can_lost\":%llu,\"fills\":%llu,"
+           "\"fills_lost\":%llu,"
+           "\"serial_sent\":%llu,\"serial_lost\":%llu,\"can_per_s\":%.0f,\"bus_percent\":%.1f,"
+           "\"serial_bytes_per_s\":%.0f,"
            "\"latest_ms\":%.1f}\n",
-           s, landings, (unsigned long long)sender.can.sent, (unsigned long long)sender.can.lost, (unsigned long long)sender.can.fills,
-           (unsigned long long)sender.can.fills_lost, (unsigned long long)(sender.serial.sent + sender.serial.fills),
-           (unsigned long long)(sender.serial.lost + sender.serial.fills_lost), (double)(sender.can.sent + sender.can.fills) / s,
-           sender.bits / 1e4 / s, (double)sender.serial_bytes / s, (double)sender.latest_us / 1000.0);
+           s, landings, (unsigned long long)sender.can.sent, (unsigned long long)sender.can.lost,
+           (unsigned long long)sender.can.fills, (unsigned long long)sender.can.fills_lost,
+           (unsigned long long)(sender.serial.sent + sender.serial.fills),
+           (unsigned long long)(sender.serial.lost + sender.serial.fills_lost),
+           (double)(sender.can.sent + sender.can.fills) / s, sender.bits / 1e4 / s,
+           (double)sender.serial_bytes / s, (double)sender.latest_us / 1000.0);
     return 0;
 }

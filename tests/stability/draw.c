@@ -40,20 +40,22 @@ double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS]
     return rows;
 }
 
-#define PICK(state, ...) ((const double[]){__VA_ARGS__}[below(state, sizeof((double[]){__VA_ARGS__}) / sizeof(double))])
+#define PICK(state, ...) \
+    ((const double[]){__VA_ARGS__}[below(state, sizeof((double[]){__VA_ARGS__}) / sizeof(double))])
 
 static enum sim_end end(uint64_t *state)
 {
     return below(state, 2) == 0 ? SIM_FREE : SIM_FIXED;
 }
 
-enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
-                          struct error *error)
+enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index,
+                          uint64_t seed, struct error *error)
 {
-    static const enum sim_friction laws[] = {SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK,
-                                             SIM_TANH,  SIM_TANH,  SIM_TANH,  SIM_NONE,  SIM_NONE,  SIM_SIGN};
-    static const enum sim_lift_shear shears[] = {SIM_RISING, SIM_RISING, SIM_RISING, SIM_FOLLOWING, SIM_BOTH,
-                                                 SIM_NO_SHEAR};
+    static const enum sim_friction laws[] = {SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK,
+                                             SIM_STICK, SIM_STICK, SIM_TANH,  SIM_TANH,
+                                             SIM_TANH,  SIM_NONE,  SIM_NONE,  SIM_SIGN};
+    static const enum sim_lift_shear shears[] = {SIM_RISING,    SIM_RISING, SIM_RISING,
+                                                 SIM_FOLLOWING, SIM_BOTH,   SIM_NO_SHEAR};
     uint64_t state = seed ^ (0xd1342543de82ef95u * (index + 1));
     next(&state);
     sim_scene_defaults(scene);
@@ -65,7 +67,8 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     scene->kt_lb_ft_rad *= pow(10.0, exponents[DRAW_KT]);
     scene->ct_lb_ft_s_rad *= pow(10.0, exponents[DRAW_CT]);
     scene->weight_lb *= pow(10.0, exponents[DRAW_W]);
-    /* a slab's inertia is its mass times a length; half the scenes keep that, in half it is on its own */
+    /* a slab's inertia is its mass times a length; half the scenes keep that, in half it is on its
+     * own */
     bool slab = below(&state, 2) == 0;
     scene->inertia_slug_ft2 *= pow(10.0, slab ? exponents[DRAW_W] : exponents[DRAW_I]);
     double heavier = scene->weight_lb / 160.0;
@@ -105,7 +108,8 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     const double heights[] = {0.495 * bump, bump, 0.495 * bump};
     if (bump > 0.0)
         sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * below(&state, 2), error);
-    return error->status == MR_OK ? sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS, error) : error->status;
+    return error->status == MR_OK ? sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS, error)
+                                  : error->status;
 }
 
 /* Half the landings roll off a path: braking, standing, backwards, on and off the runway. */
@@ -115,16 +119,18 @@ static enum mr_status draw_path(struct sim_scene *scene, uint64_t *state, struct
     double from_ft = (1.2 * uniform(state) - 0.1) * runway_ft;
     double speed_ft_s = PICK(state, -60.0, 0.0, 30.0, 60.0, 90.0, 140.0), f_lb = scene->force_lb;
     double touch_s = PICK(state, 0.0, 0.1) * end_s, brake_s = (0.2 + 0.3 * uniform(state)) * end_s;
-    double after_lb = f_lb * PICK(state, 0.0, 0.5, 1.0), brake_ft = from_ft + speed_ft_s * (brake_s - touch_s);
-    const struct sim_path_row rows[] = {{touch_s, from_ft, PICK(state, 0.0, 1.0) * f_lb},
-                                        {brake_s, brake_ft, f_lb},
-                                        {brake_s, brake_ft, after_lb},
-                                        {end_s, brake_ft + 0.5 * speed_ft_s * (end_s - brake_s), 0.5 * after_lb}};
+    double after_lb = f_lb * PICK(state, 0.0, 0.5, 1.0),
+           brake_ft = from_ft + speed_ft_s * (brake_s - touch_s);
+    const struct sim_path_row rows[] = {
+        {touch_s, from_ft, PICK(state, 0.0, 1.0) * f_lb},
+        {brake_s, brake_ft, f_lb},
+        {brake_s, brake_ft, after_lb},
+        {end_s, brake_ft + 0.5 * speed_ft_s * (end_s - brake_s), 0.5 * after_lb}};
     return sim_scene_set_path(scene, rows, 4, error);
 }
 
-enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
-                            struct error *error)
+enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS],
+                            size_t index, uint64_t seed, struct error *error)
 {
     uint64_t state = ~seed ^ (0xd1342543de82ef95u * (index + 1));
     next(&state);

@@ -13,17 +13,18 @@ enum draw_key { DRAW_KV, DRAW_CV, DRAW_KL, DRAW_CL, DRAW_KT, DRAW_CT, DRAW_W, DR
 
 extern const char *const draw_key_names[DRAW_KEYS];
 
-/* Exponents of the eight keys, count rows: factor 10^exponent on the standard scene's value, within +-3 decades, each
- * of the `count` equal parts of that range met exactly once by every key. Allocated; NULL when memory is short. */
+/* Exponents of the eight keys, count rows: factor 10^exponent on the standard scene's value, within
+ * +-3 decades, each of the `count` equal parts of that range met exactly once by every key.
+ * Allocated; NULL when memory is short. */
 double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS];
 
 /* Scene `index` of a table. The caller frees the scene. MR_FULL when memory is short. */
-enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
-                          struct error *error);
+enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index,
+                          uint64_t seed, struct error *error);
 
-/* The same for the landing engine: model consistent with exact sticking or without friction, every wheel load, and in half
- * of them a path. */
-enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
-                            struct error *error);
+/* The same for the landing engine: model consistent with exact sticking or without friction, every
+ * wheel load, and in half of them a path. */
+enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS],
+                            size_t index, uint64_t seed, struct error *error);
 
 #endif

@@ -1,6 +1,7 @@
-/* stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER: the stability
- * study. Writes FOLDER/table.csv (with --fixed: landings.csv) and prints a summary; exits with 1 when an answer is
- * contradicted, a solver crashed, or too many answers of fixed are overconfident. README.md. */
+/* stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J]
+ * [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv (with --fixed: landings.csv)
+ * and prints a summary; exits with 1 when an answer is contradicted, a solver crashed, or too many
+ * answers of fixed are overconfident. README.md. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,10 +15,10 @@
 #include "tests/stability/confidence.h"
 #include "tests/stability/study.h"
 
-#define SEED 1973u
-#define SCENES 2000u
-#define JOBS_MAX 64u
-#define LANDINGS 5000u
+#define SEED                 1973u
+#define SCENES               2000u
+#define JOBS_MAX             64u
+#define LANDINGS             5000u
 #define OVERCONFIDENT_ONE_IN 100u /* twice what LANDINGS.md has */
 
 struct plan {
@@ -39,7 +40,8 @@ static const struct study_limits limits = {.auto_s = 6.0, .other_s = 0.5};
 static enum mr_status draw(const struct plan *plan, size_t index, struct sim_scene *scene)
 {
     struct error error = {0};
-    return (plan->fixed ? draw_landing : draw_scene)(scene, plan->exponents[index], index, plan->seed, &error);
+    return (plan->fixed ? draw_landing : draw_scene)(scene, plan->exponents[index], index,
+                                                     plan->seed, &error);
 }
 
 static void work(const struct plan *plan, struct shared *shared)
@@ -79,15 +81,16 @@ static bool run_all(const struct plan *plan, struct shared *shared)
 }
 
 struct summary {
-    size_t scenes, not_run, compared[STUDY_METHODS], contradicted, alone, verdicts, unconfirmed, crashed, fold_disputed;
-    size_t ends[3][STUDY_ENDS]; /* of auto: all, of event, of implicit */
+    size_t scenes, not_run, compared[STUDY_METHODS], contradicted, alone, verdicts, unconfirmed,
+        crashed, fold_disputed;
+    size_t ends[3][STUDY_ENDS];    /* of auto: all, of event, of implicit */
     size_t rescued[STUDY_METHODS]; /* auto did not answer, this one did */
     double slowest_s, total_s;
     struct bins u, lift; /* difference over both error estimates */
 };
 
-static void add(struct summary *s, size_t index, const struct sim_scene *scene, const struct study_answer *answers,
-                struct study_difference *worst)
+static void add(struct summary *s, size_t index, const struct sim_scene *scene,
+                const struct study_answer *answers, struct study_difference *worst)
 {
     const struct study_answer *first = &answers[STUDY_AUTO];
     bool confirmed = false, contradicted = false;
@@ -106,7 +109,8 @@ static void add(struct summary *s, size_t index, const struct sim_scene *scene, 
             s->rescued[i]++;
             if (first->end == STUDY_FOLDED) {
                 s->fold_disputed++;
-                printf("FOLD DISPUTED %zu: auto folded at %.6g s, %s ok\n", index, first->t_s, study_method_names[i]);
+                printf("FOLD DISPUTED %zu: auto folded at %.6g s, %s ok\n", index, first->t_s,
+                       study_method_names[i]);
             }
         }
         if (answers[i].end != STUDY_OK || first->end != STUDY_OK)
@@ -115,9 +119,10 @@ static void add(struct summary *s, size_t index, const struct sim_scene *scene, 
         s->compared[i]++;
         if (answers[i].alone) {
             s->alone++;
-            printf("ALONE %zu: %s against auto (%s) and event: u %.3g ft (stated %.3g), lift %.3g ft (stated %.3g)\n", index,
-                   study_method_names[i], first->solver, d.u_ft, answers[i].error_u_ft, d.lift_ft,
-                   answers[i].error_lift_ft);
+            printf("ALONE %zu: %s against auto (%s) and event: u %.3g ft (stated %.3g), lift %.3g "
+                   "ft (stated %.3g)\n",
+                   index, study_method_names[i], first->solver, d.u_ft, answers[i].error_u_ft,
+                   d.lift_ft, answers[i].error_lift_ft);
             continue;
         }
         bins_add(&s->u, d.ratio_u);
@@ -130,19 +135,22 @@ static void add(struct summary *s, size_t index, const struct sim_scene *scene, 
         worst->ratio_u = fmax(worst->ratio_u, d.ratio_u);
         worst->ratio_lift = fmax(worst->ratio_lift, d.ratio_lift);
         if (d.contradicts)
-            printf("CONTRADICTED %zu: auto (%s) and %s: u %.3g ft (stated %.3g, %.3g), lift %.3g ft (stated %.3g, %.3g), "
+            printf("CONTRADICTED %zu: auto (%s) and %s: u %.3g ft (stated %.3g, %.3g), lift %.3g "
+                   "ft (stated %.3g, %.3g), "
                    "max lift %.6g and %.6g%s\n",
-                   index, first->solver, study_method_names[i], d.u_ft, first->error_u_ft, answers[i].error_u_ft,
-                   d.lift_ft, first->error_lift_ft, answers[i].error_lift_ft, first->max_lift_ft,
-                   answers[i].max_lift_ft, d.verdict ? ", verdicts differ" : "");
+                   index, first->solver, study_method_names[i], d.u_ft, first->error_u_ft,
+                   answers[i].error_u_ft, d.lift_ft, first->error_lift_ft, answers[i].error_lift_ft,
+                   first->max_lift_ft, answers[i].max_lift_ft,
+                   d.verdict ? ", verdicts differ" : "");
     }
     s->contradicted += contradicted;
     s->unconfirmed += first->end == STUDY_OK && !confirmed;
     worst->contradicts = contradicted;
 }
 
-static void write_row(FILE *table, size_t index, const double *exponents, const struct sim_scene *scene,
-                      const struct study_answer *answers, const struct study_difference *worst)
+static void write_row(FILE *table, size_t index, const double *exponents,
+                      const struct sim_scene *scene, const struct study_answer *answers,
+                      const struct study_difference *worst)
 {
     static const char *const laws[] = {"stick", "tanh", "sign", "none"};
     static const char *const shears[] = {"rising", "none", "following", "both"};
@@ -150,15 +158,17 @@ static void write_row(FILE *table, size_t index, const double *exponents, const 
     fprintf(table, "%zu", index);
     for (int k = 0; k < DRAW_KEYS; k++)
         fprintf(table, ",%.3f", exponents[k]);
-    fprintf(table, ",%s,%d,%.3g,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%g", sim_model_name(scene->model), scene->mats,
-            scene->inertia_slug_ft2, scene->profile == SIM_FULL ? "full" : "low", scene->tad_deg,
-            scene->tad_mode == SIM_SWITCHED ? "switched" : "deadband", scene->slack_ft, scene->force_lb,
-            laws[scene->friction_law], scene->friction_normal == SIM_SOIL ? "/soil" : "",
+    fprintf(table, ",%s,%d,%.3g,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%g",
+            sim_model_name(scene->model), scene->mats, scene->inertia_slug_ft2,
+            scene->profile == SIM_FULL ? "full" : "low", scene->tad_deg,
+            scene->tad_mode == SIM_SWITCHED ? "switched" : "deadband", scene->slack_ft,
+            scene->force_lb, laws[scene->friction_law],
+            scene->friction_normal == SIM_SOIL ? "/soil" : "",
             scene->thrust == SIM_LINEAR ? "linear" : "jump", shears[scene->lift_shear],
-            scene->bump_ft.count > 0 ? scene->bump_ft.values[scene->bump_ft.count / 2] : 0.0, scene->wheel_load_lb,
-            scene->t_end_s);
-    fprintf(table, ",%.3g,%s,%.6g,%.6g,%d,%.2g,%.2g", first->rate, first->solver, first->peak_u_ft, first->max_lift_ft,
-            first->bow_wave, first->error_u_ft, first->error_lift_ft);
+            scene->bump_ft.count > 0 ? scene->bump_ft.values[scene->bump_ft.count / 2] : 0.0,
+            scene->wheel_load_lb, scene->t_end_s);
+    fprintf(table, ",%.3g,%s,%.6g,%.6g,%d,%.2g,%.2g", first->rate, first->solver, first->peak_u_ft,
+            first->max_lift_ft, first->bow_wave, first->error_u_ft, first->error_lift_ft);
     for (int i = 0; i < STUDY_METHODS; i++) {
         fprintf(table, ",%s", study_end_names[answers[i].end]);
         if (answers[i].end == STUDY_NOT_RUN)
@@ -166,8 +176,8 @@ static void write_row(FILE *table, size_t index, const double *exponents, const 
         else
             fprintf(table, ",%.3f", answers[i].cpu_s);
     }
-    fprintf(table, ",%.2g,%.2g,%.2g,%.2g,%d\n", worst->u_ft, worst->lift_ft, worst->ratio_u, worst->ratio_lift,
-            worst->contradicts);
+    fprintf(table, ",%.2g,%.2g,%.2g,%.2g,%d\n", worst->u_ft, worst->lift_ft, worst->ratio_u,
+            worst->ratio_lift, worst->contradicts);
 }
 
 static void print_summary(const struct summary *s)
@@ -195,7 +205,8 @@ static void print_summary(const struct summary *s)
     for (int i = STUDY_AUTO + 1; i < STUDY_METHODS; i++)
         printf("  %s %zu", study_method_names[i], s->rescued[i]);
     printf("; of folds: %zu\n", s->fold_disputed);
-    printf("contradicted: %zu (bow wave or not: %zu); cvode alone against auto and event: %zu; crashed: %zu\n",
+    printf("contradicted: %zu (bow wave or not: %zu); cvode alone against auto and event: %zu; "
+           "crashed: %zu\n",
            s->contradicted, s->verdicts, s->alone, s->crashed);
 }
 
@@ -204,7 +215,8 @@ static void write_head(FILE *table)
     fprintf(table, "scene");
     for (int k = 0; k < DRAW_KEYS; k++)
         fprintf(table, ",lg_%s", draw_key_names[k]);
-    fprintf(table, ",model,N,I,profile,TAD_deg,tad_mode,slack,F,friction,thrust,lift_shear,bump,wheel_load,tend,rate,"
+    fprintf(table, ",model,N,I,profile,TAD_deg,tad_mode,slack,F,friction,thrust,lift_shear,bump,"
+                   "wheel_load,tend,rate,"
                    "solver,peak_u,max_lift,bow,error_u,error_lift");
     for (int i = 0; i < STUDY_METHODS; i++)
         fprintf(table, ",%s,%s_s", study_method_names[i], study_method_names[i]);
@@ -285,7 +297,8 @@ static bool parse(struct plan *plan, int count, char **words)
     }
     if (plan->scenes == 0)
         plan->scenes = plan->fixed ? LANDINGS : SCENES;
-    return plan->folder && plan->from < plan->scenes && plan->every > 0 && plan->jobs > 0 && plan->jobs <= JOBS_MAX;
+    return plan->folder && plan->from < plan->scenes && plan->every > 0 && plan->jobs > 0 &&
+           plan->jobs <= JOBS_MAX;
 }
 
 int main(int count, char **words)
@@ -294,7 +307,8 @@ int main(int count, char **words)
     struct summary summary = {0};
     struct confidence confidence = {0};
     if (!parse(&plan, count, words)) {
-        fprintf(stderr, "usage: stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER\n");
+        fprintf(stderr, "usage: stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] "
+                        "[--seed S] [--jobs J] [--minutes M] FOLDER\n");
         return 2;
     }
     plan.exponents = draw_table(plan.scenes, plan.seed);

@@ -12,29 +12,34 @@
 #include "tests/sim_reference/model.h"
 
 #define REFERENCE_STEPS 5000.0 /* more are too slow */
-#define REFERENCE_REACH 0.3     /* step of the reference times the fastest rate */
-#define EVENT_STEPS 30000.0
-#define EXPLICIT_REACH 6.0
+#define REFERENCE_REACH 0.3    /* step of the reference times the fastest rate */
+#define EVENT_STEPS     30000.0
+#define EXPLICIT_REACH  6.0
 #define REFERENCE_EVERY 3
-#define UMPIRE_S 20.0 /* for event, where two others contradict each other */
+#define UMPIRE_S        20.0 /* for event, where two others contradict each other */
 
-const char *const study_method_names[STUDY_METHODS] = {"auto", "event", "implicit", "cvode", "reference"};
-const char *const study_end_names[STUDY_ENDS] = {"ok",      "unstable", "folded", "step_underflow",
-                                                 "slow",    "crashed",  "refused", "-"};
+const char *const study_method_names[STUDY_METHODS] = {"auto", "event", "implicit", "cvode",
+                                                       "reference"};
+const char *const study_end_names[STUDY_ENDS] = {"ok",   "unstable", "folded",  "step_underflow",
+                                                 "slow", "crashed",  "refused", "-"};
 
-/* What one process does: a solver at a tolerance (0: its own), or the reference for equations of that fastest rate. */
+/* What one process does: a solver at a tolerance (0: its own), or the reference for equations of
+ * that fastest rate. */
 struct task {
     const char *solver;
     double rtol, limit_s, rate;
 };
 
-static void solve(const struct sim_scene *scene, const struct task *task, struct study_answer *answer)
+static void solve(const struct sim_scene *scene, const struct task *task,
+                  struct study_answer *answer)
 {
     struct sim_options options = {.solver = task->solver, .rtol = task->rtol};
     struct sim_result result;
     struct error error = {0};
     enum mr_status status = sim_run(scene, &options, &result, &error);
-    answer->end = status == MR_OK ? STUDY_OK : status == MR_NUMERICS ? (enum study_end)result.status : STUDY_REFUSED;
+    answer->end = status == MR_OK       ? STUDY_OK
+                : status == MR_NUMERICS ? (enum study_end)result.status
+                                        : STUDY_REFUSED;
     snprintf(answer->solver, sizeof answer->solver, "%s", result.solver ? result.solver : "-");
     answer->t_s = result.t_s;
     answer->rate = 2.785 / result.dt_limit_s;
@@ -48,7 +53,8 @@ static void solve(const struct sim_scene *scene, const struct task *task, struct
         answer->bow_wave = result.bow_wave;
         for (size_t i = 0; i < DRAW_OUTPUTS; i++) {
             answer->lift_ft[i] = result.outputs[i].lift_ft;
-            memcpy(answer->u_ft[i], result.outputs[i].u_ft, ((size_t)scene->mats + 1) * sizeof(double));
+            memcpy(answer->u_ft[i], result.outputs[i].u_ft,
+                   ((size_t)scene->mats + 1) * sizeof(double));
         }
     }
     sim_result_free(&result);
@@ -57,8 +63,10 @@ static void solve(const struct sim_scene *scene, const struct task *task, struct
 /* The same scene in the reference's terms. */
 static void translate(const struct sim_scene *scene, struct ref_scene *to)
 {
-    static const enum ref_shear shears[] = {
-        [SIM_RISING] = REF_RISING, [SIM_NO_SHEAR] = REF_NONE, [SIM_FOLLOWING] = REF_FOLLOWING, [SIM_BOTH] = REF_BOTH};
+    static const enum ref_shear shears[] = {[SIM_RISING] = REF_RISING,
+                                            [SIM_NO_SHEAR] = REF_NONE,
+                                            [SIM_FOLLOWING] = REF_FOLLOWING,
+                                            [SIM_BOTH] = REF_BOTH};
     ref_defaults(to);
     to->model = scene->model == SIM_REPORT ? REF_REPORT : REF_CONSISTENT;
     to->mats = scene->mats;
@@ -85,9 +93,9 @@ static void translate(const struct sim_scene *scene, struct ref_scene *to)
     to->wheel_load = scene->wheel_load_lb;
     to->f = scene->friction;
     to->veps = scene->veps_ft_s;
-    to->friction = scene->friction_law == SIM_STICK  ? REF_STICK
-                   : scene->friction_law == SIM_TANH ? REF_TANH
-                                                     : REF_NO_FRICTION;
+    to->friction = scene->friction_law == SIM_STICK ? REF_STICK
+                 : scene->friction_law == SIM_TANH  ? REF_TANH
+                                                    : REF_NO_FRICTION;
     to->soil_normal = scene->friction_normal == SIM_SOIL;
     to->V = scene->shear_lb;
     to->shear = shears[scene->lift_shear];
@@ -124,12 +132,14 @@ static void refer(const struct sim_scene *scene, double rate, struct study_answe
     answer->bow_wave = fine.max_lift_ft > fmax(0.05, 2.0 * bump);
     for (int i = 0; i < DRAW_OUTPUTS; i++) {
         answer->lift_ft[i] = fine.output[i].lift_ft;
-        answer->error_lift_ft = fmax(answer->error_lift_ft, fabs(fine.output[i].lift_ft - coarse.output[i].lift_ft));
+        answer->error_lift_ft = fmax(answer->error_lift_ft,
+                                     fabs(fine.output[i].lift_ft - coarse.output[i].lift_ft));
         for (int n = 1; n <= scene->mats; n++) {
             double u_ft = fine.output[i].u_ft[n - 1];
             answer->u_ft[i][n] = u_ft;
             answer->peak_u_ft = fmax(answer->peak_u_ft, fabs(u_ft));
-            answer->error_u_ft = fmax(answer->error_u_ft, fabs(u_ft - coarse.output[i].u_ft[n - 1]));
+            answer->error_u_ft = fmax(answer->error_u_ft,
+                                      fabs(u_ft - coarse.output[i].u_ft[n - 1]));
         }
     }
 }
@@ -175,7 +185,8 @@ static void run_method(const struct sim_scene *scene, enum study_method method, 
     run(scene, (struct task){study_method_names[method], 0.0, limit_s, rate}, &answers[method]);
 }
 
-void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits, struct study_answer *answers)
+void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
+                 struct study_answer *answers)
 {
     static const enum study_method after_event[] = {STUDY_IMPLICIT, STUDY_CVODE};
     static const enum study_method after_implicit[] = {STUDY_EVENT, STUDY_CVODE};
@@ -195,7 +206,8 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
             agreed = answers[method].end == STUDY_FOLDED;
     }
     struct study_answer *cvode = &answers[STUDY_CVODE];
-    if (first->end == STUDY_OK && cvode->end == STUDY_OK && !agreed && answers[STUDY_EVENT].end == STUDY_NOT_RUN) {
+    if (first->end == STUDY_OK && cvode->end == STUDY_OK && !agreed &&
+        answers[STUDY_EVENT].end == STUDY_NOT_RUN) {
         run_method(scene, STUDY_EVENT, UMPIRE_S, answers);
         cvode->alone = answers[STUDY_EVENT].end == STUDY_OK &&
                        !study_compare(scene, first, &answers[STUDY_EVENT]).contradicts;
@@ -205,9 +217,13 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
         run_method(scene, STUDY_REFERENCE, limits->other_s, answers);
 }
 
-void study_fixed(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers)
+void study_fixed(const struct sim_scene *scene, const struct study_limits *limits,
+                 struct study_answer *answers)
 {
-    static const struct { const char *solver; double rtol; } methods[STUDY_FIXED_METHODS] = {
+    static const struct {
+        const char *solver;
+        double rtol;
+    } methods[STUDY_FIXED_METHODS] = {
         {"fixed", 0.0}, {"event", STUDY_TRUTH_RTOL}, {"implicit", STUDY_TRUTH_RTOL}};
     for (int i = 0; i < STUDY_FIXED_METHODS; i++)
         answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
@@ -231,10 +247,13 @@ struct study_difference study_compare(const struct sim_scene *scene, const struc
         for (int n = 1; n <= scene->mats; n++)
             d.u_ft = fmax(d.u_ft, fabs(a->u_ft[i][n] - b->u_ft[i][n]));
     }
-    double stated_u = a->error_u_ft + b->error_u_ft, stated_lift = a->error_lift_ft + b->error_lift_ft;
+    double stated_u = a->error_u_ft + b->error_u_ft,
+           stated_lift = a->error_lift_ft + b->error_lift_ft;
     d.ratio_u = d.u_ft / (stated_u + STUDY_LEAST_FT);
     d.ratio_lift = d.lift_ft / (stated_lift + STUDY_LEAST_FT);
-    d.contradicts = d.verdict || d.u_ft > STUDY_MULTIPLE * stated_u + STUDY_PART * a->peak_u_ft + STUDY_LEAST_FT ||
-                    d.lift_ft > STUDY_MULTIPLE * stated_lift + STUDY_PART * a->max_lift_ft + STUDY_LEAST_FT;
+    d.contradicts =
+        d.verdict ||
+        d.u_ft > STUDY_MULTIPLE * stated_u + STUDY_PART * a->peak_u_ft + STUDY_LEAST_FT ||
+        d.lift_ft > STUDY_MULTIPLE * stated_lift + STUDY_PART * a->max_lift_ft + STUDY_LEAST_FT;
     return d;
 }

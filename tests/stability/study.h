@@ -1,4 +1,5 @@
-/* Study: one scene solved by `auto` and by others, each in a process of its own with a limit on its time. README.md. */
+/* Study: one scene solved by `auto` and by others, each in a process of its own with a limit on its
+ * time. README.md. */
 #ifndef MATRIG_TESTS_STABILITY_STUDY_H
 #define MATRIG_TESTS_STABILITY_STUDY_H
 
@@ -8,21 +9,38 @@
 #include "host/sim/sim.h"
 #include "tests/stability/draw.h"
 
-#define STUDY_MATS 16
-#define STUDY_MULTIPLE 10.0 /* of both error estimates together: beyond that, two answers contradict each other */
-#define STUDY_PART 1e-6     /* and of the largest movement (of the largest lift) */
+#define STUDY_MATS     16
+/* of both error estimates together: beyond that, two answers contradict each other */
+#define STUDY_MULTIPLE 10.0
+#define STUDY_PART     1e-6 /* and of the largest movement (of the largest lift) */
 #define STUDY_LEAST_FT 1e-9 /* and this */
 
-#define STUDY_TRUTH_RTOL 1e-11 /* of those that fixed is held against */
-#define STUDY_DOUBT 1.0        /* beyond so many stated errors another method is asked too */
+#define STUDY_TRUTH_RTOL    1e-11 /* of those that fixed is held against */
+#define STUDY_DOUBT         1.0   /* beyond so many stated errors another method is asked too */
 #define STUDY_FIXED_METHODS 3
 
-enum study_method { STUDY_AUTO, STUDY_EVENT, STUDY_IMPLICIT, STUDY_CVODE, STUDY_REFERENCE, STUDY_METHODS };
+enum study_method {
+    STUDY_AUTO,
+    STUDY_EVENT,
+    STUDY_IMPLICIT,
+    STUDY_CVODE,
+    STUDY_REFERENCE,
+    STUDY_METHODS
+};
 extern const char *const study_method_names[STUDY_METHODS];
 
 /* How a method ended; the first four are those of sim_status. */
-enum study_end { STUDY_OK, STUDY_UNSTABLE, STUDY_FOLDED, STUDY_UNDERFLOW, STUDY_SLOW, STUDY_CRASHED, STUDY_REFUSED,
-                 STUDY_NOT_RUN, STUDY_ENDS };
+enum study_end {
+    STUDY_OK,
+    STUDY_UNSTABLE,
+    STUDY_FOLDED,
+    STUDY_UNDERFLOW,
+    STUDY_SLOW,
+    STUDY_CRASHED,
+    STUDY_REFUSED,
+    STUDY_NOT_RUN,
+    STUDY_ENDS
+};
 extern const char *const study_end_names[STUDY_ENDS];
 
 struct study_answer {
@@ -51,16 +69,18 @@ struct study_limits {
     double auto_s, other_s; /* processor time */
 };
 
-/* Run `methods` of a scene as needed: auto; then others until one answers and agrees (all, when one contradicts or when
- * auto does not answer; when event was thought too slow it is given UMPIRE_S then, to say which of the two is alone); then, for every third scene, the reference of
- * tests/sim_reference when it is quick enough. `answers` has to be memory
- * shared between processes. */
+/* Run `methods` of a scene as needed: auto; then others until one answers and agrees (all, when one
+ * contradicts or when auto does not answer; when event was thought too slow it is given UMPIRE_S
+ * then, to say which of the two is alone); then, for every third scene, the reference of
+ * tests/sim_reference when it is quick enough. `answers` has to be memory shared between
+ * processes. */
 void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
                  struct study_answer *answers);
 
-/* The same for a landing with solver fixed: answers[0]; then event in answers[1]; and, where that does not answer or says
- * something else, implicit in answers[2]. */
-void study_fixed(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers);
+/* The same for a landing with solver fixed: answers[0]; then event in answers[1]; and, where that
+ * does not answer or says something else, implicit in answers[2]. */
+void study_fixed(const struct sim_scene *scene, const struct study_limits *limits,
+                 struct study_answer *answers);
 
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
                                       const struct study_answer *b);

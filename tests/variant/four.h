@@ -1,4 +1,5 @@
-/* A rig with transducers 1 to 4 alone, and no gages: what is not fitted is neither converted, told nor stored. */
+/* A rig with transducers 1 to 4 alone, and no gages: what is not fitted is neither converted, told
+ * nor stored. */
 #include "firmware/builtin.h"
 
 #undef BUILTIN_TRANSDUCERS

@@ -1,4 +1,5 @@
-/* Without the predictor: the same landing, and not a word, a warning, a page of memory or an instruction of it. */
+/* Without the predictor: the same landing, and not a word, a warning, a page of memory or an
+ * instruction of it. */
 #include "firmware/builtin.h"
 
 #undef BUILTIN_PREDICTOR

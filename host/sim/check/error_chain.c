@@ -8,17 +8,18 @@
 #include "host/sim/check/error_work.h"
 #include "host/sim/sim.h"
 
-#define PLANAR_WORK 1e6 /* mats times steps at the limit: more take the planar methods minutes */
+/* mats times steps at the limit: more take the planar methods minutes */
+#define PLANAR_WORK     1e6
 #define MARCH_EXPONENTS 3
-#define TARGET_FT 1e-7
+#define TARGET_FT       1e-7
 #define MARCH_MAT_STEPS 1.2e9 /* mats times steps of `fixed`: no finer */
-#define REPEATS 5
-#define REPEAT_MS 25.0 /* runs shorter than this are repeated */
-#define EVEN_TIMES 64
-#define RUNGS 15        /* a factor sqrt 2 apart */
-#define FIRST 0.97      /* of the stability limit */
-#define LEAST_STEPS 20.0
-#define MAT_STEPS 7e8 /* steps times mats of the longest run; it costs half as many again */
+#define REPEATS         5
+#define REPEAT_MS       25.0 /* runs shorter than this are repeated */
+#define EVEN_TIMES      64
+#define RUNGS           15   /* a factor sqrt 2 apart */
+#define FIRST           0.97 /* of the stability limit */
+#define LEAST_STEPS     20.0
+#define MAT_STEPS       7e8 /* steps times mats of the longest run; it costs half as many again */
 
 static bool has_grit(const struct sim_scene *scene)
 {
@@ -42,8 +43,8 @@ static struct sim_scene as_planar(const struct sim_scene *scene)
     return flat;
 }
 
-/* A result's outputs as a record. The scene's t_out are the even times and then what was asked for; the record brings
- * its own even times, which are the same. */
+/* A result's outputs as a record. The scene's t_out are the even times and then what was asked for;
+ * the record brings its own even times, which are the same. */
 static enum mr_status as_record(struct sim_record *record, const struct sim_result *result,
                                 const struct sim_scene *scene, struct error *error)
 {
@@ -61,8 +62,8 @@ static enum mr_status as_record(struct sim_record *record, const struct sim_resu
 }
 
 /* One answer of `fixed`. A run that fails its own check is no error: result->status says it. */
-static enum mr_status run_fixed(struct sim_result *result, const struct sim_scene *scene, double dt_s,
-                                struct error *error)
+static enum mr_status run_fixed(struct sim_result *result, const struct sim_scene *scene,
+                                double dt_s, struct error *error)
 {
     const struct sim_options options = {.solver = "fixed", .dt_s = dt_s};
     struct error failed = {0};
@@ -95,7 +96,9 @@ static enum mr_status measure(struct error_study *study, const struct sim_record
     }
     sim_record_free(&record);
     sim_result_free(&result);
-    for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK && error->status == MR_OK; i++) {
+    for (int i = 1;
+         i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK && error->status == MR_OK;
+         i++) {
         run_fixed(&result, scene, dt_s, error);
         run->ms = fmin(run->ms, result.pass_ms);
         sim_result_free(&result);
@@ -123,7 +126,8 @@ static enum mr_status over_steps(struct error_study *study, const struct sim_rec
 }
 
 /* The step limit is the solver's own word; an answer that is refused has it too. */
-static enum mr_status ask_limit(struct error_study *study, const struct sim_scene *scene, struct error *error)
+static enum mr_status ask_limit(struct error_study *study, const struct sim_scene *scene,
+                                struct error *error)
 {
     struct sim_result result;
     if (run_fixed(&result, scene, 1e6, error) == MR_OK)
@@ -150,17 +154,20 @@ static enum mr_status march(struct error_reference *reference, struct error_stud
             run_fixed(&result, scene, dt_s, error) == MR_OK && result.status == SIM_OK)
             as_record(&other, &result, scene, error);
         if (error->status == MR_OK && cost.stalled)
-            error_set(error, MR_NUMERICS, "no reference: %s: switches without end at %.9g s; give an earlier tend", name,
-                      cost.t_s);
+            error_set(error, MR_NUMERICS,
+                      "no reference: %s: switches without end at %.9g s; give an earlier tend",
+                      name, cost.t_s);
         if (error->status == MR_OK && result.status != SIM_OK)
-            error_set(error, MR_NUMERICS, "no reference: %s: fixed ends %s with steps of %.3g s; give an earlier tend",
+            error_set(error, MR_NUMERICS,
+                      "no reference: %s: fixed ends %s with steps of %.3g s; give an earlier tend",
                       name, sim_status_name(result.status), dt_s);
         if (error->status == MR_OK) {
             sim_record_free(&reference->record);
-            *reference = (struct error_reference){.found = true,
-                                                  .u_ft = sim_record_difference(&record, &other).u_ft,
-                                                  .rms_u_ft = error_rms_ft(&record, &other),
-                                                  .record = record};
+            *reference =
+                (struct error_reference){.found = true,
+                                         .u_ft = sim_record_difference(&record, &other).u_ft,
+                                         .rms_u_ft = error_rms_ft(&record, &other),
+                                         .record = record};
             record = (struct sim_record){0};
         }
         sim_record_free(&record);
@@ -171,23 +178,27 @@ static enum mr_status march(struct error_reference *reference, struct error_stud
     }
     if (error->status == MR_OK && reference->rms_u_ft > ERROR_LIMIT_RMS_FT)
         error_set(error, MR_NUMERICS,
-                  "no reference: %s: fixed and Runge-Kutta with located switches still differ by %.2g ft (rms) with "
+                  "no reference: %s: fixed and Runge-Kutta with located switches still differ by "
+                  "%.2g ft (rms) with "
                   "steps of %.3g s; give an earlier tend",
                   name, reference->rms_u_ft, dt_s);
     snprintf(study->method, sizeof study->method,
-             "classical Runge-Kutta with every switch located, steps of at most %.3g s; agrees with fixed at %.3g s",
+             "classical Runge-Kutta with every switch located, steps of at most %.3g s; agrees "
+             "with fixed at %.3g s",
              2.0 * dt_s, dt_s);
     return error->status;
 }
 
-enum mr_status error_study_chain(struct error_study *study, const struct sim_scene *scene, struct error *error)
+enum mr_status error_study_chain(struct error_study *study, const struct sim_scene *scene,
+                                 struct error *error)
 {
     struct sim_scene timed = *scene;
     struct error_reference reference = {0};
     size_t asked = scene->t_out_s.count;
     double *times_s = calloc(EVEN_TIMES + asked, sizeof *times_s);
     if (!times_s)
-        return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", EVEN_TIMES + asked);
+        return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer",
+                         EVEN_TIMES + asked);
     for (size_t i = 0; i < EVEN_TIMES; i++)
         times_s[i] = study->end_s * (double)(i + 1) / EVEN_TIMES;
     for (size_t i = 0; i < asked; i++)

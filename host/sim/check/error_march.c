@@ -9,11 +9,11 @@
 #include "host/sim/elements/span.h"
 #include "host/sim/scene/scene_keys.h"
 
-#define LOCATE_S 1e-9
-#define STALLS 20000
+#define LOCATE_S   1e-9
+#define STALLS     20000
 #define JOINT_SLOP 1e-13 /* ft or ft/s: rounding, not a switch */
-#define MAT_SLOP 1e-12   /* lb or ft/s */
-#define STAGES 4
+#define MAT_SLOP   1e-12 /* lb or ft/s */
+#define STAGES     4
 
 enum joint_mode { HOOKED, OPEN, HELD, YIELDING, PRESSED };
 
@@ -60,7 +60,8 @@ static double tension_lb(const struct march *g, int j, const double *u, const do
 static double thrust_lb(const struct march *g, double t_s, int mat)
 {
     double rate;
-    return g->span.mat < 0 ? 0.0 : span_thrust_lb(&g->span, g->scene->length_ft, t_s, mat - 1, &rate);
+    return g->span.mat < 0 ? 0.0
+                           : span_thrust_lb(&g->span, g->scene->length_ft, t_s, mat - 1, &rate);
 }
 
 static double limit_lb(const struct march *g, int mat)
@@ -95,10 +96,14 @@ static void step(struct march *g, double t_s, double h)
 {
     static const double part[STAGES] = {0.0, 0.5, 0.5, 1.0};
     const double *before_v = g->v;
-    memcpy(g->u_at + g->first - 1, g->u + g->first - 1, (size_t)(g->last - g->first + 3) * sizeof *g->u);
-    memcpy(g->v_at + g->first - 1, g->v + g->first - 1, (size_t)(g->last - g->first + 3) * sizeof *g->v);
-    memcpy(g->u_to + g->first - 1, g->u + g->first - 1, (size_t)(g->last - g->first + 3) * sizeof *g->u);
-    memcpy(g->v_to + g->first - 1, g->v + g->first - 1, (size_t)(g->last - g->first + 3) * sizeof *g->v);
+    memcpy(g->u_at + g->first - 1, g->u + g->first - 1,
+           (size_t)(g->last - g->first + 3) * sizeof *g->u);
+    memcpy(g->v_at + g->first - 1, g->v + g->first - 1,
+           (size_t)(g->last - g->first + 3) * sizeof *g->v);
+    memcpy(g->u_to + g->first - 1, g->u + g->first - 1,
+           (size_t)(g->last - g->first + 3) * sizeof *g->u);
+    memcpy(g->v_to + g->first - 1, g->v + g->first - 1,
+           (size_t)(g->last - g->first + 3) * sizeof *g->v);
     for (int i = 0; i < STAGES; i++) {
         double share = h * (i == 0 || i == 3 ? 1.0 : 2.0) / 6.0;
         double to = i < 3 ? h * part[i + 1] : 0.0;
@@ -113,7 +118,8 @@ static void step(struct march *g, double t_s, double h)
     }
 }
 
-/* Negative when the joint's mode does not fit. A mode can end in one of two ways; the nearer one counts. */
+/* Negative when the joint's mode does not fit. A mode can end in one of two ways; the nearer one
+ * counts. */
 static double joint_margin(const struct march *g, int j, const double *u, const double *v)
 {
     if (!transmits(g, j))
@@ -175,7 +181,8 @@ static void change_mat(struct march *g, double t_s, int n, const double *u, doub
     g->slide[n] = fabs(x) <= limit_lb(g, n) ? 0 : x > 0.0 ? 1 : -1;
 }
 
-/* When the first mode stops fitting, as if margins were straight between the start and h; INFINITY: all fit. */
+/* When the first mode stops fitting, as if margins were straight between the start and h; INFINITY:
+ * all fit. */
 static double first_miss_s(const struct march *g, double t_s, double h)
 {
     double first = INFINITY;
@@ -209,7 +216,8 @@ static void choose_range(struct march *g)
         }
     }
     if (g->span.mat >= 0) {
-        int left = g->span.mat, right = g->span.mat + 2; /* with shared thrust one of them has a part */
+        /* with shared thrust one of them has a part */
+        int left = g->span.mat, right = g->span.mat + 2;
         low = left < low ? left : low;
         high = right > high ? right : high;
     }
@@ -219,8 +227,8 @@ static void choose_range(struct march *g)
     g->last = high < g->mats ? high + 1 : g->mats;
 }
 
-
-/* Modes that do not fit the present state: after a switch, or a hop of the wheel, those of others may not. */
+/* Modes that do not fit the present state: after a switch, or a hop of the wheel, those of others
+ * may not. */
 static void settle(struct march *g, double t_s)
 {
     bool changed = true;
@@ -257,8 +265,10 @@ static double advance(struct march *g, double t_s, double h, bool *event)
     step(g, t_s, h);
     double miss = first_miss_s(g, t_s, h);
     *event = isfinite(miss);
-    for (int i = 0; isfinite(miss) && misses - fits > LOCATE_S && misses - miss > LOCATE_S && i < 60; i++) {
-        double at = i % 6 == 5 ? 0.5 * (fits + misses) : fmin(fmax(miss, fits) + 0.5 * LOCATE_S, misses);
+    for (int i = 0;
+         isfinite(miss) && misses - fits > LOCATE_S && misses - miss > LOCATE_S && i < 60; i++) {
+        double at = i % 6 == 5 ? 0.5 * (fits + misses)
+                               : fmin(fmax(miss, fits) + 0.5 * LOCATE_S, misses);
         step(g, t_s, at);
         double next = first_miss_s(g, t_s, at);
         if (isfinite(next)) {
@@ -266,7 +276,8 @@ static double advance(struct march *g, double t_s, double h, bool *event)
             miss = next;
         } else {
             fits = at;
-            miss = fmax(miss, fits + 0.05 * (misses - fits)); /* margins are curved: it is later than thought */
+            /* margins are curved: it is later than thought */
+            miss = fmax(miss, fits + 0.05 * (misses - fits));
         }
     }
     if (*event) {
@@ -287,7 +298,9 @@ static void start(struct march *g, int first_mat)
         g->gap0[j] = sim_scene_joint(&s->gap0_ft, j);
         g->grit_lb[j] = sim_scene_joint(&s->grit_lb, j);
         g->reach[j] = fmin(fmax(g->gap0[j], 0.0), g->slack_ft);
-        g->joint[j] = (signed char)(g->gap0[j] > g->slack_ft ? HOOKED : g->gap0[j] < 0.0 ? PRESSED : OPEN);
+        g->joint[j] = (signed char)(g->gap0[j] > g->slack_ft ? HOOKED
+                                    : g->gap0[j] < 0.0       ? PRESSED
+                                                             : OPEN);
     }
     g->first = 1;
     g->last = g->mats;
@@ -299,8 +312,8 @@ static void start(struct march *g, int first_mat)
         g->slide[pushed] = s->v0_ft_s > 0.0 ? 1 : -1;
 }
 
-static void run(struct march *g, const struct span_list *spans, struct sim_record *record, struct march_cost *cost,
-                double dt_s)
+static void run(struct march *g, const struct span_list *spans, struct sim_record *record,
+                struct march_cost *cost, double dt_s)
 {
     double t_s = 0.0;
     int stalls = 0;
@@ -335,8 +348,9 @@ static void run(struct march *g, const struct span_list *spans, struct sim_recor
 static enum mr_status make(struct march *g, const struct sim_scene *scene, struct error *error)
 {
     size_t length = (size_t)scene->mats + 3;
-    double **const arrays[] = {&g->u, &g->v, &g->u_to, &g->v_to, &g->u_at, &g->v_at, &g->a[0],
-                               &g->a[1], &g->a[2], &g->a[3], &g->reach, &g->gap0, &g->grit_lb};
+    double **const arrays[] = {&g->u,     &g->v,    &g->u_to,   &g->v_to, &g->u_at,
+                               &g->v_at,  &g->a[0], &g->a[1],   &g->a[2], &g->a[3],
+                               &g->reach, &g->gap0, &g->grit_lb};
     const size_t count = sizeof arrays / sizeof arrays[0];
     *g = (struct march){
         .scene = scene,
@@ -352,11 +366,14 @@ static enum mr_status make(struct march *g, const struct sim_scene *scene, struc
         .right_free = scene->right == SIM_FREE,
     };
     if (g->sticks && scene->friction_law != SIM_STICK)
-        return error_set(error, MR_USAGE, "no second method: %s: grit with this friction; give friction stick or none",
-                         scene->name[0] ? scene->name : "scene");
+        return error_set(
+            error, MR_USAGE,
+            "no second method: %s: grit with this friction; give friction stick or none",
+            scene->name[0] ? scene->name : "scene");
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++) {
         if (scene->element[i] != 0.0)
-            return error_set(error, MR_USAGE, "no second method: %s: %s in a chain with grit; leave one of them out",
+            return error_set(error, MR_USAGE,
+                             "no second method: %s: %s in a chain with grit; leave one of them out",
                              scene->name[0] ? scene->name : "scene", sim_element_keys[i]->name);
     }
     g->storage = calloc(count * length, sizeof *g->storage);
@@ -370,8 +387,8 @@ static enum mr_status make(struct march *g, const struct sim_scene *scene, struc
     return MR_OK;
 }
 
-enum mr_status march_run(struct sim_record *record, struct march_cost *cost, const struct sim_scene *scene, double dt_s,
-                        struct error *error)
+enum mr_status march_run(struct sim_record *record, struct march_cost *cost,
+                         const struct sim_scene *scene, double dt_s, struct error *error)
 {
     struct march g;
     struct span_list spans = {0};

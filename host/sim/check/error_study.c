@@ -10,22 +10,26 @@
 #include "host/sim/check/error_work.h"
 #include "host/sim/solvers/pass.h"
 
-#define TARGET_FT 1e-10    /* agreement that needs no further tightening, */
-#define TARGET_RTOL 1e-12  /* at a tolerance well below those that are judged: two errors can be alike by luck */
-#define LOOSEST_EXPONENT 3
-#define TIGHTEST_EXPONENT 9
-#define REPEAT_MS 25.0 /* runs shorter than this are repeated */
-#define REPEATS 5
-#define REFERENCE_MAT_STEPS 2e7 /* steps times mats beyond which the reference is not tightened further */
-#define TABLE_MAT_STEPS 6e7     /* the same of a run in the table, */
-#define TABLE_STEPS 30000       /* and these and */
-#define TABLE_STEPS_PER_MAT 700 /* these per mat */
-#define EXPLICIT_REACH 6.0 /* steps of `event` are at most about this over the fastest rate */
-#define RK4_REAL 2.785     /* where the negative real axis leaves the classical method's stability region */
-#define RK4_RUNGS 24       /* below the limit: */
-#define RK4_CLOSE 15       /* a fifth of an octave apart, close enough to see which of them hit by luck, then half of one */
-#define RK4_FIRST 0.97     /* of the limit */
-#define MAT_STEPS 6e7      /* steps times mats of the longest fixed-step run */
+#define TARGET_FT           1e-10 /* agreement that needs no further tightening, */
+/* at a tolerance well below those that are judged: two errors can be alike by luck */
+#define TARGET_RTOL         1e-12
+#define LOOSEST_EXPONENT    3
+#define TIGHTEST_EXPONENT   9
+#define REPEAT_MS           25.0 /* runs shorter than this are repeated */
+#define REPEATS             5
+/* steps times mats beyond which the reference is not tightened further */
+#define REFERENCE_MAT_STEPS 2e7
+#define TABLE_MAT_STEPS     6e7   /* the same of a run in the table, */
+#define TABLE_STEPS         30000 /* and these and */
+#define TABLE_STEPS_PER_MAT 700   /* these per mat */
+#define EXPLICIT_REACH      6.0 /* steps of `event` are at most about this over the fastest rate */
+/* where the negative real axis leaves the classical method's stability region */
+#define RK4_REAL            2.785
+#define RK4_RUNGS           24 /* below the limit: */
+/* a fifth of an octave apart, close enough to see which of them hit by luck, then half of one */
+#define RK4_CLOSE           15
+#define RK4_FIRST           0.97             /* of the limit */
+#define MAT_STEPS           6e7              /* steps times mats of the longest fixed-step run */
 static const double beyond[] = {1.12, 1.05}; /* of the limit */
 
 void error_note(struct error_study *study, const char *format, ...)
@@ -46,7 +50,9 @@ struct error_run *error_add(struct error_study *study)
     if (study->run_count == ERROR_RUNS_MAX)
         return NULL;
     struct error_run *run = &study->runs[study->run_count++];
-    *run = (struct error_run){.u_ft = (double)NAN, .rms_u_ft = (double)NAN, .lift_ft = (double)NAN,
+    *run = (struct error_run){.u_ft = (double)NAN,
+                              .rms_u_ft = (double)NAN,
+                              .lift_ft = (double)NAN,
                               .max_lift_ft = (double)NAN};
     return run;
 }
@@ -87,7 +93,8 @@ double error_rms_ft(const struct sim_record *a, const struct sim_record *b)
     return sqrt(sum / ((double)a->snapshot_count * a->mats));
 }
 
-static double lift_difference_ft(const struct pass_outcome *a, const struct sim_record *record, double max_lift_ft)
+static double lift_difference_ft(const struct pass_outcome *a, const struct sim_record *record,
+                                 double max_lift_ft)
 {
     return fmax(sim_record_lift_difference(&a->record, record), fabs(a->max_lift_ft - max_lift_ft));
 }
@@ -119,11 +126,12 @@ static uint64_t reference_steps(const struct sim_scene *scene)
     return 200000 + 20000 * (uint64_t)scene->mats;
 }
 
-/* One pair of methods, tightened until they agree; the best pair stays in the reference. `failed` says which method
- * did not get through when no pair came about. */
-static enum mr_status tighten(struct error_reference *reference, const struct stepper_kind *const pair[2],
-                              const struct sim_scene *scene, struct pass_outcome *failed, const char **failed_name,
-                              struct error *error)
+/* One pair of methods, tightened until they agree; the best pair stays in the reference. `failed`
+ * says which method did not get through when no pair came about. */
+static enum mr_status tighten(struct error_reference *reference,
+                              const struct stepper_kind *const pair[2],
+                              const struct sim_scene *scene, struct pass_outcome *failed,
+                              const char **failed_name, struct error *error)
 {
     static const double rtols[] = {1e-9, 1e-12, 1e-13};
     struct pass_outcome both[2];
@@ -144,12 +152,15 @@ static enum mr_status tighten(struct error_reference *reference, const struct st
         }
         double u = sim_record_difference(&both[0].record, &both[1].record).u_ft;
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
-        double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) * scene->mats;
+        double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
+                           scene->mats;
         /* the tighter pair, unless it is clearly worse */
-        if (!reference->found || fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
+        if (!reference->found ||
+            fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             double rms = error_rms_ft(&both[0].record, &both[1].record);
             sim_record_free(&reference->record);
-            *reference = (struct error_reference){true, rtol, u, lift, rms, both[0].max_lift_ft, both[0].record};
+            *reference = (struct error_reference){
+                true, rtol, u, lift, rms, both[0].max_lift_ft, both[0].record};
             both[0].record = (struct sim_record){0};
         }
         pass_free(&both[0]);
@@ -161,14 +172,15 @@ static enum mr_status tighten(struct error_reference *reference, const struct st
     return MR_OK;
 }
 
-static enum mr_status refuse_failed(const struct sim_scene *scene, const char *name, const struct pass_outcome *failed,
-                                    struct error *error)
+static enum mr_status refuse_failed(const struct sim_scene *scene, const char *name,
+                                    const struct pass_outcome *failed, struct error *error)
 {
     return error_set(error, MR_NUMERICS,
-                     "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an earlier tend or "
+                     "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an "
+                     "earlier tend or "
                      "another scene",
-                     scene->name[0] ? scene->name : "scene", name, sim_status_name(failed->status), failed->mat,
-                     failed->t_s);
+                     scene->name[0] ? scene->name : "scene", name, sim_status_name(failed->status),
+                     failed->mat, failed->t_s);
 }
 
 enum mr_status error_reference_planar(struct error_reference *reference, struct error_study *study,
@@ -196,19 +208,21 @@ enum mr_status error_reference_planar(struct error_reference *reference, struct 
         return refuse_failed(scene, name ? name : "event", &failed, error);
     if (reference->u_ft > ERROR_LIMIT_U_FT || reference->lift_ft > ERROR_LIMIT_LIFT_FT)
         return error_set(error, MR_NUMERICS,
-                         "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft (lift) at rtol %g; give "
+                         "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft "
+                         "(lift) at rtol %g; give "
                          "an earlier tend or another scene",
-                         scene->name[0] ? scene->name : "scene", pair[0]->name, pair[1]->name, reference->u_ft,
-                         reference->lift_ft, reference->rtol);
-    snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)", pair[0]->name,
-             pair[0]->method, reference->rtol, pair[1]->name, pair[1]->method);
+                         scene->name[0] ? scene->name : "scene", pair[0]->name, pair[1]->name,
+                         reference->u_ft, reference->lift_ft, reference->rtol);
+    snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
+             pair[0]->name, pair[0]->method, reference->rtol, pair[1]->name, pair[1]->method);
     return MR_OK;
 }
 
 /* ---- runs of the planar models ---- */
 
 static enum mr_status measure(struct error_study *study, const struct error_reference *reference,
-                              const struct sim_scene *scene, const struct pass_request *request, struct error *error)
+                              const struct sim_scene *scene, const struct pass_request *request,
+                              struct error *error)
 {
     struct pass_outcome outcome;
     struct error_run *run = error_add(study);
@@ -230,8 +244,8 @@ static enum mr_status measure(struct error_study *study, const struct error_refe
         run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
         run->max_lift_ft = outcome.max_lift_ft;
     } else if (outcome.steps > request->most_steps / 2) {
-        error_note(study, "%s at rtol %g was given up after %llu steps, at %.4g s", run->solver, run->rtol,
-                   (unsigned long long)outcome.steps, outcome.t_s);
+        error_note(study, "%s at rtol %g was given up after %llu steps, at %.4g s", run->solver,
+                   run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
     }
     pass_free(&outcome);
     for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
@@ -242,11 +256,13 @@ static enum mr_status measure(struct error_study *study, const struct error_refe
     return error->status;
 }
 
-static enum mr_status over_tolerances(struct error_study *study, const struct error_reference *reference,
-                                      const struct sim_scene *scene, const struct stepper_kind *kind,
-                                      struct error *error)
+static enum mr_status over_tolerances(struct error_study *study,
+                                      const struct error_reference *reference,
+                                      const struct sim_scene *scene,
+                                      const struct stepper_kind *kind, struct error *error)
 {
-    double most = fmin(TABLE_STEPS + TABLE_STEPS_PER_MAT * scene->mats, fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
+    double most = fmin(TABLE_STEPS + TABLE_STEPS_PER_MAT * scene->mats,
+                       fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
     for (int e = LOOSEST_EXPONENT; e <= TIGHTEST_EXPONENT; e++) {
         const struct pass_request request = {kind, pow(10.0, -e), 0.0, (uint64_t)most, 0};
         if (measure(study, reference, scene, &request, error) != MR_OK)
@@ -254,7 +270,8 @@ static enum mr_status over_tolerances(struct error_study *study, const struct er
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
             run->steps > request.most_steps / 2 && e < TIGHTEST_EXPONENT) {
-            error_note(study, "%s: tolerances below %g left out: they need more steps still", kind->name, run->rtol);
+            error_note(study, "%s: tolerances below %g left out: they need more steps still",
+                       kind->name, run->rtol);
             break;
         }
     }
@@ -273,7 +290,8 @@ static enum mr_status over_steps(struct error_study *study, const struct error_r
     double least_s = end_s * scene->mats / MAT_STEPS;
     double first_s = RK4_FIRST * fmin(limit_s, end_s / 20.0);
     if (first_s < least_s) {
-        error_note(study, "rk4 left out: its stability limit of %.3g s asks for %.3g steps", limit_s, end_s / limit_s);
+        error_note(study, "rk4 left out: its stability limit of %.3g s asks for %.3g steps",
+                   limit_s, end_s / limit_s);
         return MR_OK;
     }
     for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / 20.0; i++) {
@@ -282,7 +300,8 @@ static enum mr_status over_steps(struct error_study *study, const struct error_r
             return error->status;
     }
     for (int k = 0; k < RK4_RUNGS; k++) {
-        const struct pass_request request = {&stepper_rk4, 0.0, first_s * pow(2.0, -octaves(k)), UINT64_MAX, 0};
+        const struct pass_request request = {&stepper_rk4, 0.0, first_s * pow(2.0, -octaves(k)),
+                                             UINT64_MAX, 0};
         if (request.dt_s < least_s) {
             error_note(study, "rk4: steps below %.3g s left out", least_s);
             break;
@@ -293,10 +312,11 @@ static enum mr_status over_steps(struct error_study *study, const struct error_r
     return MR_OK;
 }
 
-static enum mr_status planar(struct error_study *study, const struct sim_scene *scene, struct error *error)
+static enum mr_status planar(struct error_study *study, const struct sim_scene *scene,
+                             struct error *error)
 {
-    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit, &stepper_cvode,
-                                                       &stepper_rkgs, &stepper_hamming};
+    static const struct stepper_kind *const kinds[] = {
+        &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rkgs, &stepper_hamming};
     struct error_reference reference;
     double rate = 0.0;
     if (error_reference_planar(&reference, study, scene, error) == MR_OK &&
@@ -321,7 +341,8 @@ void error_study_take(struct error_study *study, const struct error_reference *r
     study->max_lift_ft = reference->max_lift_ft;
 }
 
-enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene, struct error *error)
+enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
+                               struct error *error)
 {
     *study = (struct error_study){.lifts = scene->model != SIM_CHAIN};
     if (sim_scene_check(scene, scene->name[0] ? scene->name : "scene", error) != MR_OK)

@@ -1,19 +1,21 @@
-/* Error study: what each solver's answer to a scene is worth and what it costs, against a reference that two different
- * methods agree on.
+/* Error study: what each solver's answer to a scene is worth and what it costs, against a reference
+ * that two different methods agree on.
  *
- * Every run is a single pass, without the second one that checks an answer (planar.h), at tolerances a decade apart or
- * steps a factor sqrt 2 apart. Errors are largest differences to the reference over all mats at 64 even times and t_out
- * (u), and over the same times and the run's largest lift (lift). A run's time is the processor time of its pass, the
- * least of up to five; of `fixed`, which has no single pass to call, the wall clock time that it states.
+ * Every run is a single pass, without the second one that checks an answer (planar.h), at
+ * tolerances a decade apart or steps a factor sqrt 2 apart. Errors are largest differences to the
+ * reference over all mats at 64 even times and t_out (u), and over the same times and the run's
+ * largest lift (lift). A run's time is the processor time of its pass, the least of up to five; of
+ * `fixed`, which has no single pass to call, the wall clock time that it states.
  *
- * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly implicit one of order
- * 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when they do not agree to 1e-10 ft yet. Where the
- * explicit one gets stuck, `implicit` and `cvode`.
- * Chain: the same two on the report model with flat mats, whose horizontal equations are the chain's. Chain with grit,
- * which the planar models do not have, or too long for them: Runge-Kutta with located switches (error_march.h) and
- * `fixed` at a fine step; the former is the reference. On a runway whether a joint's grit gives way can hang on
- * rounding, so single mats differ at any step: there the rms over mats and times is what has to agree.
- * When the two differ by more than the limits below there is no reference and no table: MR_NUMERICS.
+ * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly
+ * implicit one of order 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when
+ * they do not agree to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`.
+ * Chain: the same two on the report model with flat mats, whose horizontal equations are the
+ * chain's. Chain with grit, which the planar models do not have, or too long for them: Runge-Kutta
+ * with located switches (error_march.h) and `fixed` at a fine step; the former is the reference. On
+ * a runway whether a joint's grit gives way can hang on rounding, so single mats differ at any
+ * step: there the rms over mats and times is what has to agree. When the two differ by more than
+ * the limits below there is no reference and no table: MR_NUMERICS.
  *
  * Units ft, s; run times in ms. */
 #ifndef MATRIG_HOST_SIM_CHECK_ERROR_STUDY_H
@@ -22,13 +24,14 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-#define ERROR_RUNS_MAX 96
-#define ERROR_ORDERS_MAX 16
-#define ERROR_NOTES_MAX 8
-#define ERROR_LIMIT_U_FT 1e-6    /* more disagreement about u: no reference */
+#define ERROR_RUNS_MAX      96
+#define ERROR_ORDERS_MAX    16
+#define ERROR_NOTES_MAX     8
+#define ERROR_LIMIT_U_FT    1e-6 /* more disagreement about u: no reference */
 #define ERROR_LIMIT_LIFT_FT 1e-5 /* the same about lift */
-#define ERROR_LIMIT_RMS_FT 1e-4  /* a chain by error_march.h: more rms disagreement about u */
-#define ERROR_FLOOR 2.0          /* errors below this many times the disagreement are not told from it */
+#define ERROR_LIMIT_RMS_FT  1e-4 /* a chain by error_march.h: more rms disagreement about u */
+/* errors below this many times the disagreement are not told from it */
+#define ERROR_FLOOR         2.0
 
 struct error_run {
     const char *solver; /* static text */
@@ -45,8 +48,9 @@ struct error_run {
     bool beyond;          /* fixed step beyond the stability limit: sim_run would have refused it */
 };
 
-/* Least-squares slope of log error, over the runs within the stability limit whose error is between ten times the
- * reference's disagreement (and what rounding can sum up to) and a tenth of the largest value. */
+/* Least-squares slope of log error, over the runs within the stability limit whose error is between
+ * ten times the reference's disagreement (and what rounding can sum up to) and a tenth of the
+ * largest value. */
 struct error_slope {
     double slope;
     double scatter;  /* rms of what the line misses, in decades */
@@ -68,8 +72,8 @@ struct error_study {
     double agreement_u_ft, agreement_lift_ft, agreement_rms_u_ft;
     double peak_u_ft, max_lift_ft; /* of the reference */
     double end_s;
-    double dt_limit_s; /* of the fixed-step solver */
-    bool lifts;        /* the model has heights */
+    double dt_limit_s;                     /* of the fixed-step solver */
+    bool lifts;                            /* the model has heights */
     struct error_run runs[ERROR_RUNS_MAX]; /* by solver, coarse to fine */
     size_t run_count;
     struct error_order orders[ERROR_ORDERS_MAX];
@@ -81,17 +85,20 @@ struct error_study {
 extern const double error_levels_ft[];
 extern const size_t error_level_count;
 
-/* MR_OK: the study is complete. MR_NUMERICS: the references failed or disagree. Else what sim_run says of a wrong scene.
- * The scene is only read. Nothing to free. */
-enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene, struct error *error);
+/* MR_OK: the study is complete. MR_NUMERICS: the references failed or disagree. Else what sim_run
+ * says of a wrong scene. The scene is only read. Nothing to free. */
+enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
+                               struct error *error);
 
-/* Error by which run i is judged, of lift or, when the model has none, of u: its own; of a fixed step the worst of it
- * and both neighbours, because such an error can be small by luck. NaN: failed, beyond the limit, or no neighbour. */
+/* Error by which run i is judged, of lift or, when the model has none, of u: its own; of a fixed
+ * step the worst of it and both neighbours, because such an error can be small by luck. NaN:
+ * failed, beyond the limit, or no neighbour. */
 double error_study_judged_ft(const struct error_study *study, size_t i);
 
-/* The cheapest run of `solver` (NULL: of any) that is judged to be within level_ft. NULL: none, or the level is below
- * what the reference can tell. */
-const struct error_run *error_study_cheapest(const struct error_study *study, const char *solver, double level_ft);
+/* The cheapest run of `solver` (NULL: of any) that is judged to be within level_ft. NULL: none, or
+ * the level is below what the reference can tell. */
+const struct error_run *error_study_cheapest(const struct error_study *study, const char *solver,
+                                             double level_ft);
 
 /* The names of the solvers in the study, in order; returns how many, at most `room`. */
 size_t error_study_solvers(const struct error_study *study, const char **names, size_t room);

@@ -24,11 +24,13 @@ double error_rms_ft(const struct sim_record *a, const struct sim_record *b);
 void error_study_take(struct error_study *study, const struct error_reference *reference);
 
 /* The whole study of a chain. */
-enum mr_status error_study_chain(struct error_study *study, const struct sim_scene *scene, struct error *error);
+enum mr_status error_study_chain(struct error_study *study, const struct sim_scene *scene,
+                                 struct error *error);
 
 /* A new run, failed until filled in; NULL when there is no room. */
 struct error_run *error_add(struct error_study *study);
 
-void error_note(struct error_study *study, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void error_note(struct error_study *study, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 #endif

@@ -8,34 +8,40 @@
 #include "host/sim/check/predictor_cost.h"
 #include "host/sim/sim.h"
 
-#define MATS 420
-#define JOINTS (MATS + 1)
-#define MAT_FT (2.0 / 7.0)
-#define MAT_LB 0.466
-#define G_FT_S2 32.174
+#define MATS            420
+#define JOINTS          (MATS + 1)
+#define MAT_FT          (2.0 / 7.0)
+#define MAT_LB          0.466
+#define G_FT_S2         32.174
 #define THRUST_LB_PER_G (1300.0 / 12.0)
-#define SLACK_FT 0.0025
-#define TOUCHDOWN_FT 3.0
-#define STATIONS 42 /* every tenth mat */
-#define FINE_S 2.5e-5
-#define NODE_S 1e-3
-#define NODES_MAX 12000
-#define AFTER_STOP_S 0.2
-#define CLOCK_HZ 168e6
-#define SEED 6u
+#define SLACK_FT        0.0025
+#define TOUCHDOWN_FT    3.0
+#define STATIONS        42 /* every tenth mat */
+#define FINE_S          2.5e-5
+#define NODE_S          1e-3
+#define NODES_MAX       12000
+#define AFTER_STOP_S    0.2
+#define CLOCK_HZ        168e6
+#define SEED            6u
 
 static const struct {
     double speed_ft_s, from_ft_s2, to_ft_s2;
-} landings[PREDICTOR_STUDY_LANDINGS] = {{28.0, 4.0, 4.0}, {28.0, 4.0, 4.0}, {28.0, 4.3, 4.3}, {28.0, 4.6, 4.6}, {35.5, 6.6, 9.2}};
+} landings[PREDICTOR_STUDY_LANDINGS] = {
+    {28.0, 4.0, 4.0}, {28.0, 4.0, 4.0}, {28.0, 4.3, 4.3}, {28.0, 4.6, 4.6}, {35.5, 6.6, 9.2}};
 
 static const struct {
     const char *name;
     enum mr_predictor_level level;
     double step_s;
-} variants[] = {{"full, 0.05 ms", MR_PREDICTOR_FULL, 5e-5}, {"full, 0.1 ms", MR_PREDICTOR_FULL, 1e-4}, {"full, 0.125 ms", MR_PREDICTOR_FULL, 1.25e-4},
-                {"full, 0.167 ms", MR_PREDICTOR_FULL, 1e-3 / 6.0}, {"full, 0.185 ms", MR_PREDICTOR_FULL, 1.85e-4},
-                {"full, 0.2 ms", MR_PREDICTOR_FULL, 2e-4}, {"two in one", MR_PREDICTOR_TWO, 1e-3 / 6.0},
-                {"four in one", MR_PREDICTOR_FOUR, 1e-3 / 6.0}, {"plough", MR_PREDICTOR_PLOUGH, 1e-3 / 6.0}};
+} variants[] = {{"full, 0.05 ms", MR_PREDICTOR_FULL, 5e-5},
+                {"full, 0.1 ms", MR_PREDICTOR_FULL, 1e-4},
+                {"full, 0.125 ms", MR_PREDICTOR_FULL, 1.25e-4},
+                {"full, 0.167 ms", MR_PREDICTOR_FULL, 1e-3 / 6.0},
+                {"full, 0.185 ms", MR_PREDICTOR_FULL, 1.85e-4},
+                {"full, 0.2 ms", MR_PREDICTOR_FULL, 2e-4},
+                {"two in one", MR_PREDICTOR_TWO, 1e-3 / 6.0},
+                {"four in one", MR_PREDICTOR_FOUR, 1e-3 / 6.0},
+                {"plough", MR_PREDICTOR_PLOUGH, 1e-3 / 6.0}};
 
 /* The wheel by millisecond. */
 struct gear {
@@ -63,7 +69,8 @@ static void drive(struct gear *gear, size_t k)
     double x = TOUCHDOWN_FT, v = landings[k].speed_ft_s;
     for (gear->nodes = 0; gear->nodes < NODES_MAX; gear->nodes++) {
         double t_s = NODE_S * (double)gear->nodes;
-        double a = landings[k].from_ft_s2 + (landings[k].to_ft_s2 - landings[k].from_ft_s2) * fmin(fmax((t_s - 1.2) / 2.4, 0.0), 1.0);
+        double a = landings[k].from_ft_s2 + (landings[k].to_ft_s2 - landings[k].from_ft_s2) *
+                                                fmin(fmax((t_s - 1.2) / 2.4, 0.0), 1.0);
         gear->x_ft[gear->nodes] = x;
         gear->v_ft_s[gear->nodes] = v;
         gear->a_ft_s2[gear->nodes] = a;
@@ -76,15 +83,18 @@ static void drive(struct gear *gear, size_t k)
     }
 }
 
-static enum mr_status find_truth(struct runway *runway, const struct gear *gear, struct error *error)
+static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
+                                 struct error *error)
 {
     static struct sim_path_row rows[NODES_MAX / 5 + 2];
     static double stations_ft[STATIONS];
     struct sim_scene scene;
     size_t count = 0;
     for (size_t i = 0; i + 1 < gear->nodes; i += 5)
-        rows[count++] = (struct sim_path_row){NODE_S * (double)i, gear->x_ft[i], THRUST_LB_PER_G * gear->a_ft_s2[i] / G_FT_S2};
-    rows[count++] = (struct sim_path_row){NODE_S * (double)(gear->nodes - 1), gear->x_ft[gear->nodes - 1], 0.0};
+        rows[count++] = (struct sim_path_row){NODE_S * (double)i, gear->x_ft[i],
+                                              THRUST_LB_PER_G * gear->a_ft_s2[i] / G_FT_S2};
+    rows[count++] = (struct sim_path_row){NODE_S * (double)(gear->nodes - 1),
+                                          gear->x_ft[gear->nodes - 1], 0.0};
     for (unsigned i = 0; i < STATIONS; i++)
         stations_ft[i] = 10.0 * i * MAT_FT;
     sim_scene_defaults(&scene);
@@ -99,7 +109,10 @@ static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
     scene.left = scene.right = SIM_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = AFTER_STOP_S;
-    const struct sim_options options = {.dt_s = FINE_S, .rtol = 0.5, .sample_dt_s = NODE_S, .station_ft = stations_ft,
+    const struct sim_options options = {.dt_s = FINE_S,
+                                        .rtol = 0.5,
+                                        .sample_dt_s = NODE_S,
+                                        .station_ft = stations_ft,
                                         .station_count = STATIONS};
     enum mr_status status = sim_scene_set_list(&scene.gap0_ft, runway->gap_ft, JOINTS, error);
     if (status == MR_OK)
@@ -118,12 +131,21 @@ static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
 
 static struct mr_predictor_config rig(const struct predictor_variant *variant, bool transducers)
 {
-    struct mr_predictor_config config = {
-        .chain = {.mats = MATS, .mat_length_ft = (float)MAT_FT, .mass_slug = (float)(MAT_LB / G_FT_S2),
-                  .friction_lb = (float)(0.5 * MAT_LB), .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f, .slack_ft = (float)SLACK_FT,
-                  .step_s = (float)variant->step_s},
-        .grit_lb = 10.0f, .thrust_lb_per_g = (float)THRUST_LB_PER_G, .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
-        .mat_weight_lb = (float)MAT_LB, .updates_per_block = 1u << 20, .level = (enum mr_predictor_level)variant->level};
+    struct mr_predictor_config config = {.chain = {.mats = MATS,
+                                                   .mat_length_ft = (float)MAT_FT,
+                                                   .mass_slug = (float)(MAT_LB / G_FT_S2),
+                                                   .friction_lb = (float)(0.5 * MAT_LB),
+                                                   .kl_lb_ft = 2.9e5f,
+                                                   .cl_lb_s_ft = 5.0f,
+                                                   .slack_ft = (float)SLACK_FT,
+                                                   .step_s = (float)variant->step_s},
+                                         .grit_lb = 10.0f,
+                                         .thrust_lb_per_g = (float)THRUST_LB_PER_G,
+                                         .deceleration_ft_s2 = 5.0f,
+                                         .bump_ft = 0.0036f,
+                                         .mat_weight_lb = (float)MAT_LB,
+                                         .updates_per_block = 1u << 20,
+                                         .level = (enum mr_predictor_level)variant->level};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         config.station_ft[i] = transducers ? 40.0f + 10.0f * (float)i : NAN;
     return config;
@@ -138,8 +160,8 @@ static double true_in(const struct sim_result *truth, size_t ms, double station_
     return 12.0 * (u_ft[k] + (at - (double)k) * (u_ft[next] - u_ft[k]));
 }
 
-static void play(struct mr_predictor *p, const struct gear *gear, const struct sim_result *truth, bool transducers,
-                 struct predictor_error *off, struct predictor_run *cost)
+static void play(struct mr_predictor *p, const struct gear *gear, const struct sim_result *truth,
+                 bool transducers, struct predictor_error *off, struct predictor_run *cost)
 {
     static double cycles[NODES_MAX + 1000];
     double sum = 0.0;
@@ -149,14 +171,19 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
     mr_predictor_arm(p);
     for (size_t ms = 0; ms < blocks; ms++) {
         size_t at = ms < gear->nodes ? ms : gear->nodes - 1;
-        struct mr_predictor_input input = {.wheel_ft = (float)gear->x_ft[at], .speed_ft_s = (float)gear->v_ft_s[at],
-                                           .deceleration_ft_s2 = (float)gear->a_ft_s2[at], .braking_known = true, .on_runway = true};
+        struct mr_predictor_input input = {.wheel_ft = (float)gear->x_ft[at],
+                                           .speed_ft_s = (float)gear->v_ft_s[at],
+                                           .deceleration_ft_s2 = (float)gear->a_ft_s2[at],
+                                           .braking_known = true,
+                                           .on_runway = true};
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-            input.displacement_in[i] = transducers ? (float)true_in(truth, ms, 40.0 + 10.0 * i) : NAN;
+            input.displacement_in[i] = transducers ? (float)true_in(truth, ms, 40.0 + 10.0 * i)
+                                                   : NAN;
         mr_predictor_block(p, &input);
         cycles[ms + 1] = PREDICTOR_CYCLES((double)p->updates, (double)p->visits, (double)(ms + 1));
         for (unsigned i = 0; i < STATIONS; i++) {
-            double off_in = 12.0 * ((double)mr_chain_displacement_ft(&p->chain, 10u * i + 1u) - truth->sample_u_ft[(ms + 1) * STATIONS + i]);
+            double off_in = 12.0 * ((double)mr_chain_displacement_ft(&p->chain, 10u * i + 1u) -
+                                    truth->sample_u_ft[(ms + 1) * STATIONS + i]);
             sum += off_in * off_in;
             off->most_in = fmax(off->most_in, fabs(off_in));
         }
@@ -171,7 +198,8 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
         cost->share = fmax(cost->share, (cycles[ms] - cycles[ms - 1000]) / CLOCK_HZ);
 }
 
-static void play_both(struct bench *bench, struct predictor_variant *variant, struct mr_predictor_state *kept, size_t landing)
+static void play_both(struct bench *bench, struct predictor_variant *variant,
+                      struct mr_predictor_state *kept, size_t landing)
 {
     struct mr_predictor *p = &bench->predictor;
     struct mr_predictor_config config = rig(variant, false);
@@ -210,7 +238,8 @@ static void prepare(struct predictor_study *study, struct bench *bench)
     *study = (struct predictor_study){.count = sizeof variants / sizeof variants[0]};
     for (size_t i = 0; i < study->count; i++) {
         struct predictor_variant *variant = &study->variant[i];
-        *variant = (struct predictor_variant){.name = variants[i].name, .level = variants[i].level, .step_s = variants[i].step_s};
+        *variant = (struct predictor_variant){
+            .name = variants[i].name, .level = variants[i].level, .step_s = variants[i].step_s};
         config = rig(variant, false);
         variant->refused = mr_predictor_start(&bench->predictor, &config) != MR_OK;
         study->step_limit_s = (double)(MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(&config.chain));

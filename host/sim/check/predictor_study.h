@@ -1,12 +1,15 @@
-/* The onboard predictor (common/predictor.h) at several costs: error against the chain in double precision at 25 us, and cycles on the
- * board, over the five landings of the standard series (28 ft/s at 4, 4, 4.3, 4.6 ft/s2; 35.5 ft/s at 6.6 to 9.2).
+/* The onboard predictor (common/predictor.h) at several costs: error against the chain in double
+ * precision at 25 us, and cycles on the board, over the five landings of the standard series (28
+ * ft/s at 4, 4, 4.3, 4.6 ft/s2; 35.5 ft/s at 6.6 to 9.2).
  *
- * Two runways. `own`: openings and closing resistances are the ones that the predictor assumes, each landing begins with the fine
- * chain's openings, no transducers: what its step, its single precision and its grouping do. `other`: a runway of other openings
- * and resistances, of which it knows a survey before the first landing and eight transducers at 40 to 110 ft; it carries its own
+ * Two runways. `own`: openings and closing resistances are the ones that the predictor assumes,
+ * each landing begins with the fine chain's openings, no transducers: what its step, its single
+ * precision and its grouping do. `other`: a runway of other openings and resistances, of which it
+ * knows a survey before the first landing and eight transducers at 40 to 110 ft; it carries its own
  * state: what a rig would see.
  *
- * Cycles: what the predictor counts times the instructions measured on the emulated board (predictor_cost.h). Units in, s. */
+ * Cycles: what the predictor counts times the instructions measured on the emulated board
+ * (predictor_cost.h). Units in, s. */
 #ifndef MATRIG_HOST_SIM_CHECK_PREDICTOR_STUDY_H
 #define MATRIG_HOST_SIM_CHECK_PREDICTOR_STUDY_H
 
@@ -17,7 +20,7 @@
 
 #define PREDICTOR_STUDY_LANDINGS 5
 #define PREDICTOR_STUDY_VARIANTS 10
-#define PREDICTOR_STUDY_LIMIT 0.60 /* of 168 MHz, over any second */
+#define PREDICTOR_STUDY_LIMIT    0.60 /* of 168 MHz, over any second */
 
 struct predictor_error {
     double rms_in, most_in; /* of u, over every tenth mat and all milliseconds */
@@ -39,7 +42,7 @@ struct predictor_variant {
 };
 
 struct predictor_study {
-    double step_limit_s; /* what a step must not exceed */
+    double step_limit_s;                      /* what a step must not exceed */
     double peak_in[PREDICTOR_STUDY_LANDINGS]; /* largest true movement, `other` */
     size_t count;
     struct predictor_variant variant[PREDICTOR_STUDY_VARIANTS];

@@ -1,12 +1,14 @@
-/* Element: a force on single mats along the runway that depends on how a mat moves. One file per element and one row in table.h: the
- * scene reads its key, every engine adds its force, and the step limits, the window of mats that are integrated and the Jacobians
- * follow. What a scene does not have costs one test per evaluation of all mats.
+/* Element: a force on single mats along the runway that depends on how a mat moves. One file per
+ * element and one row in table.h: the scene reads its key, every engine adds its force, and the
+ * step limits, the window of mats that are integrated and the Jacobians follow. What a scene does
+ * not have costs one test per evaluation of all mats.
  *
- * Laws that every scene needs (joint.h, hinge.h, soil.h, friction.h) and the modifications with their memory (mods.h) are not in
- * the table: they are inlined, or called, where engines have their loops. law.h says what all of them have in common.
+ * Laws that every scene needs (joint.h, hinge.h, soil.h, friction.h) and the modifications with
+ * their memory (mods.h) are not in the table: they are inlined, or called, where engines have their
+ * loops. law.h says what all of them have in common.
  *
- * An element has no state but its parameter. Engines of fixed steps integrate it exactly where it is linear in the speed
- * (element_kick), so it sets them no step limit. Units ft, lb, s, slug. */
+ * An element has no state but its parameter. Engines of fixed steps integrate it exactly where it
+ * is linear in the speed (element_kick), so it sets them no step limit. Units ft, lb, s, slug. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 #define MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 
@@ -32,11 +34,14 @@ struct element_mat {
 /* `value` is the element's parameter, above 0. */
 struct element {
     struct sim_key key; /* its field is ELEMENT_FIELD(name); 0 is its default and means absent */
-    double (*force_lb)(double value, struct element_mat mat);      /* downfield positive */
-    double (*slope_lb_s_ft)(double value, struct element_mat mat); /* of the force by the mat's speed: Jacobian; never above 0 */
-    double (*steepest_lb_s_ft)(double value); /* largest -slope that any state has: the bound of its rate, times the mass */
-    double (*push_at_rest_lb)(double value);  /* most that it pushes a mat at rest with: what eats up the margin by which friction
-                                                 holds the mat. 0: a mat at rest may be left out of a scene */
+    double (*force_lb)(double value, struct element_mat mat); /* downfield positive */
+    /* of the force by the mat's speed: Jacobian; never above 0 */
+    double (*slope_lb_s_ft)(double value, struct element_mat mat);
+    /* largest -slope that any state has: the bound of its rate, times the mass */
+    double (*steepest_lb_s_ft)(double value);
+    /* most that it pushes a mat at rest with: what eats up the margin by which friction holds the
+     * mat. 0: a mat at rest may be left out of a scene */
+    double (*push_at_rest_lb)(double value);
     void (*describe)(double value, struct sim_result *result); /* for people */
 };
 
@@ -59,12 +64,14 @@ struct law_bound element_bound(const struct element_set *set, double mass_slug);
 bool element_rests(const struct element_set *set);
 void element_describe(const struct element_set *set, struct sim_result *result);
 
-/* A step of h_s under forces x that are constant otherwise: first the speed is multiplied by `keep`, then x + push_lb acts for
- * as_if_s. So dry friction over the rest of the step stays exact too: v = keep v + as_if_s/m (x + push_lb), with keep = exp(-k),
- * as_if_s = h (1 - exp(-k))/k, k = -slope h/m; the time that a mat needs to stop and the time left after that transform alike. */
+/* A step of h_s under forces x that are constant otherwise: first the speed is multiplied by
+ * `keep`, then x + push_lb acts for as_if_s. So dry friction over the rest of the step stays exact
+ * too: v = keep v + as_if_s/m (x + push_lb), with keep = exp(-k), as_if_s = h (1 - exp(-k))/k, k =
+ * -slope h/m; the time that a mat needs to stop and the time left after that transform alike. */
 struct element_step {
     double keep, as_if_s, push_lb;
 };
-struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s, double mass_slug);
+struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s,
+                                 double mass_slug);
 
 #endif

@@ -1,5 +1,6 @@
-/* Hinge: the moment between two mats that are turned against each other by d. README.md, "Joint moment". Free up to TAD; beyond,
- * `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d + CT d'. */
+/* Hinge: the moment between two mats that are turned against each other by d. README.md, "Joint
+ * moment". Free up to TAD; beyond, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d + CT
+ * d'. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_HINGE_H
 #define MATRIG_HOST_SIM_ELEMENTS_HINGE_H
 

@@ -1,21 +1,24 @@
-/* Joint: what two mats pull each other with along the runway. README.md, "Joint force" and "Chain and landings".
+/* Joint: what two mats pull each other with along the runway. README.md, "Joint force" and "Chain
+ * and landings".
  *
  * At opening g (ft, positive: open), tension positive:
  *   slack 0:   T = KL g + CL g'
  *   slack s:   g > s    KL (g - s) + CL g'        hooked
  *              g < 0    KL g + CL g'              pressed together
  *              between  0, or what grit gives
- *   grit G > 0 (with slack): a rigid-plastic stop at `reach`, the opening down to which the grit has been
- *   compacted. Rigid is as stiff as the joint itself: compression held = -KL (g - reach) - CL g', never
- *   below 0, never above G. When the spring's part exceeds G, reach moves towards closed and the joint
- *   transmits G while it closes; at reach = 0 the joint is closed and can transmit more. Up to G an open
- *   joint gives way by G/KL only (0.0004 in for 10 lb). Pulled open again: nothing resists, and reach goes
- *   along with the opening; to close it again takes G again. Loose grit is not carried away: it falls back
- *   into an opened joint. So a joint's state is its opening alone, and the final gaps are all that the
- *   next landing needs; the compression that grit still held at the end is dropped with it (G/KL).
+ *   grit G > 0 (with slack): a rigid-plastic stop at `reach`, the opening down to which the grit
+ *   has been compacted. Rigid is as stiff as the joint itself: compression held = -KL (g - reach) -
+ *   CL g', never below 0, never above G. When the spring's part exceeds G, reach moves towards
+ *   closed and the joint transmits G while it closes; at reach = 0 the joint is closed and can
+ *   transmit more. Up to G an open joint gives way by G/KL only (0.0004 in for 10 lb). Pulled open
+ *   again: nothing resists, and reach goes along with the opening; to close it again takes G again.
+ *   Loose grit is not carried away: it falls back into an opened joint. So a joint's state is its
+ *   opening alone, and the final gaps are all that the next landing needs; the compression that
+ *   grit still held at the end is dropped with it (G/KL).
  *
- * Sampled (joint_pull, joint_pull_one): the case is looked up from the opening; fixed steps, solvers/fixed.h and landing.h. Located
- * (joint_located_lb): the case is a mode, which holds while joint_margin_ft is not negative; the planar models. */
+ * Sampled (joint_pull, joint_pull_one): the case is looked up from the opening; fixed steps,
+ * solvers/fixed.h and landing.h. Located (joint_located_lb): the case is a mode, which holds while
+ * joint_margin_ft is not negative; the planar models. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_JOINT_H
 #define MATRIG_HOST_SIM_ELEMENTS_JOINT_H
 
@@ -32,7 +35,8 @@ struct joint {
     double kl_lb_ft, cl_lb_s_ft, slack_ft;
 };
 
-/* One joint's grit: the tension down to which grit holds it open (minus its grit), grit/KL, and reach. */
+/* One joint's grit: the tension down to which grit holds it open (minus its grit), grit/KL, and
+ * reach. */
 struct joint_grit {
     double hold_lb, give_ft, reach_ft;
 };
@@ -47,10 +51,10 @@ LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
     return slack_ft <= 0.0 ? JOINT_LINEAR : gritty ? JOINT_GRIT : JOINT_SLACK;
 }
 
-/* Tension at opening g with the damper's part given. Nothing branches, so that a loop over joints takes several at a time: all cases
- * are computed, and the one that holds is picked. */
-LAW_INLINE struct joint_pull joint_pull(enum joint_law law, const struct joint *joint, double g_ft, double damper_lb,
-                                        struct joint_grit grit)
+/* Tension at opening g with the damper's part given. Nothing branches, so that a loop over joints
+ * takes several at a time: all cases are computed, and the one that holds is picked. */
+LAW_INLINE struct joint_pull joint_pull(enum joint_law law, const struct joint *joint, double g_ft,
+                                        double damper_lb, struct joint_grit grit)
 {
     const double kl = joint->kl_lb_ft, slack = joint->slack_ft;
     double pressed_lb = kl * g_ft + damper_lb;
@@ -74,9 +78,10 @@ LAW_INLINE struct joint_pull joint_pull(enum joint_law law, const struct joint *
                                law_least(slack, LAW_PICKED(law_most(g_ft, closing_ft)))};
 }
 
-/* The same bits for a joint by itself (tests/host/test_sim_laws.c): most joints are free, and need the first lines only. */
-LAW_INLINE struct joint_pull joint_pull_one(enum joint_law law, const struct joint *joint, double g_ft, double damper_lb,
-                                            struct joint_grit grit)
+/* The same bits for a joint by itself (tests/host/test_sim_laws.c): most joints are free, and need
+ * the first lines only. */
+LAW_INLINE struct joint_pull joint_pull_one(enum joint_law law, const struct joint *joint,
+                                            double g_ft, double damper_lb, struct joint_grit grit)
 {
     const double kl = joint->kl_lb_ft, slack = joint->slack_ft;
     if (law == JOINT_LINEAR)
@@ -90,7 +95,8 @@ LAW_INLINE struct joint_pull joint_pull_one(enum joint_law law, const struct joi
         if (grit.reach_ft > 0.0) {
             double held_lb = kl * (g_ft - grit.reach_ft);
             if (!(held_lb < grit.hold_lb))
-                return (struct joint_pull){law_least(0.0, law_most(grit.hold_lb, held_lb + damper_lb)), grit.reach_ft};
+                return (struct joint_pull){
+                    law_least(0.0, law_most(grit.hold_lb, held_lb + damper_lb)), grit.reach_ft};
             reach_ft = law_most(0.0, g_ft + grit.give_ft);
             if (reach_ft > 0.0)
                 return (struct joint_pull){grit.hold_lb, reach_ft};
@@ -106,7 +112,8 @@ LAW_INLINE double joint_first_reach_ft(double g_ft, double slack_ft)
 }
 
 /* How far the spring is stretched (or pressed), for its energy. */
-LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack_ft, double reach_ft)
+LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack_ft,
+                                   double reach_ft)
 {
     if (law == JOINT_LINEAR)
         return g_ft;
@@ -127,7 +134,8 @@ LAW_INLINE bool joint_transmits(bool slack, int mode)
     return !slack || mode != 0;
 }
 
-LAW_INLINE double joint_located_lb(const struct joint *joint, bool slack, int mode, double g_ft, double rate_ft_s)
+LAW_INLINE double joint_located_lb(const struct joint *joint, bool slack, int mode, double g_ft,
+                                   double rate_ft_s)
 {
     if (slack) {
         if (mode == 0)
@@ -146,10 +154,12 @@ LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double
     return edge_ft + (mode > 0 ? g_ft - slack_ft : fmin(g_ft, slack_ft - g_ft));
 }
 
-/* A mat among equal ones, `joined` ends of springs at it and its neighbours: 4 in a chain, fewer for a single mat. */
+/* A mat among equal ones, `joined` ends of springs at it and its neighbours: 4 in a chain, fewer
+ * for a single mat. */
 LAW_INLINE struct law_bound joint_bound(const struct joint *joint, double joined, double mass_slug)
 {
-    return (struct law_bound){joined * joint->kl_lb_ft / mass_slug, joined * joint->cl_lb_s_ft / mass_slug};
+    return (struct law_bound){joined * joint->kl_lb_ft / mass_slug,
+                              joined * joint->cl_lb_s_ft / mass_slug};
 }
 
 #endif

@@ -1,9 +1,10 @@
 /* Law: how an element's force is written so that every engine can have it within its own loop.
  *
- * Each law has four things side by side, and engines take them from here: the force; its slopes (Jacobian); a bound of the rate that
- * the law brings, for the longest stable step; and a margin, which says how far a mode of the law, or a mat at rest, is from a
- * change: what has a margin may be left out of a scene until the margin is used up. Functions are inlined into loops over mats; what
- * their constant arguments exclude is not compiled. Units ft, lb, s, slug, rad. */
+ * Each law has four things side by side, and engines take them from here: the force; its slopes
+ * (Jacobian); a bound of the rate that the law brings, for the longest stable step; and a margin,
+ * which says how far a mode of the law, or a mat at rest, is from a change: what has a margin may
+ * be left out of a scene until the margin is used up. Functions are inlined into loops over mats;
+ * what their constant arguments exclude is not compiled. Units ft, lb, s, slug, rad. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LAW_H
 #define MATRIG_HOST_SIM_ELEMENTS_LAW_H
 
@@ -16,8 +17,8 @@
 #define LAW_PICKED(x) (x)
 #endif
 
-/* Largest rates that a law brings to a mat: `rate2` of what pulls back, 1/s2; `damping` of what damps, 1/s. Bounds of several laws
- * add up. */
+/* Largest rates that a law brings to a mat: `rate2` of what pulls back, 1/s2; `damping` of what
+ * damps, 1/s. Bounds of several laws add up. */
 struct law_bound {
     double rate2, damping;
 };

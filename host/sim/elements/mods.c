@@ -31,7 +31,8 @@ static void place_state(struct mods_state *s)
 
 static struct mods_state *make_state(const struct sim_scene *scene)
 {
-    size_t connections = 0, segments = 0, cleats = (size_t)mods_cleats(scene), joints = (size_t)scene->mats + 1;
+    size_t connections = 0, segments = 0, cleats = (size_t)mods_cleats(scene),
+           joints = (size_t)scene->mats + 1;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         size_t of_group = (size_t)mods_connections(scene, g);
         connections += of_group;
@@ -133,12 +134,14 @@ void mods_free(struct mods *m)
     free(m);
 }
 
-/* A line ties mats first + k period .. first + k period + span - 1; lines of a strip are staggered evenly. */
+/* A line ties mats first + k period .. first + k period + span - 1; lines of a strip are staggered
+ * evenly. */
 static int lines_across(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
-        int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines); /* of the mat on its left */
+        /* of the mat on its left */
+        int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines);
         lines += at >= 0 && at % period < s->stiff_span - 1;
     }
     return lines;
@@ -185,7 +188,8 @@ void mods_reset(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
     for (int i = 0; i < m->cleats; i++) {
-        m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1) : 1.0;
+        m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1)
+                                                      : 1.0;
         m->state->cleat_mat[i] = mods_cleat_mat(m->scene, i);
         m->raised_ft[i] = 0.0;
     }
@@ -226,7 +230,8 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
 
 /* --- joints --- */
 
-/* What an elastic-plastic element carries when stretched by `stretch` from `*zero`, which yielding moves. */
+/* What an elastic-plastic element carries when stretched by `stretch` from `*zero`, which yielding
+ * moves. */
 static double carried(double stiffness, double cap, double stretch, double *zero)
 {
     double load = stiffness * (stretch - *zero);
@@ -266,7 +271,8 @@ double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 {
     if (!(m->turn_lb_ft_rad[joint] > 0.0))
         return 0.0;
-    return carried(m->turn_lb_ft_rad[joint], m->turn_yield_lb_ft[joint], turn_rad, &m->turn_rad[joint]);
+    return carried(m->turn_lb_ft_rad[joint], m->turn_yield_lb_ft[joint], turn_rad,
+                   &m->turn_rad[joint]);
 }
 
 /* --- the whole --- */
@@ -303,16 +309,19 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         if (b->segments > 0)
-            sim_result_note(result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two", b->made->count,
-                            b->segments - 1, b->k_lb_ft[b->segments / 2]);
+            sim_result_note(result,
+                            "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two",
+                            b->made->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
     }
     if (m->cleated)
-        sim_result_note(result, "cleats: %d, each worth %g lb when fresh (a mat's friction: %g lb)", m->cleats,
-                        s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
+        sim_result_note(result, "cleats: %d, each worth %g lb when fresh (a mat's friction: %g lb)",
+                        m->cleats, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
     if (m->stiffened)
-        sim_result_note(result, "stiffeners: %d line(s) over %d mats each; model %s", s->stiff_lines, s->stiff_span,
-                        m->scene->model == SIM_CHAIN ? "chain has their stretch, not their bending" : "consistent");
+        sim_result_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
+                        s->stiff_lines, s->stiff_span,
+                        m->scene->model == SIM_CHAIN ? "chain has their stretch, not their bending"
+                                                     : "consistent");
     if (m->laid)
-        sim_result_note(result, "joints at %g degrees slide at %g lb + %g of their load", s->lay_deg, s->lay_slide_lb,
-                        s->lay_mu);
+        sim_result_note(result, "joints at %g degrees slide at %g lb + %g of their load",
+                        s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }

@@ -3,10 +3,12 @@
 
 #include "host/sim/elements/mods_view.h"
 
-#define SWEEPS 200       /* of slip through the connections until nothing moves any more, at the start */
-#define SETTLED 1e-12    /* of the stiffness' reach: less slip than that is none */
+/* of slip through the connections until nothing moves any more, at the start */
+#define SWEEPS  200
+#define SETTLED 1e-12 /* of the stiffness' reach: less slip than that is none */
 
-/* Riveted mats of all groups in order; one that both are riveted to is braced once, by their sum. */
+/* Riveted mats of all groups in order; one that both are riveted to is braced once, by their
+ * sum. */
 static void find_braces(struct mods *m)
 {
     int at[SIM_BAND_GROUPS] = {0};
@@ -28,7 +30,8 @@ static void find_braces(struct mods *m)
 
 void mods_place_bands(struct mods *m, double *at)
 {
-    size_t segments = m->state->segments, connections = m->state->connections, segment = 0, connection = 0;
+    size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
+           connection = 0;
     double *k = at, *stretch = k + segments;
     m->band_lb = stretch + segments;
     m->carried_lb = m->band_lb + segments;
@@ -67,10 +70,12 @@ static int left_mat(const struct mods_bands *b, int segment)
     return segment > 0 ? b->mat[segment - 1] : 0;
 }
 
-static double raw_lb(const struct mods *m, const struct mods_bands *b, const struct mods_view *view, int segment)
+static double raw_lb(const struct mods *m, const struct mods_bands *b, const struct mods_view *view,
+                     int segment)
 {
     int right = segment < b->segments - 1 ? b->mat[segment] : m->mats + 1;
-    double longer_ft = view_u_ft(view, m->mats, right) - view_u_ft(view, m->mats, left_mat(b, segment));
+    double longer_ft = view_u_ft(view, m->mats, right) -
+                       view_u_ft(view, m->mats, left_mat(b, segment));
     return b->k_lb_ft[segment] * (b->stretch_ft[segment] + longer_ft);
 }
 
@@ -79,14 +84,15 @@ static double grip_lb(const struct mods_bands *b, int connection)
     return b->out[connection] != 0.0 ? 0.0 : b->made->grip_lb;
 }
 
-/* What has to go from segment `from` to segment `to`, ft, so that from - to = grip: the band slides through. A slack
- * segment takes up length before it pulls. */
+/* What has to go from segment `from` to segment `to`, ft, so that from - to = grip: the band slides
+ * through. A slack segment takes up length before it pulls. */
 static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 {
     double t_from = b->lb[from], t_to = b->lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
     double to_limit_ft = (t_from - grip) / k_from; /* while the other stays slack */
-    return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft : (t_from - t_to - grip) / (k_from + k_to);
+    return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
+                                            : (t_from - t_to - grip) / (k_from + k_to);
 }
 
 /* One connection; returns the slip. */
@@ -118,8 +124,8 @@ static void slide_all(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* The wheel turns a riveted mat by band_tilt against the band on both sides: the rivets feel a part across the mat. A
- * hole that slip has worn holds less. */
+/* The wheel turns a riveted mat by band_tilt against the band on both sides: the rivets feel a part
+ * across the mat. A hole that slip has worn holds less. */
 static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
     const struct sim_bands *s = b->made;
@@ -150,7 +156,8 @@ static void note(struct mods *m, const struct mods_bands *b)
     }
 }
 
-void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch, int count)
+void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
+                     int count)
 {
     for (int i = 0; i < m->braces; i++)
         m->carried_lb[i] = 0.0;
@@ -167,7 +174,8 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
     }
 }
 
-/* A segment's ends are the middles of its mats; the outer ones end at the springs of the anchors, at the runway's ends. */
+/* A segment's ends are the middles of its mats; the outer ones end at the springs of the anchors,
+ * at the runway's ends. */
 static void reset_group(const struct mods *m, struct mods_bands *b)
 {
     const struct sim_scene *scene = m->scene;
@@ -183,12 +191,14 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
     }
     for (int i = 0; i < b->segments; i++) {
         double from_ft = i > 0 ? (b->mat[i - 1] - 0.5) * scene->length_ft : 0.0;
-        double to_ft = i < b->segments - 1 ? (b->mat[i] - 0.5) * scene->length_ft : m->mats * scene->length_ft;
+        double to_ft = i < b->segments - 1 ? (b->mat[i] - 0.5) * scene->length_ft
+                                           : m->mats * scene->length_ft;
         double give_ft_lb = (to_ft - from_ft) / ea_lb;
         if (i == 0 || i == b->segments - 1)
             give_ft_lb += 1.0 / s->k_lb_ft;
         b->k_lb_ft[i] = 1.0 / give_ft_lb;
-        b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb - s->alpha_f * s->dt_f * (to_ft - from_ft);
+        b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
+                           s->alpha_f * s->dt_f * (to_ft - from_ft);
         b->lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
         b->least_lb[i] = INFINITY;
         b->most_lb[i] = -INFINITY;

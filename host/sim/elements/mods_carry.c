@@ -6,8 +6,8 @@
 #include "host/sim/scene/result.h"
 
 /* The numbers of those flagged. */
-static enum mr_status set_flagged(struct sim_list *list, const double *flags, const double *numbers, size_t count,
-                                  struct error *error)
+static enum mr_status set_flagged(struct sim_list *list, const double *flags, const double *numbers,
+                                  size_t count, struct error *error)
 {
     double *found = calloc(count + 1, sizeof *found);
     size_t n = 0;
@@ -22,7 +22,8 @@ static enum mr_status set_flagged(struct sim_list *list, const double *flags, co
     return status;
 }
 
-enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *result, struct error *error)
+enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *result,
+                          struct error *error)
 {
     const struct mods_state *s = result->mods;
     struct sim_mods *m = &scene->mods;
@@ -35,17 +36,21 @@ enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *resu
         if (count == 0)
             continue;
         if (sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1, error) != MR_OK ||
-            sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count, error) != MR_OK ||
-            set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count, error) != MR_OK)
+            sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count, error) !=
+                MR_OK ||
+            set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count,
+                        error) != MR_OK)
             return error->status;
         b->dt_f = 0.0;
         segment += count + 1;
         connection += count;
     }
-    if (m->cleat_every > 0 && sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats, error) != MR_OK)
+    if (m->cleat_every > 0 &&
+        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats, error) != MR_OK)
         return error->status;
-    if (m->stiff_span > 1 &&
-        sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1, (size_t)scene->mats + 1, error) != MR_OK)
+    if (m->stiff_span > 1 && sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1,
+                                                (size_t)scene->mats + 1, error) != MR_OK)
         return error->status;
-    return m->tear_lb < HUGE_VAL ? set_flagged(&m->torn, s->torn, NULL, s->joints + 1, error) : MR_OK;
+    return m->tear_lb < HUGE_VAL ? set_flagged(&m->torn, s->torn, NULL, s->joints + 1, error)
+                                 : MR_OK;
 }

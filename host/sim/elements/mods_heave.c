@@ -1,15 +1,18 @@
-/* Where mats rise: bands over a wave, stiffeners that bend, cleats that leave the ground. MODIFICATIONS.md. */
+/* Where mats rise: bands over a wave, stiffeners that bend, cleats that leave the ground.
+ * MODIFICATIONS.md. */
 #include <math.h>
 
 #include "host/sim/elements/mods_view.h"
 
-/* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving part lies on the ground. */
+/* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving
+ * part lies on the ground. */
 static double slope(const struct mods_heave *h, int n)
 {
     if (n < 0 || n >= h->mats)
         return 0.0;
     double tilt_ft = h->tilt_ft ? h->tilt_ft[n] : 0.0;
-    return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) / h->length_ft;
+    return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) /
+           h->length_ft;
 }
 
 static double all_lb(const struct mods_bands *b, int segment)
@@ -41,7 +44,8 @@ static double node_height_ft(const struct mods_heave *h, int node)
     return ground_ft - (node < h->first || node > h->last + 1 ? h->rest_y_ft : h->z[2 * node]);
 }
 
-/* Height of a point of the band in mats from the left end: of a node, or of the middle of a riveted mat. */
+/* Height of a point of the band in mats from the left end: of a node, or of the middle of a riveted
+ * mat. */
 static double height_ft(const struct mods_heave *h, double at)
 {
     int node = (int)floor(at);
@@ -64,8 +68,10 @@ static double rise(const struct mods_heave *h, double from, double to)
     return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
-/* A band that is free between its rivets is the tightest line over the nodes from one to the next. */
-static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h, int segment)
+/* A band that is free between its rivets is the tightest line over the nodes from one to the
+ * next. */
+static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
+                       int segment)
 {
     double t_lb = all_lb(b, segment), *line = m->hull;
     double from = segment > 0 ? b->mat[segment - 1] - 0.5 : 0.0;
@@ -76,7 +82,8 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
     line[0] = from;
     for (int j = (int)floor(from) + 1; j < to + 1.0; j++) {
         double at = j < to ? j : to;
-        while (count > 1 && rise(h, line[count - 2], line[count - 1]) <= rise(h, line[count - 1], at))
+        while (count > 1 &&
+               rise(h, line[count - 2], line[count - 1]) <= rise(h, line[count - 1], at))
             count--;
         line[count++] = at;
         if (at == to)
@@ -94,7 +101,8 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
     for (int j = h->first; j <= h->last + 1; j++) {
         h->down_lb[j] = 0.0;
         h->moment_lb_ft[j] =
-            m->stiffened ? mods_moment_lb_ft(m, j + 1, asin(slope(h, j)) - asin(slope(h, j - 1))) : 0.0;
+            m->stiffened ? mods_moment_lb_ft(m, j + 1, asin(slope(h, j)) - asin(slope(h, j - 1)))
+                         : 0.0;
     }
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
@@ -117,7 +125,8 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
             most_lb = fmax(most_lb, all_lb(&m->band[g], i));
         pull_lb += most_lb;
     }
-    return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia + 2.0 * pull_lb * 4.0 / (length_ft * lightest);
+    return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
+           2.0 * pull_lb * 4.0 / (length_ft * lightest);
 }
 
 /* Soil holds a cleat with its depth squared (passive earth pressure). */

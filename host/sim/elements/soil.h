@@ -1,6 +1,7 @@
-/* Soil: what a foot of a mat at depth Y (down) stands on. README.md, "Report model" and "Consistent model". In contact KV Y + CV Y',
- * with slopes KV and CV, else nothing. The report's foot is in contact from SOIL_TOUCH_FT above the ground on, and may be pulled; the
- * consistent model's soil only pushes. Fastest rate: that of a mat's end on KV and CV, from the linearised model
+/* Soil: what a foot of a mat at depth Y (down) stands on. README.md, "Report model" and "Consistent
+ * model". In contact KV Y + CV Y', with slopes KV and CV, else nothing. The report's foot is in
+ * contact from SOIL_TOUCH_FT above the ground on, and may be pulled; the consistent model's soil
+ * only pushes. Fastest rate: that of a mat's end on KV and CV, from the linearised model
  * (model_fastest_rate), as the mass that a foot moves depends on the mats beside it. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_SOIL_H
 #define MATRIG_HOST_SIM_ELEMENTS_SOIL_H
@@ -18,7 +19,8 @@ LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
 }
 
 /* Positive where the soil acts. */
-LAW_INLINE double soil_touch_ft(bool pushes_only, double kv, double cv, double y_ft, double rate_ft_s)
+LAW_INLINE double soil_touch_ft(bool pushes_only, double kv, double cv, double y_ft,
+                                double rate_ft_s)
 {
     if (!pushes_only)
         return y_ft + SOIL_TOUCH_FT;

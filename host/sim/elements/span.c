@@ -11,19 +11,22 @@ static enum mr_status push(struct span_list *list, const struct span *span, stru
     if (!(span->t1_s > span->t0_s))
         return MR_OK;
     if (list->count >= MOST)
-        return error_set(error, MR_USAGE, "too many hops: the aircraft crosses more than %u mats; give an earlier tend",
-                         MOST);
+        return error_set(
+            error, MR_USAGE,
+            "too many hops: the aircraft crosses more than %u mats; give an earlier tend", MOST);
     if ((list->count & (list->count + 1)) == 0) { /* room for 2^k - 1 */
         struct span *more = realloc(list->spans, (2 * list->count + 1) * sizeof *more);
         if (!more)
-            return error_set(error, MR_FULL, "out of memory: %zu hops; give an earlier tend", list->count);
+            return error_set(error, MR_FULL, "out of memory: %zu hops; give an earlier tend",
+                             list->count);
         list->spans = more;
     }
     list->spans[list->count++] = *span;
     return MR_OK;
 }
 
-/* The next x beyond `x` (in the direction of motion) where a mat changes; *cell counts mats, or halves shifted. */
+/* The next x beyond `x` (in the direction of motion) where a mat changes; *cell counts mats, or
+ * halves shifted. */
 static double next_edge(double x_ft, double speed, double length_ft, double shift)
 {
     double w = x_ft / length_ft - shift;
@@ -32,8 +35,8 @@ static double next_edge(double x_ft, double speed, double length_ft, double shif
 }
 
 /* One stretch of constant speed and linear force, cut at its hops. */
-static enum mr_status stretch(struct span_list *list, const struct sim_scene *scene, struct span whole, bool airborne,
-                              struct error *error)
+static enum mr_status stretch(struct span_list *list, const struct sim_scene *scene,
+                              struct span whole, bool airborne, struct error *error)
 {
     double length = scene->length_ft;
     while (whole.t1_s > whole.t0_s && error->status == MR_OK) {
@@ -74,8 +77,8 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
 }
 
 /* A stretch may end when the thrust does. */
-static enum mr_status with_stop(struct span_list *list, const struct sim_scene *scene, struct span whole,
-                                bool airborne, struct error *error)
+static enum mr_status with_stop(struct span_list *list, const struct sim_scene *scene,
+                                struct span whole, bool airborne, struct error *error)
 {
     double stop = scene->force_stop_s;
     if (stop > whole.t0_s && stop < whole.t1_s) {
@@ -90,7 +93,8 @@ static enum mr_status with_stop(struct span_list *list, const struct sim_scene *
     return stretch(list, scene, whole, airborne, error);
 }
 
-enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene, struct error *error)
+enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene,
+                              struct error *error)
 {
     double end = sim_scene_end_s(scene);
     *list = (struct span_list){0};

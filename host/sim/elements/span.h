@@ -1,7 +1,8 @@
 /* Span: what the aircraft does to the mats, cut at every hard breakpoint. PLANAR.md, "The wheel".
  *
- * Within one span the position is linear in time, the thrust force too, and the mats it acts on do not change; the
- * breakpoints (hops, rows of the path, end of thrust) are computed, not found. Mats count from 0; -1: none. */
+ * Within one span the position is linear in time, the thrust force too, and the mats it acts on do
+ * not change; the breakpoints (hops, rows of the path, end of thrust) are computed, not found. Mats
+ * count from 0; -1: none. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_SPAN_H
 #define MATRIG_HOST_SIM_ELEMENTS_SPAN_H
 
@@ -12,7 +13,8 @@ struct span {
     double x0_ft, speed_ft_s;
     double force_lb, force_rate; /* at t0, per s */
     int mat;                     /* takes the thrust (jump) and carries the wheel */
-    int share;                   /* thrust `linear`: first of the two mats, else -2 (may be -1: all on mat 0) */
+    /* thrust `linear`: first of the two mats, else -2 (may be -1: all on mat 0) */
+    int share;
 };
 
 struct span_list {
@@ -21,11 +23,13 @@ struct span_list {
 };
 
 /* MR_FULL when memory is short; MR_USAGE when the aircraft makes more than 1e6 hops. */
-enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene, struct error *error);
+enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene,
+                              struct error *error);
 void span_list_free(struct span_list *list);
 
 /* Thrust on a mat at t, and its rate. */
-static inline double span_thrust_lb(const struct span *span, double length_ft, double t_s, int mat, double *rate)
+static inline double span_thrust_lb(const struct span *span, double length_ft, double t_s, int mat,
+                                    double *rate)
 {
     double dt = t_s - span->t0_s;
     double force = span->force_lb + span->force_rate * dt;

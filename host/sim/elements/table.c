@@ -63,7 +63,8 @@ void element_describe(const struct element_set *set, struct sim_result *result)
         set->at[i]->describe(set->value[i], result);
 }
 
-struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s, double mass_slug)
+struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s,
+                                 double mass_slug)
 {
     double slope = element_slope_lb_s_ft(set, mat), k = -slope * h_s / mass_slug;
     return (struct element_step){

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#define EDGE 1e-12  /* README.md: a wheel at x = n L is on mat n + 1 */
+#define EDGE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 #define INNER 1e-10 /* share of a station within which EDGE and roundings may count */
 
 /* fmin and fmax are calls, for the sake of NaN. */
@@ -20,8 +20,8 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {
     double end_s = sim_scene_end_s(scene);
     wheel->straight[0] = (struct sim_path_row){0.0, scene->s0_ft, scene->force_lb};
-    wheel->straight[1] =
-        (struct sim_path_row){2.0 * end_s, scene->s0_ft + scene->vac_ft_s * 2.0 * end_s, scene->force_lb};
+    wheel->straight[1] = (struct sim_path_row){
+        2.0 * end_s, scene->s0_ft + scene->vac_ft_s * 2.0 * end_s, scene->force_lb};
     wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight;
     wheel->count = scene->path_count > 0 ? scene->path_count : 2;
     wheel->cursor = 0;
@@ -85,8 +85,8 @@ static int mat_at(struct sim_wheel *wheel, double x_ft)
     return wheel->mat;
 }
 
-static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count, int mat, double thrust_lb,
-               double share)
+static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count, int mat,
+               double thrust_lb, double share)
 {
     if (mat < 1 || mat > wheel->mats)
         return count;
@@ -94,14 +94,16 @@ static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count
     return count + 1;
 }
 
-int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch touch[SIM_TOUCH_MAX])
+int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s,
+                   struct sim_touch touch[SIM_TOUCH_MAX])
 {
     if (t1_s <= wheel->rows[0].t_s)
         return 0;
     size_t c0 = seek(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
-    double x0_ft = t0_s == wheel->at_s ? wheel->at_ft
-                                       : along(first, most(t0_s, first->t_s), first[0].x_ft, first[1].x_ft);
+    double x0_ft = t0_s == wheel->at_s
+                     ? wheel->at_ft
+                     : along(first, most(t0_s, first->t_s), first[0].x_ft, first[1].x_ft);
     double force_lb = impulse_lb_s(wheel, c0, t0_s, t1_s) / (t1_s - t0_s);
     const struct sim_path_row *last = &wheel->rows[seek(wheel, t1_s)];
     double x1_ft = along(last, t1_s, last[0].x_ft, last[1].x_ft);
@@ -117,7 +119,8 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
     if (low == high) {
         count = add(wheel, touch, count, low, jump ? force_lb : 0.0, 1.0);
     } else {
-        double share = least(1.0, most(0.0, ((high - 1) * wheel->length_ft - low_ft) / (high_ft - low_ft)));
+        double share =
+            least(1.0, most(0.0, ((high - 1) * wheel->length_ft - low_ft) / (high_ft - low_ft)));
         count = add(wheel, touch, count, low, jump ? force_lb * share : 0.0, share);
         count = add(wheel, touch, count, high, jump ? force_lb * (1.0 - share) : 0.0, 1.0 - share);
     }
@@ -151,7 +154,8 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
         const struct sim_path_row *row = &wheel->rows[i];
         double way_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (way_ft > 0.0)
-            fastest = most(fastest, way_ft / (row[1].t_s - row[0].t_s)); /* a jump: division by 0, INFINITY */
+            /* a jump: division by 0, INFINITY */
+            fastest = most(fastest, way_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
 }

@@ -1,14 +1,14 @@
-/* Wheel: what the aircraft does to the mats over a span of time. README.md, "The wheel" and "Chain and landings"
- * (path).
+/* Wheel: what the aircraft does to the mats over a span of time. README.md, "The wheel" and "Chain
+ * and landings" (path).
  *
- * Thrust is averaged over the span exactly (the rows are linear in time), so an impulse never depends on
- * where a step falls. A hop from one mat to the next within the span divides it between them by time (at
- * the span's constant speed): this is how a fixed step honours the hard breakpoint. Before the first row
- * the aircraft is in the air: no thrust, no load. After the last it stands where it is: no thrust, load
- * stays. Off the runway it does neither.
+ * Thrust is averaged over the span exactly (the rows are linear in time), so an impulse never
+ * depends on where a step falls. A hop from one mat to the next within the span divides it between
+ * them by time (at the span's constant speed): this is how a fixed step honours the hard
+ * breakpoint. Before the first row the aircraft is in the air: no thrust, no load. After the last
+ * it stands where it is: no thrust, load stays. Off the runway it does neither.
  *
- * Spans must follow each other in time (a cursor moves along the rows); sim_wheel_start begins again.
- * Units ft, s, lb. */
+ * Spans must follow each other in time (a cursor moves along the rows); sim_wheel_start begins
+ * again. Units ft, s, lb. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_WHEEL_H
 #define MATRIG_HOST_SIM_ELEMENTS_WHEEL_H
 
@@ -39,13 +39,14 @@ struct sim_touch {
     double load_share; /* of the wheel load, 0..1 */
 };
 
-/* The scene must stay in place while the wheel is used, and so must the wheel itself (it points into
- * itself). */
+/* The scene must stay in place while the wheel is used, and so must the wheel itself (it points
+ * into itself). */
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
 
-/* The parts over t0..t1 (t0 < t1); returns how many. The aircraft must cross less than one mat in that
- * time. */
-int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch touch[SIM_TOUCH_MAX]);
+/* The parts over t0..t1 (t0 < t1); returns how many. The aircraft must cross less than one mat in
+ * that time. */
+int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s,
+                   struct sim_touch touch[SIM_TOUCH_MAX]);
 
 /* From t_s on nothing changes: the path's last row is past. */
 bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s);

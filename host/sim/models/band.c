@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-void band_load(int size, double x, const double *mass, double y, const double *by_p, double z, const double *by_v,
-               double *a)
+void band_load(int size, double x, const double *mass, double y, const double *by_p, double z,
+               const double *by_v, double *a)
 {
     for (int i = 0; i < size; i++) {
         double *row = a + (size_t)i * BAND_WIDTH;

@@ -6,15 +6,15 @@
 
 #include "host/sim/elements/friction.h"
 
-#define ARRAYS 12
-#define BLOCK 4 /* mats and joints are computed in whole blocks, with padding at both ends */
-#define PADDING 8
+#define ARRAYS    12
+#define BLOCK     4 /* mats and joints are computed in whole blocks, with padding at both ends */
+#define PADDING   8
 #define ALIGNMENT 64
 
 /* The same arithmetic four mats at a time where the processor can, two at a time where not. */
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #define CHAIN_CLONES __attribute__((target_clones("avx2", "default")))
-#define VECTORS _Pragma("GCC ivdep")
+#define VECTORS      _Pragma("GCC ivdep")
 #else
 #define CHAIN_CLONES
 #define VECTORS
@@ -25,7 +25,8 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
     size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
     double *storage = aligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
     if (!storage)
-        return error_set(error, MR_FULL, "out of memory: a chain of %d mats; use a smaller N", scene->mats);
+        return error_set(error, MR_FULL, "out of memory: a chain of %d mats; use a smaller N",
+                         scene->mats);
     double *first = storage + PADDING; /* mat 0 */
     *chain = (struct chain){
         .mats = scene->mats,
@@ -109,7 +110,8 @@ void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
     }
 }
 
-static __attribute__((noinline)) void release_cleats(struct chain *chain, const struct sim_touch *touch, int count)
+static __attribute__((noinline)) void release_cleats(struct chain *chain,
+                                                     const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++)
         chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
@@ -136,7 +138,8 @@ struct mods_view chain_view(const struct chain *chain)
     return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
 }
 
-void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count, int *first, int *last)
+void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
+                 int *first, int *last)
 {
     struct mods *mods = chain->mods;
     struct mods_view view = chain_view(chain);
@@ -183,9 +186,10 @@ static int block_of(int i)
     return i / BLOCK * BLOCK;
 }
 
-/* Tensions of `count` joints (whole blocks) from the present openings and speeds; moves the grit's reach. No joint depends on
- * another's result. */
-LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum joint_law joints, bool damped)
+/* Tensions of `count` joints (whole blocks) from the present openings and speeds; moves the grit's
+ * reach. No joint depends on another's result. */
+LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum joint_law joints,
+                     bool damped)
 {
     const double *u = chain->u_ft + first, *left_u = u - 1;
     const double *v = chain->v_ft_s + first, *left_v = v - 1;
@@ -198,7 +202,8 @@ LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum jo
         double g_ft = gap0[j] + (u[j] - left_u[j]);
         double damper_lb = damped ? joint.cl_lb_s_ft * (v[j] - left_v[j]) : 0.0;
         bool gritty = joints == JOINT_GRIT;
-        struct joint_grit grit = {gritty ? hold[j] : 0.0, gritty ? give[j] : 0.0, gritty ? reach[j] : 0.0};
+        struct joint_grit grit = {gritty ? hold[j] : 0.0, gritty ? give[j] : 0.0,
+                                  gritty ? reach[j] : 0.0};
         struct joint_pull pulled = joint_pull(joints, &joint, g_ft, damper_lb, grit);
         tension[j] = pulled.lb;
         if (gritty)
@@ -229,7 +234,8 @@ struct stops {
 };
 
 /* Friction stick: mats at rest, moving and stopping, like the joints without a branch. */
-CHAIN_CLONES static struct stops stick_mats(const struct chain *chain, double h_s, int first, size_t count)
+CHAIN_CLONES static struct stops stick_mats(const struct chain *chain, double h_s, int first,
+                                            size_t count)
 {
     const double *left = chain->tension_lb + first, *right = left + 1;
     const double *thrust = chain->thrust_lb + first, *limit = chain->limit_lb + first;
@@ -259,7 +265,8 @@ static unsigned stick(const struct chain *chain, double h_s, int first, int last
         bool stopped = v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0);
         if (!stopped || fabs(x_lb) <= chain->limit_lb[n])
             continue;
-        chain->v_ft_s[n] = friction_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s, chain->mass_slug);
+        chain->v_ft_s[n] = friction_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s,
+                                                     chain->mass_slug);
         stops.thrown_back--;
     }
     return (unsigned)stops.all;
@@ -272,23 +279,29 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     double per_lb = h_s / chain->mass_slug;
     for (int n = first; n <= last; n++) {
         double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
-        v[n] += (push_lb(chain, n) - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) * per_lb;
+        v[n] += (push_lb(chain, n) -
+                 friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
+                per_lb;
     }
 }
 
 /* With elements: every mat by itself. */
-static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s, int first, int last)
+static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
+                                                        int first, int last)
 {
     double *v = chain->v_ft_s, mass = chain->mass_slug;
     unsigned stops = 0;
     for (int n = first; n <= last; n++) {
-        struct element_step step = element_step(&chain->elements, (struct element_mat){v[n], true}, h_s, mass);
+        struct element_step step = element_step(&chain->elements, (struct element_mat){v[n], true},
+                                                h_s, mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
         double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
         if (chain->friction == SIM_STICK)
             v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
         else
-            v[n] = kept + (x_lb - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) * (step.as_if_s / mass);
+            v[n] = kept +
+                   (x_lb - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
+                       (step.as_if_s / mass);
     }
     return stops;
 }
@@ -369,24 +382,27 @@ double chain_energy_lb_ft(const struct chain *chain, int first, int last)
     return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
 }
 
-/* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit circle
- * while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4 KL/m and 4 CL/m, with both ends
- * of every mat joined; a steep tanh adds its own slope. Elements of the table are exact within the kick and set no limit: the factor
- * keep on the speed and the shorter as_if_s make the left side smaller. */
+/* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit
+ * circle while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4 KL/m and 4 CL/m,
+ * with both ends of every mat joined; a steep tanh adds its own slope. Elements of the table are
+ * exact within the kick and set no limit: the factor keep on the speed and the shorter as_if_s make
+ * the left side smaller. */
 double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
     struct law_bound pulled = joint_bound(&chain->joint, joints, chain->mass_slug);
-    struct law_bound rubbed = friction_bound(chain->friction, chain->weight_limit_lb + chain->load_limit_lb, chain->mass_slug,
-                                             chain->veps_ft_s);
+    struct law_bound rubbed = friction_bound(chain->friction,
+                                             chain->weight_limit_lb + chain->load_limit_lb,
+                                             chain->mass_slug, chain->veps_ft_s);
     double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
     if (chain->mods)
         rate2 += mods_stiffness_lb_ft(chain->mods) / chain->mass_slug;
     return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate2));
 }
 
-void chain_describe(const struct chain *chain, const struct sim_scene *scene, struct sim_result *result)
+void chain_describe(const struct chain *chain, const struct sim_scene *scene,
+                    struct sim_result *result)
 {
     sim_result_leave_out(result, "vertical motion and rotation (model chain)");
     if (chain->friction == SIM_NONE)
@@ -396,10 +412,12 @@ void chain_describe(const struct chain *chain, const struct sim_scene *scene, st
     if (chain->joints == JOINT_LINEAR)
         sim_result_leave_out(result, "slack (0)");
     if (chain->joints != JOINT_GRIT)
-        sim_result_leave_out(result, scene->slack_ft > 0.0 ? "grit (0 on every joint)"
-                                                           : "grit (slack 0: no joint can be open)");
+        sim_result_leave_out(result, scene->slack_ft > 0.0
+                                         ? "grit (0 on every joint)"
+                                         : "grit (slack 0: no joint can be open)");
     else
-        sim_result_note(result, "grit: an opened joint opens freely and needs its grit again to close");
+        sim_result_note(result,
+                        "grit: an opened joint opens freely and needs its grit again to close");
     if (chain->mods)
         mods_describe(chain->mods, result);
     if (scene->path_count > 0)
@@ -413,5 +431,6 @@ void chain_describe(const struct chain *chain, const struct sim_scene *scene, st
     for (int j = 1; j <= chain->mats + 1; j++)
         stressed += stretch_ft(chain, j) != 0.0;
     if (stressed > 0)
-        sim_result_note(result, "%d joints start under load (gap0 below 0 or beyond slack)", stressed);
+        sim_result_note(result, "%d joints start under load (gap0 below 0 or beyond slack)",
+                        stressed);
 }

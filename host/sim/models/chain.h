@@ -3,8 +3,8 @@
  *
  * The laws are elements/joint.h (all three kinds of joints) and elements/friction.h.
  *
- * State arrays: mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. Units ft, s, lb, slug.
- * One owner, one thread; chain_make allocates, chain_free releases. */
+ * State arrays: mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. Units ft, s, lb,
+ * slug. One owner, one thread; chain_make allocates, chain_free releases. */
 #ifndef MATRIG_HOST_SIM_MODELS_CHAIN_H
 #define MATRIG_HOST_SIM_MODELS_CHAIN_H
 
@@ -47,7 +47,7 @@ struct chain {
     double *before_ft_s; /* speeds before it */
     double *push_lb;     /* largest compression and tension that chain_note has seen */
     double *pull_lb;
-    struct mods *mods;   /* NULL when the scene has none */
+    struct mods *mods; /* NULL when the scene has none */
     struct element_set elements;
 };
 
@@ -62,16 +62,18 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene);
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count);
 void chain_release(struct chain *chain, const struct sim_touch *touch, int count);
 
-/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch, and after it. chain_brace
- * puts the pull of the bands on the riveted mats and wears cleats; first and last grow so that a riveted mat which now
- * moves is among them. */
-void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count, int *first, int *last);
+/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch,
+ * and after it. chain_brace puts the pull of the bands on the riveted mats and wears cleats; first
+ * and last grow so that a riveted mat which now moves is among them. */
+void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
+                 int *first, int *last);
 void chain_unbrace(struct chain *chain);
 struct mods_view chain_view(const struct chain *chain);
 
-/* Change the speeds of mats first..last over h_s with the forces at the present openings; exact stick: a
- * mat at rest whose force is within its limit stays at exactly 0, one whose speed would cross 0 stops
- * there and is tested again. Mats outside must be at rest and stay so. Returns how many mats stopped. */
+/* Change the speeds of mats first..last over h_s with the forces at the present openings; exact
+ * stick: a mat at rest whose force is within its limit stays at exactly 0, one whose speed would
+ * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns how
+ * many mats stopped. */
 unsigned chain_kick(struct chain *chain, double h_s, int first, int last);
 
 /* Move mats first..last at their speeds for h_s. */
@@ -90,7 +92,8 @@ double chain_energy_lb_ft(const struct chain *chain, int first, int last);
 double chain_step_limit_s(const struct chain *chain);
 
 /* What this scene does not need, and what its reader should know. */
-void chain_describe(const struct chain *chain, const struct sim_scene *scene, struct sim_result *result);
+void chain_describe(const struct chain *chain, const struct sim_scene *scene,
+                    struct sim_result *result);
 
 void chain_free(struct chain *chain);
 

@@ -1,20 +1,23 @@
-/* The consistent model (PLANAR.md, "Consistent model"): forces on the nodes, then one tridiagonal solve. */
+/* The consistent model (PLANAR.md, "Consistent model"): forces on the nodes, then one tridiagonal
+ * solve. */
 #include "host/sim/models/kernel.h"
 
-KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l, const struct kernel_mat *r,
-                             const struct kernel_parts parts)
+KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l,
+                             const struct kernel_mat *r, const struct kernel_parts parts)
 {
     return parts.given ? m->given_lb[j] : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
 }
 
-KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, const double *v, int n,
-                                       double inverse_length, const struct kernel_parts parts)
+KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, const double *v,
+                                       int n, double inverse_length,
+                                       const struct kernel_parts parts)
 {
     return parts.given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
                                      : kernel_mat(p, v, n, inverse_length);
 }
 
-/* A mat beyond the window lies on the ground, tilted as that is; where tensions are given nothing else is looked at. */
+/* A mat beyond the window lies on the ground, tilted as that is; where tensions are given nothing
+ * else is looked at. */
 KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inverse_length,
                                         const struct kernel_parts parts)
 {
@@ -30,7 +33,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
                           const struct kernel_parts parts)
 {
     const double *p = z, *v = z + m->size;
-    const double length = m->length_ft, inverse_length = 1.0 / length, inverse_mass = 1.0 / m->mass_slug;
+    const double length = m->length_ft, inverse_length = 1.0 / length,
+                 inverse_mass = 1.0 / m->mass_slug;
     const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
@@ -42,13 +46,13 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double soil_l = kernel_soil_lb(m, p, v, first);
     if (parts.braced)
         moment_l += m->brace_lb_ft[first];
-    double *upper = m->mass_upper; /* of the factored mass matrix, per mat */
+    double *upper = m->mass_upper;      /* of the factored mass matrix, per mat */
     double force = 0.0, diagonal = 0.0; /* of the node at the left end, from the mats before it */
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after =
-            n < last ? inside(m, p, v, n + 1, inverse_length, parts) : outside(m, n + 1, inverse_length, parts);
+        struct kernel_mat after = n < last ? inside(m, p, v, n + 1, inverse_length, parts)
+                                           : outside(m, n + 1, inverse_length, parts);
         double tension_r = tension(m, n + 1, &mat, &after, parts);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
@@ -61,7 +65,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
             push += thrust.a_lb;
         if (n == thrust.mat_b)
             push += thrust.b_lb;
-        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) * inverse_mass;
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) *
+                           inverse_mass;
 
         double turning = moment_r - moment_l - h * mat.s * (tension_l + tension_r);
         double inverse_lc = inverse_length / mat.c;
@@ -91,7 +96,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     }
     if (parts.braced)
         force += m->brace_lb[last + 1];
-    accel[2 * last + 2] = (force - off_before * solved_before) / (diagonal - off_before * upper_before);
+    accel[2 * last + 2] = (force - off_before * solved_before) /
+                          (diagonal - off_before * upper_before);
     if (last < m->mats - 1)
         accel[2 * last + 2] = 0.0;
     for (int n = last; n >= first; n--)
@@ -108,5 +114,6 @@ void consistent_heave(const struct model *m, double step_s, const double *z, dou
     if (m->brace_lb)
         kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, true, SIM_NONE, step_s});
     else
-        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
+        kernel(m, 0.0, z, accel,
+               (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
 }

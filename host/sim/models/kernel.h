@@ -1,6 +1,6 @@
-/* Kernel: the parts that the right-hand sides of both models share: kinematics, and the laws of elements/ in the models' modes, inlined
- * so that what a scene does not need is left out at compile time. PLANAR.md, "Common pieces". Private to this folder and
- * solvers/landing*.c. */
+/* Kernel: the parts that the right-hand sides of both models share: kinematics, and the laws of
+ * elements/ in the models' modes, inlined so that what a scene does not need is left out at compile
+ * time. PLANAR.md, "Common pieces". Private to this folder and solvers/landing*.c. */
 #ifndef MATRIG_HOST_SIM_MODELS_KERNEL_H
 #define MATRIG_HOST_SIM_MODELS_KERNEL_H
 
@@ -19,7 +19,7 @@
 struct kernel_parts {
     bool full;
     bool slack;
-    bool given; /* tensions are given, soil damping is implicit in the step (model_lend) */
+    bool given;  /* tensions are given, soil damping is implicit in the step (model_lend) */
     bool braced; /* that, and modifications press on nodes and bend joints */
     enum sim_friction law;
     double step_s; /* of `given`; no constant */
@@ -27,8 +27,8 @@ struct kernel_parts {
 
 /* A mat's angle and motion; the ground and a mat at rest outside the window are flat. */
 struct kernel_mat {
-    double s, c;  /* sin, cos theta */
-    double w;     /* theta' */
+    double s, c; /* sin, cos theta */
+    double w;    /* theta' */
     double u, v;
 };
 
@@ -53,7 +53,8 @@ KERNEL_INLINE struct kernel_thrust kernel_thrust(const struct model *m, double t
     return thrust;
 }
 
-KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int n, double inverse_length)
+KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int n,
+                                           double inverse_length)
 {
     double dy = p[2 * n + 2] - p[2 * n];
     double dv = v[2 * n + 2] - v[2 * n];
@@ -67,12 +68,12 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
 }
 
 /* The same on uneven ground. */
-KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p, const double *v, int n,
-                                                  double inverse_length)
+KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p,
+                                                  const double *v, int n, double inverse_length)
 {
     double dy = p[2 * n + 2] - p[2 * n] + m->tilt_ft[n];
-    struct kernel_mat mat = {dy * inverse_length, 1.0, (v[2 * n + 2] - v[2 * n]) * inverse_length, p[2 * n + 1],
-                             v[2 * n + 1]};
+    struct kernel_mat mat = {dy * inverse_length, 1.0, (v[2 * n + 2] - v[2 * n]) * inverse_length,
+                             p[2 * n + 1], v[2 * n + 1]};
     mat.c = sqrt(1.0 - mat.s * mat.s);
     mat.w /= mat.c;
     return mat;
@@ -122,7 +123,8 @@ KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct ke
     return hinge_moment_lb_ft(m->kt, m->ct, wound, r->w - l->w);
 }
 
-KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v, int node)
+KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v,
+                                    int node)
 {
     return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
 }
@@ -138,47 +140,56 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
 KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
     if (law == SIM_TANH)
-        lanes_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first, m->last - m->first + 1);
+        lanes_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first,
+                   m->last - m->first + 1);
 }
 
 /* m u'' under push x. */
-KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x, double soil_l, double soil_r,
-                                     enum sim_friction law)
+KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x,
+                                     double soil_l, double soil_r, enum sim_friction law)
 {
     if (law == SIM_STICK && m->slide[n] == 0)
         return 0.0;
     if (law == SIM_NONE)
         return x;
-    return x - friction_rub_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v, law == SIM_STICK ? m->slide[n] : 0,
+    return x - friction_rub_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v,
+                               law == SIM_STICK ? m->slide[n] : 0,
                                law == SIM_TANH ? m->tanh[n] : 0.0);
 }
 
 /* Call `kernel` with the constants of this scene. */
-#define KERNEL_LAWS(kernel, full, slack, law, ...)                                                                     \
-    switch (law) {                                                                                                     \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_STICK, 0.0}); break;                         \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_TANH, 0.0}); break;                           \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_SIGN, 0.0}); break;                           \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_NONE, 0.0}); break;                           \
+/* clang-format off */
+#define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
+    switch (law) {                                                                       \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, \
+        SIM_STICK, 0.0}); break;                                                         \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+        SIM_TANH, 0.0}); break;                                                          \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+        SIM_SIGN, 0.0}); break;                                                          \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+        SIM_NONE, 0.0}); break;                                                          \
     }
-#define KERNEL_DISPATCH(kernel, m, ...)                                                                                \
-    if ((m)->full) {                                                                                                   \
-        if ((m)->slack_ft > 0.0) {                                                                                     \
-            KERNEL_LAWS(kernel, true, true, (m)->law, m, __VA_ARGS__)                                                  \
-        } else {                                                                                                       \
-            KERNEL_LAWS(kernel, true, false, (m)->law, m, __VA_ARGS__)                                                 \
-        }                                                                                                              \
-    } else if ((m)->slack_ft > 0.0) {                                                                                  \
-        KERNEL_LAWS(kernel, false, true, (m)->law, m, __VA_ARGS__)                                                     \
-    } else {                                                                                                           \
-        KERNEL_LAWS(kernel, false, false, (m)->law, m, __VA_ARGS__)                                                    \
+#define KERNEL_DISPATCH(kernel, m, ...)                                \
+    if ((m)->full) {                                                   \
+        if ((m)->slack_ft > 0.0) {                                     \
+            KERNEL_LAWS(kernel, true, true, (m)->law, m, __VA_ARGS__)  \
+        } else {                                                       \
+            KERNEL_LAWS(kernel, true, false, (m)->law, m, __VA_ARGS__) \
+        }                                                              \
+    } else if ((m)->slack_ft > 0.0) {                                  \
+        KERNEL_LAWS(kernel, false, true, (m)->law, m, __VA_ARGS__)     \
+    } else {                                                           \
+        KERNEL_LAWS(kernel, false, false, (m)->law, m, __VA_ARGS__)    \
     }
+/* clang-format on */
 
 void report_rates(const struct model *model, double t_s, const double *z, double *accel);
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
 
-/* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions model->given_lb and the soil's dampers
- * taken at the end of the step. What it writes for the mats has no meaning. */
+/* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions
+ * model->given_lb and the soil's dampers taken at the end of the step. What it writes for the mats
+ * has no meaning. */
 void consistent_heave(const struct model *model, double step_s, const double *z, double *accel);
 
 #endif

@@ -1,5 +1,5 @@
-/* Lanes: what is computed for many mats at once, in vector instructions where the machine has them; the same bits with
- * and without. */
+/* Lanes: what is computed for many mats at once, in vector instructions where the machine has them;
+ * the same bits with and without. */
 #ifndef MATRIG_HOST_SIM_MODELS_LANES_H
 #define MATRIG_HOST_SIM_MODELS_LANES_H
 

@@ -1,16 +1,18 @@
-/* Mass matrix and Jacobians of both models: derivatives of the very expressions of report.c and consistent.c, mode by
- * mode. Rows and columns are those of p (model.h). */
+/* Mass matrix and Jacobians of both models: derivatives of the very expressions of report.c and
+ * consistent.c, mode by mode. Rows and columns are those of p (model.h). */
 #include <string.h>
 
 #include "host/sim/models/kernel.h"
 
-/* Derivatives of a quantity of joint j by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their rates. */
+/* Derivatives of a quantity of joint j by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their
+ * rates. */
 struct joint_slope {
     double value;
     double p[5], v[5];
 };
 
-/* Derivatives of a mat's quantities by the height difference over its length: of sin theta they are 1/L. */
+/* Derivatives of a mat's quantities by the height difference over its length: of sin theta they are
+ * 1/L. */
 struct mat_slope {
     double turn_y; /* theta by dY, and theta' by dY' */
     double rate_y; /* theta' by dY */
@@ -32,7 +34,8 @@ static struct joint_slope tension_slope(const struct model *m, int j, const stru
                                         const struct kernel_mat *r)
 {
     struct joint_slope t = {.value = kernel_tension_lb(m, j, l, r, m->full, m->slack_ft > 0.0)};
-    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free) || !joint_transmits(m->slack_ft > 0.0, m->joint[j]))
+    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free) ||
+        !joint_transmits(m->slack_ft > 0.0, m->joint[j]))
         return t;
     add_difference(t.p, 1, 3, m->kl);
     add_difference(t.v, 1, 3, m->cl);
@@ -77,7 +80,8 @@ static void put(const struct rows *r, double *band, int row, int column, double 
 }
 
 /* Add `scale` times a gradient over Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a row. */
-static void put_mat(const struct rows *r, int row, int n, double scale, const double *p, const double *v)
+static void put_mat(const struct rows *r, int row, int n, double scale, const double *p,
+                    const double *v)
 {
     for (int k = 0; k < 7; k++) {
         put(r, r->by_p, row, 2 * n - 2 + k, scale * p[k]);
@@ -93,8 +97,9 @@ static void put_soil(const struct rows *r, int row, int node, double scale)
     put(r, r->by_v, row, 2 * node, scale * r->m->cv);
 }
 
-static void displacement_row(const struct rows *r, double t_s, const double *z, int n, const struct kernel_mat *mat,
-                             const struct joint_slope *left, const struct joint_slope *right, double *drift)
+static void displacement_row(const struct rows *r, double t_s, const double *z, int n,
+                             const struct kernel_mat *mat, const struct joint_slope *left,
+                             const struct joint_slope *right, double *drift)
 {
     const struct model *m = r->m;
     int row = 2 * n + 1;
@@ -113,7 +118,8 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     double smooth = m->law == SIM_TANH ? tanh(mat->v / m->veps_ft_s) : 0.0;
     double share = friction_share(m->law, mat->v, m->slide[n], smooth);
     if (m->law == SIM_TANH)
-        put(r, r->by_v, row, row, friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
+        put(r, r->by_v, row, row,
+            friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
     if (m->elements.count > 0)
         put(r, r->by_v, row, row, element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
     if (m->soil_normal) {
@@ -127,9 +133,10 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
 }
 
 /* Turning moment of mat n from its joints: its value and gradient over Y_{n-1}..Y_{n+2}. */
-static double turning_of(const struct model *m, const struct kernel_mat *mat, const struct joint_slope *tl,
-                         const struct joint_slope *tr, const struct joint_slope *ml, const struct joint_slope *mr,
-                         double *p, double *v)
+static double turning_of(const struct model *m, const struct kernel_mat *mat,
+                         const struct joint_slope *tl, const struct joint_slope *tr,
+                         const struct joint_slope *ml, const struct joint_slope *mr, double *p,
+                         double *v)
 {
     double hs = m->half_ft * mat->s;
     memset(p, 0, 7 * sizeof *p);
@@ -144,14 +151,15 @@ static double turning_of(const struct model *m, const struct kernel_mat *mat, co
     return mr->value - ml->value - hs * (tl->value + tr->value);
 }
 
-static void report_rows(const struct rows *r, const double *z, int n, const struct kernel_mat *mat, double turning,
-                        double *p, double *v)
+static void report_rows(const struct rows *r, const double *z, int n, const struct kernel_mat *mat,
+                        double turning, double *p, double *v)
 {
     const struct model *m = r->m;
     const double *zp = z, *zv = z + m->size;
     double h = m->half_ft, length = m->length_ft;
     double lean = -mat->s / mat->c / length; /* cos theta by dY */
-    double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) + m->lift[n] * m->shear_lb;
+    double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) +
+                  m->lift[n] * m->shear_lb;
     struct mat_slope slope = slope_of(m, mat);
     add_difference(p, 2, 4, h * lean * soil);
     turning += h * mat->c * soil;
@@ -167,12 +175,14 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
         v[k] *= mat->c / m->inertia;
     }
     add_difference(p, 2, 4,
-                   lean * turning / m->inertia - mat->w * mat->w / length - 2.0 * mat->s * mat->w * slope.rate_y);
+                   lean * turning / m->inertia - mat->w * mat->w / length -
+                       2.0 * mat->s * mat->w * slope.rate_y);
     add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.turn_y);
 
     int row = 2 * n + 2;
     put(r, r->mass, row, row, 1.0);
-    if (n == 0 && m->held >= 0 && m->held <= 1) { /* accel 0, and that of mat 1's other end twice its middle's */
+    if (n == 0 && m->held >= 0 && m->held <= 1) {
+        /* accel 0, and that of mat 1's other end twice its middle's */
         int other = m->held == 0 ? row : row - 2;
         put(r, r->mass, 0, 0, 1.0);
         put_soil(r, other, 0, -2.0 / m->mass_slug);
@@ -194,8 +204,8 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
     }
 }
 
-static void consistent_rows(const struct rows *r, const double *accel, int n, const struct kernel_mat *mat,
-                            double turning, double *p, double *v)
+static void consistent_rows(const struct rows *r, const double *accel, int n,
+                            const struct kernel_mat *mat, double turning, double *p, double *v)
 {
     const struct model *m = r->m;
     double length = m->length_ft, quarter = 0.25 * m->mass_slug, c2 = mat->c * mat->c;
@@ -210,7 +220,8 @@ static void consistent_rows(const struct rows *r, const double *accel, int n, co
     /* 1/(L cos) by dY is turn_y s/(c^2 L); s w^2/c^2 by dY has three parts */
     add_difference(p, 2, 4,
                    turning * slope.turn_y * mat->s / c2 / length - 2.0 * spin * slope.rate_y -
-                       m->inertia * mat->w * mat->w / (length * c2) * (1.0 + 2.0 * mat->s * mat->s / c2) / length);
+                       m->inertia * mat->w * mat->w / (length * c2) *
+                           (1.0 + 2.0 * mat->s * mat->s / c2) / length);
     add_difference(v, 2, 4, -2.0 * spin * slope.turn_y);
     put_mat(r, 2 * n, n, -1.0, p, v);
     put_mat(r, 2 * n + 2, n, 1.0, p, v);
@@ -237,8 +248,8 @@ static void hold_row(const struct rows *r, int row)
     r->mass[from + MODEL_BAND] = 1.0;
 }
 
-void model_linearise(struct model *m, double t_s, const double *z, const double *accel, double *mass, double *by_p,
-                     double *by_v, double *drift)
+void model_linearise(struct model *m, double t_s, const double *z, const double *accel,
+                     double *mass, double *by_p, double *by_v, double *drift)
 {
     const double *zp = z, *zv = z + m->size;
     const struct rows rows = {m, mass, by_p, by_v};
@@ -252,8 +263,8 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
     struct joint_slope tension_l = tension_slope(m, m->first, &before, &mat);
     struct joint_slope moment_l = moment_slope(m, m->first, &before, &mat);
     for (int n = m->first; n <= m->last; n++) {
-        struct kernel_mat after =
-            n < m->last ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft) : kernel_outside(m, n + 1);
+        struct kernel_mat after = n < m->last ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft)
+                                              : kernel_outside(m, n + 1);
         struct joint_slope tension_r = tension_slope(m, n + 1, &mat, &after);
         struct joint_slope moment_r = moment_slope(m, n + 1, &mat, &after);
         double p[7], v[7];

@@ -7,14 +7,15 @@
 #include "host/sim/models/kernel.h"
 #include "host/sim/elements/mods.h"
 
-#define DEGREES (180.0 / 3.14159265358979323846)
+#define DEGREES    (180.0 / 3.14159265358979323846)
 #define START_EDGE 1e-12
 
 static enum mr_status not_here(const char *what, const char *instead, const struct sim_scene *scene,
                                struct error *error)
 {
     return error_set(error, MR_USAGE, "not available: %s: %s in model %s; %s",
-                     scene->name[0] ? scene->name : "scene", what, sim_model_name(scene->model), instead);
+                     scene->name[0] ? scene->name : "scene", what, sim_model_name(scene->model),
+                     instead);
 }
 
 static bool has_grit(const struct sim_scene *scene)
@@ -31,21 +32,25 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
     bool report = scene->model == SIM_REPORT;
     if (has_grit(scene) && !grit)
         return not_here(report ? "grit" : "grit with a solver that chooses its step",
-                        report ? "leave it out, or give model chain or consistent" : "leave it out, or give solver fixed",
+                        report ? "leave it out, or give model chain or consistent"
+                               : "leave it out, or give solver fixed",
                         scene, error);
     if (mods_any(scene) && !grit)
-        return not_here(report ? "a modified runway" : "a modified runway with a solver that chooses its step",
-                        report ? "leave bands, cleats and the like out, or give model chain or consistent"
-                               : "leave bands, cleats and the like out, or give solver fixed",
-                        scene, error);
+        return not_here(
+            report ? "a modified runway" : "a modified runway with a solver that chooses its step",
+            report ? "leave bands, cleats and the like out, or give model chain or consistent"
+                   : "leave bands, cleats and the like out, or give solver fixed",
+            scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
     if (scene->ground_ft.count > 0 && !grit)
         return not_here(report ? "ground" : "ground with a solver that chooses its step",
-                        report ? "leave it out, or give model consistent" : "leave it out, or give solver fixed", scene,
-                        error);
+                        report ? "leave it out, or give model consistent"
+                               : "leave it out, or give solver fixed",
+                        scene, error);
     for (size_t i = 1; i < scene->ground_ft.count; i++) {
-        if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) < 0.5 * scene->length_ft))
+        if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) <
+              0.5 * scene->length_ft))
             return not_here("ground steeper than 30 degrees", "give lower heights", scene, error);
     }
     if (!report && scene->q1_lb != 0.0)
@@ -56,18 +61,21 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
     if (!(inertia > 0.0))
         return not_here("I 0", "give an inertia", scene, error);
     for (size_t i = 1; i < scene->bump_ft.count; i++) {
-        if (!(fabs(scene->bump_ft.values[i] - scene->bump_ft.values[i - 1]) < 0.99 * scene->length_ft))
-            return not_here("a bump steeper than a mat is long", "give lower heights", scene, error);
+        if (!(fabs(scene->bump_ft.values[i] - scene->bump_ft.values[i - 1]) <
+              0.99 * scene->length_ft))
+            return not_here("a bump steeper than a mat is long", "give lower heights", scene,
+                            error);
     }
     size_t count = scene->bump_ft.count;
-    if (count > 0 && !(fmax(fabs(scene->bump_ft.values[0]), fabs(scene->bump_ft.values[count - 1])) <
-                       0.99 * scene->length_ft))
+    if (count > 0 && !(fmax(fabs(scene->bump_ft.values[0]),
+                            fabs(scene->bump_ft.values[count - 1])) < 0.99 * scene->length_ft))
         return not_here("a bump steeper than a mat is long", "give lower heights", scene, error);
     return MR_OK;
 }
 
-/* The mass matrix carries a load to all nodes at once, by a ratio r per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|) with D on
- * its diagonal and B beside it. 12 mats for mats like the report's; many when I is far above m L^2/4. */
+/* The mass matrix carries a load to all nodes at once, by a ratio r per mat: (D - sqrt(D^2 - 4
+ * B^2))/(2 |B|) with D on its diagonal and B beside it. 12 mats for mats like the report's; many
+ * when I is far above m L^2/4. */
 static int tail_mats(const struct model *m)
 {
     double quarter = 0.25 * m->mass_slug, turn = m->inertia / (m->length_ft * m->length_ft);
@@ -79,7 +87,8 @@ static int tail_mats(const struct model *m)
     return mats < m->mats ? (int)mats : m->mats;
 }
 
-enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit, struct error *error)
+enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
+                          struct error *error)
 {
     size_t nodes = (size_t)s->mats + 1;
     *m = (struct model){
@@ -197,7 +206,10 @@ void model_start(struct model *m, double *z)
     }
     double x = s->path_count > 0 ? s->path[0].x_ft : s->s0_ft;
     double under = floor(x / s->length_ft + START_EDGE);
-    int mat = s->v0_mat > 0 ? s->v0_mat - 1 : under < 0.0 ? 0 : under >= m->mats ? m->mats - 1 : (int)under;
+    int mat = s->v0_mat > 0    ? s->v0_mat - 1
+            : under < 0.0      ? 0
+            : under >= m->mats ? m->mats - 1
+                               : (int)under;
     z[m->size + 2 * mat + 1] = s->v0_ft_s;
     m->span = m->spans.spans[0];
     m->quiet_steps = 0;
@@ -219,11 +231,13 @@ struct element_mat model_element_mat(const struct model *m, const double *z, int
 }
 
 /* Along the runway every mat is by itself in the mass matrices of both models. */
-static __attribute__((noinline)) void add_elements(const struct model *m, const double *z, double *accel)
+static __attribute__((noinline)) void add_elements(const struct model *m, const double *z,
+                                                   double *accel)
 {
     for (int n = m->first; n <= m->last; n++) {
         if (m->law != SIM_STICK || m->slide[n] != 0)
-            accel[2 * n + 1] += element_force_lb(&m->elements, model_element_mat(m, z, n)) / m->mass_slug;
+            accel[2 * n + 1] += element_force_lb(&m->elements, model_element_mat(m, z, n)) /
+                                m->mass_slug;
     }
 }
 
@@ -271,14 +285,17 @@ double model_energy_lb_ft(const struct model *m, const double *z)
     struct kernel_mat left = kernel_outside(m, -1);
     for (int n = 0; n <= m->mats; n++) {
         bool ground = n == m->mats;
-        struct kernel_mat mat = ground ? kernel_outside(m, n) : kernel_mat(p, v, n, 1.0 / m->length_ft);
+        struct kernel_mat mat = ground ? kernel_outside(m, n)
+                                       : kernel_mat(p, v, n, 1.0 / m->length_ft);
         bool free_end = (n == 0 && m->left_free) || (ground && m->right_free);
         if (!free_end && !(m->slack_ft > 0.0 && m->joint[n] == 0)) {
-            double g = kernel_gap_ft(m, n, &left, &mat, m->full) - (m->joint[n] > 0 ? m->slack_ft : 0.0);
+            double g = kernel_gap_ft(m, n, &left, &mat, m->full) -
+                       (m->joint[n] > 0 ? m->slack_ft : 0.0);
             energy += 0.5 * m->kl * g * g;
         }
         if (m->torsion[n]) {
-            double wound = hinge_wound_rad(m->jumps, m->torsion[n], kernel_turn_rad(&left, &mat), m->tad_rad);
+            double wound = hinge_wound_rad(m->jumps, m->torsion[n], kernel_turn_rad(&left, &mat),
+                                           m->tad_rad);
             energy += 0.5 * m->kt * wound * wound;
         }
         double ends = n == 0 || ground ? 1.0 : 2.0;
@@ -286,7 +303,8 @@ double model_energy_lb_ft(const struct model *m, const double *z)
             energy += 0.5 * m->kv * ends * p[2 * n] * p[2 * n];
         if (!ground) {
             double middle = 0.5 * (v[2 * n] + v[2 * n + 2]);
-            energy += 0.5 * (m->mass_slug * (mat.v * mat.v + middle * middle) + m->inertia * mat.w * mat.w);
+            energy += 0.5 * (m->mass_slug * (mat.v * mat.v + middle * middle) +
+                             m->inertia * mat.w * mat.w);
             energy -= 0.5 * m->weight_lb * (p[2 * n] + p[2 * n + 2]);
         }
         left = mat;
@@ -294,7 +312,7 @@ double model_energy_lb_ft(const struct model *m, const double *z)
     return energy;
 }
 
-#define POWERS 300
+#define POWERS    300
 #define RATE_MATS 64 /* the first ones stand for all: their parameters are the same */
 
 double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
@@ -375,7 +393,8 @@ void model_describe(const struct model *m, struct sim_result *result)
     if (m->law == SIM_NONE)
         sim_result_leave_out(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
-        sim_result_note(result, "grit: an opened joint opens freely and needs its grit again to close");
+        sim_result_note(result,
+                        "grit: an opened joint opens freely and needs its grit again to close");
     if (m->slack_ft <= 0.0)
         sim_result_leave_out(result, "slack (0)");
     if (!m->full)
@@ -385,7 +404,8 @@ void model_describe(const struct model *m, struct sim_result *result)
     if (m->wheel_load_lb == 0.0)
         sim_result_leave_out(result, "wheel load (0)");
     if (m->consistent && m->scene->shear_lb != 0.0)
-        sim_result_note(result, "V has no part in model consistent: mats lift by their own inertia");
+        sim_result_note(result,
+                        "V has no part in model consistent: mats lift by their own inertia");
     if (m->scene->path_count > 0)
         sim_result_note(result, "path replaces Vac, s0 and F");
     element_describe(&m->elements, result);

@@ -1,17 +1,18 @@
-/* Model: the planar equations of one scene, report model or consistent model, as the solvers see them.
- * PLANAR.md, "Models".
+/* Model: the planar equations of one scene, report model or consistent model, as the solvers see
+ * them. PLANAR.md, "Models".
  *
- * Coordinates of both models: node heights Y_1..Y_{N+1} (down positive) and mat displacements u_1..u_N,
- * interleaved: p[2(j-1)] = Y_j, p[2n-1] = u_n, size = 2N+1. The state is z = (p, v), 2 size values, v the rates.
- * The report model's q1 and theta_n are functions of the heights (Y_1 = q1 - h sin theta_1,
- * sin theta_n = (Y_{n+1} - Y_n)/L), so both models are banded alike.
+ * Coordinates of both models: node heights Y_1..Y_{N+1} (down positive) and mat displacements
+ * u_1..u_N, interleaved: p[2(j-1)] = Y_j, p[2n-1] = u_n, size = 2N+1. The state is z = (p, v), 2
+ * size values, v the rates. The report model's q1 and theta_n are functions of the heights (Y_1 =
+ * q1 - h sin theta_1, sin theta_n = (Y_{n+1} - Y_n)/L), so both models are banded alike.
  *
- * Inside, mats, nodes and joints count from 0 (mat n spans nodes n and n+1; joint j is the left end of mat j);
- * everything that leaves counts from 1. Units ft, lb, s, slug, rad.
+ * Inside, mats, nodes and joints count from 0 (mat n spans nodes n and n+1; joint j is the left end
+ * of mat j); everything that leaves counts from 1. Units ft, lb, s, slug, rad.
  *
- * Every law with a switch (contact, torsion, slack, stick-slip, lift shear) is evaluated in its present mode. A mode
- * holds while its margin is >= 0 (model_margin): a solver that locates switches sees smooth right-hand sides between
- * them; one that samples them calls model_sample before every evaluation.
+ * Every law with a switch (contact, torsion, slack, stick-slip, lift shear) is evaluated in its
+ * present mode. A mode holds while its margin is >= 0 (model_margin): a solver that locates
+ * switches sees smooth right-hand sides between them; one that samples them calls model_sample
+ * before every evaluation.
  *
  * One owner, one thread; the scene must outlive the model. */
 #ifndef MATRIG_HOST_SIM_MODELS_MODEL_H
@@ -26,10 +27,18 @@
 #include "host/sim/elements/span.h"
 
 #define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
-#define MODEL_ROW (2 * MODEL_BAND + 1)
+#define MODEL_ROW  (2 * MODEL_BAND + 1)
 #define MODEL_TAIL 3e-8
 
-enum model_switch_kind { MODEL_CONTACT, MODEL_TORSION, MODEL_SLACK, MODEL_SLIDE, MODEL_STICK, MODEL_APEX, MODEL_HOLD };
+enum model_switch_kind {
+    MODEL_CONTACT,
+    MODEL_TORSION,
+    MODEL_SLACK,
+    MODEL_SLIDE,
+    MODEL_STICK,
+    MODEL_APEX,
+    MODEL_HOLD
+};
 
 struct model_switch {
     enum model_switch_kind kind;
@@ -44,8 +53,8 @@ struct model {
     double length_ft, half_ft, mass_slug, inertia, weight_lb, wheel_load_lb;
     double kv, cv, kl, cl, kt, ct, tad_rad, slack_ft;
     double friction, weight_limit_lb, veps_ft_s, shear_lb, q1_lb;
-    bool full;         /* profile */
-    bool jumps;        /* torsion `switched` */
+    bool full;  /* profile */
+    bool jumps; /* torsion `switched` */
     bool soil_normal;
     bool left_free, right_free;
     bool left_turns, right_turns; /* no moment at that end */
@@ -64,45 +73,51 @@ struct model {
     int lifted;           /* nodes out of contact */
     int apex;             /* node; meant only while lifted > 0 */
 
-    /* Report model: the lift shear of a mat acts only while its right end is off the ground, and may press it down
-     * again at once. Such a node bounces ever faster and then stays at the edge of contact; its height is held until
-     * the shear is too little, or the ground not needed. What bouncing ever faster comes to: the node is up for a share
-     * of the time, and the mats on both sides get that share of the lift they have while it is up. -1: none. */
+    /* Report model: the lift shear of a mat acts only while its right end is off the ground, and
+     * may press it down again at once. Such a node bounces ever faster and then stays at the edge
+     * of contact; its height is held until the shear is too little, or the ground not needed. What
+     * bouncing ever faster comes to: the node is up for a share of the time, and the mats on both
+     * sides get that share of the lift they have while it is up. -1: none. */
     int held;
     signed char held_lift[2]; /* lift of the mats before and after it, were it up */
 
-    /* The window: mats integrated. The rest is flat, at rest, and its displacements constant (window.c). */
+    /* The window: mats integrated. The rest is flat, at rest, and its displacements constant
+     * (window.c). */
     bool prunes; /* whether mats are left out; set before model_start */
     int first, last;
     double *rest_u_ft; /* per mat: displacement of those outside */
     double rest_y_ft;  /* height of a settled node */
-    int tail;          /* consistent: mats over which what a sudden load does to the heights falls by MODEL_TAIL */
+    /* consistent: mats over which what a sudden load does to the heights falls by MODEL_TAIL */
+    int tail;
     int quiet_steps;
     double *storage;
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
     double *tanh;       /* per mat: of its speed over veps */
-    /* Of an engine that has its own joints and takes its own steps; model_lay, model_lend and model_brace set them. */
-    const double *tilt_ft;  /* per mat; NULL: level ground */
+    /* Of an engine that has its own joints and takes its own steps; model_lay, model_lend and
+     * model_brace set them. */
+    const double *tilt_ft; /* per mat; NULL: level ground */
     double tilt_most_ft;
-    const double *given_lb; /* tension per joint */
+    const double *given_lb;               /* tension per joint */
     const double *brace_lb, *brace_lb_ft; /* per node and joint; NULL: none */
     uint64_t rhs;
 };
 
-/* MR_FULL when memory is short; MR_USAGE when the scene asks for something this model does not have. Grit is a law
- * with a memory, for fixed steps only: `grit` says that it will be used so. */
-enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit, struct error *error);
+/* MR_FULL when memory is short; MR_USAGE when the scene asks for something this model does not
+ * have. Grit is a law with a memory, for fixed steps only: `grit` says that it will be used so. */
+enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit,
+                          struct error *error);
 void model_free(struct model *model);
 
-/* For an engine that takes fixed steps, has the joints' tensions itself and gives the model the vertical motion alone
- * (solvers/landing.h). Arrays stay the engine's.
- * model_lay: what lies under the mats, per mat how much lower the ground is under its right end than under its left.
- *   Heights in z are then above the ground under each node, and a mat at rest is turned by its tilt.
+/* For an engine that takes fixed steps, has the joints' tensions itself and gives the model the
+ * vertical motion alone (solvers/landing.h). Arrays stay the engine's. model_lay: what lies under
+ * the mats, per mat how much lower the ground is under its right end than under its left.
+ *   Heights in z are then above the ground under each node, and a mat at rest is turned by its
+ *   tilt.
  * model_lend: tensions per joint for consistent_heave; the model has no slack of its own any more.
- * model_brace: what modifications press each node down with, and with which moment they bend each joint.
- * model_ride: the wheel stands on `mat` (from 0; -1: on none) and its thrust is the engine's.
- * model_look_at: the window is mats first..last. */
+ * model_brace: what modifications press each node down with, and with which moment they bend each
+ * joint. model_ride: the wheel stands on `mat` (from 0; -1: on none) and its thrust is the
+ * engine's. model_look_at: the window is mats first..last. */
 void model_lay(struct model *model, const double *tilt_ft);
 void model_lend(struct model *model, const double *tension_lb);
 void model_brace(struct model *model, const double *down_lb, const double *moment_lb_ft);
@@ -118,20 +133,22 @@ void model_enter(struct model *model, size_t at, double *z);
 /* Choose the first window; model_start does. */
 void model_prune(struct model *model, double t_s, const double *z);
 
-/* After a step or an event: take in the mats that begin to move, leave those behind that have come to rest. True when
- * the window has changed: what a stepper remembers no longer fits. */
+/* After a step or an event: take in the mats that begin to move, leave those behind that have come
+ * to rest. True when the window has changed: what a stepper remembers no longer fits. */
 bool model_follow(struct model *model, double *z);
 
 /* Write the mats outside the window into z, for those who look at all mats. */
 void model_fill(const struct model *model, double *z);
 
-/* Accelerations p'' at (t, z) in the present modes. Stuck mats: 0. An angle of 90 degrees or more gives NaN. */
+/* Accelerations p'' at (t, z) in the present modes. Stuck mats: 0. An angle of 90 degrees or more
+ * gives NaN. */
 void model_rates(struct model *model, double t_s, const double *z, double *accel);
 
-/* Linearisation at (t, z) with accelerations `accel`: rows of M, dR/dp and dR/dv for the residual
- * R = force(t, p, v) - M(p) accel; entry (i, k) at [i * MODEL_ROW + k - i + MODEL_BAND]. dR/dt goes to `drift`. */
-void model_linearise(struct model *model, double t_s, const double *z, const double *accel, double *mass, double *by_p,
-                     double *by_v, double *drift);
+/* Linearisation at (t, z) with accelerations `accel`: rows of M, dR/dp and dR/dv for the residual R
+ * = force(t, p, v) - M(p) accel; entry (i, k) at [i * MODEL_ROW + k - i + MODEL_BAND]. dR/dt goes
+ * to `drift`. */
+void model_linearise(struct model *model, double t_s, const double *z, const double *accel,
+                     double *mass, double *by_p, double *by_v, double *drift);
 
 /* Mat n (from 0) as elements see it. */
 struct element_mat model_element_mat(const struct model *model, const double *z, int mat);
@@ -144,12 +161,14 @@ double model_limit_lb(const struct model *model, const double *z, int mat);
 double model_margin(const struct model *model, double t_s, const double *z, struct model_switch s);
 
 /* All switches whose margin is negative, at most `room`; returns how many there are. */
-int model_violations(const struct model *model, double t_s, const double *z, struct model_switch *found, int room);
+int model_violations(const struct model *model, double t_s, const double *z,
+                     struct model_switch *found, int room);
 
-/* Whether a switch may come and go within a step that has none at its ends: from states and their rates (v, p'') there.
- * False says that no margin can reach zero, as far as cubics tell, with a factor of two. */
-bool model_may_switch(const struct model *model, double t0_s, const double *z0, const double *rate0, double t1_s,
-                      const double *z1, const double *rate1);
+/* Whether a switch may come and go within a step that has none at its ends: from states and their
+ * rates (v, p'') there. False says that no margin can reach zero, as far as cubics tell, with a
+ * factor of two. */
+bool model_may_switch(const struct model *model, double t0_s, const double *z0, const double *rate0,
+                      double t1_s, const double *z1, const double *rate1);
 
 /* Index range of p that margins of this switch read. */
 void model_reach(const struct model *model, struct model_switch s, int *low, int *high);
@@ -157,7 +176,8 @@ void model_reach(const struct model *model, struct model_switch s, int *low, int
 /* Flip the mode (a stopping mat gets exactly rest), then everything that depends on it. */
 void model_flip(struct model *model, double t_s, double *z, struct model_switch s);
 
-/* After flips: mats at rest are tested for sticking again; lift shear and counts are brought up to date. */
+/* After flips: mats at rest are tested for sticking again; lift shear and counts are brought up to
+ * date. */
 void model_settle(struct model *model, double t_s, const double *z);
 
 /* Set every mode but stick-slip from the state alone. */
@@ -171,9 +191,9 @@ double model_lift_ft(const struct model *model, const double *z, int *node_from_
 double model_worst_angle_deg(const struct model *model, const double *z, int *mat_from_1);
 double model_energy_lb_ft(const struct model *model, const double *z);
 
-/* Largest rate of the linearised equations with every node in contact, /s (power iteration): what limits explicit
- * steps. MODEL_STAGGERED leaves out what staggered steps take implicitly or exactly: the soil's dampers and the elements of
- * the table. */
+/* Largest rate of the linearised equations with every node in contact, /s (power iteration): what
+ * limits explicit steps. MODEL_STAGGERED leaves out what staggered steps take implicitly or
+ * exactly: the soil's dampers and the elements of the table. */
 enum model_steps { MODEL_EXPLICIT, MODEL_STAGGERED };
 double model_fastest_rate(struct model *model, const double *z, enum model_steps steps);
 

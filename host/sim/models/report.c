@@ -1,12 +1,13 @@
-/* The report's model (PLANAR.md, "Report model"), evaluated from one end of the window to the other: each mat's angular
- * acceleration is local, node heights accelerate as its running sum. */
+/* The report's model (PLANAR.md, "Report model"), evaluated from one end of the window to the
+ * other: each mat's angular acceleration is local, node heights accelerate as its running sum. */
 #include "host/sim/models/kernel.h"
 
 /* A flat mat with nothing in its joints, both feet in the same mode. */
 KERNEL_INLINE bool flat_stays(const struct model *m, int n, const struct kernel_mat *mat)
 {
-    return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] && m->lift[n] == 0 &&
-           m->contact[n] == m->contact[n + 1] && n != m->held - 1 && n != m->held;
+    return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
+           m->lift[n] == 0 && m->contact[n] == m->contact[n + 1] && n != m->held - 1 &&
+           n != m->held;
 }
 
 KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, double *accel,
@@ -26,7 +27,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double height = 0.0, up = 0.0; /* up: share of the time that the held node is up */
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, n + 1);
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length)
+                                           : kernel_outside(m, n + 1);
         double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double push = tension_r - tension_l;
@@ -52,10 +54,11 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
                          h * mat.s * (tension_l + tension_r);
         double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
-        double middle = (m->q1_lb - soil_l - soil_r) * inverse_mass; /* of mat 1 */
+        double middle = (m->q1_lb - soil_l - soil_r) * inverse_mass;             /* of mat 1 */
         if (n == m->held - 1) {
             double level = n == 0 ? -middle / h : -height * inverse_length;
-            double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) * inverse_inertia;
+            double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) *
+                           inverse_inertia;
             up = shear != 0.0 ? (level - rise) / shear : 0.0;
             rise = level;
         }

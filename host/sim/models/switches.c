@@ -3,8 +3,10 @@
 
 #include "host/sim/models/kernel.h"
 
-#define HOLD_PART 1.25e-7 /* of sqrt(g L): slower bounces are not followed */
-#define SLACK_EDGE 1e-12 /* of a mat: a joint's mode is kept this far beyond its edge; a wave's tail opens joints by 1e-30 ft */
+#define HOLD_PART  1.25e-7 /* of sqrt(g L): slower bounces are not followed */
+/* of a mat: a joint's mode is kept this far beyond its edge; a wave's tail opens joints by 1e-30
+ * ft */
+#define SLACK_EDGE 1e-12
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
 {
@@ -23,9 +25,12 @@ static double tension_lb(const struct model *m, const double *z, int j)
 
 double model_push_lb(const struct model *m, double t_s, const double *z, int mat)
 {
-    double rate, thrust = m->span.mat < 0 ? 0.0 : span_thrust_lb(&m->span, m->length_ft, t_s, mat, &rate);
+    double rate,
+        thrust = m->span.mat < 0 ? 0.0 : span_thrust_lb(&m->span, m->length_ft, t_s, mat, &rate);
     double push = tension_lb(m, z, mat + 1) - tension_lb(m, z, mat) + thrust;
-    return m->elements.count == 0 ? push : push + element_force_lb(&m->elements, model_element_mat(m, z, mat));
+    return m->elements.count == 0
+             ? push
+             : push + element_force_lb(&m->elements, model_element_mat(m, z, mat));
 }
 
 double model_limit_lb(const struct model *m, const double *z, int mat)
@@ -55,9 +60,11 @@ static bool has_torsion(const struct model *m, int j)
     return m->kt > 0.0 || m->ct > 0.0;
 }
 
-/* What a node at the edge of contact would do with the lift shears of contact and with those it has when it is up. Its
- * state is only looked at; the work is done on a copy of the model's few scalars. */
-static void held_accel(const struct model *m, double t_s, const double *z, int node, double *off, double *on)
+/* What a node at the edge of contact would do with the lift shears of contact and with those it has
+ * when it is up. Its state is only looked at; the work is done on a copy of the model's few
+ * scalars. */
+static void held_accel(const struct model *m, double t_s, const double *z, int node, double *off,
+                       double *on)
 {
     struct model copy = *m;
     double *accel = m->spare;
@@ -75,21 +82,18 @@ static void held_accel(const struct model *m, double t_s, const double *z, int n
 double model_margin(const struct model *m, double t_s, const double *z, struct model_switch s)
 {
     switch (s.kind) {
-    case MODEL_CONTACT:
-        return soil_margin_ft(m->contact[s.index], contact_value(m, z, s.index));
+    case MODEL_CONTACT: return soil_margin_ft(m->contact[s.index], contact_value(m, z, s.index));
     case MODEL_TORSION:
         return hinge_margin_rad(m->torsion[s.index], turn_of(m, z, s.index), m->tad_rad);
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
-        return joint_margin_ft(m->joint[s.index], kernel_gap_ft(m, s.index, &l, &r, m->full), m->slack_ft,
-                               SLACK_EDGE * m->length_ft);
+        return joint_margin_ft(m->joint[s.index], kernel_gap_ft(m, s.index, &l, &r, m->full),
+                               m->slack_ft, SLACK_EDGE * m->length_ft);
     }
-    case MODEL_SLIDE:
-        return m->slide[s.index] * z[m->size + 2 * s.index + 1];
+    case MODEL_SLIDE: return m->slide[s.index] * z[m->size + 2 * s.index + 1];
     case MODEL_STICK:
         return friction_margin_lb(model_limit_lb(m, z, s.index), model_push_lb(m, t_s, z, s.index));
-    case MODEL_APEX:
-        return z[2 * s.index] - z[2 * m->apex];
+    case MODEL_APEX: return z[2 * s.index] - z[2 * m->apex];
     case MODEL_HOLD: {
         double off, on;
         held_accel(m, t_s, z, s.index, &off, &on);
@@ -131,7 +135,8 @@ static inline void note(struct found *found, enum model_switch_kind kind, int in
     found->count++;
 }
 
-int model_violations(const struct model *m, double t_s, const double *z, struct model_switch *list, int room)
+int model_violations(const struct model *m, double t_s, const double *z, struct model_switch *list,
+                     int room)
 {
     struct found found = {list, room, 0};
     const double *v = z + m->size;
@@ -150,7 +155,8 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
         note(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
         /* |asin a - asin b| is below TAD for certain while |a| + |b| is below sin TAD */
-        double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft - 2.0 * m->tilt_most_ft;
+        double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft -
+                         2.0 * m->tilt_most_ft;
         double left_ft = 0.0;
         for (int j = m->first; j <= m->last + 1; j++) {
             double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
@@ -167,7 +173,8 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
         }
     }
     if (m->law == SIM_STICK) {
-        int first = m->first > 0 ? m->first - 1 : 0, last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
+        int first = m->first > 0 ? m->first - 1 : 0,
+            last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
         double tension_l = tension_lb(m, z, first);
         for (int n = first; n <= last; n++) {
             double tension_r = tension_lb(m, z, n + 1);
@@ -192,7 +199,8 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
 /* Lift shear of mat n by the ends that are up. */
 static signed char lift_of(const struct model *m, int n, bool left, bool right)
 {
-    int ridge = m->apex + 1; /* the second mat after the apex node: its left end is the node after it */
+    /* the second mat after the apex node: its left end is the node after it */
+    int ridge = m->apex + 1;
     if (m->shear == SIM_FOLLOWING)
         return n == ridge && left;
     if (right && (!left || n == ridge))
@@ -259,7 +267,8 @@ void model_settle(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* A node that has all but stopped at the edge of contact, and is driven back from both sides, is held there. */
+/* A node that has all but stopped at the edge of contact, and is driven back from both sides, is
+ * held there. */
 static void try_hold(struct model *m, double t_s, double *z, int node)
 {
     double off, on, speed = z[m->size + 2 * node], edge_ft = z[2 * node];
@@ -278,7 +287,8 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
             z[m->size + 2 * j] -= speed;
             if (fabs(z[2 * j] - edge_ft) > 1e-3 * SOIL_TOUCH_FT)
                 continue;
-            z[2 * j] = -0.5 * SOIL_TOUCH_FT; /* flat mats: well within contact, so that rounding does not lift them */
+            /* flat mats: well within contact, so that rounding does not lift them */
+            z[2 * j] = -0.5 * SOIL_TOUCH_FT;
             if (fabs(z[m->size + 2 * j]) < fabs(speed))
                 z[m->size + 2 * j] = 0.0;
             m->contact[j] = 1;
@@ -317,15 +327,9 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
             m->joint[s.index] = gap > 0.5 * m->slack_ft ? 1 : -1;
         break;
     }
-    case MODEL_SLIDE:
-        z[m->size + 2 * s.index + 1] = 0.0;
-        break;
-    case MODEL_STICK:
-        m->slide[s.index] = model_push_lb(m, t_s, z, s.index) > 0.0 ? 1 : -1;
-        break;
-    case MODEL_APEX:
-        m->apex = s.index;
-        break;
+    case MODEL_SLIDE: z[m->size + 2 * s.index + 1] = 0.0; break;
+    case MODEL_STICK: m->slide[s.index] = model_push_lb(m, t_s, z, s.index) > 0.0 ? 1 : -1; break;
+    case MODEL_APEX: m->apex = s.index; break;
     }
 }
 
@@ -364,8 +368,9 @@ void model_sample(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* How far a quantity can stray beyond its values at both ends of a step: twice what the cubic through values and slopes
- * can (a slope that differs from the mean by 1 lifts it by 4/27 of the step). */
+/* How far a quantity can stray beyond its values at both ends of a step: twice what the cubic
+ * through values and slopes can (a slope that differs from the mean by 1 lifts it by 4/27 of the
+ * step). */
 static inline double stray(double h, double from, double to, double rate_from, double rate_to)
 {
     double mean = (to - from) / h;
@@ -378,8 +383,8 @@ struct step_ends {
 };
 
 /* Whether from below `limit` it can get above it. */
-static inline bool may_pass(const struct step_ends *s, double from, double to, double rate_from, double rate_to,
-                            double limit)
+static inline bool may_pass(const struct step_ends *s, double from, double to, double rate_from,
+                            double rate_to, double limit)
 {
     return (from > to ? from : to) + stray(s->h_s, from, to, rate_from, rate_to) > limit;
 }
@@ -388,7 +393,8 @@ static bool contact_may_change(const struct model *m, const struct step_ends *s,
 {
     int y = 2 * node, v = m->size + y;
     double sign = m->contact[node] ? -1.0 : 1.0, edge = m->consistent ? 0.0 : sign * -SOIL_TOUCH_FT;
-    bool height = may_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y], edge);
+    bool height = may_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y],
+                           edge);
     if (!m->consistent || (m->contact[node] ? height : !height))
         return height;
     double c = m->cv / m->kv; /* the soil pushes while height and force are both positive */
@@ -399,19 +405,21 @@ static bool contact_may_change(const struct model *m, const struct step_ends *s,
 static bool apex_may_change(const struct model *m, const struct step_ends *s, int node)
 {
     int y = 2 * node, a = 2 * m->apex;
-    return node != m->apex && may_pass(s, s->z0[a] - s->z0[y], s->z1[a] - s->z1[y], s->r0[a] - s->r0[y],
-                                       s->r1[a] - s->r1[y], 0.0);
+    return node != m->apex && may_pass(s, s->z0[a] - s->z0[y], s->z1[a] - s->z1[y],
+                                       s->r0[a] - s->r0[y], s->r1[a] - s->r1[y], 0.0);
 }
 
-static bool torsion_may_change(const struct model *m, const struct step_ends *s, int joint, double flat_ft)
+static bool torsion_may_change(const struct model *m, const struct step_ends *s, int joint,
+                               double flat_ft)
 {
     double tilt_ft = 0.0;
     for (int n = joint - 1; n <= joint; n++) {
         if (n < m->first || n > m->last)
             continue;
         double from = s->z0[2 * n + 2] - s->z0[2 * n], to = s->z1[2 * n + 2] - s->z1[2 * n];
-        tilt_ft += fmax(fabs(from), fabs(to)) +
-                   stray(s->h_s, from, to, s->r0[2 * n + 2] - s->r0[2 * n], s->r1[2 * n + 2] - s->r1[2 * n]);
+        tilt_ft += fmax(fabs(from), fabs(to)) + stray(s->h_s, from, to,
+                                                      s->r0[2 * n + 2] - s->r0[2 * n],
+                                                      s->r1[2 * n + 2] - s->r1[2 * n]);
     }
     if (!m->torsion[joint] && tilt_ft < flat_ft)
         return false;
@@ -424,7 +432,8 @@ static bool torsion_may_change(const struct model *m, const struct step_ends *s,
     }
     double side = m->torsion[joint];
     if (m->torsion[joint])
-        return may_pass(s, -side * turn[0], -side * turn[1], -side * rate[0], -side * rate[1], -m->tad_rad);
+        return may_pass(s, -side * turn[0], -side * turn[1], -side * rate[0], -side * rate[1],
+                        -m->tad_rad);
     return may_pass(s, turn[0], turn[1], rate[0], rate[1], m->tad_rad) ||
            may_pass(s, -turn[0], -turn[1], -rate[0], -rate[1], m->tad_rad);
 }
@@ -438,8 +447,10 @@ static bool slack_may_change(const struct model *m, const struct step_ends *s, i
         gap[end] = kernel_gap_ft(m, joint, &l, &r, m->full);
         rate[end] = r.v - l.v + (m->full ? m->half_ft * (l.w * l.s + r.w * r.s) : 0.0);
     }
-    bool opens = may_pass(s, gap[0], gap[1], rate[0], rate[1], m->joint[joint] < 0 ? 0.0 : m->slack_ft);
-    bool closes = may_pass(s, -gap[0], -gap[1], -rate[0], -rate[1], m->joint[joint] > 0 ? -m->slack_ft : 0.0);
+    bool opens = may_pass(s, gap[0], gap[1], rate[0], rate[1],
+                          m->joint[joint] < 0 ? 0.0 : m->slack_ft);
+    bool closes = may_pass(s, -gap[0], -gap[1], -rate[0], -rate[1],
+                           m->joint[joint] > 0 ? -m->slack_ft : 0.0);
     return m->joint[joint] < 0 ? opens : m->joint[joint] > 0 ? closes : opens || closes;
 }
 
@@ -451,7 +462,8 @@ static double tension_rate(const struct model *m, const double *z, const double 
     if ((joint == 0 && m->left_free) || (joint == m->mats && m->right_free) ||
         (m->slack_ft > 0.0 && m->joint[joint] == 0))
         return 0.0;
-    return m->kl * ((right ? z[r] : 0.0) - (left ? z[l] : 0.0)) + m->cl * ((right ? rate[r] : 0.0) - (left ? rate[l] : 0.0));
+    return m->kl * ((right ? z[r] : 0.0) - (left ? z[l] : 0.0)) +
+           m->cl * ((right ? rate[r] : 0.0) - (left ? rate[l] : 0.0));
 }
 
 static bool slip_may_change(const struct model *m, const struct step_ends *s, int mat)
@@ -459,18 +471,20 @@ static bool slip_may_change(const struct model *m, const struct step_ends *s, in
     int v = m->size + 2 * mat + 1;
     double side = m->slide[mat];
     if (m->slide[mat])
-        return may_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v], 0.0);
+        return may_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v],
+                        0.0);
     if (m->soil_normal)
         return true; /* its limit changes too */
     double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
     double rate_from = tension_rate(m, s->z0, s->r0, mat + 1) - tension_rate(m, s->z0, s->r0, mat);
     double rate_to = tension_rate(m, s->z1, s->r1, mat + 1) - tension_rate(m, s->z1, s->r1, mat);
     double limit = model_limit_lb(m, s->z0, mat);
-    return may_pass(s, from, to, rate_from, rate_to, limit) || may_pass(s, -from, -to, -rate_from, -rate_to, limit);
+    return may_pass(s, from, to, rate_from, rate_to, limit) ||
+           may_pass(s, -from, -to, -rate_from, -rate_to, limit);
 }
 
-bool model_may_switch(const struct model *m, double t0_s, const double *z0, const double *rate0, double t1_s,
-                      const double *z1, const double *rate1)
+bool model_may_switch(const struct model *m, double t0_s, const double *z0, const double *rate0,
+                      double t1_s, const double *z1, const double *rate1)
 {
     const struct step_ends s = {z0, z1, rate0, rate1, t0_s, t1_s, t1_s - t0_s};
     bool apexes = m->shear != SIM_NO_SHEAR && m->lifted > 0;
@@ -484,7 +498,8 @@ bool model_may_switch(const struct model *m, double t0_s, const double *z0, cons
             (m->slack_ft > 0.0 && slack_may_change(m, &s, j)))
             return true;
     }
-    int first = m->first > 0 ? m->first - 1 : 0, last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
+    int first = m->first > 0 ? m->first - 1 : 0,
+        last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
     for (int n = first; m->law == SIM_STICK && n <= last; n++) {
         if (slip_may_change(m, &s, n))
             return true;

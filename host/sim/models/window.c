@@ -1,20 +1,21 @@
 /* The window: which mats are integrated. PLANAR.md, "What is left out".
  *
- * A mat outside is flat, at rest, and its displacement constant. Where the laws keep it so, leaving it out is exact:
- * exact sticking holds a mat until the push on it exceeds its limit, and the report's equations give a flat mat no
- * turning moment until a joint's free rotation is used up or the lift shear takes it. There the window grows when
- * that happens. Elsewhere the motion arrives as a tail that falls off faster than exponentially ahead of the wave:
- * the window grows while any of its GUARD outermost mats moves by more than QUIET. */
+ * A mat outside is flat, at rest, and its displacement constant. Where the laws keep it so, leaving
+ * it out is exact: exact sticking holds a mat until the push on it exceeds its limit, and the
+ * report's equations give a flat mat no turning moment until a joint's free rotation is used up or
+ * the lift shear takes it. There the window grows when that happens. Elsewhere the motion arrives
+ * as a tail that falls off faster than exponentially ahead of the wave: the window grows while any
+ * of its GUARD outermost mats moves by more than QUIET. */
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/models/kernel.h"
 
-#define GUARD 4
-#define CHUNK 8         /* mats taken in at once when the guard is reached, at least */
-#define QUIET 1e-13     /* of L for heights, of sqrt(g L) for speeds */
-#define PATIENCE 16     /* steps between attempts to leave mats behind */
-#define WORTH_LEAVING 4 /* mats; fewer are not worth a restart */
+#define GUARD         4
+#define CHUNK         8     /* mats taken in at once when the guard is reached, at least */
+#define QUIET         1e-13 /* of L for heights, of sqrt(g L) for speeds */
+#define PATIENCE      16    /* steps between attempts to leave mats behind */
+#define WORTH_LEAVING 4     /* mats; fewer are not worth a restart */
 
 static bool exact_push(const struct model *m)
 {
@@ -27,7 +28,8 @@ static bool exact_shape(const struct model *m)
     return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
 }
 
-/* Mats taken in at once. In the consistent model a load is felt at once as far as the mass matrix carries it. */
+/* Mats taken in at once. In the consistent model a load is felt at once as far as the mass matrix
+ * carries it. */
 static int chunk(const struct model *m)
 {
     return m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
@@ -50,9 +52,11 @@ static bool lies_flat(const struct model *m, const double *z, int n)
     if (exact_shape(m))
         return z[2 * n] == z[2 * n + 2] && v[2 * n] == v[2 * n + 2];
     if (!m->consistent)
-        return fabs(z[2 * n + 2] - z[2 * n]) <= quiet_ft(m) && fabs(v[2 * n + 2] - v[2 * n]) <= quiet_ft_s(m);
-    return fabs(z[2 * n] - m->rest_y_ft) <= quiet_ft(m) && fabs(z[2 * n + 2] - m->rest_y_ft) <= quiet_ft(m) &&
-           fabs(v[2 * n]) <= quiet_ft_s(m) && fabs(v[2 * n + 2]) <= quiet_ft_s(m);
+        return fabs(z[2 * n + 2] - z[2 * n]) <= quiet_ft(m) &&
+               fabs(v[2 * n + 2] - v[2 * n]) <= quiet_ft_s(m);
+    return fabs(z[2 * n] - m->rest_y_ft) <= quiet_ft(m) &&
+           fabs(z[2 * n + 2] - m->rest_y_ft) <= quiet_ft(m) && fabs(v[2 * n]) <= quiet_ft_s(m) &&
+           fabs(v[2 * n + 2]) <= quiet_ft_s(m);
 }
 
 static bool lies_still(const struct model *m, const double *z, int n)
@@ -166,12 +170,14 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
         return;
     for (int k = 0; k < GUARD && m->first > 0; k++) {
         int n = m->first + k;
-        if (n <= m->last && ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
+        if (n <= m->last &&
+            ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
             *first = m->first - chunk(m) < *first ? m->first - chunk(m) : *first;
     }
     for (int k = 0; k < GUARD && m->last < m->mats - 1; k++) {
         int n = m->last - k;
-        if (n >= m->first && ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
+        if (n >= m->first &&
+            ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
             *last = m->last + chunk(m) > *last ? m->last + chunk(m) : *last;
     }
 }
@@ -184,7 +190,8 @@ static int idle(const struct model *m, const double *z, bool at_first)
     for (; count < m->last - m->first; count++) {
         int n = at_first ? m->first + count : m->last - count;
         if ((any && n >= low && n <= high) || !lies_still(m, z, n) || !lies_flat(m, z, n) ||
-            (exact_shape(m) && (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
+            (exact_shape(m) &&
+             (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
     }
     if (!at_first && m->shear != SIM_NO_SHEAR && m->lifted > 0 && m->last - count < m->apex + 1)

@@ -4,9 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-
-/* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static deflection of 2.6
- * (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in). */
+/* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
+ * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in). */
 void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
@@ -59,8 +58,8 @@ void mods_free_lists(struct sim_mods *mods)
 bool mods_any(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
-    return m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 || m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL ||
-           m->torn.count > 0;
+    return m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
+           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
 }
 
 int mods_connections(const struct sim_scene *scene, int group)
@@ -81,7 +80,8 @@ int mods_cleats(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
     int first = m->cleat_first > 0 ? m->cleat_first : m->cleat_every;
-    return m->cleat_every > 0 && first <= scene->mats ? (scene->mats - first) / m->cleat_every + 1 : 0;
+    return m->cleat_every > 0 && first <= scene->mats ? (scene->mats - first) / m->cleat_every + 1
+                                                      : 0;
 }
 
 int mods_cleat_mat(const struct sim_scene *scene, int i)
@@ -90,19 +90,23 @@ int mods_cleat_mat(const struct sim_scene *scene, int i)
     return (m->cleat_first > 0 ? m->cleat_first : m->cleat_every) + i * m->cleat_every;
 }
 
-static enum mr_status check_length(const struct sim_list *list, int wanted, const char *key, const char *part,
-                                   const char *where, struct error *error)
+static enum mr_status check_length(const struct sim_list *list, int wanted, const char *key,
+                                   const char *part, const char *where, struct error *error)
 {
     if (list->count <= 1 || list->count == (size_t)wanted)
         return MR_OK;
-    return error_set(error, MR_MALFORMED,
-                     "list of the wrong length: %s: %s has %zu values; give one number or %d, one per %s", where, key,
-                     list->count, wanted, part);
+    return error_set(
+        error, MR_MALFORMED,
+        "list of the wrong length: %s: %s has %zu values; give one number or %d, one per %s", where,
+        key, list->count, wanted, part);
 }
 
-static enum mr_status check_bands(const struct sim_scene *scene, int group, const char *where, struct error *error)
+static enum mr_status check_bands(const struct sim_scene *scene, int group, const char *where,
+                                  struct error *error)
 {
-    static const char *const t0_names[] = {"band_T0", "band2_T0"}, *const slip_names[] = {"band_slipped", "band2_slipped"};
+    static const char *const t0_names[] = {"band_T0", "band2_T0"}, *const slip_names[] = {
+                                                                       "band_slipped",
+                                                                       "band2_slipped"};
     static const char *const prefixes[] = {"band", "band2"};
     const struct sim_bands *b = &scene->mods.band[group];
     int connections = mods_connections(scene, group), first = mods_connection_mat(scene, group, 0);
@@ -110,17 +114,21 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
         return MR_OK;
     if (connections == 0)
         return error_set(error, MR_MALFORMED,
-                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (%s_first, %s_every); give a "
+                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (%s_first, "
+                         "%s_every); give a "
                          "smaller one",
                          where, first, scene->mats, prefixes[group], prefixes[group]);
-    if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)", where, error) != MR_OK ||
-        check_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where, error) != MR_OK)
+    if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
+                     where, error) != MR_OK ||
+        check_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where, error) !=
+            MR_OK)
         return error->status;
     for (size_t i = 0; i < b->pulled.count; i++) {
         double at = (b->pulled.values[i] - first) / b->every;
         if (!(at >= 0.0 && at < connections && at == floor(at)))
             return error_set(error, MR_MALFORMED,
-                             "not a riveted mat: %s: %s_pulled[%zu] is %g; rivets are in every %dth mat from %d on",
+                             "not a riveted mat: %s: %s_pulled[%zu] is %g; rivets are in every "
+                             "%dth mat from %d on",
                              where, prefixes[group], i, b->pulled.values[i], b->every, first);
     }
     return MR_OK;
@@ -133,18 +141,23 @@ enum mr_status mods_check(const struct sim_scene *scene, const char *where, stru
         if (check_bands(scene, g, where, error) != MR_OK)
             return error->status;
     }
-    if (m->cleat_every > 0 &&
-        check_length(&m->cleat_left, mods_cleats(scene), "cleat_left", "cleated mat", where, error) != MR_OK)
+    if (m->cleat_every > 0 && check_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
+                                           "cleated mat", where, error) != MR_OK)
         return error->status;
     if (m->stiff_span > 1 && m->lay_deg > 0.0)
-        return error_set(error, MR_MALFORMED,
-                         "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give one of them", where);
+        return error_set(
+            error, MR_MALFORMED,
+            "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give one of them",
+            where);
     if (m->lay_deg > 0.0 && !(scene->slack_ft > 0.0) && m->lay_slide_lb == 0.0 && m->lay_mu == 0.0)
-        return error_set(error, MR_MALFORMED,
-                         "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give one of them", where);
+        return error_set(
+            error, MR_MALFORMED,
+            "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give one of them",
+            where);
     for (size_t i = 0; i < m->torn.count; i++) {
         if (m->torn.values[i] > scene->mats + 1 || m->torn.values[i] != floor(m->torn.values[i]))
-            return error_set(error, MR_MALFORMED, "no such joint: %s: torn[%zu] is %g; there are %d", where, i,
+            return error_set(error, MR_MALFORMED,
+                             "no such joint: %s: torn[%zu] is %g; there are %d", where, i,
                              m->torn.values[i], scene->mats + 1);
     }
     return MR_OK;

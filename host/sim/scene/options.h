@@ -7,18 +7,27 @@
 
 /* All zero: choose everything. */
 struct sim_options {
-    const char *solver; /* NULL or "auto": chosen, the result says why. Chain: "fixed"; else stepper.h has the names */
-    double dt_s;        /* of a fixed step. 0: half the stability limit, halved when the check (fixed.h) asks for it */
-    double rtol;        /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of the largest |u|; halves the step until met */
-    bool no_prune;      /* integrate every mat all the time */
-    bool single;        /* solver fixed: one pass, no error estimate (0) and no check but that of stability. For ensembles
-                           whose spread is far larger than a pass's error; the step is dt, or half the stability limit */
-    double overrun_ft;  /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
-    /* Called now and then: how much of the pass is done, 0 to 1. False stops the run: SIM_INTERRUPTED. NULL: never. */
+    /* NULL or "auto": chosen, the result says why. Chain: "fixed"; else stepper.h has the names */
+    const char *solver;
+    /* of a fixed step. 0: half the stability limit, halved when the check (fixed.h) asks for it */
+    double dt_s;
+    /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of
+     * the largest |u|; halves the step until met */
+    double rtol;
+    bool no_prune; /* integrate every mat all the time */
+    /* solver fixed: one pass, no error estimate (0) and no check but that of stability. For
+     * ensembles whose spread is far larger than a pass's error; the step is dt, or half the
+     * stability limit */
+    bool single;
+    /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
+    double overrun_ft;
+    /* Called now and then: how much of the pass is done, 0 to 1. False stops the run:
+     * SIM_INTERRUPTED. NULL: never. */
     bool (*go_on)(void *ctx, int pass_from_1, double part);
     void *go_on_ctx;
     double sample_dt_s; /* 0: no samples */
-    const double *station_ft; /* where to sample: the mat that begins at the station or lies over it */
+    /* where to sample: the mat that begins at the station or lies over it */
+    const double *station_ft;
     size_t station_count;
 };
 

@@ -6,7 +6,8 @@
 
 const char *sim_status_name(enum sim_status status)
 {
-    static const char *const names[] = {"ok", "unstable", "folded", "step_underflow", "interrupted"};
+    static const char *const names[] = {"ok", "unstable", "folded", "step_underflow",
+                                        "interrupted"};
     return names[status];
 }
 

@@ -1,9 +1,8 @@
 /* Result of a simulation: what sim_run answers, whatever the model and the solver.
  *
  * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK holds no
- * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL; but one that was interrupted holds
- * what there was by then. Units ft, s. No array
- * ever holds a NaN. */
+ * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL; but one that was
+ * interrupted holds what there was by then. Units ft, s. No array ever holds a NaN. */
 #ifndef MATRIG_HOST_SIM_SCENE_RESULT_H
 #define MATRIG_HOST_SIM_SCENE_RESULT_H
 
@@ -14,7 +13,7 @@
 enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW, SIM_INTERRUPTED };
 
 #define SIM_LEFT_OUT_MAX 12
-#define SIM_NOTES_MAX 8
+#define SIM_NOTES_MAX    8
 #define SIM_OVERRUNS_MAX 8
 
 /* The state at one of the scene's t_out (or at the end when it names none). */
@@ -53,16 +52,20 @@ struct sim_result {
     double *push_lb; /* largest compression of each joint */
     double *pull_lb; /* largest tension */
     double *rise_ft; /* planar: largest lift of each node off its ground */
-    double crest_deg, sag_deg; /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
+    /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
+    double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    int overrun[SIM_OVERRUNS_MAX]; /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; between two */
-    int overruns;                  /* of them it was on mats that lay lower than half of that */
-    int first_crest, first_crest_wheel; /* node that first rose so far, and the mat the wheel was on then (0: on none) */
+    /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; between two */
+    int overrun[SIM_OVERRUNS_MAX];
+    int overruns; /* of them it was on mats that lay lower than half of that */
+    /* node that first rose so far, and the mat the wheel was on then (0: on none) */
+    int first_crest, first_crest_wheel;
 
     struct sim_output *outputs;
     size_t output_count;
-    double *u_ft;   /* at the end: mats + 1 values, by mat */
-    double *gap_ft; /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
+    double *u_ft; /* at the end: mats + 1 values, by mat */
+    /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
+    double *gap_ft;
 
     struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
 

@@ -57,14 +57,15 @@ void sim_scene_free(struct sim_scene *scene)
     sim_scene_defaults(scene);
 }
 
-static enum mr_status copy_array(void **to, const void *from, size_t count, size_t size, struct error *error)
+static enum mr_status copy_array(void **to, const void *from, size_t count, size_t size,
+                                 struct error *error)
 {
     void *copy = NULL;
     if (count > 0) {
         copy = calloc(count, size);
         if (!copy)
-            return error_set(error, MR_FULL, "out of memory: a list of %zu values; use a smaller scene",
-                             count);
+            return error_set(error, MR_FULL,
+                             "out of memory: a list of %zu values; use a smaller scene", count);
         memcpy(copy, from, count * size);
     }
     free(*to);
@@ -82,8 +83,8 @@ enum mr_status sim_scene_set_list(struct sim_list *list, const double *values, s
     return status;
 }
 
-enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count,
-                                  struct error *error)
+enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows,
+                                  size_t count, struct error *error)
 {
     void *array = scene->path;
     enum mr_status status = copy_array(&array, rows, count, sizeof *rows, error);
@@ -106,12 +107,14 @@ static double aircraft_gone_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
     if (scene->path_count == 0)
-        return scene->vac_ft_s > 0.0 ? fmax(0.0, runway_ft - scene->s0_ft) / scene->vac_ft_s : HUGE_VAL;
+        return scene->vac_ft_s > 0.0 ? fmax(0.0, runway_ft - scene->s0_ft) / scene->vac_ft_s
+                                     : HUGE_VAL;
     const struct sim_path_row *path = scene->path;
     size_t last = scene->path_count - 1;
     for (size_t i = 1; i <= last; i++) {
         if (path[i].x_ft >= runway_ft && path[i - 1].x_ft < runway_ft)
-            return path[i - 1].t_s + (path[i].t_s - path[i - 1].t_s) * (runway_ft - path[i - 1].x_ft) /
+            return path[i - 1].t_s + (path[i].t_s - path[i - 1].t_s) *
+                                         (runway_ft - path[i - 1].x_ft) /
                                          (path[i].x_ft - path[i - 1].x_ft);
     }
     while (last > 0 && path[last - 1].x_ft == path[last].x_ft)
@@ -127,21 +130,22 @@ double sim_scene_end_s(const struct sim_scene *scene)
         return aircraft_gone_s(scene) + scene->t_dwell_s;
     if (scene->path_count > 0)
         return scene->path[scene->path_count - 1].t_s;
-    return scene->vac_ft_s > 0.0 ? scene->mats_crossed * scene->length_ft / scene->vac_ft_s : HUGE_VAL;
+    return scene->vac_ft_s > 0.0 ? scene->mats_crossed * scene->length_ft / scene->vac_ft_s
+                                 : HUGE_VAL;
 }
 
-static enum mr_status out_of_range(const struct sim_key *key, const char *where, double value, size_t index,
-                                   bool listed, struct error *error)
+static enum mr_status out_of_range(const struct sim_key *key, const char *where, double value,
+                                   size_t index, bool listed, struct error *error)
 {
     char entry[32] = "";
     if (listed)
         snprintf(entry, sizeof entry, "[%zu]", index);
     if (key->high >= SIM_LARGEST)
-        return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g", where,
-                         key->name, entry, value, key->above ? "a number above" : "a finite number from",
-                         key->low);
-    return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %g to %g", where,
-                     key->name, entry, value, key->low, key->high);
+        return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
+                         where, key->name, entry, value,
+                         key->above ? "a number above" : "a finite number from", key->low);
+    return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %g to %g",
+                     where, key->name, entry, value, key->low, key->high);
 }
 
 static bool allowed(const struct sim_key *key, double value)
@@ -149,15 +153,14 @@ static bool allowed(const struct sim_key *key, double value)
     return value >= key->low && value <= key->high && !(key->above && value == key->low);
 }
 
-static enum mr_status check_key(const struct sim_scene *scene, const struct sim_key *key, const char *where,
-                                struct error *error)
+static enum mr_status check_key(const struct sim_scene *scene, const struct sim_key *key,
+                                const char *where, struct error *error)
 {
     const void *field = (const char *)scene + key->offset;
     double value;
     switch (key->kind) {
     case SIM_KEY_TEXT:
-    case SIM_KEY_PATH:
-        return MR_OK;
+    case SIM_KEY_PATH: return MR_OK;
     case SIM_KEY_CHOICE: {
         unsigned choice;
         size_t count = 0;
@@ -165,8 +168,9 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
         while (key->choices[count])
             count++;
         if (choice >= count)
-            return error_set(error, MR_MALFORMED, "value out of range: %s: %s is choice %u; there are %zu",
-                             where, key->name, choice, count);
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: %s is choice %u; there are %zu", where,
+                             key->name, choice, count);
         return MR_OK;
     }
     case SIM_KEY_REAL:
@@ -178,8 +182,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     case SIM_KEY_LIST:
     case SIM_KEY_MATS:
     case SIM_KEY_JOINTS:
-    case SIM_KEY_PARTS:
-        break;
+    case SIM_KEY_PARTS: break;
     }
     const struct sim_list *list = field;
     for (size_t i = 0; i < list->count; i++) {
@@ -195,13 +198,16 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     return MR_OK;
 }
 
-static enum mr_status check_path(const struct sim_scene *scene, const char *where, struct error *error)
+static enum mr_status check_path(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
 {
     for (size_t i = 0; i < scene->path_count; i++) {
         const struct sim_path_row *row = &scene->path[i];
-        if (!(fabs(row->t_s) <= SIM_LARGEST && fabs(row->x_ft) <= SIM_LARGEST && fabs(row->force_lb) <= SIM_LARGEST))
+        if (!(fabs(row->t_s) <= SIM_LARGEST && fabs(row->x_ft) <= SIM_LARGEST &&
+              fabs(row->force_lb) <= SIM_LARGEST))
             return error_set(error, MR_MALFORMED,
-                             "value out of range: %s: path row %zu; give finite t_s, x_ft, F_lb", where, i);
+                             "value out of range: %s: path row %zu; give finite t_s, x_ft, F_lb",
+                             where, i);
         if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
             return error_set(error, MR_MALFORMED,
                              "times out of order: %s: path row %zu is at %g s; give rows in order "
@@ -214,12 +220,13 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
                              where, i);
     }
     if (scene->path_count == 1)
-        return error_set(error, MR_MALFORMED, "list too short: %s: path has one row; give at least two",
-                         where);
+        return error_set(error, MR_MALFORMED,
+                         "list too short: %s: path has one row; give at least two", where);
     return MR_OK;
 }
 
-enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where, struct error *error)
+enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
+                               struct error *error)
 {
     const struct sim_key *key;
     for (size_t i = 0; (key = sim_key_at(i)); i++) {
@@ -231,31 +238,35 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     for (size_t i = 0; i < scene->u_mats.count; i++) {
         double mat = scene->u_mats.values[i];
         if (mat > scene->mats || mat != floor(mat))
-            return error_set(error, MR_MALFORMED, "no such mat: %s: u_mats[%zu] is %g; N is %d", where, i,
-                             mat, scene->mats);
+            return error_set(error, MR_MALFORMED, "no such mat: %s: u_mats[%zu] is %g; N is %d",
+                             where, i, mat, scene->mats);
     }
     if (scene->v0_mat > scene->mats)
-        return error_set(error, MR_MALFORMED, "no such mat: %s: v0_mat is %d; N is %d", where, scene->v0_mat,
-                         scene->mats);
+        return error_set(error, MR_MALFORMED, "no such mat: %s: v0_mat is %d; N is %d", where,
+                         scene->v0_mat, scene->mats);
     if (scene->bump_ft.count > 0 &&
         (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
-        return error_set(error, MR_MALFORMED, "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
+        return error_set(error, MR_MALFORMED,
+                         "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
                          (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
     if (scene->ground_ft.count > 0 && scene->ground_ft.count != (size_t)scene->mats + 1)
-        return error_set(error, MR_MALFORMED,
-                         "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)", where,
-                         scene->ground_ft.count, scene->mats + 1);
+        return error_set(
+            error, MR_MALFORMED,
+            "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)",
+            where, scene->ground_ft.count, scene->mats + 1);
     if (mods_check(scene, where, error) != MR_OK)
         return error->status;
     double end_s = sim_scene_end_s(scene);
     if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
-        return error_set(error, MR_MALFORMED, "no end: %s: nothing says when the run ends; give tend", where);
+        return error_set(error, MR_MALFORMED,
+                         "no end: %s: nothing says when the run ends; give tend", where);
     for (size_t i = 0; i < scene->t_out_s.count; i++) {
         if (scene->t_out_s.values[i] > end_s)
-            return error_set(error, MR_MALFORMED,
-                             "output after the end: %s: t_out[%zu] is %g s and the run ends at %g s; "
-                             "give a later tend",
-                             where, i, scene->t_out_s.values[i], end_s);
+            return error_set(
+                error, MR_MALFORMED,
+                "output after the end: %s: t_out[%zu] is %g s and the run ends at %g s; "
+                "give a later tend",
+                where, i, scene->t_out_s.values[i], end_s);
     }
     return MR_OK;
 }

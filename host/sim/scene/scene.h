@@ -1,12 +1,13 @@
-/* Scene: one description of what is simulated, whatever the model and the solver (README.md, "Scene keys").
+/* Scene: one description of what is simulated, whatever the model and the solver (README.md, "Scene
+ * keys").
  *
- * Units ft, lb, s. Stations from the left edge of mat 1, downfield positive. Mats 1..N, joints 1..N+1
- * (joint j is the left end of mat j). A scene comes from a file (sim_scene_load) or from memory:
- * sim_scene_defaults, then set fields and lists. Either way sim_run checks it again, so a scene made in
- * memory can be as wrong as a file and is refused as clearly.
+ * Units ft, lb, s. Stations from the left edge of mat 1, downfield positive. Mats 1..N, joints
+ * 1..N+1 (joint j is the left end of mat j). A scene comes from a file (sim_scene_load) or from
+ * memory: sim_scene_defaults, then set fields and lists. Either way sim_run checks it again, so a
+ * scene made in memory can be as wrong as a file and is refused as clearly.
  *
- * Ownership: the scene owns its lists; sim_scene_set_* copy what they are given; sim_scene_free releases
- * everything. */
+ * Ownership: the scene owns its lists; sim_scene_set_* copy what they are given; sim_scene_free
+ * releases everything. */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_H
 
@@ -16,7 +17,7 @@
 #include "common/status.h"
 #include "host/base/error.h"
 
-#define SIM_MATS_MAX 100000
+#define SIM_MATS_MAX     100000
 #define SIM_ELEMENTS_MAX 8
 
 enum sim_model { SIM_REPORT, SIM_CONSISTENT, SIM_CHAIN };
@@ -44,39 +45,45 @@ struct sim_path_row {
 
 /* Bands that are alike; those of the other group may have another section, tension and rivets. */
 struct sim_bands {
-    double count; /* on the strip; 0: none */
+    double count;    /* on the strip; 0: none */
     double area_ft2; /* of one */
     double e_lb_ft2;
     int every, first, last; /* riveted mats; 0: the first of `every`, the last mat */
-    struct sim_list t0_lb;  /* per band: one value, or one per segment; negative: slack by T l/(A E) */
-    double k_lb_ft;         /* spring at either anchor; INFINITY: rigid */
-    double grip_lb;         /* what a connection holds before the band slips through; INFINITY: all */
-    double pull_lb;         /* vertical force that pulls a rivet out; INFINITY: none */
-    double wear_ft;         /* slip that wears a rivet's hole to nothing; INFINITY: never */
-    double tilt_rad;        /* how far the wheel turns a riveted mat */
-    double alpha_f;         /* thermal expansion, 1/degree F */
-    double dt_f;            /* how much warmer the band is than when it had its T0, degrees F */
+    /* per band: one value, or one per segment; negative: slack by T l/(A E) */
+    struct sim_list t0_lb;
+    double k_lb_ft; /* spring at either anchor; INFINITY: rigid */
+    /* what a connection holds before the band slips through; INFINITY: all */
+    double grip_lb;
+    double pull_lb;  /* vertical force that pulls a rivet out; INFINITY: none */
+    double wear_ft;  /* slip that wears a rivet's hole to nothing; INFINITY: never */
+    double tilt_rad; /* how far the wheel turns a riveted mat */
+    double alpha_f;  /* thermal expansion, 1/degree F */
+    double dt_f;     /* how much warmer the band is than when it had its T0, degrees F */
     enum sim_band_over over;
     struct sim_list slipped_ft; /* per connection, so far; empty: 0 */
     struct sim_list pulled;     /* mats whose rivets are out */
 };
 
-/* What was done to a runway against movement and waves (MODIFICATIONS.md). All of it is absent by default. */
+/* What was done to a runway against movement and waves (MODIFICATIONS.md). All of it is absent by
+ * default. */
 struct sim_mods {
     struct sim_bands band[SIM_BAND_GROUPS];
     /* cleats */
     int cleat_every, cleat_first; /* 0: none; the first of `every` */
     double cleat_hold_lb;         /* a fresh one */
-    double cleat_travel_ft;       /* movement in which the hold falls to 1/e; INFINITY: it does not */
-    double cleat_depth_ft;        /* planar: out of the ground when the mat has risen so far */
-    struct sim_list cleat_left;   /* share that each still has; empty: 1 */
+    /* movement in which the hold falls to 1/e; INFINITY: it does not */
+    double cleat_travel_ft;
+    double cleat_depth_ft;      /* planar: out of the ground when the mat has risen so far */
+    struct sim_list cleat_left; /* share that each still has; empty: 1 */
     /* stiffeners */
     int stiff_span; /* mats that one ties together; 0: none */
     int stiff_free; /* joints between one and the next of its line */
     int stiff_lines, stiff_first;
-    double stiff_k_lb_ft, stiff_grip_lb;          /* of one line at a joint it crosses, along the runway */
+    /* of one line at a joint it crosses, along the runway */
+    double stiff_k_lb_ft, stiff_grip_lb;
     double stiff_kt_lb_ft_rad, stiff_yield_lb_ft; /* and in bending */
-    struct sim_list stiff_gap0_ft;                /* openings at which the lines pull nothing; empty: gap0 */
+    /* openings at which the lines pull nothing; empty: gap0 */
+    struct sim_list stiff_gap0_ft;
     /* diagonal pattern */
     double lay_deg, lay_slide_lb, lay_mu;
     /* joints torn in tension */
@@ -132,39 +139,44 @@ struct sim_scene {
     size_t path_count;
     struct sim_list gap0_ft; /* empty: 0; one value for every joint; or N+1 */
     struct sim_list grit_lb; /* likewise */
-    struct sim_list ground_ft; /* empty: level; or N+1 heights (up) on which the nodes rest, for the whole run */
-    double t_dwell_s;        /* negative: not given */
+    /* empty: level; or N+1 heights (up) on which the nodes rest, for the whole run */
+    struct sim_list ground_ft;
+    double t_dwell_s; /* negative: not given */
     struct sim_mods mods;
-    double element[SIM_ELEMENTS_MAX]; /* by place in elements/table.h: parameter of each element; 0: absent */
+    /* by place in elements/table.h: parameter of each element; 0: absent */
+    double element[SIM_ELEMENTS_MAX];
 };
 
 /* Every key at its default, no lists. */
 void sim_scene_defaults(struct sim_scene *scene);
 
-/* Read a scene file. Unknown key, wrong type, value out of range, list of the wrong length: MR_MALFORMED
- * naming the key; no JSON: MR_MALFORMED or MR_TRUNCATED with line and column; not readable: MR_IO. On
- * failure nothing is left to free. */
+/* Read a scene file. Unknown key, wrong type, value out of range, list of the wrong length:
+ * MR_MALFORMED naming the key; no JSON: MR_MALFORMED or MR_TRUNCATED with line and column; not
+ * readable: MR_IO. On failure nothing is left to free. */
 enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error);
 /* The same from text in memory; `where` begins its errors in place of a path. */
-enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text, size_t length,
-                               struct error *error);
+enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text,
+                               size_t length, struct error *error);
 
-/* The same from an object that has been read already; `where` begins the error. On failure nothing is left to free. */
+/* The same from an object that has been read already; `where` begins the error. On failure nothing
+ * is left to free. */
 struct json_t;
-enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, struct json_t *root, struct error *error);
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, struct json_t *root,
+                                   struct error *error);
 
-/* Ranges and lengths of everything, and what contradicts itself. `where` begins the error ("scene.json" or
- * the like). */
-enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where, struct error *error);
+/* Ranges and lengths of everything, and what contradicts itself. `where` begins the error
+ * ("scene.json" or the like). */
+enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
+                               struct error *error);
 
 /* Replace a list of the scene by a copy. MR_FULL when memory is short. */
 enum mr_status sim_scene_set_list(struct sim_list *list, const double *values, size_t count,
                                   struct error *error);
-enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count,
-                                  struct error *error);
+enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows,
+                                  size_t count, struct error *error);
 
-/* When the run ends: tend; else, with t_dwell, that long after the aircraft stops or leaves; else the
- * path's last row, or mats_crossed at Vac. INFINITY when nothing ends it. */
+/* When the run ends: tend; else, with t_dwell, that long after the aircraft stops or leaves; else
+ * the path's last row, or mats_crossed at Vac. INFINITY when nothing ends it. */
 double sim_scene_end_s(const struct sim_scene *scene);
 
 /* Value of a per-joint list for joint 1..N+1. */

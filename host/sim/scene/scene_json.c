@@ -19,14 +19,15 @@ static enum mr_status read_file(const char *path, char **text, size_t *length, s
     size_t size = 0, room = 0;
     *text = NULL;
     if (!file)
-        return error_set(error, MR_IO, "cannot open scene: %s: %s; check the path", path, strerror(errno));
+        return error_set(error, MR_IO, "cannot open scene: %s: %s; check the path", path,
+                         strerror(errno));
     for (;;) {
         if (size == room) {
             room = room ? 2 * room : 65536;
             char *larger = room > FILE_BYTES_MAX ? NULL : realloc(*text, room);
             if (!larger) {
-                error_set(error, MR_TOO_LONG, "scene too long: %s: beyond %u bytes; is it a scene?", path,
-                          FILE_BYTES_MAX);
+                error_set(error, MR_TOO_LONG, "scene too long: %s: beyond %u bytes; is it a scene?",
+                          path, FILE_BYTES_MAX);
                 break;
             }
             *text = larger;
@@ -34,7 +35,8 @@ static enum mr_status read_file(const char *path, char **text, size_t *length, s
         size_t got = fread(*text + size, 1, room - size, file);
         if (got == 0) {
             if (ferror(file))
-                error_set(error, MR_IO, "cannot read scene: %s: %s; check the path", path, strerror(errno));
+                error_set(error, MR_IO, "cannot read scene: %s: %s; check the path", path,
+                          strerror(errno));
             break;
         }
         size += got;
@@ -51,29 +53,23 @@ static enum mr_status read_file(const char *path, char **text, size_t *length, s
 static const char *type_name(const json_t *value)
 {
     switch (json_typeof(value)) {
-    case JSON_OBJECT:
-        return "an object";
-    case JSON_ARRAY:
-        return "a list";
-    case JSON_STRING:
-        return "text";
-    case JSON_INTEGER:
-        return "a number";
-    case JSON_REAL:
-        return "a number with a point or exponent";
+    case JSON_OBJECT: return "an object";
+    case JSON_ARRAY: return "a list";
+    case JSON_STRING: return "text";
+    case JSON_INTEGER: return "a number";
+    case JSON_REAL: return "a number with a point or exponent";
     case JSON_TRUE:
-    case JSON_FALSE:
-        return "true or false";
-    case JSON_NULL:
-        break;
+    case JSON_FALSE: return "true or false";
+    case JSON_NULL: break;
     }
     return "null";
 }
 
-static enum mr_status wrong_type(const char *path, const char *key, const json_t *value, const char *wanted,
-                                 struct error *error)
+static enum mr_status wrong_type(const char *path, const char *key, const json_t *value,
+                                 const char *wanted, struct error *error)
 {
-    return error_set(error, MR_MALFORMED, "wrong type: %s: %s is %s; give %s", path, key, type_name(value), wanted);
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s is %s; give %s", path, key,
+                     type_name(value), wanted);
 }
 
 static enum mr_status read_choice(void *field, const struct sim_key *key, const char *path,
@@ -82,7 +78,8 @@ static enum mr_status read_choice(void *field, const struct sim_key *key, const 
     char names[160] = "";
     for (unsigned i = 0; key->choices[i]; i++) {
         if (json_is_string(value) && strcmp(json_string_value(value), key->choices[i]) == 0) {
-            memcpy(field, &i, sizeof i); /* every choice is an enum, which is an unsigned int here */
+            /* every choice is an enum, which is an unsigned int here */
+            memcpy(field, &i, sizeof i);
             return MR_OK;
         }
         if (i > 0)
@@ -90,10 +87,10 @@ static enum mr_status read_choice(void *field, const struct sim_key *key, const 
         strcat(names, key->choices[i]);
     }
     if (json_is_string(value))
-        return error_set(error, MR_MALFORMED, "unknown choice: %s: %s is \"%s\"; give one of %s", path,
-                         key->name, json_string_value(value), names);
-    return error_set(error, MR_MALFORMED, "wrong type: %s: %s; give one of %s, as text", path, key->name,
-                     names);
+        return error_set(error, MR_MALFORMED, "unknown choice: %s: %s is \"%s\"; give one of %s",
+                         path, key->name, json_string_value(value), names);
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s; give one of %s, as text", path,
+                     key->name, names);
 }
 
 static enum mr_status read_list(struct sim_list *list, const struct sim_key *key, const char *path,
@@ -102,13 +99,14 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
     size_t count = json_array_size(value);
     double *values = calloc(count + 1, sizeof *values);
     if (!values)
-        return error_set(error, MR_FULL, "out of memory: %s: %s; use a smaller scene", path, key->name);
+        return error_set(error, MR_FULL, "out of memory: %s: %s; use a smaller scene", path,
+                         key->name);
     for (size_t i = 0; i < count; i++) {
         const json_t *entry = json_array_get(value, i);
         if (!json_is_number(entry)) {
             free(values);
-            return error_set(error, MR_MALFORMED, "wrong type: %s: %s[%zu]; give a number", path, key->name,
-                             i);
+            return error_set(error, MR_MALFORMED, "wrong type: %s: %s[%zu]; give a number", path,
+                             key->name, i);
         }
         values[i] = json_number_value(entry);
     }
@@ -140,26 +138,29 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
     }
     if (count == 0)
         return error_set(error, MR_MALFORMED,
-                         "list too short: %s: path has no rows; give at least two or leave it out", path);
+                         "list too short: %s: path has no rows; give at least two or leave it out",
+                         path);
     return MR_OK;
 }
 
 /* A number, or text with a unit. */
-static enum mr_status read_real(double *field, const struct sim_key *key, const char *path, const json_t *value,
-                                struct error *error)
+static enum mr_status read_real(double *field, const struct sim_key *key, const char *path,
+                                const json_t *value, struct error *error)
 {
     double factor, number = json_number_value(value);
     const char *si = sim_unit_si(key->unit, &factor);
     bool text = si && json_is_string(value);
     if (text && !sim_unit_read(key, json_string_value(value), &number)) {
         char wanted[120];
-        snprintf(wanted, sizeof wanted, "a number in %s, or text with a number and %s or %s", key->unit, key->unit, si);
+        snprintf(wanted, sizeof wanted, "a number in %s, or text with a number and %s or %s",
+                 key->unit, key->unit, si);
         return wrong_type(path, key->name, value, wanted, error);
     }
     if (!text && !json_is_number(value))
         return wrong_type(path, key->name, value, "a number", error);
     if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
-        return error_set(error, MR_MALFORMED, "value out of range: %s: t_dwell is %g; give 0 or more", path, number);
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: t_dwell is %g; give 0 or more", path, number);
     *field = number;
     return MR_OK;
 }
@@ -174,18 +175,17 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
             return wrong_type(path, key->name, value, "text", error);
         snprintf(field, sizeof scene->name, "%s", json_string_value(value));
         return MR_OK;
-    case SIM_KEY_REAL:
-        return read_real(field, key, path, value, error);
+    case SIM_KEY_REAL: return read_real(field, key, path, value, error);
     case SIM_KEY_INTEGER:
         if (!json_is_integer(value))
             return wrong_type(path, key->name, value, "a whole number", error);
         if (llabs(json_integer_value(value)) > 10ll * SIM_MATS_MAX)
-            return error_set(error, MR_MALFORMED, "value out of range: %s: %s is %lld; give %g to %g", path,
-                             key->name, (long long)json_integer_value(value), key->low, key->high);
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: %s is %lld; give %g to %g", path, key->name,
+                             (long long)json_integer_value(value), key->low, key->high);
         *(int *)field = (int)json_integer_value(value);
         return MR_OK;
-    case SIM_KEY_CHOICE:
-        return read_choice(field, key, path, value, error);
+    case SIM_KEY_CHOICE: return read_choice(field, key, path, value, error);
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
         if (json_is_number(value)) {
@@ -211,9 +211,10 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     return MR_OK;
 }
 
-/* In memory a list of one value stands for every joint; in a file it is a list of the wrong length. */
-static enum mr_status check_written_lengths(const struct sim_scene *scene, const char *path, json_t *root,
-                                            struct error *error)
+/* In memory a list of one value stands for every joint; in a file it is a list of the wrong
+ * length. */
+static enum mr_status check_written_lengths(const struct sim_scene *scene, const char *path,
+                                            json_t *root, struct error *error)
 {
     size_t joints = (size_t)scene->mats + 1;
     static const char *const names[] = {"gap0", "grit", "stiff_gap0"};
@@ -233,11 +234,13 @@ static enum mr_status unknown_key(const char *path, const char *name, struct err
 {
     for (size_t i = 0; sim_key_at(i); i++) {
         if (strcasecmp(name, sim_key_at(i)->name) == 0)
-            return error_set(error, MR_MALFORMED, "unknown key: %s: \"%s\"; write \"%s\", or _%s for a comment", path,
+            return error_set(error, MR_MALFORMED,
+                             "unknown key: %s: \"%s\"; write \"%s\", or _%s for a comment", path,
                              name, sim_key_at(i)->name, name);
     }
     return error_set(error, MR_MALFORMED,
-                     "unknown key: %s: \"%s\"; correct it (matrig sim --keys lists the keys), or write _%s for a comment",
+                     "unknown key: %s: \"%s\"; correct it (matrig sim --keys lists the keys), or "
+                     "write _%s for a comment",
                      path, name, name);
 }
 
@@ -247,8 +250,8 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     const char *name;
     json_t *value;
     if (!json_is_object(root))
-        return error_set(error, MR_MALFORMED, "not a scene: %s: the file holds no JSON object; begin with {",
-                         path);
+        return error_set(error, MR_MALFORMED,
+                         "not a scene: %s: the file holds no JSON object; begin with {", path);
     json_object_foreach(root, name, value)
     {
         if (name[0] == '_')
@@ -265,24 +268,26 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     return sim_scene_check(scene, path, error);
 }
 
-enum mr_status sim_scene_parse(struct sim_scene *scene, const char *path, const char *text, size_t length,
-                               struct error *error)
+enum mr_status sim_scene_parse(struct sim_scene *scene, const char *path, const char *text,
+                               size_t length, struct error *error)
 {
     json_error_t where;
     sim_scene_defaults(scene);
     json_t *root = json_loadb(text, length, JSON_REJECT_DUPLICATES, &where);
     if (!root) {
         bool cut = json_error_code(&where) == json_error_premature_end_of_input;
-        return error_set(
-            error, cut ? MR_TRUNCATED : MR_MALFORMED, "%s: %s line %d column %d: %s; correct it there",
-            cut ? "scene ends too early" : "malformed JSON", path, where.line, where.column, where.text);
+        return error_set(error, cut ? MR_TRUNCATED : MR_MALFORMED,
+                         "%s: %s line %d column %d: %s; correct it there",
+                         cut ? "scene ends too early" : "malformed JSON", path, where.line,
+                         where.column, where.text);
     }
     enum mr_status status = sim_scene_from_json(scene, path, root, error);
     json_decref(root);
     return status;
 }
 
-enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root, struct error *error)
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root,
+                                   struct error *error)
 {
     sim_scene_defaults(scene);
     enum mr_status status = read_object(scene, where, root, error);

@@ -1,6 +1,7 @@
-/* The keys of a scene: name in the file, place in struct sim_scene, unit, what is allowed. One table reads and checks them, and
- * explains them to people and programs (scene_schema.h). An element that is a file of its own brings its key along
- * (elements/element.h); elements/table.c puts those at the end. */
+/* The keys of a scene: name in the file, place in struct sim_scene, unit, what is allowed. One
+ * table reads and checks them, and explains them to people and programs (scene_schema.h). An
+ * element that is a file of its own brings its key along (elements/element.h); elements/table.c
+ * puts those at the end. */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 
@@ -25,12 +26,13 @@ struct sim_key {
     size_t offset;
     double low; /* of the value, or of each value of a list */
     double high;
-    bool above;                 /* low itself is not allowed */
-    const char *const *choices; /* ends with NULL */
-    const char *unit;           /* "lb s/ft"; "" for a pure number or a name */
-    const char *meaning;        /* one line for people */
+    bool above;                    /* low itself is not allowed */
+    const char *const *choices;    /* ends with NULL */
+    const char *unit;              /* "lb s/ft"; "" for a pure number or a name */
+    const char *meaning;           /* one line for people */
     struct mr_dimension dimension; /* of an element's key: how its value changes with scale */
-    int lay;                       /* and to which power of cos with joints laid diagonally (host/scale/scale_lay.c) */
+    /* and to which power of cos with joints laid diagonally (host/scale/scale_lay.c) */
+    int lay;
 };
 
 #define SIM_LARGEST 1e15 /* of no physical meaning: keeps products of values finite */

@@ -23,7 +23,8 @@ static json_t *number_schema(const struct sim_key *key, const char *type)
 {
     json_t *schema = json_pack("{s:s}", "type", type);
     if (key->low > -SIM_LARGEST)
-        json_object_set_new(schema, key->above ? "exclusiveMinimum" : "minimum", json_real(key->low));
+        json_object_set_new(schema, key->above ? "exclusiveMinimum" : "minimum",
+                            json_real(key->low));
     if (key->high < SIM_LARGEST)
         json_object_set_new(schema, "maximum", json_real(key->high));
     return schema;
@@ -39,7 +40,8 @@ static json_t *real_schema(const struct sim_key *key)
         return number;
     char pattern[80];
     snprintf(pattern, sizeof pattern, "^ *[-+0-9.eE]+ *(%s|%s)$", key->unit, si);
-    return json_pack("{s:[o,o]}", "anyOf", number, json_pack("{s:s,s:s}", "type", "string", "pattern", pattern));
+    return json_pack("{s:[o,o]}", "anyOf", number,
+                     json_pack("{s:s,s:s}", "type", "string", "pattern", pattern));
 }
 
 static json_t *list_schema(json_t *items)
@@ -66,7 +68,8 @@ static json_t *value_schema(const struct sim_key *key)
     case SIM_KEY_MATS: return list_schema(number_schema(key, "integer"));
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
-        return json_pack("{s:[o,o]}", "anyOf", number_schema(key, "number"), list_schema(number_schema(key, "number")));
+        return json_pack("{s:[o,o]}", "anyOf", number_schema(key, "number"),
+                         list_schema(number_schema(key, "number")));
     case SIM_KEY_PATH: break;
     }
     json_t *row = list_schema(json_pack("{s:s}", "type", "number"));
@@ -84,10 +87,14 @@ static json_t *default_json(const struct sim_key *key)
     switch (key->kind) {
     case SIM_KEY_REAL: {
         double value = *(const double *)field;
-        return isfinite(value) && value >= key->low && strcmp(key->name, "t_dwell") != 0 ? json_real(value) : NULL;
+        return isfinite(value) && value >= key->low && strcmp(key->name, "t_dwell") != 0
+                 ? json_real(value)
+                 : NULL;
     }
     case SIM_KEY_INTEGER: return json_integer(*(const int *)field);
-    case SIM_KEY_CHOICE: memcpy(&choice, field, sizeof choice); return json_string(key->choices[choice]);
+    case SIM_KEY_CHOICE:
+        memcpy(&choice, field, sizeof choice);
+        return json_string(key->choices[choice]);
     case SIM_KEY_TEXT:
     case SIM_KEY_LIST:
     case SIM_KEY_MATS:
@@ -111,8 +118,10 @@ json_t *sim_scene_schema(void)
             json_object_set_new(schema, "default", standard);
         json_object_set_new(properties, key->name, schema);
     }
-    return json_pack("{s:s,s:s,s:s,s:o,s:{s:{}},s:b}", "$schema", "https://json-schema.org/draft/2020-12/schema", "title",
-                     "matrig scene", "type", "object", "properties", properties, "patternProperties", "^_", "additionalProperties", 0);
+    return json_pack("{s:s,s:s,s:s,s:o,s:{s:{}},s:b}", "$schema",
+                     "https://json-schema.org/draft/2020-12/schema", "title", "matrig scene",
+                     "type", "object", "properties", properties, "patternProperties", "^_",
+                     "additionalProperties", 0);
 }
 
 void sim_scene_print_keys(FILE *to)
@@ -125,7 +134,8 @@ void sim_scene_print_keys(FILE *to)
             snprintf(text, sizeof text, "%g", json_number_value(standard));
         else if (standard)
             snprintf(text, sizeof text, "%s", json_string_value(standard));
-        fprintf(to, "%-15s %-11s %-11s %s", key->name, text, key->unit[0] ? key->unit : "-", key->meaning);
+        fprintf(to, "%-15s %-11s %-11s %s", key->name, text, key->unit[0] ? key->unit : "-",
+                key->meaning);
         for (size_t c = 0; key->choices && key->choices[c]; c++)
             fprintf(to, "%s%s", c == 0 ? ": " : ", ", key->choices[c]);
         fputc('\n', to);

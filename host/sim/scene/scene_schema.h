@@ -1,4 +1,5 @@
-/* The keys of a scene, told to programs (JSON Schema) and to people: from the table that reads and checks them. */
+/* The keys of a scene, told to programs (JSON Schema) and to people: from the table that reads and
+ * checks them. */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_SCHEMA_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_SCHEMA_H
 

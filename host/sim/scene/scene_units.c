@@ -11,17 +11,17 @@ static const struct {
     double factor;
 } units[] = {
     {"ft", "m", M_PER_FT},
-    {"ft2", "m2", M_PER_FT * M_PER_FT},
+    {"ft2", "m2", M_PER_FT *M_PER_FT},
     {"lb", "N", N_PER_LB},
     {"lb/ft", "N/m", N_PER_LB / M_PER_FT},
     {"lb/ft2", "N/m2", N_PER_LB / (M_PER_FT * M_PER_FT)},
     {"lb s/ft", "N s/m", N_PER_LB / M_PER_FT},
-    {"ft lb", "N m", N_PER_LB * M_PER_FT},
-    {"ft lb/rad", "N m/rad", N_PER_LB * M_PER_FT},
-    {"ft lb s/rad", "N m s/rad", N_PER_LB * M_PER_FT},
+    {"ft lb", "N m", N_PER_LB *M_PER_FT},
+    {"ft lb/rad", "N m/rad", N_PER_LB *M_PER_FT},
+    {"ft lb s/rad", "N m s/rad", N_PER_LB *M_PER_FT},
     {"ft/s", "m/s", M_PER_FT},
     {"ft/s2", "m/s2", M_PER_FT},
-    {"slug ft2", "kg m2", N_PER_LB * M_PER_FT}, /* lb s2/ft times ft2 */
+    {"slug ft2", "kg m2", N_PER_LB *M_PER_FT}, /* lb s2/ft times ft2 */
 };
 
 const char *sim_unit_si(const char *unit, double *factor)

@@ -1,5 +1,5 @@
-/* Units of a scene's numbers: each key has its own in ft, lb, s, slug; a value may be written as text with that unit or its SI
- * counterpart: "ground_damping": "175 N s/m". */
+/* Units of a scene's numbers: each key has its own in ft, lb, s, slug; a value may be written as
+ * text with that unit or its SI counterpart: "ground_damping": "175 N s/m". */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_UNITS_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_UNITS_H
 
@@ -7,7 +7,8 @@
 
 #include "host/sim/scene/scene_keys.h"
 
-/* The SI counterpart of a key's unit, and what a value in the key's unit is multiplied by to have it; NULL: none. */
+/* The SI counterpart of a key's unit, and what a value in the key's unit is multiplied by to have
+ * it; NULL: none. */
 const char *sim_unit_si(const char *unit, double *factor);
 
 /* Read "NUMBER UNIT" into the key's unit. False: no such number or unit. */

@@ -1,13 +1,14 @@
-/* cvode: SUNDIALS' variable-order BDF with its banded direct solver, the general-purpose peer. Restarted at hops and
- * where a mat stops or breaks loose (exact sticking is no differential equation); the other switches are sampled, as a
- * user of the library would do.
+/* cvode: SUNDIALS' variable-order BDF with its banded direct solver, the general-purpose peer.
+ * Restarted at hops and where a mat stops or breaks loose (exact sticking is no differential
+ * equation); the other switches are sampled, as a user of the library would do.
  *
- * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the mass matrix, which
- * is full, so the Newton matrix is given as M (I - gamma J), which is banded, and the right-hand side is multiplied by
- * M before the library's solver sees it.
+ * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
+ * mass matrix, which is full, so the Newton matrix is given as M (I - gamma J), which is banded,
+ * and the right-hand side is multiplied by M before the library's solver sees it.
  *
- * As a check of the other solvers: method, step control and matrix solution are the library's. Right-hand side, Jacobian and laws are the
- * model's own (models/model.h), as of every solver; tests/sim_reference has those a second time. */
+ * As a check of the other solvers: method, step control and matrix solution are the library's.
+ * Right-hand side, Jacobian and laws are the model's own (models/model.h), as of every solver;
+ * tests/sim_reference has those a second time. */
 #include <cvode/cvode.h>
 #include <math.h>
 #include <nvector/nvector_serial.h>
@@ -63,17 +64,20 @@ static int rates(realtype t, N_Vector y, N_Vector to, void *user)
     return 0;
 }
 
-static void add_row(SUNMatrix matrix, int row, int i, int size, const double *rows, double scale, int half)
+static void add_row(SUNMatrix matrix, int row, int i, int size, const double *rows, double scale,
+                    int half)
 {
     for (int k = 0; k < MODEL_ROW; k++) {
         int column = i + k - MODEL_BAND;
         if (column >= 0 && column < size)
-            SM_ELEMENT_B(matrix, row, 2 * column + half) += scale * rows[(size_t)i * MODEL_ROW + (size_t)k];
+            SM_ELEMENT_B(matrix, row, 2 * column + half) += scale *
+                                                            rows[(size_t)i * MODEL_ROW + (size_t)k];
     }
 }
 
-static int newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix, booleantype reuse, booleantype *fresh,
-                         realtype gamma, void *user, N_Vector t1, N_Vector t2, N_Vector t3)
+static int newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix, booleantype reuse,
+                         booleantype *fresh, realtype gamma, void *user, N_Vector t1, N_Vector t2,
+                         N_Vector t3)
 {
     struct work *w = user;
     struct model *m = w->stepper->model;
@@ -107,7 +111,8 @@ static int solver_setup(SUNLinearSolver solver, SUNMatrix matrix)
     return SUNLinSolSetup(((struct work *)solver->content)->band, matrix);
 }
 
-static int solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, realtype tolerance)
+static int solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b,
+                        realtype tolerance)
 {
     struct work *w = solver->content;
     int size = w->stepper->model->size;
@@ -145,7 +150,8 @@ static void release(struct stepper *s)
 static bool make_library(struct stepper *s)
 {
     struct work *w = s->work;
-    int length = 2 * s->model->size, half = 2 * MODEL_BAND + 1 < length - 1 ? 2 * MODEL_BAND + 1 : length - 1;
+    int length = 2 * s->model->size,
+        half = 2 * MODEL_BAND + 1 < length - 1 ? 2 * MODEL_BAND + 1 : length - 1;
     if (SUNContext_Create(NULL, &w->context) != 0)
         return false;
     w->y = N_VNew_Serial(length, w->context);
@@ -167,7 +173,8 @@ static bool make_library(struct stepper *s)
     for (int i = 0; i < length; i++)
         tolerance[i] = i % 2 == 0 ? s->atol_ft : s->atol_ft_s;
     from_state(w, s->z, N_VGetArrayPointer(w->y));
-    return CVodeInit(w->cvode, rates, 0.0, w->y) == CV_SUCCESS && CVodeSetUserData(w->cvode, w) == CV_SUCCESS &&
+    return CVodeInit(w->cvode, rates, 0.0, w->y) == CV_SUCCESS &&
+           CVodeSetUserData(w->cvode, w) == CV_SUCCESS &&
            CVodeSetErrFile(w->cvode, NULL) == CV_SUCCESS &&
            CVodeSVtolerances(w->cvode, s->rtol, w->tolerance) == CV_SUCCESS &&
            CVodeSetLinearSolver(w->cvode, w->solver, w->matrix) == CV_SUCCESS &&
@@ -192,7 +199,8 @@ static enum mr_status make(struct stepper *s, struct error *error)
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
     if (!make_library(s)) {
-        return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N", s->model->mats);
+        return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N",
+                         s->model->mats);
     }
     return MR_OK;
 }

@@ -1,7 +1,7 @@
-/* event at loose tolerances: Dormand and Prince's method of order 5 with embedded order 4 and dense output of order 4,
- * six evaluations a step (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and
- * II.6). Where stability and not accuracy sets the step, half the evaluations of the order 8 method give the same
- * step. */
+/* event at loose tolerances: Dormand and Prince's method of order 5 with embedded order 4 and dense
+ * output of order 4, six evaluations a step (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary
+ * Differential Equations I, II.5 and II.6). Where stability and not accuracy sets the step, half
+ * the evaluations of the order 8 method give the same step. */
 #include <math.h>
 #include <string.h>
 
@@ -18,12 +18,14 @@ static const double stage[STAGES][STAGES - 1] = {
     [5] = {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0},
     [6] = {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0},
 };
-static const double fourth[STAGES] = {71.0 / 57600.0,      0.0,          -71.0 / 16695.0, 71.0 / 1920.0,
-                                      -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0};
-static const double dense_term[STAGES] = {-12715105075.0 / 11282082432.0, 0.0,
-                                          87487479700.0 / 32700410799.0,  -10690763975.0 / 1880347072.0,
-                                          701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0,
-                                          69997945.0 / 29380423.0};
+static const double fourth[STAGES] = {
+    71.0 / 57600.0,      0.0,          -71.0 / 16695.0, 71.0 / 1920.0,
+    -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0};
+static const double dense_term[STAGES] = {
+    -12715105075.0 / 11282082432.0,  0.0,
+    87487479700.0 / 32700410799.0,   -10690763975.0 / 1880347072.0,
+    701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0,
+    69997945.0 / 29380423.0};
 
 struct work {
     double *rate[STAGES]; /* 2 size values each */
@@ -62,8 +64,8 @@ static void combine(const struct stepper *s, int i, double h, double *to)
         a[j] = j < i ? h * row[j] : 0.0;
     for (int half = 0; half <= s->model->size; half += s->model->size) {
         int from = half + stepper_low(s), end = half + stepper_high(s);
-        const double *z = s->z, *r0 = w->rate[0], *r1 = w->rate[1], *r2 = w->rate[2], *r3 = w->rate[3],
-                     *r4 = w->rate[4], *r5 = w->rate[5];
+        const double *z = s->z, *r0 = w->rate[0], *r1 = w->rate[1], *r2 = w->rate[2],
+                     *r3 = w->rate[3], *r4 = w->rate[4], *r5 = w->rate[5];
         switch (i) {
         case 1:
             for (int k = from; k < end; k++)
@@ -83,11 +85,13 @@ static void combine(const struct stepper *s, int i, double h, double *to)
             break;
         case 5:
             for (int k = from; k < end; k++)
-                to[k] = z[k] + (a[0] * r0[k] + a[1] * r1[k] + a[2] * r2[k] + a[3] * r3[k] + a[4] * r4[k]);
+                to[k] = z[k] +
+                        (a[0] * r0[k] + a[1] * r1[k] + a[2] * r2[k] + a[3] * r3[k] + a[4] * r4[k]);
             break;
         default:
             for (int k = from; k < end; k++)
-                to[k] = z[k] + (a[0] * r0[k] + a[2] * r2[k] + a[3] * r3[k] + a[4] * r4[k] + a[5] * r5[k]);
+                to[k] = z[k] +
+                        (a[0] * r0[k] + a[2] * r2[k] + a[3] * r3[k] + a[4] * r4[k] + a[5] * r5[k]);
             break;
         }
     }
@@ -102,8 +106,9 @@ static double error_of(const struct stepper *s, double h)
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
         int start = half * s->model->size;
         for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
-            double e = fourth[0] * w->rate[0][k] + fourth[2] * w->rate[2][k] + fourth[3] * w->rate[3][k] +
-                       fourth[4] * w->rate[4][k] + fourth[5] * w->rate[5][k] + fourth[6] * w->rate[6][k];
+            double e = fourth[0] * w->rate[0][k] + fourth[2] * w->rate[2][k] +
+                       fourth[3] * w->rate[3][k] + fourth[4] * w->rate[4][k] +
+                       fourth[5] * w->rate[5][k] + fourth[6] * w->rate[6][k];
             double old = fabs(s->z[k]), new = fabs(s->z_new[k]);
             double part = fabs(e) / (atol + s->rtol * (old > new ? old : new));
             if (!(new < 1e300))
@@ -137,10 +142,12 @@ static bool advance(struct stepper *s, double limit_s)
         }
         double error = error_of(s, h);
         if (error <= 1.0) {
-            /* with some of the last error, the step settles where stability limits it instead of failing there */
+            /* with some of the last error, the step settles where stability limits it instead of
+             * failing there */
             double grow = error > 0.0 ? 0.9 * pow(error, -0.17) * pow(w->error_before, 0.04) : 6.0;
             w->error_before = fmax(error, 1e-4);
-            stepper_accept(s, h, last ? limit_s : s->t_s + h, last, fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last,
+                           fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
             w->h_s = h;
             w->begun = true;
             s->rate = w->rate[0];

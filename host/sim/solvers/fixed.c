@@ -9,17 +9,21 @@
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
 
-#define STEP_SHARE 0.5  /* of the stability limit, to begin with when the step is not given: the check is at the limit */
-#define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step, when the step is not given */
-#define LEAST_STEPS 1000
-#define MOST_STEPS 400000000u
-#define MOST_HALVINGS 8
-#define ENERGY_EXCESS 4.0
+/* of the stability limit, to begin with when the step is not given: the check is at the limit */
+#define STEP_SHARE           0.5
+/* of a mat the aircraft may cross in a step, when the step is not given */
+#define HOP_SHARE            0.25
+#define LEAST_STEPS          1000
+#define MOST_STEPS           400000000u
+#define MOST_HALVINGS        8
+#define ENERGY_EXCESS        4.0
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
-#define ENERGY_STEPS 61 /* between energy checks; odd, so that what alternates shows */
-#define DISAGREEMENT 0.1
-#define NOTE_STEPS 4 /* between looks at the largest tensions: a wave takes about as long to cross a mat */
-#define QUIET_STEPS 3 /* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
+#define ENERGY_STEPS         61   /* between energy checks; odd, so that what alternates shows */
+#define DISAGREEMENT         0.1
+/* between looks at the largest tensions: a wave takes about as long to cross a mat */
+#define NOTE_STEPS           4
+/* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
+#define QUIET_STEPS          3
 
 /* Mats that are integrated: all awake ones and one at rest on either side. */
 struct window {
@@ -55,9 +59,10 @@ static bool asleep(const struct window *window)
            window->quiet_last >= QUIET_STEPS;
 }
 
-/* Take in the mats under the wheel. A window in which all have rested for a while goes there instead of
- * stretching. */
-static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch, int count)
+/* Take in the mats under the wheel. A window in which all have rested for a while goes there
+ * instead of stretching. */
+static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch,
+                  int count)
 {
     if (count > 0 && asleep(window))
         window->first = window->last = touch[0].mat;
@@ -69,8 +74,8 @@ static void cover(struct window *window, const struct chain *chain, const struct
     }
 }
 
-/* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving a mat
- * waits a little. */
+/* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
+ * a mat waits a little. */
 static void follow(struct window *window, const struct chain *chain)
 {
     const double *v = chain->v_ft_s;
@@ -175,7 +180,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             }
         }
         if (last)
-            t_s = (double)pass->steps * h * (1.0 + 1e-11); /* a rounding must not miss what is wanted at the end */
+            /* a rounding must not miss what is wanted at the end */
+            t_s = (double)pass->steps * h * (1.0 + 1e-11);
         if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
         if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
@@ -198,16 +204,19 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     pass->ms = 1e3 * (steady_s() - begin_s);
 }
 
-static enum mr_status start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                                 const struct sim_options *options, uint64_t steps, struct sim_result *result,
-                                 struct error *error)
+static enum mr_status start_pass(struct pass *pass, struct chain *chain,
+                                 const struct sim_scene *scene, const struct sim_options *options,
+                                 uint64_t steps, struct sim_result *result, struct error *error)
 {
-    *pass = (struct pass){.steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
+    *pass = (struct pass){
+        .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
     if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
     run_pass(pass, chain, scene, options);
     if (chain->mods && !pass->mods)
-        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", chain->mats);
+        return error_set(error, MR_FULL,
+                         "out of memory: the modifications of %d mats; use a smaller N",
+                         chain->mats);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
     return MR_OK;
@@ -224,7 +233,8 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->rejected -= pass->done;
     result->events = pass->events;
     result->mats_max = pass->awake_max;
-    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
+    result->mats_mean = (double)pass->awake_sum /
+                        (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
     if (pass->mods && other->mods)
@@ -240,7 +250,8 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->push_lb = calloc(mats + 2, sizeof *result->push_lb);
     result->pull_lb = calloc(mats + 2, sizeof *result->pull_lb);
     if (!result->u_ft || !result->gap_ft || !result->push_lb || !result->pull_lb)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
+                         mats);
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
                (mats + 1) * sizeof *chain->u_ft);
@@ -269,8 +280,9 @@ static void take_over(struct pass *to, struct pass *from)
     from->mods = NULL;
 }
 
-static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene, const struct sim_options *options,
-                                 uint64_t steps, struct sim_result *result, struct error *error)
+static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene,
+                                 const struct sim_options *options, uint64_t steps,
+                                 struct sim_result *result, struct error *error)
 {
     struct pass only = {0};
     if (start_pass(&only, chain, scene, options, steps, result, error) != MR_OK)
@@ -282,11 +294,12 @@ static enum mr_status run_single(struct chain *chain, const struct sim_scene *sc
     return error->status;
 }
 
-/* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one of the
- * two answers. */
+/* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
+ * of the two answers. */
 static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *scene,
-                                const struct sim_options *options, uint64_t steps, bool coarser_answers,
-                                struct sim_result *result, struct error *error)
+                                const struct sim_options *options, uint64_t steps,
+                                bool coarser_answers, struct sim_result *result,
+                                struct error *error)
 {
     struct pass coarse = {0}, fine = {0};
     struct sim_difference apart = {0};
@@ -333,7 +346,8 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         coarser_answers = false;
     }
     if (error->status == MR_OK)
-        answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result, error);
+        answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result,
+               error);
     sim_record_free(&coarse.record);
     sim_record_free(&fine.record);
     free(coarse.mods);
@@ -353,7 +367,8 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
     if (chain_make(&chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
         return error->status;
     double hop_s =
-        scene->length_ft / sim_wheel_fastest_ft_s(&wheel); /* INFINITY for an aircraft that stands */
+        /* INFINITY for an aircraft that stands */
+        scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "fixed";
     result->mats = scene->mats;
     result->t_end_s = end_s;
@@ -362,7 +377,8 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
 
     bool given = options->dt_s > 0.0;
     double h = given ? options->dt_s
-                     : fmin(STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+                     : fmin(STEP_SHARE * result->dt_limit_s,
+                            fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     bool coarser_answers = given && options->rtol == 0.0 && 2.0 * h > 0.95 * result->dt_limit_s;
     if (h > result->dt_limit_s) {

@@ -1,11 +1,13 @@
-/* hamming: Hamming's modified predictor-corrector (R. W. Hamming, J. ACM 6, 1959) with halving and doubling:
+/* hamming: Hamming's modified predictor-corrector (R. W. Hamming, J. ACM 6, 1959) with halving and
+ * doubling:
  *     P = y[-3] + 4h/3 (2 f[0] - f[-1] + 2 f[-2])
  *     M = P - 112/121 (P - C of the last step)
  *     C = (9 y[0] - y[-2])/8 + 3h/8 (f(M) + 2 f[0] - f[-1])
  *     y = C + 9/121 (P - C)
- * The test value is the largest of 9/121 |P - C| over its tolerance: above 1 the step is halved, below 0.02 doubled.
- * The three values that a start needs come from the classical Runge-Kutta method, as does a start at a new step size
- * (the library's own halving interpolates instead). Switches are sampled. */
+ * The test value is the largest of 9/121 |P - C| over its tolerance: above 1 the step is halved,
+ * below 0.02 doubled. The three values that a start needs come from the classical Runge-Kutta
+ * method, as does a start at a new step size (the library's own halving interpolates instead).
+ * Switches are sampled. */
 #include <math.h>
 #include <string.h>
 
@@ -17,8 +19,8 @@ struct work {
     double *y[PAST], *f[PAST]; /* [0] the present point, then backwards; 2 size values each */
     double *apart;             /* P - C of the last step */
     double *predicted, *modified, *rate, *k[3];
-    int known;  /* points in y and f, equidistant */
-    int at_h;   /* steps since the step size was changed */
+    int known; /* points in y and f, equidistant */
+    int at_h;  /* steps since the step size was changed */
     bool apart_known;
     double h_s; /* their distance */
 };
@@ -66,9 +68,10 @@ static void rotate(struct work *w)
     w->known = w->known < PAST ? w->known + 1 : PAST;
 }
 
-#define FOR_STATE(s, k)                                                                                                \
-    for (int half_ = 0; half_ < 2; half_++)                                                                            \
-        for (int k = half_ * (s)->model->size + stepper_low(s); k < half_ * (s)->model->size + stepper_high(s); k++)
+#define FOR_STATE(s, k)                                         \
+    for (int half_ = 0; half_ < 2; half_++)                     \
+        for (int k = half_ * (s)->model->size + stepper_low(s); \
+             k < half_ * (s)->model->size + stepper_high(s); k++)
 
 /* One classical Runge-Kutta step from y[0], f[0] to z_new. */
 static void runge_kutta(struct stepper *s, double h)
@@ -81,7 +84,8 @@ static void runge_kutta(struct stepper *s, double h)
     stepper_rates(s, s->t_s + 0.5 * h, w->modified, w->k[1]);
     FOR_STATE(s, k) w->modified[k] = y[k] + h * w->k[1][k];
     stepper_rates(s, s->t_s + h, w->modified, w->k[2]);
-    FOR_STATE(s, k) s->z_new[k] = y[k] + h / 6.0 * (f[k] + 2.0 * (w->k[0][k] + w->k[1][k]) + w->k[2][k]);
+    FOR_STATE(s, k)
+    s->z_new[k] = y[k] + h / 6.0 * (f[k] + 2.0 * (w->k[0][k] + w->k[1][k]) + w->k[2][k]);
 }
 
 /* One Hamming step to z_new; its test value. */
@@ -98,7 +102,8 @@ static double predict_correct(struct stepper *s, double h)
     stepper_rates(s, s->t_s + h, w->modified, w->rate);
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        for (int k = half * s->model->size + stepper_low(s); k < half * s->model->size + stepper_high(s); k++) {
+        for (int k = half * s->model->size + stepper_low(s);
+             k < half * s->model->size + stepper_high(s); k++) {
             double c = 0.125 * (9.0 * y[0][k] - y[2][k]) +
                        0.375 * h * (w->rate[k] + 2.0 * f[0][k] - f[1][k]);
             w->rate[k] = w->predicted[k] - c; /* kept when the step is accepted */
@@ -162,7 +167,8 @@ static bool advance(struct stepper *s, double limit_s)
                 if (test < 0.02 && w->at_h > 6) {
                     s->h_s *= 2.0;
                     w->at_h = 0;
-                    if (w->known >= PAST) { /* every other of 7 points, the new one being the 8th: 8, 6, 4, 2 */
+                    if (w->known >= PAST) {
+                        /* every other of 7 points, the new one being the 8th: 8, 6, 4, 2 */
                         double *y[PAST], *f[PAST];
                         static const int order[PAST] = {1, 3, 5, 0, 2, 4, 6};
                         for (int i = 0; i < PAST; i++) {

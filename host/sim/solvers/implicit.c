@@ -1,6 +1,9 @@
-/* implicit: RODAS, a Rosenbrock method of order 4 with embedded order 3, L-stable and stiffly accurate (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7). Every switch located.
+/* implicit: RODAS, a Rosenbrock method of order 4 with embedded order 3, L-stable and stiffly
+ * accurate (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7). Every switch
+ * located.
  *
- * Each stage solves (1/(h gamma) - J) k = r for the state (p, v). With p' = v the p half is eliminated:
+ * Each stage solves (1/(h gamma) - J) k = r for the state (p, v). With p' = v the p half is
+ * eliminated:
  *     k_p = h gamma (r_p + k_v)
  *     [M/(h gamma) - R_v - h gamma R_p] k_v = M r_v + h gamma R_p r_p
  * M, R_p, R_v from model_linearise: one banded factorisation per step, O(N). */
@@ -11,7 +14,7 @@
 #include "host/sim/solvers/stepper.h"
 
 #define STAGES 6
-#define GAMMA 0.25
+#define GAMMA  0.25
 
 static const double nodes[STAGES] = {0.0, 0.386, 0.21, 0.63, 1.0, 1.0};
 static const double drifts[STAGES] = {0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0}; /* of df/dt */
@@ -27,7 +30,8 @@ static const double mixes[STAGES][STAGES - 1] = {
     [2] = {-2.430093356833875, -0.2063599157091915},
     [3] = {-0.1073529058151375, -9.594562251023355, -20.47028614809616},
     [4] = {7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160},
-    [5] = {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054},
+    [5] = {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136,
+           -6.058818238834054},
 };
 struct work {
     double *k[STAGES];
@@ -72,8 +76,8 @@ static void restart(struct stepper *s)
     ((struct work *)s->work)->ended = false;
 }
 
-static void weigh(const struct stepper *s, const double *weights, int count, double scale, const double *from,
-                  double *to)
+static void weigh(const struct stepper *s, const double *weights, int count, double scale,
+                  const double *from, double *to)
 {
     const struct work *w = s->work;
     for (int half = 0; half < 2; half++) {
@@ -120,22 +124,25 @@ static bool linearise(struct stepper *s)
         drifts_at_all = drifts_at_all || w->drift[i] != 0.0;
     if (drifts_at_all) {
         size_t row = (size_t)low * MODEL_ROW;
-        band_load(count, 1.0, w->mass + row, 0.0, w->by_p + row, 0.0, w->by_v + row, w->mass_lu + (size_t)low * BAND_WIDTH);
+        band_load(count, 1.0, w->mass + row, 0.0, w->by_p + row, 0.0, w->by_v + row,
+                  w->mass_lu + (size_t)low * BAND_WIDTH);
         if (!band_factor(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low))
             return false;
-        band_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low, w->drift + low);
+        band_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low,
+                   w->drift + low);
     }
     return true;
 }
 
-/* The six stages with step h; the error estimate is the last. False when the matrix cannot be factored. */
+/* The six stages with step h; the error estimate is the last. False when the matrix cannot be
+ * factored. */
 static bool stages(struct stepper *s, double h)
 {
     struct work *w = s->work;
     int low = stepper_low(s), count = stepper_high(s) - low;
     size_t row = (size_t)low * MODEL_ROW;
-    band_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->by_p + row, -1.0, w->by_v + row,
-              w->lu + (size_t)low * BAND_WIDTH);
+    band_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->by_p + row, -1.0,
+              w->by_v + row, w->lu + (size_t)low * BAND_WIDTH);
     if (!band_factor(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low))
         return false;
     double *first = w->rate, *kept = w->at;
@@ -188,7 +195,8 @@ static bool advance(struct stepper *s, double limit_s)
         double error = stages(s, h) ? error_of(s) : (double)NAN;
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * pow(error, -0.25) : 6.0;
-            stepper_accept(s, h, last ? limit_s : s->t_s + h, last, fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last,
+                           fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
             return true;
         }
         rejected = true;
@@ -196,8 +204,8 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-/* The method's own interpolant misses the slope at the ends by tolerance over step, enough to see switches that are not
- * there; the cubic through both ends and their rates does not. */
+/* The method's own interpolant misses the slope at the ends by tolerance over step, enough to see
+ * switches that are not there; the cubic through both ends and their rates does not. */
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;

@@ -10,25 +10,31 @@
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar.h"
 
-#define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
-#define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step */
-#define STABLE 1.8      /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
-#define LEAST_STEPS 1000.0
-#define MOST_STEPS 1e8
+#define STEP_SHARE    0.25 /* of the stability limit, when the step is not given */
+#define HOP_SHARE     0.25 /* of a mat the aircraft may cross in a step */
+/* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
+#define STABLE        1.8
+#define LEAST_STEPS   1000.0
+#define MOST_STEPS    1e8
 #define MOST_HALVINGS 4
-#define DISAGREEMENT 0.2
-#define CAUTION 2.0 /* times the difference of two marches: of first order the finer one's error is as large as that */
+#define DISAGREEMENT  0.2
+/* times the difference of two marches: of first order the finer one's error is as large as that */
+#define CAUTION       2.0
 
-static enum mr_status start_march(struct landing *l, struct march *march, const struct sim_options *options,
-                                  uint64_t steps, struct sim_result *result, struct error *error)
+static enum mr_status start_march(struct landing *l, struct march *march,
+                                  const struct sim_options *options, uint64_t steps,
+                                  struct sim_result *result, struct error *error)
 {
-    *march = (struct march){.steps = steps, .h_s = sim_scene_end_s(l->scene) / (double)steps,
-                             .number = ++result->passes};
+    *march = (struct march){.steps = steps,
+                            .h_s = sim_scene_end_s(l->scene) / (double)steps,
+                            .number = ++result->passes};
     if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
         return error->status;
     landing_march(l, march, options);
     if (l->mods && !march->mods)
-        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", l->model.mats);
+        return error_set(error, MR_FULL,
+                         "out of memory: the modifications of %d mats; use a smaller N",
+                         l->model.mats);
     result->rhs += march->done;
     return MR_OK;
 }
@@ -37,7 +43,8 @@ static enum mr_status keep_most(double **to, const double *from, size_t count, s
 {
     *to = calloc(count + 1, sizeof **to);
     if (!*to)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", count);
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
+                         count);
     memcpy(*to + 1, from, count * sizeof **to);
     return MR_OK;
 }
@@ -70,7 +77,8 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
         fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
-    return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
+    return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
+                          result, error);
 }
 
 /* How far two marches are apart. */
@@ -82,22 +90,27 @@ struct apart {
 static struct apart apart_of(const struct march *a, const struct march *b)
 {
     return (struct apart){sim_record_difference(&a->record, &b->record),
-                          fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft))};
+                          fmax(sim_record_lift_difference(&a->record, &b->record),
+                               fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
 /* Whether two complete marches say the same. */
-static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine, struct apart apart)
+static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine,
+                  struct apart apart)
 {
-    double threshold = planar_bow_threshold_ft(l->scene), lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
-    return apart.u.u_ft <= DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
+    double threshold = planar_bow_threshold_ft(l->scene),
+           lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
+    return apart.u.u_ft <=
+               DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
            apart.lift_ft <= DISAGREEMENT * fmax(lift, threshold) &&
            (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
 }
 
-/* Sampled switches fall differently at every step, so two marches can be as close as they like by chance, twice as many
- * steps never are: where the march before those two says the same, its difference counts as well. */
-static void state_error(const struct landing *l, const struct march *rough, const struct march *coarse, struct apart apart,
-                        struct sim_result *result)
+/* Sampled switches fall differently at every step, so two marches can be as close as they like by
+ * chance, twice as many steps never are: where the march before those two says the same, its
+ * difference counts as well. */
+static void state_error(const struct landing *l, const struct march *rough,
+                        const struct march *coarse, struct apart apart, struct sim_result *result)
 {
     result->error_u_ft = CAUTION * apart.u.u_ft;
     result->error_lift_ft = CAUTION * apart.lift_ft;
@@ -124,9 +137,11 @@ static void drop(struct march *march)
     *march = (struct march){0};
 }
 
-/* Marches at a step and at half of it until two say the same. `rough` has been run before them, or is empty. */
-static enum mr_status run_pairs(struct landing *l, const struct sim_options *options, uint64_t steps, struct march *rough,
-                                struct sim_result *result, struct error *error)
+/* Marches at a step and at half of it until two say the same. `rough` has been run before them, or
+ * is empty. */
+static enum mr_status run_pairs(struct landing *l, const struct sim_options *options,
+                                uint64_t steps, struct march *rough, struct sim_result *result,
+                                struct error *error)
 {
     struct march coarse = {0}, fine = {0};
     struct apart apart = {0};
@@ -146,7 +161,9 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             fail(result, fine.status, fine.mat, fine.t_s);
             break;
         }
-        const struct march *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
+        const struct march *failed = fine.status != SIM_OK   ? &fine
+                                   : coarse.status != SIM_OK ? &coarse
+                                                             : NULL;
         if (fine.status != SIM_OK && fine.status == coarse.status) {
             fail(result, fine.status, fine.mat, fine.t_s);
             break;
@@ -156,7 +173,8 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             state_error(l, rough, &coarse, apart, result);
             break;
         }
-        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS || 4.0 * (double)coarse.steps > MOST_STEPS) {
+        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS ||
+            4.0 * (double)coarse.steps > MOST_STEPS) {
             enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
             fail(result, failed ? failed->status : status, failed ? failed->mat : apart.u.mat,
                  failed ? failed->t_s : apart.u.t_s);
@@ -176,8 +194,8 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
 }
 
 /* The step, the steps twice and four times as long; the longest only where that is stable. */
-static enum mr_status run_checked(struct landing *l, const struct sim_options *options, uint64_t steps,
-                                  struct sim_result *result, struct error *error)
+static enum mr_status run_checked(struct landing *l, const struct sim_options *options,
+                                  uint64_t steps, struct sim_result *result, struct error *error)
 {
     struct march rough = {0};
     uint64_t fewest = (steps + 1) / 2;
@@ -204,16 +222,19 @@ static double step_limit_s(struct landing *l, double hop_s)
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
 }
 
-static enum mr_status run_with(struct landing *l, const struct sim_options *options, struct sim_result *result,
-                               struct error *error)
+static enum mr_status run_with(struct landing *l, const struct sim_options *options,
+                               struct sim_result *result, struct error *error)
 {
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
-    double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel); /* INFINITY for an aircraft that stands */
+    /* INFINITY for an aircraft that stands */
+    double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->dt_limit_s = step_limit_s(l, hop_s);
-    double h = options->dt_s > 0.0 ? options->dt_s
-                                   : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+    double h = options->dt_s > 0.0
+                 ? options->dt_s
+                 : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
+                        fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
@@ -221,9 +242,11 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
         return MR_OK;
     }
     if (!(steps <= MOST_STEPS))
-        return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
-                                          "solver implicit",
-                         l->scene->name[0] ? l->scene->name : "scene", end_s, h);
+        return error_set(
+            error, MR_USAGE,
+            "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
+            "solver implicit",
+            l->scene->name[0] ? l->scene->name : "scene", end_s, h);
     if (options->single) {
         struct march only = {0};
         if (start_march(l, &only, options, (uint64_t)steps, result, error) != MR_OK)
@@ -295,22 +318,26 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     return MR_OK;
 }
 
-enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
-                           struct error *error)
+enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options,
+                           struct sim_result *result, struct error *error)
 {
     struct landing l = {.scene = scene};
     double begin_s = steady_s();
-    if (scene->friction > 0.0 && (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
-        return error_set(error, MR_USAGE, "not available: %s: friction tanh or sign with solver fixed; give stick, or "
-                                          "solver event",
-                         scene->name[0] ? scene->name : "scene");
+    if (scene->friction > 0.0 &&
+        (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
+        return error_set(
+            error, MR_USAGE,
+            "not available: %s: friction tanh or sign with solver fixed; give stick, or "
+            "solver event",
+            scene->name[0] ? scene->name : "scene");
     if (model_make(&l.model, scene, true, error) != MR_OK)
         return error->status;
     result->solver = "fixed";
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
     model_describe(&l.model, result);
-    sim_result_note(result, "error estimate: the larger of twice the difference to the run at double the step and that run's difference to "
+    sim_result_note(result, "error estimate: the larger of twice the difference to the run at "
+                            "double the step and that run's difference to "
                             "the run at four times the step");
     if (mods_make(&l.mods, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
         if (l.mods)

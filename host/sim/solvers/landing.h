@@ -1,28 +1,34 @@
-/* Landing: the consistent model over a whole landing, with a fixed step. README.md, "Chain and landings".
+/* Landing: the consistent model over a whole landing, with a fixed step. README.md, "Chain and
+ * landings".
  *
- * A landing has tens of thousands of switches (joints that close, mats that stop), so they are sampled. Scheme:
- * staggered as the chain's (fixed.h), heights alike: speeds half a step off the positions, kicked by the forces at the
- * present positions; friction exact within the kick; the joints' dampers act on the last half step's speeds, the soil's on
- * the next one's. The soil pushes and never pulls at the end of a step, and what it pushes with in a step is what a mat on
- * it rubs with (friction_normal soil). Second order while nothing damps or switches, first order else.
+ * A landing has tens of thousands of switches (joints that close, mats that stop), so they are
+ * sampled. Scheme: staggered as the chain's (fixed.h), heights alike: speeds half a step off the
+ * positions, kicked by the forces at the present positions; friction exact within the kick; the
+ * joints' dampers act on the last half step's speeds, the soil's on the next one's. The soil pushes
+ * and never pulls at the end of a step, and what it pushes with in a step is what a mat on it rubs
+ * with (friction_normal soil). Second order while nothing damps or switches, first order else.
  *
- * Two parts are integrated, each following the motion. Mats that slide, and one at rest on either side: exact, as the
- * motion spreads one mat per step; mats that tilt under profile full or heave on soil friction count as sliding. Mats that
- * heave, and four at rest at either end: what those hold back is below 1e-13 of L, which sampled switches amplify to some
- * 2 % of the error estimate. Flat mats do not heave, so a flat landing without a wheel load costs what the chain costs.
+ * Two parts are integrated, each following the motion. Mats that slide, and one at rest on either
+ * side: exact, as the motion spreads one mat per step; mats that tilt under profile full or heave
+ * on soil friction count as sliding. Mats that heave, and four at rest at either end: what those
+ * hold back is below 1e-13 of L, which sampled switches amplify to some 2 % of the error estimate.
+ * Flat mats do not heave, so a flat landing without a wheel load costs what the chain costs.
  *
- * On uneven ground (scene key `ground`) heights are counted from the ground under each node; mats begin tilted, and what slides
- * heaves. There a node is at rest when it is slower than 1e-6 of sqrt(g L), as under compression it rests off its settled
- * height; between 1e-7 and 1e-5 the lifts of landings without a wave differ by less than 1e-7 in.
+ * On uneven ground (scene key `ground`) heights are counted from the ground under each node; mats
+ * begin tilted, and what slides heaves. There a node is at rest when it is slower than 1e-6 of
+ * sqrt(g L), as under compression it rests off its settled height; between 1e-7 and 1e-5 the lifts
+ * of landings without a wave differ by less than 1e-7 in.
  *
- * Checks: a step beyond the stability limit is refused. Every run is done at the step, at double the step and, where that is
- * stable, at four times the step. The error estimate is the larger of twice the difference of the first two and the difference of
- * the last two, if those say the same: sampled switches fall differently at every step, and two runs alone can agree by
- * chance (tests/stability/README.md has how often a true error is beyond the estimate). The difference of the first two must stay below
- * a fifth of the largest movement, the lifts within
- * a fifth of the bow wave's threshold or of each other, and both must agree on whether there is a bow wave; else the
- * step is halved, 4 times at most, then `step_underflow` (`unstable` when dt was given). An angle beyond 85 degrees
- * ends `folded`. With options->single one march answers, unchecked (sim.h). */
+ * Checks: a step beyond the stability limit is refused. Every run is done at the step, at double
+ * the step and, where that is stable, at four times the step. The error estimate is the larger of
+ * twice the difference of the first two and the difference of the last two, if those say the same:
+ * sampled switches fall differently at every step, and two runs alone can agree by chance
+ * (tests/stability/README.md has how often a true error is beyond the estimate). The difference of
+ * the first two must stay below a fifth of the largest movement, the lifts within a fifth of the
+ * bow wave's threshold or of each other, and both must agree on whether there is a bow wave; else
+ * the step is halved, 4 times at most, then `step_underflow` (`unstable` when dt was given). An
+ * angle beyond 85 degrees ends `folded`. With options->single one march answers, unchecked
+ * (sim.h). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H
 
@@ -30,9 +36,9 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Run a checked scene of model consistent. MR_OK: look at result->status. MR_USAGE: friction tanh or sign. The caller
- * frees the result in every case. */
-enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
-                           struct error *error);
+/* Run a checked scene of model consistent. MR_OK: look at result->status. MR_USAGE: friction tanh
+ * or sign. The caller frees the result in every case. */
+enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options,
+                           struct sim_result *result, struct error *error);
 
 #endif

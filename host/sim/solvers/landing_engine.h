@@ -1,8 +1,10 @@
-/* Landing engine: the state of landing.h's solver and what a step does to it. Private to landing*.c.
+/* Landing engine: the state of landing.h's solver and what a step does to it. Private to
+ * landing*.c.
  *
- * landing_parts.c follows which mats slide and which heave, landing_joints.c has tensions, landing_kick.c the speeds' change
- * in a step, landing_march.c the steps of one run and what is noted on the way, landing.c the runs and what they are worth.
- * Mats, nodes and joints count from 0 as in model.h. */
+ * landing_parts.c follows which mats slide and which heave, landing_joints.c has tensions,
+ * landing_kick.c the speeds' change in a step, landing_march.c the steps of one run and what is
+ * noted on the way, landing.c the runs and what they are worth. Mats, nodes and joints count from 0
+ * as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 
@@ -25,9 +27,11 @@ struct landing {
     double *accel, *u, *v, *height;
     double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/joint.h */
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
-    double *brace_lb, *brace_lb_ft; /* what modifications press nodes down with and bend joints by; NULL: nothing */
+    /* what modifications press nodes down with and bend joints by; NULL: nothing */
+    double *brace_lb, *brace_lb_ft;
     double *push_lb, *pull_lb, *rise_ft; /* per joint and node: most so far */
-    double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
+    /* per joint; between mats at rest that of the last step in which one of them moved */
+    double *tension_lb;
     double slack_ft;
     enum joint_law joints;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
@@ -52,7 +56,7 @@ struct march {
     int mats_max;
     struct sim_record record;
     struct mods_state *mods; /* at its end; NULL without modifications */
-    int number; /* of this march, for go_on */
+    int number;              /* of this march, for go_on */
 };
 
 /* What the modifications see of a landing. */
@@ -63,23 +67,27 @@ static inline struct mods_view landing_view(const struct landing *l)
 
 /* Make a part reach from mat `low` to mat `high`. */
 void landing_take_in(struct part *part, const struct model *m, int low, int high);
-/* The parts before a step: what the wheel touches and what moves is taken in, what has come to rest is left behind. */
+/* The parts before a step: what the wheel touches and what moves is taken in, what has come to rest
+ * is left behind. */
 void landing_follow_slides(struct landing *l, const struct sim_touch *touch, int count);
 void landing_follow_heaves(struct landing *l);
-/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the mats. */
+/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the
+ * mats. */
 void landing_slide_what_heaves(struct landing *l);
 bool landing_mat_rests(const struct landing *l, int n);
 
 /* Tensions of all joints of the sliding part, and the most that each has had. */
 void landing_stretch_joints(struct landing *l);
 
-/* What modifications do in a step, before its kicks: along the runway, and on nodes and joints of the heaving part. */
+/* What modifications do in a step, before its kicks: along the runway, and on nodes and joints of
+ * the heaving part. */
 void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s);
 void landing_brace_heaves(struct landing *l);
-/* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in that step. Slides say how many
- * mats came to rest within the step. */
+/* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
+ * that step. Slides say how many mats came to rest within the step. */
 void landing_kick_heaves(struct landing *l, double h_s);
-unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s);
+unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count,
+                             double h_s);
 
 /* March through the whole landing with march->steps steps; the record is made. */
 void landing_march(struct landing *l, struct march *march, const struct sim_options *options);

@@ -32,7 +32,8 @@ LAW_INLINE void stretch(struct landing *l, enum joint_law law)
         }
         double u_l = j > 0 ? p[2 * j - 1] : 0.0, u_r = j < m->mats ? p[2 * j + 1] : 0.0;
         double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
-        double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft, rate = v_r - v_l + left.ft_s + right.ft_s;
+        double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft,
+               rate = v_r - v_l + left.ft_s + right.ft_s;
         struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
         double t_lb = pulled.lb;

@@ -4,7 +4,8 @@
 #include "host/sim/solvers/landing_engine.h"
 #include "host/sim/elements/friction.h"
 
-#define MOST_CONTACTS 8 /* times that a step is taken again as the soil lets go of nodes or holds others */
+/* times that a step is taken again as the soil lets go of nodes or holds others */
+#define MOST_CONTACTS 8
 
 /* Bands and cleats before a kick; a riveted mat that its band moves is taken in. */
 void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
@@ -22,13 +23,15 @@ void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int 
     for (int c = 0; c < mods->braces; c++) {
         int n = mods->brace_mat[c] - 1;
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
-        double limit_lb = m->law == SIM_NONE ? 0.0 : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
+        double limit_lb = m->law == SIM_NONE ? 0.0
+                                             : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
             landing_take_in(&l->slides, m, n - 1, n + 1);
     }
 }
 
-/* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the heaving part. */
+/* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the
+ * heaving part. */
 void landing_brace_heaves(struct landing *l)
 {
     const struct model *m = &l->model;
@@ -45,16 +48,18 @@ void landing_brace_heaves(struct landing *l)
     mods_brace_heave(l->mods, &heave);
 }
 
-/* What the soil holds a heaving mat with: the reaction that its nodes have just been kicked with, dampers at the end of the
- * step. A foot that lands faster than the step can follow so rubs with the impulse it lands with. */
+/* What the soil holds a heaving mat with: the reaction that its nodes have just been kicked with,
+ * dampers at the end of the step. A foot that lands faster than the step can follow so rubs with
+ * the impulse it lands with. */
 static double soil_limit_lb(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;
-    return m->friction * (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
+    return m->friction *
+           (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
 }
 
-KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s, bool cleated,
-                            bool elements)
+KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s,
+                            bool cleated, bool elements)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
@@ -64,7 +69,8 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
     for (int c = 0; l->mods && c < l->mods->braces; c++)
-        thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c]; /* those outside are not looked at */
+        /* those outside are not looked at */
+        thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
@@ -78,28 +84,33 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
         if (m->law == SIM_NONE)
             limit = 0.0;
         if (elements) {
-            struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1]};
+            struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
+                                                        m->contact[n] || m->contact[n + 1]};
             struct element_step step = element_step(&m->elements, mat, h_s, m->mass_slug);
-            v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb, limit, step.as_if_s, m->mass_slug,
-                                               &stops);
+            v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
+                                               limit, step.as_if_s, m->mass_slug, &stops);
         } else {
-            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
+            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug,
+                                               &stops);
         }
     }
     return stops;
 }
 
 /* Runways without cleats get a loop without, and so do those without elements. */
-unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count,
+                             double h_s)
 {
     bool cleated = l->mods && l->mods->cleated;
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true) : kick(l, touch, count, h_s, false, true);
-    return cleated ? kick(l, touch, count, h_s, true, false) : kick(l, touch, count, h_s, false, false);
+        return cleated ? kick(l, touch, count, h_s, true, true)
+                       : kick(l, touch, count, h_s, false, true);
+    return cleated ? kick(l, touch, count, h_s, true, false)
+                   : kick(l, touch, count, h_s, false, false);
 }
 
-/* The soil pushes and never pulls, at the end of the step: let go of nodes that it would pull, hold those that it would push.
- * True when a node has changed. */
+/* The soil pushes and never pulls, at the end of the step: let go of nodes that it would pull, hold
+ * those that it would push. True when a node has changed. */
 static bool settle_contacts(struct landing *l, double h_s)
 {
     const struct model *m = &l->model;

@@ -6,12 +6,13 @@
 #include "host/sim/solvers/landing_engine.h"
 #include "host/sim/solvers/pass.h"
 
-#define FOLDED_DEG 85.0
-#define DEGREES (180.0 / 3.14159265358979323846)
-#define OFF_WAVE_SHARE 0.5 /* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
-#define SLIGHT_TURN 0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
+#define FOLDED_DEG           85.0
+#define DEGREES              (180.0 / 3.14159265358979323846)
+/* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
+#define OFF_WAVE_SHARE       0.5
+#define SLIGHT_TURN          0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
-#define LOOK_STEPS 4 /* between looks at the angles */
+#define LOOK_STEPS           4    /* between looks at the angles */
 
 /* The mat that carries most of the wheel; -1: none. */
 static int under_wheel(const struct sim_touch *touch, int count)
@@ -34,7 +35,8 @@ static double lift_ft(const struct landing *l, double back_s, int *node_from_1)
     const double *v = l->z + m->size;
     double most_ft = 0.0;
     *node_from_1 = 1;
-    for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first; j++) {
+    for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first;
+         j++) {
         double up_ft = v[2 * j] * back_s - l->z[2 * j];
         if (up_ft > most_ft && up_ft > SOIL_TOUCH_FT) {
             most_ft = up_ft;
@@ -44,7 +46,8 @@ static double lift_ft(const struct landing *l, double back_s, int *node_from_1)
     return most_ft;
 }
 
-/* All that is wanted up to t_s, each at its own time: speeds are those of the step that ends at t_s. */
+/* All that is wanted up to t_s, each at its own time: speeds are those of the step that ends at
+ * t_s. */
 static void take(struct landing *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
@@ -112,7 +115,8 @@ static void note_overrun(const struct landing *l, struct march *march, double li
     bool meets = fmax(left_ft, right_ft) >= lift_ft;
     if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
         march->overrun[march->overruns++] = node;
-    march->on_wave = meets || (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
+    march->on_wave = meets ||
+                     (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
 }
 
 static bool sound(struct landing *l, struct march *march, double t_s)
@@ -153,10 +157,11 @@ static void begin(struct landing *l, bool prunes)
     landing_stretch_joints(l);
     l->slides.last = l->heaves.last = -1;
     for (int n = 0; n < m->mats; n++) {
-        if (l->z[m->size + 2 * n + 1] != 0.0 ||
-            fabs(l->tension_lb[n + 1] - l->tension_lb[n]) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
+        if (l->z[m->size + 2 * n + 1] != 0.0 || fabs(l->tension_lb[n + 1] - l->tension_lb[n]) >
+                                                    (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
             landing_take_in(&l->slides, m, n - 1, n + 1);
-        if (!landing_mat_rests(l, n) || (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
+        if (!landing_mat_rests(l, n) ||
+            (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
             landing_take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
 }

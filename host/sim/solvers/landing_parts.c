@@ -2,12 +2,13 @@
 
 #include "host/sim/solvers/landing_engine.h"
 
-#define CALM 1e-6    /* of sqrt(g L): on uneven ground a node slower than that is at rest */
-#define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
-#define CHUNK 8      /* mats that it grows by, at least */
-#define PATIENCE 16  /* steps before a part may shrink */
-#define SETTLING 3   /* steps before it leaves the next mat: one for its damper, one for the grit, one more */
-#define QUIET 1e-13  /* of L for heights, of sqrt(g L) for their rates: at rest */
+#define CALM     1e-6 /* of sqrt(g L): on uneven ground a node slower than that is at rest */
+#define GUARD    4    /* mats at rest that the heaving part keeps at its ends */
+#define CHUNK    8    /* mats that it grows by, at least */
+#define PATIENCE 16   /* steps before a part may shrink */
+/* steps before it leaves the next mat: one for its damper, one for the grit, one more */
+#define SETTLING 3
+#define QUIET    1e-13 /* of L for heights, of sqrt(g L) for their rates: at rest */
 
 void landing_take_in(struct part *part, const struct model *m, int low, int high)
 {
@@ -30,7 +31,8 @@ void landing_follow_slides(struct landing *l, const struct sim_touch *touch, int
     struct part *s = &l->slides;
     const double *v = l->z + l->model.size;
     for (int i = 0; i < count; i++) {
-        bool idle = s->last - s->first <= 2 && s->quiet_first >= PATIENCE && s->quiet_last >= PATIENCE;
+        bool idle = s->last - s->first <= 2 && s->quiet_first >= PATIENCE &&
+                    s->quiet_last >= PATIENCE;
         if (idle)
             s->last = s->first - 1; /* go there instead of stretching */
         landing_take_in(s, &l->model, touch[i].mat - 2, touch[i].mat);
@@ -39,7 +41,7 @@ void landing_follow_slides(struct landing *l, const struct sim_touch *touch, int
         return;
     if (v[2 * s->first + 1] != 0.0 || v[2 * s->last + 1] != 0.0)
         landing_take_in(s, &l->model, v[2 * s->first + 1] != 0.0 ? s->first - 1 : s->first,
-                v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
+                        v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
     bool still_first = v[2 * s->first + 1] == 0.0 && v[2 * s->first + 3] == 0.0;
     bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
     s->quiet_first = still_first ? s->quiet_first + 1 : 0;
@@ -82,13 +84,14 @@ static void heave_what_slides(struct landing *l, int chunk)
         landing_take_in(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
-/* Flat mats at rest stay so: the part that heaves begins with what is not, or carries the wheel, and keeps GUARD mats at
- * rest at its ends, so that what it holds back there is below QUIET. */
+/* Flat mats at rest stay so: the part that heaves begins with what is not, or carries the wheel,
+ * and keeps GUARD mats at rest at its ends, so that what it holds back there is below QUIET. */
 void landing_follow_heaves(struct landing *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
-    int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK; /* what is loaded at once: as window.c */
+    /* what is loaded at once: as window.c */
+    int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         landing_take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
     if (m->tilt_ft)
@@ -126,7 +129,8 @@ void landing_follow_heaves(struct landing *l)
     }
 }
 
-/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the mats. */
+/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the
+ * mats. */
 void landing_slide_what_heaves(struct landing *l)
 {
     const struct model *m = &l->model;

@@ -6,17 +6,18 @@
 
 #include "host/base/steady.h"
 
-#define FOLDED_DEG 85.0
-#define FOUND_MAX 64
+#define FOLDED_DEG           85.0
+#define FOUND_MAX            64
 #define STEPS_BETWEEN_ASKING 32 /* whether to go on */
-#define ROOT_STEPS 100
-#define INSIDE 6
-#define ROUNDS 8
-#define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
-#define WARY_STEPS 100
-#define AT_ONCE 1e-8 /* of a step */
-#define POSITION_PART 0.0005 /* tolerance on heights and displacements: rtol times this part of a mat's length */
-#define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
+#define ROOT_STEPS           100
+#define INSIDE               6
+#define ROUNDS               8
+#define STALLS_PER_MAT       20 /* events in a row without progress before it is called chatter */
+#define WARY_STEPS           100
+#define AT_ONCE              1e-8 /* of a step */
+/* tolerance on heights and displacements: rtol times this part of a mat's length */
+#define POSITION_PART        0.0005
+#define SPEED_PART           0.25 /* on rates: of sqrt(g L) */
 
 struct pass {
     struct stepper stepper;
@@ -28,7 +29,7 @@ struct pass {
     double until_s;
     double *u, *v, *height; /* by mat, for the record */
     int stalls;
-    int wary; /* steps for which the dense output is not believed: see redo */
+    int wary;                    /* steps for which the dense output is not believed: see redo */
     struct model_switch flipped; /* last */
     double flipped_s;
     double awake_s;
@@ -142,8 +143,9 @@ static int only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Violations at the first of five points between the start of the last step and `to`; there the step is looked at until
- * then. A mat may break loose and stop again, a foot touch the ground and leave it, and both passes miss it. */
+/* Violations at the first of five points between the start of the last step and `to`; there the
+ * step is looked at until then. A mat may break loose and stop again, a foot touch the ground and
+ * leave it, and both passes miss it. */
 static int look_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -171,7 +173,8 @@ static int look(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    bool may = !s->rate || model_may_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
+    bool may = !s->rate ||
+               model_may_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
     int count = may ? look_inside(p, s->t_new_s, found) : 0;
     if (count > 0)
         return count;
@@ -204,9 +207,10 @@ static void top(struct pass *p, double end_s, const double *z_end, double *spare
     }
 }
 
-/* Within a step that is long for the fastest rate the dense output can be far off where the end of the step is not (soil
- * with much damping: 80 lb become 0), and show switches that do not happen. They are known by flipping back at once. From
- * then on, for a while, the step is taken again up to the time found; false when it cannot be. */
+/* Within a step that is long for the fastest rate the dense output can be far off where the end of
+ * the step is not (soil with much damping: 80 lb become 0), and show switches that do not happen.
+ * They are known by flipping back at once. From then on, for a while, the step is taken again up to
+ * the time found; false when it cannot be. */
 static bool redo(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
@@ -283,7 +287,8 @@ static bool handle_events(struct pass *p, bool *event)
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
             bool known = false;
             for (int k = 0; k < flips; k++)
-                known = known || (found[i].kind == together[k].kind && found[i].index == together[k].index);
+                known = known ||
+                        (found[i].kind == together[k].kind && found[i].index == together[k].index);
             if (!known)
                 found[others++] = found[i];
         }
@@ -307,7 +312,8 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (at - s->t_s <= s->least_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
-            return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats, at);
+            return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats,
+                        at);
     } else
         p->stalls = 0;
     if (at > s->t_s)
@@ -334,7 +340,8 @@ static bool stop_turned(struct pass *p)
     bool any = false;
     if (p->model->law != SIM_STICK)
         return false;
-    for (int i = p->model->size + stepper_low(s) + 1; i < p->model->size + stepper_high(s); i += 2) {
+    for (int i = p->model->size + stepper_low(s) + 1; i < p->model->size + stepper_high(s);
+         i += 2) {
         if (s->z[i] * s->z_new[i] < 0.0) {
             s->z_new[i] = 0.0;
             p->out->events++;
@@ -388,13 +395,16 @@ static bool one_step(struct pass *p, double limit_s)
     return true;
 }
 
-static bool may_go_on(const struct pass *p, const struct pass_request *request, const struct sim_options *options)
+static bool may_go_on(const struct pass *p, const struct pass_request *request,
+                      const struct sim_options *options)
 {
     return !options->go_on || p->out->steps % STEPS_BETWEEN_ASKING != 0 ||
-           options->go_on(options->go_on_ctx, request->number, p->stepper.t_s / sim_scene_end_s(p->model->scene));
+           options->go_on(options->go_on_ctx, request->number,
+                          p->stepper.t_s / sim_scene_end_s(p->model->scene));
 }
 
-static void follow_spans(struct pass *p, const struct pass_request *request, const struct sim_options *options)
+static void follow_spans(struct pass *p, const struct pass_request *request,
+                         const struct sim_options *options)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -427,8 +437,9 @@ static void follow_spans(struct pass *p, const struct pass_request *request, con
     p->out->speed_end_ft_s = speed;
 }
 
-enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct pass_request *request,
-                        const struct sim_options *options, struct error *error)
+enum mr_status pass_run(struct pass_outcome *out, struct model *m,
+                        const struct pass_request *request, const struct sim_options *options,
+                        struct error *error)
 {
     size_t length = 2 * (size_t)m->size;
     double end_s = sim_scene_end_s(m->scene), begin_s = steady_s();

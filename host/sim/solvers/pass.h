@@ -1,4 +1,5 @@
-/* Pass: one run of a planar model from start to end with one stepper: time, events, outputs. PLANAR.md, "Events". */
+/* Pass: one run of a planar model from start to end with one stepper: time, events, outputs.
+ * PLANAR.md, "Events". */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PASS_H
 #define MATRIG_HOST_SIM_SOLVERS_PASS_H
 
@@ -28,9 +29,11 @@ struct pass_outcome {
     double *z; /* at the end, 2 size values */
 };
 
-/* MR_OK: look at outcome->status. The caller frees the outcome in every case. The model is started anew. */
-enum mr_status pass_run(struct pass_outcome *outcome, struct model *model, const struct pass_request *request,
-                        const struct sim_options *options, struct error *error);
+/* MR_OK: look at outcome->status. The caller frees the outcome in every case. The model is started
+ * anew. */
+enum mr_status pass_run(struct pass_outcome *outcome, struct model *model,
+                        const struct pass_request *request, const struct sim_options *options,
+                        struct error *error);
 void pass_free(struct pass_outcome *outcome);
 
 #endif

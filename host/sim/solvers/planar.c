@@ -8,23 +8,25 @@
 #include "host/sim/solvers/landing.h"
 #include "host/sim/solvers/pass.h"
 
-#define CHECK_FACTOR 30.0
-#define DISAGREEMENT 0.2
-#define TIGHTEN 0.01
+#define CHECK_FACTOR     30.0
+#define DISAGREEMENT     0.2
+#define TIGHTEN          0.01
 #define MOST_TIGHTENINGS 2
-#define LEAST_RTOL 1e-13
-#define MOST_STEPS 5000000u
-#define MOST_CHATTER 50000u  /* steps of event before auto tries implicit */
-#define MOST_IMPLICIT 20000u /* of implicit before auto tries event, or its share of event's steps */
-#define MOST_AUTO 300000u    /* of implicit, when there is nothing else */
-#define MOST_SIGN 10000u    /* of friction `sign`, which chatters around rest */
+#define LEAST_RTOL       1e-13
+#define MOST_STEPS       5000000u
+#define MOST_CHATTER     50000u /* steps of event before auto tries implicit */
+/* of implicit before auto tries event, or its share of event's steps */
+#define MOST_IMPLICIT    20000u
+#define MOST_AUTO        300000u /* of implicit, when there is nothing else */
+#define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
-#define RK4_REAL 2.785 /* where the negative real axis leaves the classical method's stability region */
-#define EXPLICIT_REACH 6.0 /* the same of the order 8 method, about */
-#define EXPLICIT_STEPS 10000.0 /* more than these for stability alone: implicit */
-#define EXPLICIT_MOST 500000.0 /* more are not tried */
-#define STEP_RATIO 4.0         /* a step of implicit costs as much as so many of event */
-#define BOW_WAVE_FT 0.05
+/* where the negative real axis leaves the classical method's stability region */
+#define RK4_REAL         2.785
+#define EXPLICIT_REACH   6.0      /* the same of the order 8 method, about */
+#define EXPLICIT_STEPS   10000.0  /* more than these for stability alone: implicit */
+#define EXPLICIT_MOST    500000.0 /* more are not tried */
+#define STEP_RATIO       4.0      /* a step of implicit costs as much as so many of event */
+#define BOW_WAVE_FT      0.05
 
 bool planar_has_solver(const char *name)
 {
@@ -61,8 +63,9 @@ static uint64_t patience(const struct model *m, const struct stepper_kind *kind,
     return (uint64_t)fmax(MOST_IMPLICIT, steps / STEP_RATIO);
 }
 
-static const struct stepper_kind *choose(const struct sim_scene *scene, const struct sim_options *options,
-                                         double rate, struct sim_result *result)
+static const struct stepper_kind *choose(const struct sim_scene *scene,
+                                         const struct sim_options *options, double rate,
+                                         struct sim_result *result)
 {
     double steps = rate * sim_scene_end_s(scene) / EXPLICIT_REACH;
     if (!automatic(options))
@@ -70,11 +73,15 @@ static const struct stepper_kind *choose(const struct sim_scene *scene, const st
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         sim_result_note(result, "friction sign chatters around rest; give stick, its exact form");
     if (steps <= EXPLICIT_STEPS) {
-        sim_result_note(result, "auto: event; the fastest rate, %.4g /s, asks for no more than %.0f explicit steps",
-                        rate, ceil(steps));
+        sim_result_note(
+            result,
+            "auto: event; the fastest rate, %.4g /s, asks for no more than %.0f explicit steps",
+            rate, ceil(steps));
         return &stepper_event;
     }
-    sim_result_note(result, "auto: implicit; the fastest rate, %.4g /s, would ask for %.3g explicit steps", rate, steps);
+    sim_result_note(result,
+                    "auto: implicit; the fastest rate, %.4g /s, would ask for %.3g explicit steps",
+                    rate, steps);
     return &stepper_implicit;
 }
 
@@ -112,8 +119,9 @@ static void final_shape(const struct model *m, const double *z, struct sim_resul
     }
 }
 
-enum mr_status planar_deliver(const struct model *m, const double *z, struct sim_record *record, double max_lift_ft,
-                              double speed_end_ft_s, struct sim_result *result, struct error *error)
+enum mr_status planar_deliver(const struct model *m, const double *z, struct sim_record *record,
+                              double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
+                              struct error *error)
 {
     size_t mats = (size_t)m->mats;
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
@@ -127,13 +135,15 @@ enum mr_status planar_deliver(const struct model *m, const double *z, struct sim
     result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
     result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
     if (!result->u_ft || !result->gap_ft)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
+                         mats);
     final_shape(m, z, result);
     return sim_record_deliver(record, result, error);
 }
 
-static enum mr_status answer(const struct model *m, struct pass_outcome *pass, const struct pass_outcome *other,
-                             struct sim_result *result, struct error *error)
+static enum mr_status answer(const struct model *m, struct pass_outcome *pass,
+                             const struct pass_outcome *other, struct sim_result *result,
+                             struct error *error)
 {
     result->pass_ms = pass->ms;
     result->steps = pass->steps;
@@ -142,18 +152,21 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass, c
     result->checked_dt_s = other->longest_s;
     result->mats_max = pass->mats_max;
     result->mats_mean = pass->mats_mean;
-    return planar_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result, error);
+    return planar_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s,
+                          result, error);
 }
 
 /* Compare two complete passes; false when they contradict each other. */
-static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b, double rtol,
-                  struct sim_result *result, struct sim_difference *where)
+static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
+                  double rtol, struct sim_result *result, struct sim_difference *where)
 {
-    double least_ft = rtol * m->length_ft; /* two passes can agree more closely than either is right */
+    /* two passes can agree more closely than either is right */
+    double least_ft = rtol * m->length_ft;
     double threshold = planar_bow_threshold_ft(m->scene);
     *where = sim_record_difference(&a->record, &b->record);
     result->error_u_ft = where->u_ft;
-    result->error_lift_ft = fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft));
+    result->error_lift_ft = fmax(sim_record_lift_difference(&a->record, &b->record),
+                                 fabs(a->max_lift_ft - b->max_lift_ft));
     double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
     double lift = fmin(a->max_lift_ft, b->max_lift_ft);
     bool same = result->error_u_ft <= DISAGREEMENT * peak + 1e-9 * m->length_ft &&
@@ -167,8 +180,9 @@ static bool agree(const struct model *m, const struct pass_outcome *a, const str
 }
 
 /* Run coarse and fine; the answer is `coarse` when coarse_answers. */
-static enum mr_status run_pair(struct model *m, const struct sim_options *options, struct pass_request request,
-                               bool coarse_answers, bool *contradicted, struct sim_result *result, struct error *error)
+static enum mr_status run_pair(struct model *m, const struct sim_options *options,
+                               struct pass_request request, bool coarse_answers, bool *contradicted,
+                               struct sim_result *result, struct error *error)
 {
     struct pass_outcome coarse = {0}, fine = {0};
     struct sim_difference where;
@@ -187,11 +201,14 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
             answer(m, &coarse, &coarse, result, error);
         } else if (result->passes++, pass_run(&fine, m, &request, options, error) == MR_OK) {
             cost(result, &fine);
-            const struct pass_outcome *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
+            const struct pass_outcome *failed = fine.status != SIM_OK   ? &fine
+                                              : coarse.status != SIM_OK ? &coarse
+                                                                        : NULL;
             if (failed) {
                 refuse(result, failed->status, failed->mat, failed->t_s);
                 *contradicted = fine.status == SIM_OK;
-            } else if (!agree(m, &coarse, &fine, request.kind->fixed ? 0.0 : request.rtol, result, &where)) {
+            } else if (!agree(m, &coarse, &fine, request.kind->fixed ? 0.0 : request.rtol, result,
+                              &where)) {
                 refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
                 *contradicted = true;
             }
@@ -206,18 +223,22 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
     return error->status;
 }
 
-static enum mr_status run_fixed(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
-                                struct sim_result *result, struct error *error)
+static enum mr_status run_fixed(struct model *m, const struct sim_options *options,
+                                const struct stepper_kind *kind, struct sim_result *result,
+                                struct error *error)
 {
     double end = sim_scene_end_s(m->scene);
     bool given = options->dt_s > 0.0, contradicted;
     double dt = given ? options->dt_s : fmin(0.5 * result->dt_limit_s, end / 500.0);
     struct pass_request request = {kind, 0.0, dt, UINT64_MAX, 0};
     if (end / dt > MOST_FIXED_STEPS)
-        return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
-                                          "or solver implicit",
-                         m->scene->name[0] ? m->scene->name : "scene", end, dt);
-    sim_result_note(result, "error estimate: largest difference to the same run with half the step");
+        return error_set(
+            error, MR_USAGE,
+            "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
+            "or solver implicit",
+            m->scene->name[0] ? m->scene->name : "scene", end, dt);
+    sim_result_note(result,
+                    "error estimate: largest difference to the same run with half the step");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
         refuse(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
@@ -226,13 +247,18 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
     return run_pair(m, options, request, given, &contradicted, result, error);
 }
 
-static enum mr_status run_adaptive(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
-                                   bool last, struct sim_result *result, struct error *error)
+static enum mr_status run_adaptive(struct model *m, const struct sim_options *options,
+                                   const struct stepper_kind *kind, bool last,
+                                   struct sim_result *result, struct error *error)
 {
     bool given = options->rtol > 0.0, contradicted;
-    uint64_t most = m->law == SIM_SIGN ? MOST_SIGN : automatic(options) ? patience(m, kind, last, result) : MOST_STEPS;
+    uint64_t most = m->law == SIM_SIGN ? MOST_SIGN
+                  : automatic(options) ? patience(m, kind, last, result)
+                                       : MOST_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0};
-    sim_result_note(result, "error estimate: largest difference to the same run at a 30 times looser tolerance");
+    sim_result_note(
+        result,
+        "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
         if (run_pair(m, options, request, false, &contradicted, result, error) != MR_OK)
@@ -246,17 +272,19 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
 }
 
 /* Auto: the other solver, where the first makes no progress. */
-static enum mr_status run_auto(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
-                               struct sim_result *result, struct error *error)
+static enum mr_status run_auto(struct model *m, const struct sim_options *options,
+                               const struct stepper_kind *kind, struct sim_result *result,
+                               struct error *error)
 {
     const struct stepper_kind *other = kind == &stepper_event ? &stepper_implicit : &stepper_event;
     bool last = other == &stepper_event && explicit_steps(m, result) > EXPLICIT_MOST;
-    if (run_adaptive(m, options, kind, last, result, error) != MR_OK || result->status != SIM_STEP_UNDERFLOW ||
-        m->law == SIM_SIGN || last)
+    if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
+        result->status != SIM_STEP_UNDERFLOW || m->law == SIM_SIGN || last)
         return error->status;
     result->status = SIM_OK;
     result->solver = other->name;
-    sim_result_note(result, "auto: %s came to %.9g s only; %s instead", kind->name, result->t_s, other->name);
+    sim_result_note(result, "auto: %s came to %.9g s only; %s instead", kind->name, result->t_s,
+                    other->name);
     return run_adaptive(m, options, other, true, result, error);
 }
 
@@ -269,11 +297,13 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
                                                                  : landing && automatic(options)) {
         if (automatic(options))
-            sim_result_note(result, "auto: fixed; a whole landing has too many switches to locate each");
+            sim_result_note(result,
+                            "auto: fixed; a whole landing has too many switches to locate each");
         return landing_run(scene, options, result, error);
     }
     if (options->solver && strcmp(options->solver, "fixed") == 0)
-        return error_set(error, MR_USAGE, "solver not available: fixed for model %s; give rk4, or model consistent",
+        return error_set(error, MR_USAGE,
+                         "solver not available: fixed for model %s; give rk4, or model consistent",
                          sim_model_name(scene->model));
     double *z = calloc(2 * (2 * (size_t)scene->mats + 1), sizeof *z);
     if (!z)
@@ -291,9 +321,13 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     result->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
     model_describe(&model, result);
     if (options->dt_s > 0.0 && !kind->fixed)
-        error_set(error, MR_USAGE, "no fixed step: solver %s chooses its own; give --rtol, or --solver rk4", kind->name);
+        error_set(error, MR_USAGE,
+                  "no fixed step: solver %s chooses its own; give --rtol, or --solver rk4",
+                  kind->name);
     else if (options->rtol > 0.0 && kind->fixed)
-        error_set(error, MR_USAGE, "no tolerance: solver %s has a fixed step; give --dt, or another solver", kind->name);
+        error_set(error, MR_USAGE,
+                  "no tolerance: solver %s has a fixed step; give --dt, or another solver",
+                  kind->name);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
     else if (automatic(options))

@@ -1,13 +1,15 @@
-/* Planar: running a scene of the report or the consistent model with any solver, and checking the answer.
+/* Planar: running a scene of the report or the consistent model with any solver, and checking the
+ * answer.
  *
- * Every scene is run twice. A solver that chooses its step: at its tolerance, and at 30 times that; the answer is the
- * finer one. A fixed step: at dt and at dt/2; the answer is the one at dt when dt was given, else the finer. The error
- * estimate is the largest difference of the two, over all mats at 64 even times and t_out for u, over the same and the
- * run's largest lift for lift; never less than the tolerance times L for what moves at all. They have to agree within a
- * fifth (of the largest movement, of the lift) and on whether
- * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then, or when the step or
- * tolerance was given, the run is `unstable`. A fixed step beyond the stability limit of the equations with every node
- * on the ground is refused before it runs: what it would return can look right. */
+ * Every scene is run twice. A solver that chooses its step: at its tolerance, and at 30 times that;
+ * the answer is the finer one. A fixed step: at dt and at dt/2; the answer is the one at dt when dt
+ * was given, else the finer. The error estimate is the largest difference of the two, over all mats
+ * at 64 even times and t_out for u, over the same and the run's largest lift for lift; never less
+ * than the tolerance times L for what moves at all. They have to agree within a fifth (of the
+ * largest movement, of the lift) and on whether there is a bow wave; else a chosen tolerance is
+ * tightened a hundredfold, twice at most, and then, or when the step or tolerance was given, the
+ * run is `unstable`. A fixed step beyond the stability limit of the equations with every node on
+ * the ground is refused before it runs: what it would return can look right. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
@@ -21,10 +23,11 @@ bool planar_has_solver(const char *name);
 /* A lift beyond this is a bow wave: twice the bump's height, or 0.05 ft if that is more. */
 double planar_bow_threshold_ft(const struct sim_scene *scene);
 
-/* What a run has come to, whatever moved it: peaks, bow wave, displacements and openings at the end (state z), and the
- * record, which the result owns then. MR_FULL when memory is short. */
-enum mr_status planar_deliver(const struct model *model, const double *z, struct sim_record *record, double max_lift_ft,
-                              double speed_end_ft_s, struct sim_result *result, struct error *error);
+/* What a run has come to, whatever moved it: peaks, bow wave, displacements and openings at the end
+ * (state z), and the record, which the result owns then. MR_FULL when memory is short. */
+enum mr_status planar_deliver(const struct model *model, const double *z, struct sim_record *record,
+                              double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
+                              struct error *error);
 
 /* Run a checked scene. MR_OK: look at result->status. The caller frees the result in every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,

@@ -27,8 +27,10 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
     size_t row = (size_t)scene->mats + 1;
     size_t outputs = scene->t_out_s.count > 0 ? scene->t_out_s.count : 1;
     double end_s = sim_scene_end_s(scene);
-    *record =
-        (struct sim_record){.mats = scene->mats, .end_s = end_s, .snapshot_count = EVEN_TIMES + outputs, .lift_node = 1};
+    *record = (struct sim_record){.mats = scene->mats,
+                                  .end_s = end_s,
+                                  .snapshot_count = EVEN_TIMES + outputs,
+                                  .lift_node = 1};
     if (options->sample_dt_s > 0.0) {
         record->sample_dt_s = options->sample_dt_s;
         record->sample_count = (size_t)floor(end_s / options->sample_dt_s * (1.0 + 1e-12)) + 1;
@@ -53,11 +55,11 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
         record->station_mat[s] = mat > scene->mats ? scene->mats : mat;
     }
     for (size_t i = 0; i < EVEN_TIMES; i++)
-        record->snapshots[i] = (struct sim_snapshot){.t_s = end_s * (double)(i + 1) / EVEN_TIMES, .output = -1};
+        record->snapshots[i] = (struct sim_snapshot){.t_s = end_s * (double)(i + 1) / EVEN_TIMES,
+                                                     .output = -1};
     for (size_t i = 0; i < outputs; i++)
-        record->snapshots[EVEN_TIMES + i] =
-            (struct sim_snapshot){.t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s,
-                                  .output = (int)i};
+        record->snapshots[EVEN_TIMES + i] = (struct sim_snapshot){
+            .t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s, .output = (int)i};
     qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, by_time);
     for (size_t i = 0; i < record->snapshot_count; i++)
         record->snapshots[i].u_ft = record->storage + i * row;
@@ -65,7 +67,8 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
     return MR_OK;
 }
 
-void sim_record_take(struct sim_record *record, double t_s, const double *u_ft, const double *v_ft_s)
+void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
+                     const double *v_ft_s)
 {
     while (record->next_s <= t_s) {
         if (record->next_snapshot < record->snapshot_count &&
@@ -128,7 +131,8 @@ struct sim_difference sim_record_peak(const struct sim_record *record)
     return most;
 }
 
-enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result, struct error *error)
+enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result,
+                                  struct error *error)
 {
     size_t row = (size_t)record->mats + 1;
     size_t outputs = 0;
@@ -148,7 +152,8 @@ enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *
         if (!copy)
             return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", outputs);
         memcpy(copy, snapshot->u_ft, row * sizeof *copy);
-        result->outputs[complete ? (size_t)snapshot->output : delivered++] = (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
+        result->outputs[complete ? (size_t)snapshot->output : delivered++] =
+            (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
     }
     if (record->sample_dt_s > 0.0) {
         result->sample_u_ft = record->sample_u_ft;

@@ -1,8 +1,9 @@
-/* Record: what one pass of a solver leaves behind: u of every mat at set times, and samples at stations.
+/* Record: what one pass of a solver leaves behind: u of every mat at set times, and samples at
+ * stations.
  *
- * The set times are 64 even ones to the end (for comparing passes) and the scene's t_out. The solver
- * reports each step as it ends; between steps u is taken as linear, which is how the fixed step moves.
- * Units ft, s. */
+ * The set times are 64 even ones to the end (for comparing passes) and the scene's t_out. The
+ * solver reports each step as it ends; between steps u is taken as linear, which is how the fixed
+ * step moves. Units ft, s. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_RECORD_H
 #define MATRIG_HOST_SIM_SOLVERS_RECORD_H
 
@@ -33,7 +34,8 @@ struct sim_record {
     size_t next_snapshot;
     size_t next_sample;
     double next_s; /* the earliest time still wanted; INFINITY when none is */
-    const double *height_ft; /* by mat: of its left end, up; set by the solver of a planar model like the lift */
+    /* by mat: of its left end, up; set by the solver of a planar model like the lift */
+    const double *height_ft;
     double lift_ft; /* set by the solver before it calls sim_record_take; 0 and node 1 else */
     int lift_node;
 };
@@ -42,9 +44,10 @@ struct sim_record {
 enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene *scene,
                                const struct sim_options *options, struct error *error);
 
-/* Take everything wanted up to t_s, where the mats are at u, having moved at v. Cheap when next_s is
- * later: test it first. */
-void sim_record_take(struct sim_record *record, double t_s, const double *u_ft, const double *v_ft_s);
+/* Take everything wanted up to t_s, where the mats are at u, having moved at v. Cheap when next_s
+ * is later: test it first. */
+void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
+                     const double *v_ft_s);
 
 /* Largest difference between two complete records of the same scene, and where. */
 struct sim_difference {
@@ -61,7 +64,8 @@ double sim_record_lift_difference(const struct sim_record *a, const struct sim_r
 struct sim_difference sim_record_peak(const struct sim_record *record);
 
 /* Hand outputs and samples over to a result, which owns them from then on. */
-enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result, struct error *error);
+enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result,
+                                  struct error *error);
 
 void sim_record_free(struct sim_record *record);
 

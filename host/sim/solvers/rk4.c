@@ -1,5 +1,6 @@
-/* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed changes sign within
- * a step is brought to rest at its end (pass.c). As a check of the other solvers: another method on the model's own right-hand side. */
+/* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed
+ * changes sign within a step is brought to rest at its end (pass.c). As a check of the other
+ * solvers: another method on the model's own right-hand side. */
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
@@ -53,7 +54,8 @@ static bool advance(struct stepper *s, double limit_s)
     for (int half = 0; half < 2; half++) {
         int from = half * s->model->size;
         for (int k = from + stepper_low(s); k < from + stepper_high(s); k++)
-            s->z_new[k] = s->z[k] + h / 6.0 * (w->k[0][k] + 2.0 * (w->k[1][k] + w->k[2][k]) + w->k[3][k]);
+            s->z_new[k] = s->z[k] +
+                          h / 6.0 * (w->k[0][k] + 2.0 * (w->k[1][k] + w->k[2][k]) + w->k[3][k]);
     }
     s->t_new_s = last ? limit_s : s->t_s + h;
     return true;

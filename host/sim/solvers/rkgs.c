@@ -1,8 +1,10 @@
-/* rkgs: the Runge-Kutta method in Gill's form with halving and doubling, as IBM's Scientific Subroutine Package ran it
- * (S. Gill, Proc. Cambridge Phil. Soc. 47, 1951; A. Ralston, H. S. Wilf, Mathematical Methods for Digital Computers,
- * 1960). A pair of steps is checked against one of double size: the test value is the largest of |difference|/15 over
- * its tolerance. Above 1 the step is halved and the pair done again; below 0.02 it is doubled for the next pair. One
- * advance here is such a pair. Gill's form carries q, the rounding of the last step. Switches are sampled. */
+/* rkgs: the Runge-Kutta method in Gill's form with halving and doubling, as IBM's Scientific
+ * Subroutine Package ran it (S. Gill, Proc. Cambridge Phil. Soc. 47, 1951; A. Ralston, H. S. Wilf,
+ * Mathematical Methods for Digital Computers, 1960). A pair of steps is checked against one of
+ * double size: the test value is the largest of |difference|/15 over its tolerance. Above 1 the
+ * step is halved and the pair done again; below 0.02 it is doubled for the next pair. One advance
+ * here is such a pair. Gill's form carries q, the rounding of the last step. Switches are
+ * sampled. */
 #include <math.h>
 #include <string.h>
 
@@ -28,7 +30,8 @@ static enum mr_status make(struct stepper *s, struct error *error)
         return error->status;
     struct work *w = s->work;
     double *storage = s->storage;
-    double **arrays[ARRAYS] = {&w->rate, &w->q, &w->q_start, &w->middle, &w->whole, &w->rate0, &w->rate1};
+    double **arrays[ARRAYS] = {&w->rate,  &w->q,     &w->q_start, &w->middle,
+                               &w->whole, &w->rate0, &w->rate1};
     for (size_t i = 0; i < ARRAYS; i++)
         *arrays[i] = storage + i * length;
     return MR_OK;

@@ -6,8 +6,9 @@
 
 const struct stepper_kind *stepper_find(const char *name)
 {
-    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit, &stepper_cvode,
-                                                       &stepper_rk4,   &stepper_rkgs,     &stepper_hamming};
+    static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit,
+                                                       &stepper_cvode, &stepper_rk4,
+                                                       &stepper_rkgs,  &stepper_hamming};
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         if (kinds[i] && strcmp(kinds[i]->name, name) == 0)
             return kinds[i];
@@ -90,8 +91,8 @@ void stepper_rates(struct stepper *s, double t_s, const double *z, double *rate)
     model_rates(s->model, t_s, z, rate + size);
 }
 
-void stepper_cubic(const struct stepper *s, const double *z0, const double *rate0, const double *z1, const double *rate1,
-                   double t_s, int low, int high, double *z)
+void stepper_cubic(const struct stepper *s, const double *z0, const double *rate0, const double *z1,
+                   const double *rate1, double t_s, int low, int high, double *z)
 {
     double h = s->t_new_s - s->t_s, x = (t_s - s->t_s) / h;
     double a = x * x * (3.0 - 2.0 * x), b = x * (1.0 - x) * (1.0 - x), c = -x * x * (1.0 - x);
@@ -101,7 +102,8 @@ void stepper_cubic(const struct stepper *s, const double *z0, const double *rate
     }
 }
 
-void stepper_cubic_anew(struct stepper *s, double *rate0, double *rate1, double t_s, int low, int high, double *z)
+void stepper_cubic_anew(struct stepper *s, double *rate0, double *rate1, double t_s, int low,
+                        int high, double *z)
 {
     stepper_rates(s, s->t_s, s->z, rate0);
     stepper_rates(s, s->t_new_s, s->z_new, rate1);

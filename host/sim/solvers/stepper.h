@@ -1,8 +1,9 @@
 /* Stepper: one way to move a model forward, step by step. PLANAR.md, "Solvers".
  *
- * The driver (planar.c) owns time, modes, events and outputs; a stepper only steps. advance goes from (t, z) to
- * (t_new, z_new) with t_new <= limit; dense gives the state within that step. The driver then either accepts the whole
- * step (t, z become t_new, z_new) or goes on from a point within (an event, then restart). */
+ * The driver (planar.c) owns time, modes, events and outputs; a stepper only steps. advance goes
+ * from (t, z) to (t_new, z_new) with t_new <= limit; dense gives the state within that step. The
+ * driver then either accepts the whole step (t, z become t_new, z_new) or goes on from a point
+ * within (an event, then restart). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_STEPPER_H
 #define MATRIG_HOST_SIM_SOLVERS_STEPPER_H
 
@@ -12,12 +13,12 @@ struct stepper;
 
 struct stepper_kind {
     const char *name;
-    bool samples;  /* switches are looked up at every evaluation instead of located */
+    bool samples;       /* switches are looked up at every evaluation instead of located */
     bool samples_shape; /* that, but stick-slip is located */
-    bool fixed;    /* the step is given (dt), not chosen */
-    bool prunes;     /* may leave out mats at rest */
-    bool long_steps; /* long enough for a mat to slip and stick within one */
-    double rtol;   /* default tolerance */
+    bool fixed;         /* the step is given (dt), not chosen */
+    bool prunes;        /* may leave out mats at rest */
+    bool long_steps;    /* long enough for a mat to slip and stick within one */
+    double rtol;        /* default tolerance */
     const struct stepper_kind *looser; /* does better at looser_rtol and above; NULL: none does */
     double looser_rtol;
     const char *method; /* one line for people */
@@ -39,21 +40,25 @@ struct stepper {
     double least_s;            /* steps below this are given up */
     double t_s, t_new_s;
     double *z, *z_new; /* 2 size values */
-    const double *rate, *rate_new; /* rates (v, p'') at both ends of the last step; NULL: not known */
+    /* rates (v, p'') at both ends of the last step; NULL: not known */
+    const double *rate, *rate_new;
     uint64_t rejected;
     void *work;      /* the kind's own, and */
     double *storage; /* what it keeps there; both are stepper_room's */
 };
 
-extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_rkgs, stepper_hamming;
-/* SUNDIALS': only where it is linked, which it is not in matrig but in matrig-study. Weak: its address is NULL elsewhere. */
+extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit,
+    stepper_rkgs, stepper_hamming;
+/* SUNDIALS': only where it is linked, which it is not in matrig but in matrig-study. Weak: its
+ * address is NULL elsewhere. */
 extern const struct stepper_kind stepper_cvode __attribute__((weak));
 
 /* The kind of that name, or NULL. */
 const struct stepper_kind *stepper_find(const char *name);
 
 /* For `make`: `bytes` of work and `values` of storage, all 0. MR_FULL, and neither is there. */
-enum mr_status stepper_room(struct stepper *stepper, size_t bytes, size_t values, struct error *error);
+enum mr_status stepper_room(struct stepper *stepper, size_t bytes, size_t values,
+                            struct error *error);
 /* Of what `make` made, also when it failed. */
 void stepper_free(struct stepper *stepper);
 
@@ -67,17 +72,19 @@ static inline int stepper_high(const struct stepper *s)
     return 2 * s->model->last + 3;
 }
 
-/* The step to try now: h_s, or up to the limit when that is no more than 1 % further (`last`). False: h_s has become
- * too small. */
+/* The step to try now: h_s, or up to the limit when that is no more than 1 % further (`last`).
+ * False: h_s has become too small. */
 bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
-/* The step h_s to t_new_s holds; the next is `grow` times as long, or as long as was meant before the limit cut this one (`last`). */
+/* The step h_s to t_new_s holds; the next is `grow` times as long, or as long as was meant before
+ * the limit cut this one (`last`). */
 void stepper_accept(struct stepper *stepper, double h_s, double t_new_s, bool last, double grow);
 /* It does not; the next try is with next_s. */
 void stepper_reject(struct stepper *stepper, double next_s);
 
-/* Error of z_new, of a method of order 4, over the tolerance: a fifteenth of what `whole`, the same with steps of double size, differs
- * by, the largest of all. NaN: a state that has grown beyond numbers. */
+/* Error of z_new, of a method of order 4, over the tolerance: a fifteenth of what `whole`, the same
+ * with steps of double size, differs by, the largest of all. NaN: a state that has grown beyond
+ * numbers. */
 double stepper_halves_error(const struct stepper *stepper, const double *whole);
 
 /* The state of the mats that the model integrates. */
@@ -87,10 +94,11 @@ void stepper_copy(const struct stepper *stepper, const double *from, double *to)
 void stepper_rates(struct stepper *stepper, double t_s, const double *z, double *rate);
 
 /* Cubic between two states and their rates, for steppers without a dense output of their own. */
-void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0, const double *z1,
-                   const double *rate1, double t_s, int low, int high, double *z);
+void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0,
+                   const double *z1, const double *rate1, double t_s, int low, int high, double *z);
 
 /* The same over the last step; the rates at its ends are worked out into rate0 and rate1. */
-void stepper_cubic_anew(struct stepper *stepper, double *rate0, double *rate1, double t_s, int low, int high, double *z);
+void stepper_cubic_anew(struct stepper *stepper, double *rate0, double *rate1, double t_s, int low,
+                        int high, double *z);
 
 #endif

@@ -9,24 +9,27 @@
 #include "host/study/fit/surveyed.h"
 
 #define SURVEY_SPREAD 0.03 /* of all sums of a survey alike: the gauge, and what counts as closed */
-#define MANY_SAMPLES 1e9
+#define MANY_SAMPLES  1e9
 
 /* Relative error of a movement: what its samples do not average out, of an inch. */
-static double gain_error(const struct measured *measured, const struct measured_channel *channel, double baseline_in)
+static double gain_error(const struct measured *measured, const struct measured_channel *channel,
+                         double baseline_in)
 {
     double error_in = measured_error(measured, channel, 1.0, MANY_SAMPLES);
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
 /* Every channel's values in one array, a row of samples each, from touchdown on. */
-static size_t take_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS], double *values)
+static size_t take_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
+                          double *values)
 {
     size_t count = 0, first = 0;
     while (first < measured->samples && measured_time_s(measured, first) < 0.0)
         first++;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
-        if (channel->config.kind != MR_KIND_DISPLACEMENT || !channel->raw || !isfinite(channel->baseline) || first >= measured->samples)
+        if (channel->config.kind != MR_KIND_DISPLACEMENT || !channel->raw ||
+            !isfinite(channel->baseline) || first >= measured->samples)
             continue;
         double *row = values + count * measured->samples;
         for (size_t i = first; i < measured->samples; i++)
@@ -63,12 +66,14 @@ static bool follows(struct store *store, const struct store_landing *landing, in
 {
     struct store_landing previous;
     struct error ignored = {0};
-    return store_landing_get(store, before, &previous, &ignored) == MR_OK && landing->board_landing == previous.board_landing + 1 &&
+    return store_landing_get(store, before, &previous, &ignored) == MR_OK &&
+           landing->board_landing == previous.board_landing + 1 &&
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
 /* The next landing's own survey counts only when no landing is missing in between. */
-static enum mr_status load_after(struct store *store, const struct store_landing *now, struct fit_landing *landing, struct error *error)
+static enum mr_status load_after(struct store *store, const struct store_landing *now,
+                                 struct fit_landing *landing, struct error *error)
 {
     struct store_landing *rows;
     struct fit_surveyed after;
@@ -89,8 +94,9 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     return MR_OK;
 }
 
-static enum mr_status set_landing(struct store *store, const struct measured *measured, const char *scene_path,
-                                  const struct fit_landings *list, struct fit_landing *landing, struct error *error)
+static enum mr_status set_landing(struct store *store, const struct measured *measured,
+                                  const char *scene_path, const struct fit_landings *list,
+                                  struct fit_landing *landing, struct error *error)
 {
     struct fit_surveyed before;
     const struct mr_gates_summary *summary = &measured->summary;
@@ -104,12 +110,14 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     struct zones_closure survey = {.surveyed = (unsigned)before.segments};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];
-    if (load_after(store, &measured->landing, landing, error) != MR_OK || sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
+    if (load_after(store, &measured->landing, landing, error) != MR_OK ||
+        sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
         return error->status;
     enum mr_status status = compare_scene(measured, &survey, &landing->scene, error);
     if (status == MR_OK && landing->scene.model != SIM_CHAIN)
-        status = error_set(error, MR_USAGE, "not a chain: %s is of model %s; give a scene of model chain", scene_path,
-                           sim_model_name(landing->scene.model));
+        status = error_set(error, MR_USAGE,
+                           "not a chain: %s is of model %s; give a scene of model chain",
+                           scene_path, sim_model_name(landing->scene.model));
     if (status != MR_OK) {
         sim_scene_free(&landing->scene);
         return status;
@@ -117,13 +125,15 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     for (size_t i = 0; i < landing->scene.path_count; i++)
         landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* the whole aircraft's */
     double way_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
-    landing->thrust_error = way_ft > 0.0 ? summary->stop_station_ft.error / way_ft : 0.0; /* v0^2/2 is shared out over the way */
-    landing->follows = list->count > 0 && follows(store, &measured->landing, list->landing[list->count - 1].run);
+    /* v0^2/2 is shared out over the way */
+    landing->thrust_error = way_ft > 0.0 ? summary->stop_station_ft.error / way_ft : 0.0;
+    landing->follows = list->count > 0 &&
+                       follows(store, &measured->landing, list->landing[list->count - 1].run);
     return MR_OK;
 }
 
-enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path, struct fit_landings *list,
-                                struct error *error)
+enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path,
+                                struct fit_landings *list, struct error *error)
 {
     struct measured measured;
     struct fit_landing landing = {0};
@@ -132,14 +142,17 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
     enum mr_status status = measured_load(store, run, &measured, error);
     doubts_headline(&measured.doubts, doubt);
     if (status == MR_OK && doubt[0])
-        status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out", (long long)run, doubt);
+        status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out",
+                           (long long)run, doubt);
     if (status == MR_OK)
         status = set_landing(store, &measured, scene_path, list, &landing, error);
     if (status == MR_OK) {
         double *values = calloc(measured.samples * MR_TRANSDUCERS + 1, sizeof *values);
         size_t count = values ? take_series(&measured, series, values) : 0;
         status = values ? fit_landings_add(list, &landing, series, count, error)
-                        : error_set(error, MR_FULL, "no memory: series of RUN %lld; close other programs", (long long)run);
+                        : error_set(error, MR_FULL,
+                                    "no memory: series of RUN %lld; close other programs",
+                                    (long long)run);
         free(values);
         if (status != MR_OK)
             sim_scene_free(&landing.scene);

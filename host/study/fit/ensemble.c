@@ -9,7 +9,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define THREADS_MAX 64u
+#define THREADS_MAX  64u
 #define FAILED_SHARE 0.1
 
 struct work {
@@ -63,7 +63,8 @@ static void simulate_some(struct work *work, bool first)
         size_t done = atomic_fetch_add(&work->done, 1) + 1;
         const struct fit_options *options = work->options;
         if (ensemble_now_s() > work->until_s ||
-            (first && options->go_on && !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
+            (first && options->go_on &&
+             !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
             atomic_store(&work->stop, true);
     }
 }
@@ -80,14 +81,16 @@ static void simulate_all(struct work *work)
     unsigned wanted = work->options->threads, running = 0;
     if (wanted == 0)
         wanted = (unsigned)fmax(1.0, (double)sysconf(_SC_NPROCESSORS_ONLN));
-    while (running + 1 < wanted && running < THREADS_MAX && pthread_create(&thread[running], NULL, helper, work) == 0)
+    while (running + 1 < wanted && running < THREADS_MAX &&
+           pthread_create(&thread[running], NULL, helper, work) == 0)
         running++;
     simulate_some(work, true);
     while (running > 0)
         pthread_join(thread[--running], NULL);
 }
 
-/* Sobol's points, shifted by a draw of the round and taken modulo 1: even, and different from round to round. */
+/* Sobol's points, shifted by a draw of the round and taken modulo 1: even, and different from round
+ * to round. */
 static bool spread_evenly(const struct work *work)
 {
     struct ensemble *ensemble = work->ensemble;
@@ -124,27 +127,39 @@ static void close_ranks(struct ensemble *ensemble, const bool *good)
     ensemble->draws = kept;
 }
 
-enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place, const struct fit_options *options,
-                             unsigned round, double until_s, struct ensemble *ensemble, struct error *error)
+enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
+                             const struct fit_options *options, unsigned round, double until_s,
+                             struct ensemble *ensemble, struct error *error)
 {
-    *ensemble = (struct ensemble){.draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
+    *ensemble = (struct ensemble){
+        .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
     ensemble->w = calloc(ensemble->draws * ensemble->parameters, sizeof(double));
     ensemble->statistic = calloc(ensemble->draws * ensemble->statistics, sizeof(double));
     bool *good = calloc(ensemble->draws, sizeof *good);
-    struct work work = {.model = model, .place = place, .options = options, .ensemble = ensemble, .round = round,
-                        .until_s = until_s, .good = good};
+    struct work work = {.model = model,
+                        .place = place,
+                        .options = options,
+                        .ensemble = ensemble,
+                        .round = round,
+                        .until_s = until_s,
+                        .good = good};
     if (!good || !ensemble->w || !ensemble->statistic || !spread_evenly(&work)) {
         free(good);
-        return error_set(error, MR_FULL, "no memory: %zu draws of %zu statistics; use fewer draws", options->draws, model->statistics);
+        return error_set(error, MR_FULL, "no memory: %zu draws of %zu statistics; use fewer draws",
+                         options->draws, model->statistics);
     }
     simulate_all(&work);
     if (atomic_load(&work.stop)) {
-        error_set(error, MR_TIMEOUT, "stopped after %zu of %zu simulated data sets: round %u; allow more time, or fewer draws",
+        error_set(error, MR_TIMEOUT,
+                  "stopped after %zu of %zu simulated data sets: round %u; allow more time, or "
+                  "fewer draws",
                   atomic_load(&work.done), options->draws, round + 1);
     } else {
         close_ranks(ensemble, good);
         if ((double)ensemble->failed > FAILED_SHARE * (double)options->draws)
-            error_set(error, MR_NUMERICS, "%zu of %zu simulations failed: round %u; narrow the priors, or check the scene with matrig sim",
+            error_set(error, MR_NUMERICS,
+                      "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
+                      "scene with matrig sim",
                       ensemble->failed, options->draws, round + 1);
     }
     free(good);

@@ -4,7 +4,8 @@
 
 #include "host/study/fit/fit.h"
 
-/* An ellipsoid-like region: z = middle + spread w, w even over +-ENSEMBLE_REACH in each direction (standard deviation 1). */
+/* An ellipsoid-like region: z = middle + spread w, w even over +-ENSEMBLE_REACH in each direction
+ * (standard deviation 1). */
 #define ENSEMBLE_REACH 1.7320508075688772
 struct ensemble_place {
     size_t parameters;
@@ -22,10 +23,12 @@ struct ensemble {
 /* Monotonic clock, s. */
 double ensemble_now_s(void);
 
-/* `round` keeps the draws of one ensemble apart from those of the next. `until_s`: by ensemble_now_s(); INFINITY: no limit.
- * MR_TIMEOUT, MR_NUMERICS (more than a tenth failed), MR_FULL. Released with ensemble_free, also after an error. */
-enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place, const struct fit_options *options,
-                             unsigned round, double until_s, struct ensemble *ensemble, struct error *error);
+/* `round` keeps the draws of one ensemble apart from those of the next. `until_s`: by
+ * ensemble_now_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed),
+ * MR_FULL. Released with ensemble_free, also after an error. */
+enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
+                             const struct fit_options *options, unsigned round, double until_s,
+                             struct ensemble *ensemble, struct error *error);
 void ensemble_free(struct ensemble *ensemble);
 
 /* z of a w. */

@@ -13,11 +13,11 @@
 
 #include "host/study/fit/verdict.h"
 
-#define DRAWS 300u
-#define WIDEN 1.3     /* the next design, in standard errors of the present estimate */
-#define STANDS 1.2    /* an estimate within this of its design's middle (in w) stands */
-#define REFITS 640u   /* of the bootstrap, about */
-#define SPARE 0.9     /* of the time that is left, planned for */
+#define DRAWS  300u
+#define WIDEN  1.3  /* the next design, in standard errors of the present estimate */
+#define STANDS 1.2  /* an estimate within this of its design's middle (in w) stands */
+#define REFITS 640u /* of the bootstrap, about */
+#define SPARE  0.9  /* of the time that is left, planned for */
 #define MOST_W (1.2 * ENSEMBLE_REACH)
 
 struct fitting {
@@ -27,13 +27,16 @@ struct fitting {
     double until_s;
     struct ensemble_place place; /* of the next ensemble */
     gsl_matrix *weight;          /* statistics x parameters: scores */
-    gsl_matrix *metric;          /* Cholesky factor of the statistics' correlation, with their standard deviations in `scale` */
+    /* Cholesky factor of the statistics' correlation, with their standard deviations in `scale` */
+    gsl_matrix *metric;
     double *scale;
     struct fit_answer *answer;
 };
 
-/* The correlation's Cholesky factor and the standard deviations; a statistic that never changes gets none. */
-static enum mr_status set_metric(struct fitting *fitting, struct surface *surface, struct error *error)
+/* The correlation's Cholesky factor and the standard deviations; a statistic that never changes
+ * gets none. */
+static enum mr_status set_metric(struct fitting *fitting, struct surface *surface,
+                                 struct error *error)
 {
     size_t p = surface->statistics;
     surface_shrink(surface->departure, surface->covariance);
@@ -44,12 +47,16 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
     }
     for (size_t i = 0; i < p; i++) {
         for (size_t k = 0; k < p; k++) {
-            double correlation = i == k ? 1.0 : gsl_matrix_get(surface->covariance, i, k) / fitting->scale[i] / fitting->scale[k];
+            double correlation = i == k ? 1.0
+                                        : gsl_matrix_get(surface->covariance, i, k) /
+                                              fitting->scale[i] / fitting->scale[k];
             gsl_matrix_set(fitting->metric, i, k, correlation);
         }
     }
     if (gsl_linalg_cholesky_decomp1(fitting->metric) != 0)
-        return error_set(error, MR_NUMERICS, "the statistics' covariance is singular: %zu statistics; use more draws", p);
+        return error_set(error, MR_NUMERICS,
+                         "the statistics' covariance is singular: %zu statistics; use more draws",
+                         p);
     return MR_OK;
 }
 
@@ -60,10 +67,12 @@ static void set_weight(struct fitting *fitting, const struct surface *surface)
     for (size_t i = 0; i < q; i++) {
         gsl_vector_view column = gsl_matrix_column(fitting->weight, i);
         for (size_t s = 0; s < p; s++)
-            gsl_vector_set(&column.vector, s, gsl_matrix_get(surface->factor, 1 + i, s) / fitting->scale[s]);
+            gsl_vector_set(&column.vector, s,
+                           gsl_matrix_get(surface->factor, 1 + i, s) / fitting->scale[s]);
         gsl_linalg_cholesky_svx(fitting->metric, &column.vector);
         for (size_t s = 0; s < p; s++)
-            gsl_vector_set(&column.vector, s, gsl_vector_get(&column.vector, s) / fitting->scale[s]);
+            gsl_vector_set(&column.vector, s,
+                           gsl_vector_get(&column.vector, s) / fitting->scale[s]);
     }
 }
 
@@ -77,7 +86,8 @@ static void set_score(const struct fitting *fitting, double *score)
 }
 
 /* The next design: about w, as wide as the estimate is uncertain. */
-static void move(struct fitting *fitting, const double *w, double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
+static void move(struct fitting *fitting, const double *w,
+                 double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
     struct ensemble_place next = {.parameters = fitting->place.parameters};
     double inside[FIT_PARAMETERS_MAX], lower[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
@@ -94,8 +104,9 @@ static void move(struct fitting *fitting, const double *w, double covariance[FIT
 }
 
 /* Estimate of one ensemble's scores; solve->surface is the caller's to free. */
-static enum mr_status estimate(struct fitting *fitting, const struct ensemble *ensemble, struct surface *scores, struct solve *solve,
-                               double *w, struct error *error)
+static enum mr_status estimate(struct fitting *fitting, const struct ensemble *ensemble,
+                               struct surface *scores, struct solve *solve, double *w,
+                               struct error *error)
 {
     struct ensemble combined;
     if (surface_combine(ensemble, fitting->weight, &combined, error) == MR_OK)
@@ -104,12 +115,16 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
     if (error->status != MR_OK)
         return error->status;
     if (!solve_begin(solve, scores, &fitting->place))
-        return error_set(error, MR_NUMERICS, "a parameter changes nothing that was measured: scores are singular; fit fewer parameters");
+        return error_set(error, MR_NUMERICS,
+                         "a parameter changes nothing that was measured: scores are singular; fit "
+                         "fewer parameters");
     set_score(fitting, solve->score);
     memset(w, 0, fitting->model->parameters * sizeof *w);
     if (isnan(solve_least(solve, w)))
-        return error_set(error, MR_NUMERICS, "the fit does not converge: %zu parameters; narrow the priors, or fit fewer",
-                         fitting->model->parameters);
+        return error_set(
+            error, MR_NUMERICS,
+            "the fit does not converge: %zu parameters; narrow the priors, or fit fewer",
+            fitting->model->parameters);
     return MR_OK;
 }
 
@@ -121,10 +136,12 @@ static double farthest(const double *w, size_t count)
     return most;
 }
 
-static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *ensemble, struct error *error)
+static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *ensemble,
+                                    struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
-    enum mr_status status = ensemble_make(fitting->model, &fitting->place, &fitting->options, answer->rounds, fitting->until_s, ensemble, error);
+    enum mr_status status = ensemble_make(fitting->model, &fitting->place, &fitting->options,
+                                          answer->rounds, fitting->until_s, ensemble, error);
     if (status == MR_OK) {
         answer->rounds++;
         answer->simulated += ensemble->draws + ensemble->failed;
@@ -133,26 +150,32 @@ static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *en
     return status;
 }
 
-static enum mr_status choose_scores(struct fitting *fitting, const struct ensemble *ensemble, struct error *error)
+static enum mr_status choose_scores(struct fitting *fitting, const struct ensemble *ensemble,
+                                    struct error *error)
 {
     struct surface surface;
-    if (surface_make(ensemble, &surface, error) == MR_OK && set_metric(fitting, &surface, error) == MR_OK)
+    if (surface_make(ensemble, &surface, error) == MR_OK &&
+        set_metric(fitting, &surface, error) == MR_OK)
         set_weight(fitting, &surface);
     surface_free(&surface);
     return error->status;
 }
 
-/* One round of finding the place: estimate, new scores, new design. Scores chosen and used with the same ensemble look better than
- * they are, the more so the more statistics there are: only the first round has no others. */
+/* One round of finding the place: estimate, new scores, new design. Scores chosen and used with the
+ * same ensemble look better than they are, the more so the more statistics there are: only the
+ * first round has no others. */
 static enum mr_status find_place(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
     struct surface scores = {0};
     struct solve solve;
-    double w[FIT_PARAMETERS_MAX], information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX], covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
+    double w[FIT_PARAMETERS_MAX], information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX],
+        covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     bool first = fitting->answer->rounds == 0;
-    if (draw_ensemble(fitting, &ensemble, error) == MR_OK && (!first || choose_scores(fitting, &ensemble, error) == MR_OK) &&
-        estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK && (first || choose_scores(fitting, &ensemble, error) == MR_OK)) {
+    if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
+        (!first || choose_scores(fitting, &ensemble, error) == MR_OK) &&
+        estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK &&
+        (first || choose_scores(fitting, &ensemble, error) == MR_OK)) {
         solve_information(&solve, w, information);
         solve_covariance(fitting->model->parameters, information, covariance);
         *moved = farthest(w, fitting->model->parameters);
@@ -163,13 +186,16 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
     return error->status;
 }
 
-/* Does the fit again with each departure of the ensemble in place of the measured one, and priors drawn alike. Rows of
- * parameters: refitted less true. Gives how many rows there are. */
-static size_t refit(const struct fitting *fitting, const struct solve *solve, const double *w, double *error_z)
+/* Does the fit again with each departure of the ensemble in place of the measured one, and priors
+ * drawn alike. Rows of parameters: refitted less true. Gives how many rows there are. */
+static size_t refit(const struct fitting *fitting, const struct solve *solve, const double *w,
+                    double *error_z)
 {
     const struct surface *surface = solve->surface;
-    size_t q = surface->parameters, count = 0, times = (REFITS + surface->draws - 1) / surface->draws;
-    double score[FIT_PARAMETERS_MAX], slope[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX], z[FIT_PARAMETERS_MAX], again_z[FIT_PARAMETERS_MAX];
+    size_t q = surface->parameters, count = 0,
+           times = (REFITS + surface->draws - 1) / surface->draws;
+    double score[FIT_PARAMETERS_MAX], slope[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
+        z[FIT_PARAMETERS_MAX], again_z[FIT_PARAMETERS_MAX];
     double scale = sqrt(1.0 + surface_leverage(surface, w));
     gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
     if (!random)
@@ -181,7 +207,8 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
         struct solve again = *solve;
         double again_w[FIT_PARAMETERS_MAX];
         for (size_t k = 0; k < q; k++) {
-            again.score[k] = score[k] + scale * gsl_matrix_get(surface->departure, i % surface->draws, k);
+            again.score[k] = score[k] +
+                             scale * gsl_matrix_get(surface->departure, i % surface->draws, k);
             again.prior[k] = z[k] + gsl_ran_gaussian_ziggurat(random, 1.0);
         }
         memcpy(again_w, w, q * sizeof *w);
@@ -196,15 +223,20 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
     return count;
 }
 
-static enum mr_status set_intervals(const struct fitting *fitting, const struct solve *solve, const double *w, struct error *error)
+static enum mr_status set_intervals(const struct fitting *fitting, const struct solve *solve,
+                                    const double *w, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
     size_t q = answer->parameters, rows = (REFITS + solve->surface->draws) * q;
     double *error_z = calloc(rows, sizeof *error_z);
-    double within = gsl_cdf_tdist_Pinv(0.975, (double)(solve->surface->draws - solve->surface->terms));
+    double within = gsl_cdf_tdist_Pinv(0.975,
+                                       (double)(solve->surface->draws - solve->surface->terms));
     size_t count = error_z ? refit(fitting, solve, w, error_z) : 0;
     if (count < FIT_DRAWS_LEAST)
-        error_set(error, MR_NUMERICS, "no intervals: %zu of the bootstrap's refits converged; narrow the priors, or fit fewer parameters", count);
+        error_set(error, MR_NUMERICS,
+                  "no intervals: %zu of the bootstrap's refits converged; narrow the priors, or "
+                  "fit fewer parameters",
+                  count);
     for (size_t i = 0; i < q && error->status == MR_OK; i++) {
         answer->bias[i] = gsl_stats_mean(error_z + i, q, count);
         for (size_t k = 0; k < q; k++)
@@ -229,7 +261,8 @@ static double distance(const struct fitting *fitting, gsl_vector *departure)
 }
 
 /* How far the measured statistics lie out, among the ensemble's own. */
-static enum mr_status set_goodness(const struct fitting *fitting, const struct ensemble *ensemble, const double *w, struct error *error)
+static enum mr_status set_goodness(const struct fitting *fitting, const struct ensemble *ensemble,
+                                   const double *w, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
     struct surface surface;
@@ -244,7 +277,8 @@ static enum mr_status set_goodness(const struct fitting *fitting, const struct e
             answer->scatter[s] = sqrt(gsl_matrix_get(surface.covariance, s, s));
             gsl_vector_set(departure, s, fitting->measured[s] - answer->expected[s]);
         }
-        gsl_vector_scale(departure, 1.0 / sqrt(1.0 + surface_leverage(&surface, w))); /* the surface is off as well */
+        /* the surface is off as well */
+        gsl_vector_scale(departure, 1.0 / sqrt(1.0 + surface_leverage(&surface, w)));
         answer->distance = distance(fitting, departure);
         for (size_t i = 0; i < surface.draws; i++) {
             gsl_vector_view row = gsl_matrix_row(surface.departure, i);
@@ -266,7 +300,8 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
     struct surface scores = {0};
     struct solve solve;
     double w[FIT_PARAMETERS_MAX];
-    if (draw_ensemble(fitting, &ensemble, error) == MR_OK && estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
+    if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
+        estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
         ensemble_at(&fitting->place, w, answer->z);
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
@@ -279,7 +314,8 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
     return error->status;
 }
 
-/* Whether one more ensemble before the last can be afforded; the last one gets as many draws as there is time for. */
+/* Whether one more ensemble before the last can be afforded; the last one gets as many draws as
+ * there is time for. */
 static bool time_for_more(struct fitting *fitting, double each_s)
 {
     if (isinf(fitting->until_s) || fitting->answer->rounds == 0)
@@ -300,7 +336,8 @@ static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
     double moved = INFINITY, each_s = 0.0;
-    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2) && time_for_more(fitting, each_s)) {
+    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2) &&
+           time_for_more(fitting, each_s)) {
         double begin_s = ensemble_now_s();
         if (find_place(fitting, &moved, error) != MR_OK)
             return error->status;
@@ -310,25 +347,32 @@ static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
     return conclude(fitting, error);
 }
 
-static enum mr_status check(const struct fit_model *model, const struct fit_options *options, struct error *error)
+static enum mr_status check(const struct fit_model *model, const struct fit_options *options,
+                            struct error *error)
 {
     size_t least = 2 * surface_terms(model->parameters) + 1;
     if (model->parameters == 0 || model->parameters > FIT_PARAMETERS_MAX)
-        return error_set(error, MR_USAGE, "%zu parameters: fit; give 1 to %u", model->parameters, FIT_PARAMETERS_MAX);
+        return error_set(error, MR_USAGE, "%zu parameters: fit; give 1 to %u", model->parameters,
+                         FIT_PARAMETERS_MAX);
     if (model->statistics < model->parameters || model->statistics > FIT_STATISTICS_MAX)
-        return error_set(error, MR_TOO_FEW, "%zu measured statistics for %zu parameters: fit; give %zu to %u", model->statistics,
-                         model->parameters, model->parameters, FIT_STATISTICS_MAX);
+        return error_set(
+            error, MR_TOO_FEW, "%zu measured statistics for %zu parameters: fit; give %zu to %u",
+            model->statistics, model->parameters, model->parameters, FIT_STATISTICS_MAX);
     if (options->draws < FIT_DRAWS_LEAST || options->draws < least)
-        return error_set(error, MR_USAGE, "too few draws: %zu for %zu parameters; give %zu at least", options->draws, model->parameters,
+        return error_set(error, MR_USAGE,
+                         "too few draws: %zu for %zu parameters; give %zu at least", options->draws,
+                         model->parameters,
                          least > FIT_DRAWS_LEAST ? least : (size_t)FIT_DRAWS_LEAST);
     return MR_OK;
 }
 
-enum mr_status fit_run(const struct fit_model *model, const double *measured, const struct fit_options *options,
-                       struct fit_answer *answer, struct error *error)
+enum mr_status fit_run(const struct fit_model *model, const double *measured,
+                       const struct fit_options *options, struct fit_answer *answer,
+                       struct error *error)
 {
     size_t q = model->parameters, p = model->statistics;
-    struct fitting fitting = {.model = model, .measured = measured, .options = *options, .answer = answer};
+    struct fitting fitting = {
+        .model = model, .measured = measured, .options = *options, .answer = answer};
     *answer = (struct fit_answer){.parameters = q, .statistics = p};
     if (fitting.options.draws == 0)
         fitting.options.draws = DRAWS;
@@ -344,7 +388,8 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured, co
     fitting.scale = calloc(p, sizeof *fitting.scale);
     answer->expected = calloc(p, sizeof *answer->expected);
     answer->scatter = calloc(p, sizeof *answer->scatter);
-    if (!fitting.weight || !fitting.metric || !fitting.scale || !answer->expected || !answer->scatter)
+    if (!fitting.weight || !fitting.metric || !fitting.scale || !answer->expected ||
+        !answer->scatter)
         error_set(error, MR_FULL, "no memory: %zu statistics; use fewer landings", p);
     else
         run_rounds(&fitting, error);

@@ -7,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define IN_PER_FT 12.0
-#define SAMPLE_S 0.002
-#define END_S 0.2
-#define LEAST_WINDOW_S 0.01
-#define VALID_SHARE 0.5
-#define BEND_IN 0.05 /* u0 of asinh */
-#define HALVINGS 40
+#define IN_PER_FT       12.0
+#define SAMPLE_S        0.002
+#define END_S           0.2
+#define LEAST_WINDOW_S  0.01
+#define VALID_SHARE     0.5
+#define BEND_IN         0.05 /* u0 of asinh */
+#define HALVINGS        40
 #define PAIRS_PER_JOINT 6 /* leaves half a percent of where it began */
 
 const struct fit_name fit_names[FIT_KEYS] = {
@@ -24,17 +24,21 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", "lb/ft"},
 };
 
-/* Distances of the wheel from a transducer, ft, ahead positive: between each and the next is a window. */
+/* Distances of the wheel from a transducer, ft, ahead positive: between each and the next is a
+ * window. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
-static const char *const between[EDGES - 1] = {"16 to 8 ft ahead", "8 to 4 ft ahead", "4 to 2 ft ahead", "2 to 0 ft ahead",
+static const char *const between[EDGES - 1] = {"16 to 8 ft ahead", "8 to 4 ft ahead",
+                                               "4 to 2 ft ahead", "2 to 0 ft ahead",
                                                "0 to 4 ft behind"};
 
 void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene)
 {
     *list = (struct fit_landings){.survey_error_in = 0.005};
-    list->parameter[FIT_GAP] = (struct fit_parameter){true, IN_PER_FT * sim_scene_joint(&scene->gap0_ft, 1), 0.5};
-    list->parameter[FIT_GRIT] = (struct fit_parameter){true, sim_scene_joint(&scene->grit_lb, 1), 0.5};
+    list->parameter[FIT_GAP] =
+        (struct fit_parameter){true, IN_PER_FT * sim_scene_joint(&scene->gap0_ft, 1), 0.5};
+    list->parameter[FIT_GRIT] = (struct fit_parameter){true, sim_scene_joint(&scene->grit_lb, 1),
+                                                       0.5};
     list->parameter[FIT_FRICTION] = (struct fit_parameter){true, scene->friction, 0.2};
     list->parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
     list->parameter[FIT_STIFFNESS] = (struct fit_parameter){true, scene->kl_lb_ft, 0.5};
@@ -69,12 +73,14 @@ static double passes_s(const struct sim_scene *scene, double x_ft)
         return 0.0;
     for (size_t i = 1; i < scene->path_count; i++) {
         if (row[i].x_ft >= x_ft)
-            return row[i - 1].t_s + (row[i].t_s - row[i - 1].t_s) * (x_ft - row[i - 1].x_ft) / (row[i].x_ft - row[i - 1].x_ft);
+            return row[i - 1].t_s + (row[i].t_s - row[i - 1].t_s) * (x_ft - row[i - 1].x_ft) /
+                                        (row[i].x_ft - row[i - 1].x_ft);
     }
     return (double)INFINITY;
 }
 
-static double mean_over(const struct fit_series *series, double from_s, double to_s, double *samples)
+static double mean_over(const struct fit_series *series, double from_s, double to_s,
+                        double *samples)
 {
     double sum = 0.0, wanted = (to_s - from_s) / series->dt_s;
     *samples = 0.0;
@@ -88,11 +94,13 @@ static double mean_over(const struct fit_series *series, double from_s, double t
     return *samples > 0.0 && *samples >= VALID_SHARE * wanted ? sum / *samples : (double)NAN;
 }
 
-static void add_window(struct fit_landing *landing, const struct fit_series *series, size_t channel, double from_s, double to_s,
-                       const char *name, double *measured)
+static void add_window(struct fit_landing *landing, const struct fit_series *series, size_t channel,
+                       double from_s, double to_s, const char *name, double *measured)
 {
     struct fit_window window = {.channel = channel, .from_s = from_s, .to_s = to_s};
-    double mean_in = to_s - from_s >= LEAST_WINDOW_S ? mean_over(series, from_s, to_s, &window.samples) : (double)NAN;
+    double mean_in = to_s - from_s >= LEAST_WINDOW_S
+                       ? mean_over(series, from_s, to_s, &window.samples)
+                       : (double)NAN;
     if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
         return;
     snprintf(window.name, sizeof window.name, "%s", name);
@@ -100,10 +108,12 @@ static void add_window(struct fit_landing *landing, const struct fit_series *ser
     landing->window[landing->windows++] = window;
 }
 
-static void add_channel(struct fit_landing *landing, const struct fit_series *series, double *measured)
+static void add_channel(struct fit_landing *landing, const struct fit_series *series,
+                        double *measured)
 {
     size_t channel = landing->channels++;
-    double end_s = sim_scene_end_s(&landing->scene), stop_s = landing->scene.path[landing->scene.path_count - 1].t_s;
+    double end_s = sim_scene_end_s(&landing->scene),
+           stop_s = landing->scene.path[landing->scene.path_count - 1].t_s;
     landing->channel[channel].number = series->number;
     landing->channel[channel].station_ft = series->station_ft;
     landing->channel[channel].noise_in = series->noise_in;
@@ -120,7 +130,8 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
 static void add_segments(struct fit_landing *landing, double *measured)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        if (isnan(landing->survey_in[s]) || isnan(landing->after_in[s]) || landing->windows == FIT_WINDOWS_MAX)
+        if (isnan(landing->survey_in[s]) || isnan(landing->after_in[s]) ||
+            landing->windows == FIT_WINDOWS_MAX)
             continue;
         struct fit_window window = {.channel = SIZE_MAX, .segment = s, .samples = 1.0};
         snprintf(window.name, sizeof window.name, "segment %zu after", s + 1);
@@ -129,25 +140,28 @@ static void add_segments(struct fit_landing *landing, double *measured)
     }
 }
 
-enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *landing, const struct fit_series *series, size_t count,
-                                struct error *error)
+enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *landing,
+                                const struct fit_series *series, size_t count, struct error *error)
 {
     double measured[FIT_WINDOWS_MAX];
     landing->channels = landing->windows = 0;
     for (size_t c = 0; c < count && c < MR_TRANSDUCERS; c++)
         add_channel(landing, &series[c], measured);
     if (landing->windows == 0)
-        return error_set(error, MR_TOO_FEW, "no transducer has enough valid samples: RUN %lld; fit other landings",
+        return error_set(error, MR_TOO_FEW,
+                         "no transducer has enough valid samples: RUN %lld; fit other landings",
                          (long long)landing->run);
     add_segments(landing, measured);
     struct fit_landing *more = realloc(list->landing, (list->count + 1) * sizeof *more);
     if (more)
         list->landing = more;
-    double *values = realloc(list->measured, (list->statistics + landing->windows) * sizeof *values);
+    double *values = realloc(list->measured,
+                             (list->statistics + landing->windows) * sizeof *values);
     if (values)
         list->measured = values;
     if (!more || !values)
-        return error_set(error, MR_FULL, "no memory: RUN %lld; fit fewer landings", (long long)landing->run);
+        return error_set(error, MR_FULL, "no memory: RUN %lld; fit fewer landings",
+                         (long long)landing->run);
     landing->first = list->statistics;
     memcpy(values + list->statistics, measured, landing->windows * sizeof *values);
     list->statistics += landing->windows;
@@ -177,13 +191,14 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 
 /* ---- what is simulated ---- */
 
-/* Half of what gaps are uniform up to, for a mean of those that none beyond the slack leaves: s - s^2/(4 m) with 2 m > s. All
- * hooked: INFINITY. */
+/* Half of what gaps are uniform up to, for a mean of those that none beyond the slack leaves: s -
+ * s^2/(4 m) with 2 m > s. All hooked: INFINITY. */
 static double half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
         return mean_ft;
-    return mean_ft < slack_ft ? slack_ft * slack_ft / (4.0 * (slack_ft - mean_ft)) : (double)INFINITY;
+    return mean_ft < slack_ft ? slack_ft * slack_ft / (4.0 * (slack_ft - mean_ft))
+                              : (double)INFINITY;
 }
 
 static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
@@ -192,7 +207,8 @@ static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
     return slack_ft > 0.0 ? fmin(gap_ft, slack_ft) : gap_ft;
 }
 
-/* Scales gaps, none beyond the slack, to a sum: the factor by bisection. All closed, or wanted wider than the slack: evenly. */
+/* Scales gaps, none beyond the slack, to a sum: the factor by bisection. All closed, or wanted
+ * wider than the slack: evenly. */
 static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack_ft)
 {
     double most_ft = slack_ft > 0.0 ? slack_ft : (double)INFINITY, low = 0.0, high = 1.0, sum = 0.0;
@@ -221,23 +237,27 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
         gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
 }
 
-/* Two gaps, uniform over 0 to `most` but none beyond the slack, drawn again with the sum they have: both below the slack (evenly
- * over what the sum allows), or one hooked at it (of weight 1 - slack/most, against 1/most for each of the others). */
+/* Two gaps, uniform over 0 to `most` but none beyond the slack, drawn again with the sum they have:
+ * both below the slack (evenly over what the sum allows), or one hooked at it (of weight 1 -
+ * slack/most, against 1/most for each of the others). */
 static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
 {
     double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
     double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
     if (!(high > low))
         return; /* both hooked, or both closed */
-    double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0; /* both times most^2 */
+    /* both times most^2 */
+    double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0;
     double pick = gsl_rng_uniform(random) * (high - low + hooked);
     *one = pick < high - low ? low + pick : pick < high - low + 0.5 * hooked ? limit : sum - limit;
     *other = sum - *one;
 }
 
-/* Gibbs' sampler over pairs: gaps of a segment that are uniform, given their sum. Where the sum is more than the mean leaves for it,
- * up to twice the segment's own mean: the rest of the runway may have been pushed together. */
-static void draw_given_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft, double slack_ft)
+/* Gibbs' sampler over pairs: gaps of a segment that are uniform, given their sum. Where the sum is
+ * more than the mean leaves for it, up to twice the segment's own mean: the rest of the runway may
+ * have been pushed together. */
+static void draw_given_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
+                           double slack_ft)
 {
     double sum_ft = 0.0;
     for (size_t i = 0; i < count; i++)
@@ -256,7 +276,8 @@ static size_t segment_joints(const struct sim_scene *scene, size_t segment, size
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
     double to = (double)(segment + 1) * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
-    size_t begin = (size_t)fmax(ceil(from - 1e-9), 0.0), end = (size_t)fmax(ceil(to - 1e-9), 0.0), joints = (size_t)scene->mats + 1;
+    size_t begin = (size_t)fmax(ceil(from - 1e-9), 0.0), end = (size_t)fmax(ceil(to - 1e-9), 0.0),
+           joints = (size_t)scene->mats + 1;
     *first = begin < joints ? begin : joints;
     return (end < joints ? end : joints) - *first;
 }
@@ -284,29 +305,34 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     const struct sim_scene *scene = &landing->scene;
     double half_ft = half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     double surveyed = drawing->value[FIT_GAP] / drawing->list->parameter[FIT_GAP].value;
-    double error_in = landing->survey_error_in > 0.0 ? landing->survey_error_in : drawing->list->survey_error_in;
+    double error_in = landing->survey_error_in > 0.0 ? landing->survey_error_in
+                                                     : drawing->list->survey_error_in;
     for (int j = 0; j <= scene->mats && !landing->follows; j++)
         drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         size_t first, count = segment_joints(scene, s, &first);
         if (isnan(landing->survey_in[s]) || count == 0)
             continue;
-        double sum_in = surveyed * landing->survey_in[s] + gsl_ran_gaussian_ziggurat(drawing->random, error_in);
+        double sum_in = surveyed * landing->survey_in[s] +
+                        gsl_ran_gaussian_ziggurat(drawing->random, error_in);
         scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
         if (!landing->follows)
-            draw_given_sum(drawing->random, drawing->gap_ft + first, count, drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+            draw_given_sum(drawing->random, drawing->gap_ft + first, count,
+                           drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     }
 }
 
-static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing, const struct sim_result *result,
-                            double *statistic)
+static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing,
+                            const struct sim_result *result, double *statistic)
 {
     double gain[MR_TRANSDUCERS], baseline_in[MR_TRANSDUCERS];
     for (size_t c = 0; c < landing->channels; c++) {
         gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].gain);
-        baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].baseline_in);
+        baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random,
+                                                   landing->channel[c].baseline_in);
     }
-    double after_error_in = landing->after_error_in > 0.0 ? landing->after_error_in : drawing->list->survey_error_in;
+    double after_error_in = landing->after_error_in > 0.0 ? landing->after_error_in
+                                                          : drawing->list->survey_error_in;
     for (size_t w = 0; w < landing->windows; w++) {
         const struct fit_window *window = &landing->window[w];
         if (window->channel == SIZE_MAX) {
@@ -320,7 +346,8 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
         double sum_in = 0.0;
         for (size_t k = from; k < to; k++)
             sum_in += IN_PER_FT * result->sample_u_ft[k * result->station_count + c];
-        double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in / sqrt(window->samples));
+        double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in /
+                                                                         sqrt(window->samples));
         statistic[w] = bent(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
     }
 }
@@ -328,10 +355,12 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
 /* Share of the thrust that a landing's path puts on the strip. */
 static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
 {
-    return drawing->value[FIT_SHARE] * (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
+    return drawing->value[FIT_SHARE] *
+           (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-static bool simulate_landing(const struct drawing *drawing, const struct fit_landing *landing, double *statistic)
+static bool simulate_landing(const struct drawing *drawing, const struct fit_landing *landing,
+                             double *statistic)
 {
     struct sim_scene scene = landing->scene;
     struct sim_result result;
@@ -349,7 +378,8 @@ static bool simulate_landing(const struct drawing *drawing, const struct fit_lan
     scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
     for (size_t c = 0; c < landing->channels; c++)
         station_ft[c] = landing->channel[c].station_ft;
-    struct sim_options options = {.sample_dt_s = SAMPLE_S, .station_ft = station_ft, .station_count = landing->channels};
+    struct sim_options options = {
+        .sample_dt_s = SAMPLE_S, .station_ft = station_ft, .station_count = landing->channels};
     bool good = sim_run(&scene, &options, &result, &error) == MR_OK;
     if (good) {
         read_statistics(drawing, landing, &result, statistic + landing->first);
@@ -361,12 +391,15 @@ static bool simulate_landing(const struct drawing *drawing, const struct fit_lan
 }
 
 /* Closing resistances and room for the rest; end_drawing in any case. */
-static bool begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z, uint64_t draw)
+static bool begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
+                          uint64_t draw)
 {
     size_t joints = 0, rows = 0;
     *drawing = (struct drawing){.list = list, .random = gsl_rng_alloc(gsl_rng_taus2)};
     for (size_t l = 0; l < list->count; l++) {
-        joints = joints > (size_t)list->landing[l].scene.mats + 1 ? joints : (size_t)list->landing[l].scene.mats + 1;
+        joints = joints > (size_t)list->landing[l].scene.mats + 1
+                   ? joints
+                   : (size_t)list->landing[l].scene.mats + 1;
         rows = rows > list->landing[l].scene.path_count ? rows : list->landing[l].scene.path_count;
     }
     drawing->gap_ft = calloc(joints, sizeof(double));
@@ -401,8 +434,8 @@ static bool simulate(const void *context, const double *z, uint64_t draw, double
     return good;
 }
 
-bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw, struct sim_scene *scene, double *share,
-                         struct error *error)
+bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                         struct sim_scene *scene, double *share, struct error *error)
 {
     struct drawing drawing;
     size_t joints = (size_t)scene->mats + 1;

@@ -1,15 +1,22 @@
-/* Landings to fit: what was measured of them, as statistics, and the same statistics of simulated ones.
+/* Landings to fit: what was measured of them, as statistics, and the same statistics of simulated
+ * ones.
  *
- * Simulated is the chain (host/sim/README.md, "Chain and landings") along the measured way of the gear. Drawn anew each time:
- * - joints: gaps uniform over 0 to twice their mean, none beyond the slack (those lie hooked); those of a surveyed segment
- *   given its sum, which is off by the survey's error. A landing that follows the one before keeps that one's gaps, scaled to the
- *   sums. Closing resistances uniform over 0 to twice their mean, the same joint's in all landings;
- * - instruments: noise of each sample, the baseline's error, a gain error per transducer and landing, the thrust's.
+ * Simulated is the chain (host/sim/README.md, "Chain and landings") along the measured way of the
+ * gear. Drawn anew each time:
+ * - joints: gaps uniform over 0 to twice their mean, none beyond the slack (those lie hooked);
+ * those of a surveyed segment
+ *   given its sum, which is off by the survey's error. A landing that follows the one before keeps
+ *   that one's gaps, scaled to the sums. Closing resistances uniform over 0 to twice their mean,
+ *   the same joint's in all landings;
+ * - instruments: noise of each sample, the baseline's error, a gain error per transducer and
+ * landing, the thrust's.
  *
- * Statistics, in inches: of each transducer the mean movement while the wheel was so far ahead of it or behind (FIT_EDGES), and
- * over the last 0.2 s; of each segment surveyed before and after, the sum after. Of u only u0 asinh(u/u0) is used, as movements
- * scale with what causes them. A mean over a window is one number however many samples it has, and its scatter comes from the
- * ensemble: nothing takes neighbouring samples for independent. A window of which less than half is valid is left out. */
+ * Statistics, in inches: of each transducer the mean movement while the wheel was so far ahead of
+ * it or behind (FIT_EDGES), and over the last 0.2 s; of each segment surveyed before and after, the
+ * sum after. Of u only u0 asinh(u/u0) is used, as movements scale with what causes them. A mean
+ * over a window is one number however many samples it has, and its scatter comes from the ensemble:
+ * nothing takes neighbouring samples for independent. A window of which less than half is valid is
+ * left out. */
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 
@@ -30,7 +37,8 @@ extern const struct fit_name {
     const char *key, *words, *unit; /* unit "" for a pure number */
 } fit_names[FIT_KEYS];
 
-/* A transducer's movement since the baseline, inches, NaN where not valid; sample i at t0_s + i dt_s since touchdown. */
+/* A transducer's movement since the baseline, inches, NaN where not valid; sample i at t0_s + i
+ * dt_s since touchdown. */
 struct fit_series {
     int64_t number;
     double station_ft;
@@ -59,8 +67,10 @@ struct fit_landing {
     bool follows;           /* the landing before it in the list, with nothing in between */
     double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS]; /* sums; NaN: not surveyed */
     double survey_error_in, after_error_in;               /* of a sum; 0: the list's */
-    bool later;   /* the board had landings before it on this runway; for the reader */
-    size_t gages; /* segments of survey_in that were read at gage points after the landing before; for the reader */
+    bool later; /* the board had landings before it on this runway; for the reader */
+    /* segments of survey_in that were read at gage points after the landing before; for the
+     * reader */
+    size_t gages;
     struct {
         int64_t number;
         double station_ft, noise_in, baseline_in, gain;
@@ -82,10 +92,10 @@ struct fit_landings {
 
 /* Everything at its default: values and spreads below, nothing measured. */
 void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene);
-/* Takes over a landing whose scene, survey, errors and run are set (scene NULL-safe: moved). MR_TOO_FEW: no window has enough
- * valid samples. */
-enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *landing, const struct fit_series *series, size_t count,
-                                struct error *error);
+/* Takes over a landing whose scene, survey, errors and run are set (scene NULL-safe: moved).
+ * MR_TOO_FEW: no window has enough valid samples. */
+enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *landing,
+                                const struct fit_series *series, size_t count, struct error *error);
 void fit_landings_free(struct fit_landings *list);
 
 /* The fitted ones in order; gives how many. */
@@ -94,10 +104,10 @@ size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
 /* The model of fit.h over this list, which must stay as it is. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
-/* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats, and gives the share of the
- * thrust of that draw. */
-bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw, struct sim_scene *scene, double *share,
-                         struct error *error);
+/* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats,
+ * and gives the share of the thrust of that draw. */
+bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                         struct sim_scene *scene, double *share, struct error *error);
 /* A displacement from its statistic. */
 double fit_movement_in(double statistic);
 

@@ -9,12 +9,12 @@
 #include "host/study/fit/verdict.h"
 #include "host/base/output.h"
 
-#define NORMAL_95 1.959963984540054
-#define IN_PER_FT 12.0
-#define TEXT_SIZE 400
-#define POOR_FIT 0.05
-#define NEAREST_OF 50u
-#define FARTHEST 3    /* statistics that a poor fit names, */
+#define NORMAL_95     1.959963984540054
+#define IN_PER_FT     12.0
+#define TEXT_SIZE     400
+#define POOR_FIT      0.05
+#define NEAREST_OF    50u
+#define FARTHEST      3   /* statistics that a poor fit names, */
 #define FARTHEST_FROM 2.5 /* standard deviations and more away */
 
 /* A parameter in its own unit: estimate, 95 % interval, prior. */
@@ -31,13 +31,17 @@ static double shown_unit(enum fit_key key, bool si, const char **unit)
     static const struct {
         const char *unit;
         double factor;
-    } metric[FIT_KEYS] = {[FIT_GAP] = {"mm", 25.4}, [FIT_GRIT] = {"N", 4.4482216152605}, [FIT_FRICTION] = {"", 1.0},
-                          [FIT_SHARE] = {"", 1.0}, [FIT_STIFFNESS] = {"N/m", 14.593902937206}};
+    } metric[FIT_KEYS] = {[FIT_GAP] = {"mm", 25.4},
+                          [FIT_GRIT] = {"N", 4.4482216152605},
+                          [FIT_FRICTION] = {"", 1.0},
+                          [FIT_SHARE] = {"", 1.0},
+                          [FIT_STIFFNESS] = {"N/m", 14.593902937206}};
     *unit = si ? metric[key].unit : fit_names[key].unit;
     return si ? metric[key].factor : 1.0;
 }
 
-static size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer, struct fit_row row[FIT_KEYS])
+static size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer,
+                       struct fit_row row[FIT_KEYS])
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
@@ -57,8 +61,10 @@ static size_t fit_rows(const struct fit_landings *list, const struct fit_answer 
     return count;
 }
 
-/* "f x share^-0.98": of two, what stays the same along a direction in which the data say nothing. */
-static void determined(const struct fit_landings *list, const enum fit_key *key, const double *direction, char *text, size_t size)
+/* "f x share^-0.98": of two, what stays the same along a direction in which the data say
+ * nothing. */
+static void determined(const struct fit_landings *list, const enum fit_key *key,
+                       const double *direction, char *text, size_t size)
 {
     size_t member[2], count = 0;
     for (size_t i = 0; i < FIT_PARAMETERS_MAX && count < 2; i++) {
@@ -67,11 +73,12 @@ static void determined(const struct fit_landings *list, const enum fit_key *key,
     }
     double first = list->parameter[key[member[0]]].spread * direction[member[0]];
     double second = list->parameter[key[member[1]]].spread * direction[member[1]];
-    snprintf(text, size, "; what they tell is %s x %s^%.2g", fit_names[key[member[0]]].key, fit_names[key[member[1]]].key,
-             -first / second);
+    snprintf(text, size, "; what they tell is %s x %s^%.2g", fit_names[key[member[0]]].key,
+             fit_names[key[member[1]]].key, -first / second);
 }
 
-static void confounded_text(const struct fit_landings *list, const enum fit_key *key, const struct fit_confounded *found, char *text)
+static void confounded_text(const struct fit_landings *list, const enum fit_key *key,
+                            const struct fit_confounded *found, char *text)
 {
     unsigned named = 0;
     char same[80] = "";
@@ -80,28 +87,37 @@ static void confounded_text(const struct fit_landings *list, const enum fit_key 
         if (found->direction[i] * found->direction[i] < VERDICT_MEMBER)
             continue;
         named++;
-        length += (size_t)snprintf(text + length, TEXT_SIZE - length, "%s%s", named == 1 ? "" : named == 2 ? " from " : " and ",
+        length += (size_t)snprintf(text + length, TEXT_SIZE - length, "%s%s",
+                                   named == 1   ? ""
+                                   : named == 2 ? " from "
+                                                : " and ",
                                    fit_names[key[i]].key);
     }
     if (found->members == 2)
         determined(list, key, found->direction, same, sizeof same);
-    length += length < TEXT_SIZE ? (size_t)snprintf(text + length, TEXT_SIZE - length, "%s (together by", same) : 0;
+    length += length < TEXT_SIZE
+                ? (size_t)snprintf(text + length, TEXT_SIZE - length, "%s (together by", same)
+                : 0;
     for (size_t i = 0; i < FIT_PARAMETERS_MAX && length < TEXT_SIZE; i++) {
         if (found->direction[i] * found->direction[i] >= VERDICT_MEMBER)
-            length += (size_t)snprintf(text + length, TEXT_SIZE - length, " %s %+.0f %%", fit_names[key[i]].key,
-                                       100.0 * (exp(list->parameter[key[i]].spread * found->direction[i]) - 1.0));
+            length += (size_t)snprintf(
+                text + length, TEXT_SIZE - length, " %s %+.0f %%", fit_names[key[i]].key,
+                100.0 * (exp(list->parameter[key[i]].spread * found->direction[i]) - 1.0));
     }
     if (length < TEXT_SIZE)
-        snprintf(text + length, TEXT_SIZE - length, ": misfit +%.1f, %.2f would show)", fmax(found->rise, 0.0), VERDICT_LIMIT);
+        snprintf(text + length, TEXT_SIZE - length, ": misfit +%.1f, %.2f would show)",
+                 fmax(found->rise, 0.0), VERDICT_LIMIT);
 }
 
-static double away(const struct fit_landings *list, const struct fit_answer *answer, size_t statistic)
+static double away(const struct fit_landings *list, const struct fit_answer *answer,
+                   size_t statistic)
 {
     return (list->measured[statistic] - answer->expected[statistic]) / answer->scatter[statistic];
 }
 
 /* The farthest statistic that is nearer than `below`; false: none is far. */
-static bool next_farthest(const struct fit_landings *list, const struct fit_answer *answer, double below, size_t *landing, size_t *window)
+static bool next_farthest(const struct fit_landings *list, const struct fit_answer *answer,
+                          double below, size_t *landing, size_t *window)
 {
     double most = FARTHEST_FROM;
     bool found = false;
@@ -120,50 +136,64 @@ static bool next_farthest(const struct fit_landings *list, const struct fit_answ
 }
 
 /* "RUN 2, transducer 6 at 90 ft, end: 0.024 in, expected 0.118 (-5.1)". */
-static void where_it_fails(const struct fit_landings *list, const struct fit_answer *answer, char *text)
+static void where_it_fails(const struct fit_landings *list, const struct fit_answer *answer,
+                           char *text)
 {
     double below = HUGE_VAL;
-    size_t l, w, length = (size_t)snprintf(text, TEXT_SIZE, "farthest off (in standard deviations):");
-    for (int i = 0; i < FARTHEST && next_farthest(list, answer, below, &l, &w) && length < TEXT_SIZE; i++) {
+    size_t l, w,
+        length = (size_t)snprintf(text, TEXT_SIZE, "farthest off (in standard deviations):");
+    for (int i = 0;
+         i < FARTHEST && next_farthest(list, answer, below, &l, &w) && length < TEXT_SIZE; i++) {
         const struct fit_landing *landing = &list->landing[l];
         const struct fit_window *window = &landing->window[w];
         size_t s = landing->first + w;
         bool transducer = window->channel != SIZE_MAX;
         char place[60];
         if (transducer)
-            snprintf(place, sizeof place, "transducer %lld at %g ft", (long long)landing->channel[window->channel].number,
+            snprintf(place, sizeof place, "transducer %lld at %g ft",
+                     (long long)landing->channel[window->channel].number,
                      landing->channel[window->channel].station_ft);
         else
             snprintf(place, sizeof place, "segment %zu", window->segment + 1);
         below = fabs(away(list, answer, s));
-        length += (size_t)snprintf(text + length, TEXT_SIZE - length, "%s RUN %lld %s, %s: %.3f in, expected %.3f (%+.1f)", i ? ";" : "",
-                                   (long long)landing->run, place, window->name,
-                                   transducer ? fit_movement_in(list->measured[s]) : list->measured[s],
-                                   transducer ? fit_movement_in(answer->expected[s]) : answer->expected[s], away(list, answer, s));
+        length += (size_t)snprintf(
+            text + length, TEXT_SIZE - length, "%s RUN %lld %s, %s: %.3f in, expected %.3f (%+.1f)",
+            i ? ";" : "", (long long)landing->run, place, window->name,
+            transducer ? fit_movement_in(list->measured[s]) : list->measured[s],
+            transducer ? fit_movement_in(answer->expected[s]) : answer->expected[s],
+            away(list, answer, s));
     }
 }
 
 /* Why a fit may be poor that the data do not say. */
-static size_t poor_fit(const struct fit_landings *list, const struct fit_answer *answer, char *text[3])
+static size_t poor_fit(const struct fit_landings *list, const struct fit_answer *answer,
+                       char *text[3])
 {
     char line[TEXT_SIZE];
     size_t lines = 0, l, w;
-    snprintf(line, sizeof line, "the model does not fit: only %.1f %% of simulated data sets lie further from it; the intervals do not "
-                                "allow for that", 100.0 * answer->fits);
+    snprintf(line, sizeof line,
+             "the model does not fit: only %.1f %% of simulated data sets lie further from it; the "
+             "intervals do not "
+             "allow for that",
+             100.0 * answer->fits);
     text[lines++] = strdup(line);
     if (next_farthest(list, answer, HUGE_VAL, &l, &w)) {
         where_it_fails(list, answer, line);
         text[lines++] = strdup(line);
     }
     if (list->count > 0 && list->landing[0].later) {
-        snprintf(line, sizeof line, "RUN %lld began on joints that earlier landings had closed or opened, but its gaps are drawn as those of a new "
-                                    "runway: fit from the first landing on", (long long)list->landing[0].run);
+        snprintf(line, sizeof line,
+                 "RUN %lld began on joints that earlier landings had closed or opened, but its "
+                 "gaps are drawn as those of a new "
+                 "runway: fit from the first landing on",
+                 (long long)list->landing[0].run);
         text[lines++] = strdup(line);
     }
     return lines;
 }
 
-size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[FIT_VERDICTS])
+size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer,
+                    char *text[FIT_VERDICTS])
 {
     enum fit_key key[FIT_KEYS];
     char line[TEXT_SIZE];
@@ -171,7 +201,9 @@ size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *an
     for (size_t i = 0; i < count; i++) {
         if (!answer->silent[i])
             continue;
-        snprintf(line, sizeof line, "the data say less of %s than its prior does: its interval is the prior's", fit_names[key[i]].key);
+        snprintf(line, sizeof line,
+                 "the data say less of %s than its prior does: its interval is the prior's",
+                 fit_names[key[i]].key);
         text[lines++] = strdup(line);
     }
     for (size_t d = 0; d < answer->confounded_count; d++) {
@@ -181,7 +213,9 @@ size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *an
     if (answer->fits < POOR_FIT)
         lines += poor_fit(list, answer, &text[lines]);
     if (answer->stopped) {
-        snprintf(line, sizeof line, "the estimate did not come to stand still in %u rounds: give it more time, or narrower priors",
+        snprintf(line, sizeof line,
+                 "the estimate did not come to stand still in %u rounds: give it more time, or "
+                 "narrower priors",
                  answer->rounds);
         text[lines++] = strdup(line);
     }
@@ -201,7 +235,9 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
             after += isnan(landing->after_in[s]) ? 0 : 1;
         }
         snprintf(run, sizeof run, "RUN %lld", (long long)landing->run);
-        answer_words(answer, NULL, run, "%zu transducers, %zu statistics, %zu segments surveyed before (%zu by gage points), %zu after%s",
+        answer_words(answer, NULL, run,
+                     "%zu transducers, %zu statistics, %zu segments surveyed before (%zu by gage "
+                     "points), %zu after%s",
                      landing->channels, landing->windows, before, landing->gages, after,
                      landing->follows ? "; gaps as the landing before left them" : "");
         json_array_append_new(runs, json_integer(landing->run));
@@ -209,7 +245,8 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
     answer_json_value(answer, "runs", runs);
 }
 
-static void add_parameters(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit, bool si)
+static void add_parameters(struct answer *answer, const struct fit_landings *list,
+                           const struct fit_answer *fit, bool si)
 {
     struct fit_row row[FIT_KEYS];
     size_t count = fit_rows(list, fit, row);
@@ -219,7 +256,8 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
         double factor = shown_unit(row[i].key, si, &unit);
         answer_open(answer, NULL, NULL);
         answer_words(answer, "name", NULL, "%s", fit_names[row[i].key].key);
-        answer_words(answer, NULL, "parameter", "%-5s %s", fit_names[row[i].key].key, fit_names[row[i].key].words);
+        answer_words(answer, NULL, "parameter", "%-5s %s", fit_names[row[i].key].key,
+                     fit_names[row[i].key].words);
         answer_words(answer, "unit", "unit", "%s", unit);
         answer_value(answer, "value", "value", UNIT_NUMBER, factor * row[i].value, -4);
         answer_value(answer, "low", "from", UNIT_NUMBER, factor * row[i].low, -4);
@@ -227,7 +265,9 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
         answer_value(answer, "prior", NULL, UNIT_NUMBER, factor * row[i].prior, -4);
         answer_value(answer, "prior_low", "prior|from", UNIT_NUMBER, factor * row[i].prior_low, -4);
         answer_value(answer, "prior_high", "prior|to", UNIT_NUMBER, factor * row[i].prior_high, -4);
-        answer_value(answer, "error_of_prior", "error, of|the prior's", UNIT_NUMBER, row[i].narrowed, 2)->digits = 4;
+        answer_value(answer, "error_of_prior", "error, of|the prior's", UNIT_NUMBER,
+                     row[i].narrowed, 2)
+            ->digits = 4;
         answer_value(answer, "bias_of_prior", NULL, UNIT_NUMBER, fit->bias[i], 2)->digits = 4;
         answer_close(answer);
     }
@@ -239,7 +279,8 @@ static double correlation(const struct fit_answer *fit, size_t i, size_t k)
     return fit->covariance[i][k] / sqrt(fit->covariance[i][i] * fit->covariance[k][k]);
 }
 
-static void add_correlations(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit)
+static void add_correlations(struct answer *answer, const struct fit_landings *list,
+                             const struct fit_answer *fit)
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
@@ -250,7 +291,8 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
         answer_open(answer, NULL, NULL);
         answer_words(answer, NULL, "of", "%s", fit_names[key[i]].key);
         for (size_t k = 0; k < count; k++) {
-            answer_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER, correlation(fit, i, k), 2);
+            answer_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER, correlation(fit, i, k),
+                         2);
             json_array_append_new(row, cli_json_number(correlation(fit, i, k), 6));
             json_array_append_new(information, cli_json_number(fit->information[i][k], 6));
         }
@@ -263,7 +305,8 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
     answer_json_value(answer, "information", informations);
 }
 
-static void add_residuals(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit)
+static void add_residuals(struct answer *answer, const struct fit_landings *list,
+                          const struct fit_answer *fit)
 {
     answer_list(answer, "residuals", NULL);
     for (size_t l = 0; l < list->count; l++) {
@@ -276,7 +319,8 @@ static void add_residuals(struct answer *answer, const struct fit_landings *list
             answer_words(answer, "statistic", NULL, "%s", window->name);
             answer_value(answer, "measured", NULL, UNIT_NUMBER, list->measured[s], 3);
             answer_value(answer, "expected", NULL, UNIT_NUMBER, fit->expected[s], 3);
-            answer_value(answer, "standard_deviation", NULL, UNIT_NUMBER, fit->scatter[s], 3)->digits = 4;
+            answer_value(answer, "standard_deviation", NULL, UNIT_NUMBER, fit->scatter[s], 3)
+                ->digits = 4;
             if (window->channel != SIZE_MAX)
                 answer_count(answer, "transducer", NULL, landing->channel[window->channel].number);
             answer_close(answer);
@@ -285,7 +329,8 @@ static void add_residuals(struct answer *answer, const struct fit_landings *list
     answer_close(answer);
 }
 
-static void add_verdicts(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit)
+static void add_verdicts(struct answer *answer, const struct fit_landings *list,
+                         const struct fit_answer *fit)
 {
     char *verdict[FIT_VERDICTS];
     size_t lines = fit_verdicts(list, fit, verdict);
@@ -304,13 +349,15 @@ struct answer *fit_described(const struct fit_landings *list, const struct fit_a
     struct answer *answer = answer_new(si);
     add_landings(answer, list);
     answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated);
-    answer_remark(answer, " data sets in %u rounds%s", fit->rounds, fit->failed ? ", of which some failed" : "");
+    answer_remark(answer, " data sets in %u rounds%s", fit->rounds,
+                  fit->failed ? ", of which some failed" : "");
     answer_count(answer, "rounds", NULL, fit->rounds);
     answer_flag(answer, "stopped", NULL, fit->stopped);
     add_parameters(answer, list, fit, si);
     add_correlations(answer, list, fit);
     answer_sentence(answer, NULL,
-                    "goodness of fit: %.0f %% of simulated data sets lie further from the model than the measured one (distance %.1f, %zu statistics)",
+                    "goodness of fit: %.0f %% of simulated data sets lie further from the model "
+                    "than the measured one (distance %.1f, %zu statistics)",
                     100.0 * fit->fits, sqrt(fit->distance), fit->statistics);
     answer_value(answer, "fits", NULL, UNIT_NUMBER, fit->fits, 2)->digits = 4;
     answer_value(answer, "distance", NULL, UNIT_NUMBER, sqrt(fit->distance), 1);
@@ -324,7 +371,8 @@ static json_t *path_json(const struct fit_landing *landing, double share)
     json_t *path = json_array();
     for (size_t i = 0; i < landing->scene.path_count; i++) {
         const struct sim_path_row *row = &landing->scene.path[i];
-        json_array_append_new(path, json_pack("[ooo]", cli_json_number(row->t_s, 9), cli_json_number(row->x_ft, 9),
+        json_array_append_new(path, json_pack("[ooo]", cli_json_number(row->t_s, 9),
+                                              cli_json_number(row->x_ft, 9),
                                               cli_json_number(share * row->force_lb, 9)));
     }
     return path;
@@ -359,14 +407,16 @@ static uint64_t nearest(const struct fit_landings *list, const struct fit_answer
     return best;
 }
 
-static void set_scene(json_t *scene, const struct fit_landings *list, const double value[FIT_KEYS], const struct sim_scene *joints,
-                      double share)
+static void set_scene(json_t *scene, const struct fit_landings *list, const double value[FIT_KEYS],
+                      const struct sim_scene *joints, double share)
 {
     char note[240];
     snprintf(note, sizeof note,
-             "f, KL, gap0, grit and the thrust in path by matrig fit, RUN %lld: mean gap %.4g in, mean resistance %.4g lb, share %.4g; "
+             "f, KL, gap0, grit and the thrust in path by matrig fit, RUN %lld: mean gap %.4g in, "
+             "mean resistance %.4g lb, share %.4g; "
              "of %u draws of the joints this one comes nearest to what was measured",
-             (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE], NEAREST_OF);
+             (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE],
+             NEAREST_OF);
     json_object_set_new(scene, "_fit", json_string(note));
     json_object_set_new(scene, "gap0", list_json(&joints->gap0_ft));
     json_object_set_new(scene, "grit", list_json(&joints->grit_lb));
@@ -375,8 +425,8 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
     json_object_set_new(scene, "path", path_json(&list->landing[0], share));
 }
 
-enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path, bool force,
-                               struct error *error)
+enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer,
+                               const char *from, const char *path, bool force, struct error *error)
 {
     json_error_t where;
     double value[FIT_KEYS], share;

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-#define STEPS_MAX 300
-#define TOLERANCE 1e-7
+#define STEPS_MAX   300
+#define TOLERANCE   1e-7
 #define HOLD_WEIGHT 1e3 /* a held parameter strays by a millionth of what it is pulled with */
 
 typedef double square[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
@@ -41,12 +41,14 @@ static void invert_lower(size_t n, square lower, square inverse)
     }
 }
 
-bool solve_begin(struct solve *solve, const struct surface *surface, const struct ensemble_place *place)
+bool solve_begin(struct solve *solve, const struct surface *surface,
+                 const struct ensemble_place *place)
 {
     size_t q = surface->parameters;
     square covariance, lower;
     double middle[FIT_PARAMETERS_MAX] = {0.0};
-    *solve = (struct solve){.surface = surface, .place = place, .prior_weight = 1.0, .hold = SIZE_MAX};
+    *solve =
+        (struct solve){.surface = surface, .place = place, .prior_weight = 1.0, .hold = SIZE_MAX};
     double share = 1.0 + surface_leverage(surface, middle);
     for (size_t i = 0; i < q; i++) {
         for (size_t k = 0; k < q; k++)
@@ -58,12 +60,14 @@ bool solve_begin(struct solve *solve, const struct surface *surface, const struc
     return true;
 }
 
-/* The surface, straight beyond where it was simulated: value and slopes at the nearest place inside, and on along them. Those
- * slopes change with what is inside still; as they are linear in w, that is the slope at w itself. */
+/* The surface, straight beyond where it was simulated: value and slopes at the nearest place
+ * inside, and on along them. Those slopes change with what is inside still; as they are linear in
+ * w, that is the slope at w itself. */
 static void expected(const struct solve *solve, const double *w, double *score, double *slope)
 {
     size_t q = solve->surface->parameters;
-    double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX], beyond[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
+    double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX],
+           beyond[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < q; i++)
         inside[i] = fmax(-SOLVE_STRAIGHT, fmin(SOLVE_STRAIGHT, w[i]));
     surface_at(solve->surface, inside, score, slope);
@@ -81,7 +85,8 @@ static void expected(const struct solve *solve, const double *w, double *score, 
 void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope)
 {
     size_t q = solve->surface->parameters;
-    double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX], z[FIT_PARAMETERS_MAX];
+    double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
+        z[FIT_PARAMETERS_MAX];
     expected(solve, w, score, change);
     ensemble_at(solve->place, w, z);
     for (size_t r = 0; r < q; r++) {
@@ -99,7 +104,8 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
     }
     residual[2 * q] = solve->hold < q ? HOLD_WEIGHT * (z[solve->hold] - solve->held) : 0.0;
     for (size_t i = 0; i < q; i++)
-        slope[2 * q * q + i] = solve->hold < q ? HOLD_WEIGHT * solve->place->spread[solve->hold][i] : 0.0;
+        slope[2 * q * q + i] = solve->hold < q ? HOLD_WEIGHT * solve->place->spread[solve->hold][i]
+                                               : 0.0;
 }
 
 static int residual_of(const gsl_vector *w, void *context, gsl_vector *f)
@@ -111,9 +117,11 @@ static int residual_of(const gsl_vector *w, void *context, gsl_vector *f)
 
 static int slope_of(const gsl_vector *w, void *context, gsl_matrix *jacobian)
 {
-    double residual[2 * FIT_PARAMETERS_MAX + 1], slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
+    double residual[2 * FIT_PARAMETERS_MAX + 1],
+        slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
     solve_residual(context, w->data, residual, slope);
-    gsl_matrix_const_view view = gsl_matrix_const_view_array(slope, jacobian->size1, jacobian->size2);
+    gsl_matrix_const_view view = gsl_matrix_const_view_array(slope, jacobian->size1,
+                                                             jacobian->size2);
     gsl_matrix_memcpy(jacobian, &view.matrix);
     return GSL_SUCCESS;
 }
@@ -122,20 +130,24 @@ double solve_least(const struct solve *solve, double *w)
 {
     size_t q = solve->surface->parameters;
     gsl_multifit_nlinear_parameters how = gsl_multifit_nlinear_default_parameters();
-    gsl_multifit_nlinear_workspace *work = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &how, 2 * q + 1, q);
+    gsl_multifit_nlinear_workspace *work = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust,
+                                                                      &how, 2 * q + 1, q);
     if (!work)
         return (double)NAN;
     struct solve copy = *solve;
-    gsl_multifit_nlinear_fdf fdf = {.f = residual_of, .df = slope_of, .n = 2 * q + 1, .p = q, .params = &copy};
+    gsl_multifit_nlinear_fdf fdf = {
+        .f = residual_of, .df = slope_of, .n = 2 * q + 1, .p = q, .params = &copy};
     gsl_vector_const_view start = gsl_vector_const_view_array(w, q);
     int info = 0;
     int status = gsl_multifit_nlinear_init(&start.vector, &fdf, work);
     if (status == GSL_SUCCESS)
-        status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL, &info, work);
+        status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL,
+                                             &info, work);
     double squares = 0.0;
     /* No further progress at machine precision is where it was to go. */
     if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
-        const gsl_vector *least = gsl_multifit_nlinear_position(work), *f = gsl_multifit_nlinear_residual(work);
+        const gsl_vector *least = gsl_multifit_nlinear_position(work),
+                         *f = gsl_multifit_nlinear_residual(work);
         for (size_t i = 0; i < q; i++)
             w[i] = gsl_vector_get(least, i);
         for (size_t i = 0; i < f->size; i++)
@@ -150,7 +162,8 @@ double solve_least(const struct solve *solve, double *w)
 void solve_information(const struct solve *solve, const double *w, square information)
 {
     size_t q = solve->surface->parameters;
-    double residual[2 * FIT_PARAMETERS_MAX + 1], slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
+    double residual[2 * FIT_PARAMETERS_MAX + 1],
+        slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
     square lower, inverse, by_z;
     solve_residual(solve, w, residual, slope);
     memcpy(lower, solve->place->spread, sizeof lower);

@@ -63,7 +63,8 @@ double surface_leverage(const struct surface *surface, const double *w)
     return sum;
 }
 
-/* (X'X)^-1 into spread, X'X by its Cholesky factor. False: the design leaves a term undetermined. */
+/* (X'X)^-1 into spread, X'X by its Cholesky factor. False: the design leaves a term
+ * undetermined. */
 static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
 {
     gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0, design, 0.0, spread);
@@ -74,13 +75,17 @@ static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
     return gsl_linalg_cholesky_decomp1(spread) == 0 && gsl_linalg_cholesky_invert(spread) == 0;
 }
 
-static void set_departures(const struct ensemble *ensemble, const gsl_matrix *design, struct surface *surface)
+static void set_departures(const struct ensemble *ensemble, const gsl_matrix *design,
+                           struct surface *surface)
 {
     size_t q = surface->parameters, p = surface->statistics;
-    gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, surface->draws, p);
+    gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, surface->draws,
+                                                             p);
     gsl_matrix_memcpy(surface->departure, &data.matrix);
-    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, -1.0, design, surface->factor, 1.0, surface->departure);
-    gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0 / (double)(surface->draws - surface->terms), surface->departure, 0.0, surface->covariance);
+    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, -1.0, design, surface->factor, 1.0,
+                   surface->departure);
+    gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0 / (double)(surface->draws - surface->terms),
+                   surface->departure, 0.0, surface->covariance);
     for (size_t i = 0; i < p; i++) {
         for (size_t k = i + 1; k < p; k++)
             gsl_matrix_set(surface->covariance, i, k, gsl_matrix_get(surface->covariance, k, i));
@@ -92,28 +97,36 @@ static void set_departures(const struct ensemble *ensemble, const gsl_matrix *de
     }
 }
 
-enum mr_status surface_make(const struct ensemble *ensemble, struct surface *surface, struct error *error)
+enum mr_status surface_make(const struct ensemble *ensemble, struct surface *surface,
+                            struct error *error)
 {
-    size_t q = ensemble->parameters, p = ensemble->statistics, n = ensemble->draws, k = surface_terms(q);
+    size_t q = ensemble->parameters, p = ensemble->statistics, n = ensemble->draws,
+           k = surface_terms(q);
     *surface = (struct surface){.parameters = q, .statistics = p, .terms = k, .draws = n};
     if (n <= 2 * k)
-        return error_set(error, MR_TOO_FEW, "too few simulated data sets: %zu for a surface of %zu terms; use more than %zu draws", n, k, 2 * k);
+        return error_set(
+            error, MR_TOO_FEW,
+            "too few simulated data sets: %zu for a surface of %zu terms; use more than %zu draws",
+            n, k, 2 * k);
     surface->factor = gsl_matrix_alloc(k, p);
     surface->departure = gsl_matrix_alloc(n, p);
     surface->covariance = gsl_matrix_alloc(p, p);
     surface->spread = gsl_matrix_alloc(k, k);
     gsl_matrix *design = gsl_matrix_alloc(n, k), *moment = gsl_matrix_alloc(k, p);
-    if (!surface->factor || !surface->departure || !surface->covariance || !surface->spread || !design || !moment) {
+    if (!surface->factor || !surface->departure || !surface->covariance || !surface->spread ||
+        !design || !moment) {
         error_set(error, MR_FULL, "no memory: surface of %zu statistics; use fewer landings", p);
     } else {
         gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, n, p);
         for (size_t i = 0; i < n; i++)
             set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
         if (!invert_normal(design, surface->spread)) {
-            error_set(error, MR_NUMERICS, "the surface is not determined: %zu draws; use more draws", n);
+            error_set(error, MR_NUMERICS,
+                      "the surface is not determined: %zu draws; use more draws", n);
         } else {
             gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
-            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0, surface->factor);
+            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0,
+                           surface->factor);
             set_departures(ensemble, design, surface);
         }
     }
@@ -137,11 +150,13 @@ double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance)
     double scatter = 0.0, squares = 0.0;
     for (size_t i = 0; i < p; i++) {
         for (size_t k = 0; k < i; k++) {
-            double si = gsl_matrix_get(covariance, i, i), sk = gsl_matrix_get(covariance, k, k), sum = 0.0, square = 0.0;
+            double si = gsl_matrix_get(covariance, i, i), sk = gsl_matrix_get(covariance, k, k),
+                   sum = 0.0, square = 0.0;
             if (!(si > 0.0) || !(sk > 0.0))
                 continue;
             for (size_t d = 0; d < n; d++) {
-                double product = gsl_matrix_get(departure, d, i) * gsl_matrix_get(departure, d, k) / sqrt(si * sk);
+                double product = gsl_matrix_get(departure, d, i) * gsl_matrix_get(departure, d, k) /
+                                 sqrt(si * sk);
                 sum += product;
                 square += product * product;
             }
@@ -160,16 +175,19 @@ double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance)
     return weight;
 }
 
-enum mr_status surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight, struct ensemble *combined, struct error *error)
+enum mr_status surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
+                               struct ensemble *combined, struct error *error)
 {
     size_t q = ensemble->parameters, n = ensemble->draws, to = weight->size2;
-    *combined = (struct ensemble){.draws = n, .parameters = q, .statistics = to, .failed = ensemble->failed};
+    *combined = (struct ensemble){
+        .draws = n, .parameters = q, .statistics = to, .failed = ensemble->failed};
     combined->w = calloc(n * q, sizeof(double));
     combined->statistic = calloc(n * to, sizeof(double));
     if (!combined->w || !combined->statistic)
         return error_set(error, MR_FULL, "no memory: scores of %zu data sets; use fewer draws", n);
     memcpy(combined->w, ensemble->w, n * q * sizeof(double));
-    gsl_matrix_const_view from = gsl_matrix_const_view_array(ensemble->statistic, n, ensemble->statistics);
+    gsl_matrix_const_view from = gsl_matrix_const_view_array(ensemble->statistic, n,
+                                                             ensemble->statistics);
     gsl_matrix_view to_view = gsl_matrix_view_array(combined->statistic, n, to);
     gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &from.matrix, weight, 0.0, &to_view.matrix);
     return MR_OK;

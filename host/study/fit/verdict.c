@@ -6,8 +6,8 @@
 
 typedef double square[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
 
-/* Information about the parameters in `kept` when the others are known as well as their priors say: the Schur complement of
- * information + 1 of those. */
+/* Information about the parameters in `kept` when the others are known as well as their priors say:
+ * the Schur complement of information + 1 of those. */
 static void marginal(size_t q, square information, const bool *left_out, square out)
 {
     memcpy(out, information, sizeof(square));
@@ -23,11 +23,14 @@ static void marginal(size_t q, square information, const bool *left_out, square 
     }
 }
 
-/* Misfit of the data at z(w) + shift, above the misfit at w, the priors left out; what is not moved stays. */
-static double rise(const struct solve *solve, const double *w, const double *direction, double shift)
+/* Misfit of the data at z(w) + shift, above the misfit at w, the priors left out; what is not moved
+ * stays. */
+static double rise(const struct solve *solve, const double *w, const double *direction,
+                   double shift)
 {
     size_t q = solve->surface->parameters;
-    double residual[2 * FIT_PARAMETERS_MAX + 1], slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX], moved[FIT_PARAMETERS_MAX] = {0.0};
+    double residual[2 * FIT_PARAMETERS_MAX + 1],
+        slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX], moved[FIT_PARAMETERS_MAX] = {0.0};
     double squares = 0.0;
     /* spread (w' - w) = shift direction, by forward substitution */
     for (size_t i = 0; i < q; i++) {
@@ -45,8 +48,9 @@ static double rise(const struct solve *solve, const double *w, const double *dir
     return squares;
 }
 
-static void take_direction(const struct solve *solve, const double *w, const gsl_vector *vector, double information, const size_t *kept,
-                           size_t count, struct fit_answer *answer)
+static void take_direction(const struct solve *solve, const double *w, const gsl_vector *vector,
+                           double information, const size_t *kept, size_t count,
+                           struct fit_answer *answer)
 {
     struct fit_confounded *found = &answer->confounded[answer->confounded_count];
     *found = (struct fit_confounded){.information = information};
@@ -58,10 +62,12 @@ static void take_direction(const struct solve *solve, const double *w, const gsl
         if (component * component >= VERDICT_MEMBER && kept[i] < first)
             first = kept[i];
     }
-    double sign = first < FIT_PARAMETERS_MAX && found->direction[first] < 0.0 ? -1.0 : 1.0; /* the first member upwards */
+    /* the first member upwards */
+    double sign = first < FIT_PARAMETERS_MAX && found->direction[first] < 0.0 ? -1.0 : 1.0;
     for (size_t i = 0; i < FIT_PARAMETERS_MAX; i++)
         found->direction[i] *= sign;
-    found->rise = fmin(rise(solve, w, found->direction, 1.0), rise(solve, w, found->direction, -1.0));
+    found->rise = fmin(rise(solve, w, found->direction, 1.0),
+                       rise(solve, w, found->direction, -1.0));
     if (found->members > 1 && found->rise < VERDICT_LIMIT)
         answer->confounded_count++;
 }
@@ -91,7 +97,8 @@ void verdict_make(const struct solve *solve, const double *w, struct fit_answer 
         gsl_eigen_symmv_sort(values, vectors, GSL_EIGEN_SORT_VAL_ASC);
         for (size_t d = 0; d < count && gsl_vector_get(values, d) < 1.0; d++) {
             gsl_vector_view column = gsl_matrix_column(vectors, d);
-            take_direction(solve, w, &column.vector, gsl_vector_get(values, d), kept, count, answer);
+            take_direction(solve, w, &column.vector, gsl_vector_get(values, d), kept, count,
+                           answer);
         }
     }
     gsl_matrix_free(matrix);

@@ -1,5 +1,5 @@
-/* The landing from blocks and edges alone: the model pushed back, edges of interference, a counter that wraps; and two of them at a
- * time, each with a configuration of its own. */
+/* The landing from blocks and edges alone: the model pushed back, edges of interference, a counter
+ * that wraps; and two of them at a time, each with a configuration of its own. */
 #include "common/onboard/landing.h"
 
 #include <math.h>
@@ -17,7 +17,8 @@ static struct mr_config rig_of(float first_ft, float apart_ft)
 {
     struct mr_config config = {.site = {{.touchdown_ft = 3.0f, .switch_error_ft = 0.001f}}};
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        config.gate[i] = (struct mr_gate_config){.station_ft = first_ft + apart_ft * (float)i, .step_codes = (uint16_t)step_of(i + 1)};
+        config.gate[i] = (struct mr_gate_config){.station_ft = first_ft + apart_ft * (float)i,
+                                                 .step_codes = (uint16_t)step_of(i + 1)};
     return config;
 }
 
@@ -29,10 +30,12 @@ static unsigned pushed_told, landing_states;
 
 static void next_block(uint32_t index, const uint32_t *ticks, unsigned count)
 {
-    struct landing_news news = landing_block(&landing, &rig, index, 4000000000u + 84000u * index,
-                                             (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
+    struct landing_news news =
+        landing_block(&landing, &rig, index, 4000000000u + 84000u * index,
+                      (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
     pushed_told += (unsigned)news.pushed;
-    landing_states += (unsigned)(landing.state == LANDING_LANDING || landing.state == LANDING_SETTLING);
+    landing_states += (unsigned)(landing.state == LANDING_LANDING ||
+                                 landing.state == LANDING_SETTLING);
     assert_true(!(landing.passage.state == MR_PASSAGE_PUSHED && landing_may_warn(&landing, index)));
 }
 
@@ -50,7 +53,8 @@ static void wait(uint32_t *index, double s)
         next_block((*index)++, NULL, 0);
 }
 
-/* Backward at 0.3 to 8 ft/s or forward at 0.3 to 1.9 ft/s over some of the switches, stopping now and then. */
+/* Backward at 0.3 to 8 ft/s or forward at 0.3 to 1.9 ft/s over some of the switches, stopping now
+ * and then. */
 static void push(uint32_t *index)
 {
     bool forward = seeded_uniform(&seed_state) < 0.3;
@@ -126,7 +130,8 @@ static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
     assert_memory_equal(&summary, &landing.summary, sizeof summary);
 }
 
-/* 200 edges without a step, as a loose plug makes them: 96 are told, then no more until there was a pause of 30 s. */
+/* 200 edges without a step, as a loose plug makes them: 96 are told, then no more until there was a
+ * pause of 30 s. */
 static void interference_does_not_fill_the_links(void **state)
 {
     (void)state;
@@ -153,7 +158,8 @@ static void interference_does_not_fill_the_links(void **state)
     }
     assert_int_equal(landing.edges, 2 * LANDING_EDGES);
     assert_int_equal(landing.state, LANDING_ARMED);
-    for (unsigned position = 1; position < 4; position++) { /* 20 ft/s: what comes then is a landing */
+    for (unsigned position = 1; position < 4; position++) {
+        /* 20 ft/s: what comes then is a landing */
         open_switch(&index, position);
         wait(&index, 0.25);
     }
@@ -163,7 +169,8 @@ static void interference_does_not_fill_the_links(void **state)
     assert_int_equal(landing.edges, UINT8_MAX);
 }
 
-/* 40 edges in one block, more than wait: 32 are answered, the rest are not taken, and nothing was a landing. */
+/* 40 edges in one block, more than wait: 32 are answered, the rest are not taken, and nothing was a
+ * landing. */
 static void a_burst_beyond_what_waits_is_cut(void **state)
 {
     (void)state;
@@ -186,7 +193,8 @@ static void a_burst_beyond_what_waits_is_cut(void **state)
     assert_int_equal(landing.passage.state, MR_PASSAGE_NONE);
 }
 
-/* Armed, the model is pushed to and fro over the same switches, which stay open: that opened twice is no news then. */
+/* Armed, the model is pushed to and fro over the same switches, which stay open: that opened twice
+ * is no news then. */
 static void pushing_to_and_fro_is_followed(void **state)
 {
     (void)state;
@@ -200,7 +208,7 @@ static void pushing_to_and_fro_is_followed(void **state)
     for (unsigned n = 0; n < 3; n++) {
         for (unsigned position = 8; position > 4; position--) {
             open_switch(&index, position);
-            wait(&index, 5.0); /* 1 ft/s backward */
+            wait(&index, 5.0);               /* 1 ft/s backward */
             open_codes -= step_of(position); /* closed behind it by hand */
             wait(&index, 0.1);
         }
@@ -208,11 +216,13 @@ static void pushing_to_and_fro_is_followed(void **state)
     }
     assert_int_equal(pushed_told, 1);
     assert_int_equal(landing.passage.pushbacks, 1);
-    assert_int_equal(landing.passage.pushed_position, 5); /* of the last time round: each was seen again */
+    /* of the last time round: each was seen again */
+    assert_int_equal(landing.passage.pushed_position, 5);
     assert_int_equal(landing_states, 0);
 }
 
-/* A switch that closes by itself makes a step down: told as 0 codes, for the message has no negative ones, and named by none. */
+/* A switch that closes by itself makes a step down: told as 0 codes, for the message has no
+ * negative ones, and named by none. */
 static void a_closing_switch_has_no_name(void **state)
 {
     (void)state;
@@ -234,9 +244,9 @@ static void a_closing_switch_has_no_name(void **state)
     assert_int_equal(landing.event[0].reason, MR_SWITCH_OTHER_STEP);
 }
 
-
-/* The same edges, a block at a time in turn, to two rigs: switches 5 ft apart, and 10 ft apart with their wheel 2 ft ahead. The second
- * landing is twice as fast, and its wheel where its own switches are. */
+/* The same edges, a block at a time in turn, to two rigs: switches 5 ft apart, and 10 ft apart with
+ * their wheel 2 ft ahead. The second landing is twice as fast, and its wheel where its own switches
+ * are. */
 static void two_rigs_do_not_know_of_each_other(void **state)
 {
     (void)state;
@@ -287,7 +297,8 @@ static void a_switch_that_is_not_fitted_is_not_missing(void **state)
             for (unsigned n = 0; n < 180; n++) {
                 next_block(index++, NULL, 0);
                 for (unsigned i = 0; i < landing.news.events; i++)
-                    missing += landing.event[i].reason == MR_SWITCH_MISSING && landing.event[i].position == 4;
+                    missing += landing.event[i].reason == MR_SWITCH_MISSING &&
+                               landing.event[i].position == 4;
             }
         }
         rig = kept;

@@ -1,5 +1,5 @@
-/* What the predictor is given: the wheel carried on from the last gate, readings less their zero; and that zero. Expected values from
- * v^2 = v0^2 - 2 a x and means by hand. */
+/* What the predictor is given: the wheel carried on from the last gate, readings less their zero;
+ * and that zero. Expected values from v^2 = v0^2 - 2 a x and means by hand. */
 #include "common/onboard/predict_feed.h"
 
 #include <math.h>
@@ -26,11 +26,14 @@ static struct landing rolling(void)
     return landing;
 }
 
-static struct mr_predictor_input feed(const struct landing *landing, float touchdown_ft, double after_s)
+static struct mr_predictor_input feed(const struct landing *landing, float touchdown_ft,
+                                      double after_s)
 {
     struct predict_motion motion = {0};
     struct mr_predictor_input input;
-    struct predict_block block = {.tick = 1000u + (uint32_t)(after_s * TICKS_PER_S), .displacement_in = readings_in, .baseline_in = zero_in};
+    struct predict_block block = {.tick = 1000u + (uint32_t)(after_s * TICKS_PER_S),
+                                  .displacement_in = readings_in,
+                                  .baseline_in = zero_in};
     predict_feed(&motion, landing, touchdown_ft, &block, &input);
     return input;
 }
@@ -44,7 +47,7 @@ static void the_wheel_is_carried_on(void **state)
     assert_near(input.speed_ft_s, 14.0, 1e-4);
     assert_near(input.deceleration_ft_s2, 4.0, 0.0);
     assert_true(input.on_runway);
-    assert_true(input.braking_known); /* three gates beyond touchdown */
+    assert_true(input.braking_known);  /* three gates beyond touchdown */
     input = feed(&landing, 3.0f, 9.0); /* it stopped after 5 s, 50 ft on */
     assert_near(input.wheel_ft, 60.0, 1e-4);
     assert_near(input.speed_ft_s, 0.0, 0.0);
@@ -99,7 +102,7 @@ static void a_zero_is_the_mean_of_a_full_quiet_group(void **state)
         in[0] = n % 2 ? 0.75f : 0.25f;
         baseline_follow(&baseline, in, true, 0);
     }
-    assert_true(isnan(baseline.in[0])); /* one block short */
+    assert_true(isnan(baseline.in[0]));       /* one block short */
     baseline_follow(&baseline, in, false, 0); /* something rolls: the group is void */
     for (unsigned n = 0; n < BASELINE_BLOCKS; n++) {
         in[0] = n % 2 ? 0.75f : 0.25f;
@@ -109,7 +112,8 @@ static void a_zero_is_the_mean_of_a_full_quiet_group(void **state)
     assert_near(baseline.in[0], 0.5, 1e-6);
     for (unsigned n = 0; n < BASELINE_BLOCKS; n++) {
         in[0] = in[1] = 3.0f;
-        baseline_follow(&baseline, in, true, 1u << 1); /* transducer 2 has moved: it keeps what it has */
+        /* transducer 2 has moved: it keeps what it has */
+        baseline_follow(&baseline, in, true, 1u << 1);
     }
     assert_near(baseline.in[0], 3.0, 1e-6);
     assert_near(baseline.in[1], 2.0, 1e-6);

@@ -1,4 +1,5 @@
-/* Instructions of the ARMv7E-M core: results and flags (ARM A7.7). Flags are bits 31 to 27 of APSR: N Z C V Q; 19 to 16: GE. */
+/* Instructions of the ARMv7E-M core: results and flags (ARM A7.7). Flags are bits 31 to 27 of APSR:
+ * N Z C V Q; 19 to 16: GE. */
 #include "bench.h"
 
 #define N 0x80000000u
@@ -7,7 +8,8 @@
 #define V 0x10000000u
 #define Q 0x08000000u
 
-static void both(const char *name, uint32_t result, uint32_t flags, uint32_t want_result, uint32_t want_flags)
+static void both(const char *name, uint32_t result, uint32_t flags, uint32_t want_result,
+                 uint32_t want_flags)
 {
     put_text(name);
     expect("", result, want_result);
@@ -16,36 +18,42 @@ static void both(const char *name, uint32_t result, uint32_t flags, uint32_t wan
 }
 
 /* `instruction rd, a, b` with the flags set before it. */
-#define T2(name, instruction, a, b, before, want, want_flags)                                                        \
-    do {                                                                                                             \
-        uint32_t r_, f_;                                                                                             \
-        __asm__ volatile("msr apsr_nzcvqg, %4\n\t" instruction " %0, %2, %3\n\tmrs %1, apsr"                         \
-                         : "=&l"(r_), "=&r"(f_) : "l"(a), "l"(b), "r"(before) : "cc");                               \
-        both(name, r_, f_, want, want_flags);                                                                        \
+#define T2(name, instruction, a, b, before, want, want_flags)                                \
+    do {                                                                                     \
+        uint32_t r_, f_;                                                                     \
+        __asm__ volatile("msr apsr_nzcvqg, %4\n\t" instruction " %0, %2, %3\n\tmrs %1, apsr" \
+                         : "=&l"(r_), "=&r"(f_)                                              \
+                         : "l"(a), "l"(b), "r"(before)                                       \
+                         : "cc");                                                            \
+        both(name, r_, f_, want, want_flags);                                                \
     } while (0)
 /* `instruction rd, a` and what follows the operands */
-#define T1(name, instruction, tail, a, before, want, want_flags)                                                     \
-    do {                                                                                                             \
-        uint32_t r_, f_;                                                                                             \
-        __asm__ volatile("msr apsr_nzcvqg, %3\n\t" instruction " %0, %2" tail "\n\tmrs %1, apsr"                     \
-                         : "=&r"(r_), "=&r"(f_) : "r"(a), "r"(before) : "cc");                                       \
-        both(name, r_, f_, want, want_flags);                                                                        \
+#define T1(name, instruction, tail, a, before, want, want_flags)                                 \
+    do {                                                                                         \
+        uint32_t r_, f_;                                                                         \
+        __asm__ volatile("msr apsr_nzcvqg, %3\n\t" instruction " %0, %2" tail "\n\tmrs %1, apsr" \
+                         : "=&r"(r_), "=&r"(f_)                                                  \
+                         : "r"(a), "r"(before)                                                   \
+                         : "cc");                                                                \
+        both(name, r_, f_, want, want_flags);                                                    \
     } while (0)
 /* `instruction rd, a, b, c` */
-#define T3(name, instruction, a, b, c, want, want_flags)                                                             \
-    do {                                                                                                             \
-        uint32_t r_, f_;                                                                                             \
-        __asm__ volatile("msr apsr_nzcvqg, %5\n\t" instruction " %0, %2, %3, %4\n\tmrs %1, apsr"                     \
-                         : "=&r"(r_), "=&r"(f_) : "r"(a), "r"(b), "r"(c), "r"(0) : "cc");                            \
-        both(name, r_, f_, want, want_flags);                                                                        \
+#define T3(name, instruction, a, b, c, want, want_flags)                                         \
+    do {                                                                                         \
+        uint32_t r_, f_;                                                                         \
+        __asm__ volatile("msr apsr_nzcvqg, %5\n\t" instruction " %0, %2, %3, %4\n\tmrs %1, apsr" \
+                         : "=&r"(r_), "=&r"(f_)                                                  \
+                         : "r"(a), "r"(b), "r"(c), "r"(0)                                        \
+                         : "cc");                                                                \
+        both(name, r_, f_, want, want_flags);                                                    \
     } while (0)
 /* `instruction lo, hi, a, b` */
-#define TL(name, instruction, a, b, low, high, want_low, want_high)                                                  \
-    do {                                                                                                             \
-        uint32_t l_ = low, h_ = high;                                                                                \
-        __asm__ volatile(instruction " %0, %1, %2, %3" : "+&r"(l_), "+&r"(h_) : "r"(a), "r"(b));                      \
-        expect(name ".low", l_, want_low);                                                                           \
-        expect(name ".high", h_, want_high);                                                                         \
+#define TL(name, instruction, a, b, low, high, want_low, want_high)                              \
+    do {                                                                                         \
+        uint32_t l_ = low, h_ = high;                                                            \
+        __asm__ volatile(instruction " %0, %1, %2, %3" : "+&r"(l_), "+&r"(h_) : "r"(a), "r"(b)); \
+        expect(name ".low", l_, want_low);                                                       \
+        expect(name ".high", h_, want_high);                                                     \
     } while (0)
 
 static void arithmetic(void)
@@ -192,17 +200,21 @@ static void multiplication(void)
     T3("smlawb", "smlawb", 0x00020000, 3, 1, 7, 0);
 }
 
-/* For each condition, the 16 combinations of N Z C V for which it passes (ARM table A7-1); bit index: NZCV as a number. */
-#define CONDITION(name, condition, inverse, want)                                                                    \
-    do {                                                                                                             \
-        uint32_t passes_ = 0;                                                                                        \
-        for (uint32_t nzcv = 0; nzcv < 16; nzcv++) {                                                                 \
-            uint32_t yes_;                                                                                           \
-            __asm__ volatile("msr apsr_nzcvq, %1\n\tite " condition "\n\tmov" condition " %0, #1\n\tmov" inverse     \
-                             " %0, #0" : "=&r"(yes_) : "r"(nzcv << 28) : "cc");                                      \
-            passes_ |= yes_ << nzcv;                                                                                 \
-        }                                                                                                            \
-        expect("condition_" name, passes_, want);                                                                    \
+/* For each condition, the 16 combinations of N Z C V for which it passes (ARM table A7-1); bit
+ * index: NZCV as a number. */
+#define CONDITION(name, condition, inverse, want)                                       \
+    do {                                                                                \
+        uint32_t passes_ = 0;                                                           \
+        for (uint32_t nzcv = 0; nzcv < 16; nzcv++) {                                    \
+            uint32_t yes_;                                                              \
+            __asm__ volatile("msr apsr_nzcvq, %1\n\tite " condition "\n\tmov" condition \
+                             " %0, #1\n\tmov" inverse " %0, #0"                         \
+                             : "=&r"(yes_)                                              \
+                             : "r"(nzcv << 28)                                          \
+                             : "cc");                                                   \
+            passes_ |= yes_ << nzcv;                                                    \
+        }                                                                               \
+        expect("condition_" name, passes_, want);                                       \
     } while (0)
 
 static void conditions(void)
@@ -222,15 +234,19 @@ static void conditions(void)
     CONDITION("lt", "lt", "ge", 0x55aa);
     CONDITION("gt", "gt", "le", 0x0a05);
     CONDITION("le", "le", "gt", 0xf5fa);
-    /* A 16-bit ADD inside an IT block leaves the flags alone (ARM A7.7.4), so all four of ITTTE see Z. */
-    __asm__ volatile("movs %0, #0\n\tmovs %1, #0\n\tittte eq\n\taddeq %0, %0, #1\n\taddeq %0, %0, #2\n\taddeq %0, %0, #4\n\tmovne %1, #9"
-                     : "=&l"(r), "=&l"(s) :: "cc");
+    /* A 16-bit ADD inside an IT block leaves the flags alone (ARM A7.7.4), so all four of ITTTE see
+     * Z. */
+    __asm__ volatile("movs %0, #0\n\tmovs %1, #0\n\tittte eq\n\taddeq %0, %0, #1\n\taddeq %0, %0, "
+                     "#2\n\taddeq %0, %0, #4\n\tmovne %1, #9"
+                     : "=&l"(r), "=&l"(s)::"cc");
     expect("it_three_then", r, 7);
     expect("it_else_not_taken", s, 0);
     /* A compare inside changes what the next instruction of the block sees. */
-    __asm__ volatile("movs %0, #0\n\titte eq\n\taddeq %0, %0, #1\n\tcmpeq %0, #5\n\tmovne %0, #3" : "=&l"(r) :: "cc");
+    __asm__ volatile("movs %0, #0\n\titte eq\n\taddeq %0, %0, #1\n\tcmpeq %0, #5\n\tmovne %0, #3"
+                     : "=&l"(r)::"cc");
     expect("it_compare_inside", r, 3);
-    __asm__ volatile("movs %0, #0\n\tcbz %0, 1f\n\tmovs %0, #1\n1:\tadd %0, %0, #4" : "=&l"(r) :: "cc");
+    __asm__ volatile("movs %0, #0\n\tcbz %0, 1f\n\tmovs %0, #1\n1:\tadd %0, %0, #4"
+                     : "=&l"(r)::"cc");
     expect("cbz", r, 4);
 }
 
@@ -250,29 +266,34 @@ static void memory(void)
     expect("ldr_unaligned_3", r, 0x66554433);
     __asm__ volatile("ldrsh %0, [%1, #7]" : "=r"(r) : "r"(at) : "memory");
     expect("ldrsh_unaligned", r, 0xffff8877);
-    __asm__ volatile("str %0, [%1, #2]" :: "r"(0xdeadbeef), "r"(at) : "memory");
+    __asm__ volatile("str %0, [%1, #2]" ::"r"(0xdeadbeef), "r"(at) : "memory");
     expect("str_unaligned_low", words[0], 0xbeef1100);
     expect("str_unaligned_high", words[1], 0x7766dead);
     __asm__ volatile("ldrd %0, %1, [%2, #4]" : "=r"(r), "=r"(s) : "r"(at) : "memory");
     expect("ldrd_low", r, 0x7766dead);
     expect("ldrd_high", s, 0xbbaa9988);
-    __asm__ volatile("ldr %0, [%1], #4" : "=r"(r), "+r"(at) :: "memory");
+    __asm__ volatile("ldr %0, [%1], #4" : "=r"(r), "+r"(at)::"memory");
     expect("post_index_value", r, 0xbeef1100);
     expect("post_index_base", (uint32_t)(at - cells), 1);
-    __asm__ volatile("ldrsb %0, [%1, #-3]!" : "=r"(r), "+r"(at) :: "memory");
+    __asm__ volatile("ldrsb %0, [%1, #-3]!" : "=r"(r), "+r"(at)::"memory");
     expect("pre_index_value", r, 0x00000011);
     expect("pre_index_base", (uint32_t)((uintptr_t)at - (uintptr_t)cells), 1);
     at = cells;
-    __asm__ volatile("mov r4, #4\n\tmov r5, #5\n\tmov r6, #6\n\tstmia %0!, {r4-r6}\n\tldmdb %0!, {r4, r6}\n\tmov %1, r4\n\tmov %2, r6"
-                     : "+r"(at), "=&r"(r), "=&r"(s) :: "r4", "r5", "r6", "memory");
+    __asm__ volatile("mov r4, #4\n\tmov r5, #5\n\tmov r6, #6\n\tstmia %0!, {r4-r6}\n\tldmdb %0!, "
+                     "{r4, r6}\n\tmov %1, r4\n\tmov %2, r6"
+                     : "+r"(at), "=&r"(r), "=&r"(s)::"r4", "r5", "r6", "memory");
     expect("ldmdb_first", r, 5);
     expect("ldmdb_second", s, 6);
     expect("ldmdb_base", (uint32_t)(at - cells), 1);
-    __asm__ volatile("mov r4, #11\n\tmov r5, #22\n\tpush {r4, r5}\n\tldr %0, [sp]\n\tldr %1, [sp, #4]\n\tadd sp, #8" : "=&r"(r), "=&r"(s) :: "r4", "r5", "memory");
+    __asm__ volatile("mov r4, #11\n\tmov r5, #22\n\tpush {r4, r5}\n\tldr %0, [sp]\n\tldr %1, [sp, "
+                     "#4]\n\tadd sp, #8"
+                     : "=&r"(r), "=&r"(s)::"r4", "r5", "memory");
     expect("push_lowest_first", r, 11);
     expect("push_then", s, 22);
     /* A table branch: the halfword at index 1 leads to the second place. */
-    __asm__ volatile("mov %0, #1\n\ttbb [pc, %0]\n1:\t.byte (2f-1b)/2, (3f-1b)/2\n2:\tmov %0, #20\n\tb 4f\n3:\tmov %0, #30\n4:" : "=&r"(t));
+    __asm__ volatile("mov %0, #1\n\ttbb [pc, %0]\n1:\t.byte (2f-1b)/2, (3f-1b)/2\n2:\tmov %0, "
+                     "#20\n\tb 4f\n3:\tmov %0, #30\n4:"
+                     : "=&r"(t));
     expect("tbb", t, 30);
     /* Exclusives (ARM A3.4): a store without a reservation fails, with one it works once. */
     words[0] = 5;
@@ -280,21 +301,31 @@ static void memory(void)
     expect("strex_without", r, 1);
     expect("strex_without_memory", words[0], 5);
     __asm__ volatile("ldrex %0, [%3]\n\tadd %0, #1\n\tstrex %1, %0, [%3]\n\tstrex %2, %0, [%3]"
-                     : "=&r"(r), "=&r"(s), "=&r"(t) : "r"(cells) : "memory");
+                     : "=&r"(r), "=&r"(s), "=&r"(t)
+                     : "r"(cells)
+                     : "memory");
     expect("ldrex", r, 6);
     expect("strex", s, 0);
     expect("strex_again", t, 1);
     expect("strex_memory", words[0], 6);
-    __asm__ volatile("ldrex %0, [%2]\n\tclrex\n\tstrex %1, %0, [%2]" : "=&r"(r), "=&r"(s) : "r"(cells) : "memory");
+    __asm__ volatile("ldrex %0, [%2]\n\tclrex\n\tstrex %1, %0, [%2]"
+                     : "=&r"(r), "=&r"(s)
+                     : "r"(cells)
+                     : "memory");
     expect("strex_after_clrex", s, 1);
-    __asm__ volatile("ldrexb %0, [%2]\n\tstrexb %1, %0, [%2]" : "=&r"(r), "=&r"(s) : "r"(cells) : "memory");
+    __asm__ volatile("ldrexb %0, [%2]\n\tstrexb %1, %0, [%2]"
+                     : "=&r"(r), "=&r"(s)
+                     : "r"(cells)
+                     : "memory");
     expect("strexb", s, 0);
     /* Bit-band alias of SRAM (PM0214 2.2.5): byte b, bit n is at 0x22000000 + 32 b + 4 n. */
     words[0] = 0;
     WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 9u) = 1;
     expect("bit_band_write", words[0], 1u << 9);
-    expect("bit_band_read_1", WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 9u), 1);
-    expect("bit_band_read_0", WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 8u), 0);
+    expect("bit_band_read_1", WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 9u),
+           1);
+    expect("bit_band_read_0", WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 8u),
+           0);
 }
 
 static void special_registers(void)
@@ -304,7 +335,9 @@ static void special_registers(void)
     expect("primask_one_bit", r, 1);
     __asm__ volatile("msr basepri, %1\n\tmrs %0, basepri" : "=r"(r) : "r"(0xff));
     expect("basepri_upper_four_bits", r, 0xf0); /* PM0214 2.1.3: bits 7:4 */
-    __asm__ volatile("msr basepri, %1\n\tmsr basepri_max, %2\n\tmrs %0, basepri" : "=r"(r) : "r"(0x80), "r"(0x40));
+    __asm__ volatile("msr basepri, %1\n\tmsr basepri_max, %2\n\tmrs %0, basepri"
+                     : "=r"(r)
+                     : "r"(0x80), "r"(0x40));
     expect("basepri_max_raises", r, 0x40);
     __asm__ volatile("msr basepri_max, %1\n\tmrs %0, basepri" : "=r"(r) : "r"(0xc0));
     expect("basepri_max_never_lowers", r, 0x40);

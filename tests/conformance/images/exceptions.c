@@ -10,9 +10,11 @@ static void supervisor_call(void)
     uint32_t sp, r0, r12, after_flags;
     on(11, keeper);
     forget();
-    __asm__ volatile("mov %0, sp\n\tmov r0, #10\n\tmov r1, #11\n\tmov r2, #12\n\tmov r3, #13\n\tmov r12, #112\n\tmov lr, #99\n\t"
+    __asm__ volatile("mov %0, sp\n\tmov r0, #10\n\tmov r1, #11\n\tmov r2, #12\n\tmov r3, "
+                     "#13\n\tmov r12, #112\n\tmov lr, #99\n\t"
                      "msr apsr_nzcvq, %4\n\tsvc #7\n\tmrs %3, apsr\n\tmov %1, r0\n\tmov %2, r12"
-                     : "=&r"(sp), "=&r"(r0), "=&r"(r12), "=&r"(after_flags) : "r"(0xa8000000u)
+                     : "=&r"(sp), "=&r"(r0), "=&r"(r12), "=&r"(after_flags)
+                     : "r"(0xa8000000u)
                      : "r0", "r1", "r2", "r3", "r12", "lr", "memory", "cc");
     expect("svc_ipsr", ipsr_seen, 11);
     expect("svc_exc_return", exc_return, 0xfffffff9u);
@@ -24,7 +26,8 @@ static void supervisor_call(void)
     expect("svc_frame_r3", frame[3], 13);
     expect("svc_frame_r12", frame[4], 112);
     expect("svc_frame_lr", frame[5], 99);
-    expect("svc_instruction_before_pc", HALF(frame[6] - 2), 0xdf07u); /* the stacked PC is that of the next instruction */
+    /* the stacked PC is that of the next instruction */
+    expect("svc_instruction_before_pc", HALF(frame[6] - 2), 0xdf07u);
     expect("svc_frame_flags_and_t", frame[7] & 0xff000000u, 0xa9000000u);
     expect("svc_frame_exception", frame[7] & 0x1ffu, 0);
     expect("svc_frame_aligned", frame_at & 7u, 0);
@@ -40,8 +43,9 @@ static void alignment(void)
 {
     uint32_t before, after;
     forget();
-    __asm__ volatile("mov r4, sp\n\tbic r5, r4, #7\n\tsub r5, #4\n\tmov sp, r5\n\tsvc #0\n\tmov %1, sp\n\tmov sp, r4\n\tmov %0, r5"
-                     : "=&r"(before), "=&r"(after) :: "r4", "r5", "memory");
+    __asm__ volatile("mov r4, sp\n\tbic r5, r4, #7\n\tsub r5, #4\n\tmov sp, r5\n\tsvc #0\n\tmov "
+                     "%1, sp\n\tmov sp, r4\n\tmov %0, r5"
+                     : "=&r"(before), "=&r"(after)::"r4", "r5", "memory");
     expect("unaligned_sp_bit9", frame[7] >> 9 & 1u, 1);
     expect("unaligned_sp_frame", before - frame_at, 0x24);
     expect("unaligned_sp_restored", after - before, 0);
@@ -52,8 +56,12 @@ static void process_stack_used(void)
     uint32_t control, psp;
     uint32_t top = (uint32_t)(uintptr_t)&process_stack[60];
     forget();
-    __asm__ volatile("msr psp, %2\n\tmov r4, #2\n\tmsr control, r4\n\tisb\n\tsvc #1\n\tmrs %0, control\n\tmrs %1, psp\n\tmov r4, #0\n\t"
-                     "msr control, r4\n\tisb" : "=&r"(control), "=&r"(psp) : "r"(top) : "r4", "memory");
+    __asm__ volatile("msr psp, %2\n\tmov r4, #2\n\tmsr control, r4\n\tisb\n\tsvc #1\n\tmrs %0, "
+                     "control\n\tmrs %1, psp\n\tmov r4, #0\n\t"
+                     "msr control, r4\n\tisb"
+                     : "=&r"(control), "=&r"(psp)
+                     : "r"(top)
+                     : "r4", "memory");
     expect("psp_exc_return", exc_return, 0xfffffffdu);
     expect("psp_frame", top - frame_at, 0x20);
     expect("psp_control_in_handler", control_seen & 3u, 0);
@@ -75,7 +83,8 @@ static void frame_changed(void)
 {
     uint32_t r0, flags;
     on(11, changer);
-    __asm__ volatile("mov r0, #1\n\tsvc #0\n\tmovs r0, #2\n\tmrs %1, apsr\n\tmov %0, r0" : "=&r"(r0), "=&r"(flags) :: "r0", "cc", "memory");
+    __asm__ volatile("mov r0, #1\n\tsvc #0\n\tmovs r0, #2\n\tmrs %1, apsr\n\tmov %0, r0"
+                     : "=&r"(r0), "=&r"(flags)::"r0", "cc", "memory");
     expect("changed_r0_and_pc", r0, 0x1234);
     expect("changed_flags", flags, 0x58000000u);
     on(11, keeper);
@@ -86,7 +95,10 @@ static void reservation(void)
 {
     static uint32_t cell;
     uint32_t failed;
-    __asm__ volatile("ldrex r4, [%1]\n\tsvc #0\n\tstrex %0, r4, [%1]" : "=&r"(failed) : "r"(&cell) : "r4", "memory");
+    __asm__ volatile("ldrex r4, [%1]\n\tsvc #0\n\tstrex %0, r4, [%1]"
+                     : "=&r"(failed)
+                     : "r"(&cell)
+                     : "r4", "memory");
     expect("strex_after_exception", failed, 1);
 }
 
@@ -236,16 +248,16 @@ static void masks(void)
     IPR(6) = 0x60;
     IPR(9) = 0x50;
     forget();
-    __asm__ volatile("msr basepri, %0\n\tisb" :: "r"(0x60));
+    __asm__ volatile("msr basepri, %0\n\tisb" ::"r"(0x60));
     ISPR(6) = BIT(6);
     isb();
     expect("basepri_masks_equal", sequence, 0);
     ISPR(9) = BIT(9);
     isb();
     expect("basepri_passes_more_urgent", sequence, 9);
-    __asm__ volatile("msr basepri, %0\n\tisb" :: "r"(0x70));
+    __asm__ volatile("msr basepri, %0\n\tisb" ::"r"(0x70));
     expect("basepri_lowered", sequence, 0x96);
-    __asm__ volatile("msr basepri, %0\n\tisb" :: "r"(0));
+    __asm__ volatile("msr basepri, %0\n\tisb" ::"r"(0));
     forget();
     __asm__ volatile("cpsid f");
     ISPR(6) = BIT(6);
@@ -253,7 +265,8 @@ static void masks(void)
     expect("faultmask_masks", sequence, 0);
     __asm__ volatile("cpsie f\n\tisb");
     expect("faultmask_released", sequence, 6);
-    /* WFI wakes on what PRIMASK holds back; the interrupt runs when PRIMASK is cleared (ARM B1.5.19). */
+    /* WFI wakes on what PRIMASK holds back; the interrupt runs when PRIMASK is cleared (ARM
+     * B1.5.19). */
     forget();
     __asm__ volatile("cpsid i");
     ISPR(6) = BIT(6);

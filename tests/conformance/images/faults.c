@@ -1,4 +1,5 @@
-/* Usage faults and their escalation (ARM B1.5.7, B1.5.14): status, stacked PC, return behind the culprit. */
+/* Usage faults and their escalation (ARM B1.5.7, B1.5.14): status, stacked PC, return behind the
+ * culprit. */
 #include "frames.h"
 
 static void usage_faults(void)
@@ -27,8 +28,10 @@ static void escalation(void)
     CCR &= ~(1u << 4);
     SHCSR = 1u << 18;
     isb();
-    FAULT("undefined_masked", "cpsid i", 0, UNDEFINED_WIDE "\n\tcpsie i", 4, 3, 0x00010000u, 0x40000000u);
-    /* The manual does not say plainly whether the stacked PC is the SVC's or the next one: no-operations serve both. */
+    FAULT("undefined_masked", "cpsid i", 0, UNDEFINED_WIDE "\n\tcpsie i", 4, 3, 0x00010000u,
+          0x40000000u);
+    /* The manual does not say plainly whether the stacked PC is the SVC's or the next one:
+     * no-operations serve both. */
     forget();
     skip = 2;
     __asm__ volatile("cpsid i\n\tsvc #0\n\tnop\n\tnop\n\tnop\n\tcpsie i" ::: "memory");
@@ -44,7 +47,8 @@ static void arm_state(void)
     /* A branch to an even address: the fault is at the target, with T clear (ARM B1.5.14). */
     forget();
     repair = 1;
-    __asm__ volatile("blx %0" :: "r"((uintptr_t)isb & ~1u) : "r0", "r1", "r2", "r3", "r12", "lr", "memory", "cc");
+    __asm__ volatile("blx %0" ::"r"((uintptr_t)isb & ~1u)
+                     : "r0", "r1", "r2", "r3", "r12", "lr", "memory", "cc");
     expect("arm_state_exception", ipsr_seen, 6);
     expect("arm_state_cfsr", cfsr_seen, 0x00020000u);
     expect("arm_state_pc", frame[6] - ((uintptr_t)isb & ~1u), 0);

@@ -1,32 +1,34 @@
-/* The single-precision unit (ARM A2.5, A7.7): results and the exception flags of FPSCR, by IEEE 754 and ARM's choices. Flags:
- * 1 invalid, 2 division by zero, 4 overflow, 8 underflow, 0x10 inexact, 0x80 input denormal. */
+/* The single-precision unit (ARM A2.5, A7.7): results and the exception flags of FPSCR, by IEEE 754
+ * and ARM's choices. Flags: 1 invalid, 2 division by zero, 4 overflow, 8 underflow, 0x10 inexact,
+ * 0x80 input denormal. */
 #include "bench.h"
 
-#define IOC 1u
-#define DZC 2u
-#define OFC 4u
-#define UFC 8u
-#define IXC 0x10u
-#define IDC 0x80u
-#define FZ (1u << 24)
-#define DN (1u << 25)
-#define AHP (1u << 26)
+#define IOC        1u
+#define DZC        2u
+#define OFC        4u
+#define UFC        8u
+#define IXC        0x10u
+#define IDC        0x80u
+#define FZ         (1u << 24)
+#define DN         (1u << 25)
+#define AHP        (1u << 26)
 #define TO_NEAREST (0u << 22)
-#define UP (1u << 22)
-#define DOWN (2u << 22)
-#define TO_ZERO (3u << 22)
-#define FLAGS 0xf000009fu
+#define UP         (1u << 22)
+#define DOWN       (2u << 22)
+#define TO_ZERO    (3u << 22)
+#define FLAGS      0xf000009fu
 
-#define INF 0x7f800000u
-#define MINUS 0x80000000u
-#define ONE 0x3f800000u
-#define TWO 0x40000000u
-#define MAX 0x7f7fffffu
-#define TINY 0x00000001u /* least denormal */
+#define INF    0x7f800000u
+#define MINUS  0x80000000u
+#define ONE    0x3f800000u
+#define TWO    0x40000000u
+#define MAX    0x7f7fffffu
+#define TINY   0x00000001u /* least denormal */
 #define NORMAL 0x00800000u /* least normal */
-#define QUIET 0x7fc00000u /* ARM's default NaN */
+#define QUIET  0x7fc00000u /* ARM's default NaN */
 
-static void both(const char *name, uint32_t result, uint32_t fpscr, uint32_t want, uint32_t want_flags)
+static void both(const char *name, uint32_t result, uint32_t fpscr, uint32_t want,
+                 uint32_t want_flags)
 {
     put_text(name);
     expect("", result, want);
@@ -34,18 +36,22 @@ static void both(const char *name, uint32_t result, uint32_t fpscr, uint32_t wan
     expect(".flags", fpscr & FLAGS, want_flags);
 }
 
-#define OPERATE(instruction, a, b, c, mode, r, f)                                                                    \
-    __asm__ volatile("vmsr fpscr, %5\n\tvmov s0, %2\n\tvmov s1, %3\n\tvmov s2, %4\n\t" instruction                    \
-                     "\n\tvmov %0, s2\n\tvmrs %1, fpscr" : "=&r"(r), "=&r"(f)                                         \
-                     : "r"(a), "r"(b), "r"(c), "r"(mode) : "s0", "s1", "s2")
-#define FP3(name, instruction, a, b, c, mode, want, flags)                                                           \
-    do {                                                                                                             \
-        uint32_t r_, f_;                                                                                             \
-        OPERATE(instruction, a, b, c, mode, r_, f_);                                                                 \
-        both(name, r_, f_, want, flags);                                                                             \
+#define OPERATE(instruction, a, b, c, mode, r, f)                                                  \
+    __asm__ volatile("vmsr fpscr, %5\n\tvmov s0, %2\n\tvmov s1, %3\n\tvmov s2, %4\n\t" instruction \
+                     "\n\tvmov %0, s2\n\tvmrs %1, fpscr"                                           \
+                     : "=&r"(r), "=&r"(f)                                                          \
+                     : "r"(a), "r"(b), "r"(c), "r"(mode)                                           \
+                     : "s0", "s1", "s2")
+#define FP3(name, instruction, a, b, c, mode, want, flags) \
+    do {                                                   \
+        uint32_t r_, f_;                                   \
+        OPERATE(instruction, a, b, c, mode, r_, f_);       \
+        both(name, r_, f_, want, flags);                   \
     } while (0)
-#define FP2(name, instruction, a, b, mode, want, flags) FP3(name, instruction " s2, s0, s1", a, b, 0, mode, want, flags)
-#define FP1(name, instruction, a, mode, want, flags) FP3(name, instruction, a, 0, 0, mode, want, flags)
+#define FP2(name, instruction, a, b, mode, want, flags) \
+    FP3(name, instruction " s2, s0, s1", a, b, 0, mode, want, flags)
+#define FP1(name, instruction, a, mode, want, flags) \
+    FP3(name, instruction, a, 0, 0, mode, want, flags)
 
 static void addition(void)
 {
@@ -54,7 +60,8 @@ static void addition(void)
     FP2("add_overflow_to_zero", "vadd.f32", MAX, MAX, TO_ZERO, MAX, OFC | IXC);
     FP2("add_overflow_down", "vadd.f32", MAX, MAX, DOWN, MAX, OFC | IXC);
     FP2("add_overflow_up", "vadd.f32", MAX, MAX, UP, INF, OFC | IXC);
-    FP2("add_half_ulp_nearest", "vadd.f32", ONE, 0x33800000, 0, ONE, IXC); /* 1 + 2^-24: a tie, to even */
+    /* 1 + 2^-24: a tie, to even */
+    FP2("add_half_ulp_nearest", "vadd.f32", ONE, 0x33800000, 0, ONE, IXC);
     FP2("add_half_ulp_up", "vadd.f32", ONE, 0x33800000, UP, 0x3f800001, IXC);
     FP2("add_half_ulp_down", "vadd.f32", ONE, 0x33800000, DOWN, ONE, IXC);
     FP2("add_half_ulp_to_zero", "vadd.f32", ONE, 0x33800000, TO_ZERO, ONE, IXC);
@@ -126,20 +133,22 @@ static void fused(void)
     FP3("mls", "vmls.f32 s2, s0, s1", TWO, TWO, ONE, 0, 0xc0400000, 0);
     FP3("nmla", "vnmla.f32 s2, s0, s1", TWO, TWO, ONE, 0, 0xc0a00000, 0);
     FP3("nmls", "vnmls.f32 s2, s0, s1", TWO, TWO, ONE, 0, 0x40400000, 0);
-    FP3("fma_infinity_zero_nan", "vfma.f32 s2, s0, s1", INF, 0, 0x7fc12345, 0, QUIET, IOC); /* ARM A2.5.6: FPMulAdd */
+    /* ARM A2.5.6: FPMulAdd */
+    FP3("fma_infinity_zero_nan", "vfma.f32 s2, s0, s1", INF, 0, 0x7fc12345, 0, QUIET, IOC);
     FP3("fma_nan_addend", "vfma.f32 s2, s0, s1", ONE, ONE, 0x7fc12345, 0, 0x7fc12345, 0);
-    FP3("fma_addend_goes_first", "vfma.f32 s2, s0, s1", 0x7fc00001, 0x7fc00002, 0x7fc00003, 0, 0x7fc00003, 0);
+    FP3("fma_addend_goes_first", "vfma.f32 s2, s0, s1", 0x7fc00001, 0x7fc00002, 0x7fc00003, 0,
+        0x7fc00003, 0);
     FP3("fma_opposite_infinities", "vfma.f32 s2, s0, s1", INF, ONE, MINUS | INF, 0, QUIET, IOC);
     FP3("fma_minus_zero", "vfma.f32 s2, s0, s1", MINUS, ONE, MINUS, 0, MINUS, 0);
     FP3("fma_tiny", "vfma.f32 s2, s0, s1", TINY, 0x3f000000, NORMAL, 0, NORMAL, IXC);
 }
 
-#define COMPARE(name, instruction, a, b, want)                                                                       \
-    do {                                                                                                             \
-        uint32_t r_, f_;                                                                                             \
-        OPERATE(instruction " s0, s1", a, b, 0, 0, r_, f_);                                                          \
-        (void)r_;                                                                                                    \
-        expect(name, f_ & FLAGS, want);                                                                              \
+#define COMPARE(name, instruction, a, b, want)              \
+    do {                                                    \
+        uint32_t r_, f_;                                    \
+        OPERATE(instruction " s0, s1", a, b, 0, 0, r_, f_); \
+        (void)r_;                                           \
+        expect(name, f_ &FLAGS, want);                      \
     } while (0)
 
 static void comparison(void)
@@ -152,7 +161,10 @@ static void comparison(void)
     COMPARE("compare_quiet", "vcmp.f32", QUIET, ONE, 0x30000000);
     COMPARE("compare_signalling", "vcmp.f32", 0x7f800001, ONE, 0x30000000 | IOC);
     COMPARE("compare_e_quiet", "vcmpe.f32", QUIET, ONE, 0x30000000 | IOC);
-    __asm__ volatile("vmov s0, %1\n\tvcmp.f32 s0, #0.0\n\tvmrs apsr_nzcv, fpscr\n\tmrs %0, apsr" : "=r"(apsr) : "r"(MINUS | ONE) : "s0", "cc");
+    __asm__ volatile("vmov s0, %1\n\tvcmp.f32 s0, #0.0\n\tvmrs apsr_nzcv, fpscr\n\tmrs %0, apsr"
+                     : "=r"(apsr)
+                     : "r"(MINUS | ONE)
+                     : "s0", "cc");
     expect("compare_with_zero", apsr & 0xf0000000u, 0x80000000u);
 }
 
@@ -171,9 +183,12 @@ static void conversion(void)
     FP1("from_u32", "vcvt.f32.u32 s2, s0", 0xffffffff, 0, 0x4f800000, IXC);
     FP1("from_u32_to_zero", "vcvt.f32.u32 s2, s0", 0xffffffff, TO_ZERO, 0x4f7fffff, IXC);
     FP1("from_s32_least", "vcvt.f32.s32 s2, s0", 0x80000000, 0, 0xcf000000, 0);
-    FP3("to_fixed_16", "vmov.f32 s2, s0\n\tvcvt.s32.f32 s2, s2, #16", 0x3fc00000, 0, 0, 0, 0x00018000, 0);
-    FP3("from_fixed_16", "vmov.f32 s2, s0\n\tvcvt.f32.s32 s2, s2, #16", 0x00018000, 0, 0, 0, 0x3fc00000, 0);
-    FP3("to_fixed_saturates", "vmov.f32 s2, s0\n\tvcvt.u16.f32 s2, s2, #8", 0x43800000, 0, 0, 0, 0x0000ffff, IOC);
+    FP3("to_fixed_16", "vmov.f32 s2, s0\n\tvcvt.s32.f32 s2, s2, #16", 0x3fc00000, 0, 0, 0,
+        0x00018000, 0);
+    FP3("from_fixed_16", "vmov.f32 s2, s0\n\tvcvt.f32.s32 s2, s2, #16", 0x00018000, 0, 0, 0,
+        0x3fc00000, 0);
+    FP3("to_fixed_saturates", "vmov.f32 s2, s0\n\tvcvt.u16.f32 s2, s2, #8", 0x43800000, 0, 0, 0,
+        0x0000ffff, IOC);
     FP3("to_half", "vcvtb.f16.f32 s2, s0", ONE, 0, 0xffffffff, 0, 0xffff3c00, 0);
     FP3("to_half_top", "vcvtt.f16.f32 s2, s0", ONE, 0, 0xffffffff, 0, 0x3c00ffff, 0);
     FP3("to_half_overflow", "vcvtb.f16.f32 s2, s0", 0x47800000, 0, 0, 0, 0x7c00, OFC | IXC);
@@ -188,28 +203,33 @@ static void conversion(void)
 /* ---- everything against everything ---- */
 
 static const uint32_t values[] = {
-    0, MINUS, TINY, MINUS | TINY, 0x007fffff, NORMAL, MINUS | NORMAL, 0x00800001, 0x33800000, 0x3effffff, 0x3f7fffff, ONE,
-    MINUS | ONE, 0x3f800001, 0x3fc00000, 0x40490fdb, 0x4b000001, 0x5f000000, 0x7e800000, MAX, MINUS | MAX, INF, MINUS | INF,
-    QUIET, 0xffc54321, 0x7f812345,
+    0,          MINUS,       TINY,       MINUS | TINY, 0x007fffff, NORMAL,      MINUS | NORMAL,
+    0x00800001, 0x33800000,  0x3effffff, 0x3f7fffff,   ONE,        MINUS | ONE, 0x3f800001,
+    0x3fc00000, 0x40490fdb,  0x4b000001, 0x5f000000,   0x7e800000, MAX,         MINUS | MAX,
+    INF,        MINUS | INF, QUIET,      0xffc54321,   0x7f812345,
 };
 #define VALUES (sizeof values / sizeof values[0])
 
 /* Fowler, Noll and Vo's hash (FNV-1a), by words. */
-static uint32_t mixed(uint32_t hash, uint32_t word) { return (hash ^ word) * 16777619u; }
+static uint32_t mixed(uint32_t hash, uint32_t word)
+{
+    return (hash ^ word) * 16777619u;
+}
 
-#define SWEEP(name, instruction)                                                                                     \
-    for (uint32_t mode = 0; mode < 16; mode++) {                                                                     \
-        uint32_t hash = 2166136261u;                                                                                 \
-        for (unsigned i = 0; i < VALUES; i++) {                                                                      \
-            for (unsigned k = 0; k < VALUES; k++) {                                                                  \
-                uint32_t r, f;                                                                                       \
-                OPERATE(instruction, values[i], values[k], values[(i + k) % VALUES], mode << 22, r, f);              \
-                hash = mixed(mixed(hash, r), f);                                                                     \
-            }                                                                                                        \
-        }                                                                                                            \
-        put_text("sweep_" name "_mode");                                                                             \
-        put_char((char)(mode < 10 ? '0' + mode : 'a' + mode - 10));                                                  \
-        tell("", hash);                                                                                              \
+#define SWEEP(name, instruction)                                                                 \
+    for (uint32_t mode = 0; mode < 16; mode++) {                                                 \
+        uint32_t hash = 2166136261u;                                                             \
+        for (unsigned i = 0; i < VALUES; i++) {                                                  \
+            for (unsigned k = 0; k < VALUES; k++) {                                              \
+                uint32_t r, f;                                                                   \
+                OPERATE(instruction, values[i], values[k], values[(i + k) % VALUES], mode << 22, \
+                        r, f);                                                                   \
+                hash = mixed(mixed(hash, r), f);                                                 \
+            }                                                                                    \
+        }                                                                                        \
+        put_text("sweep_" name "_mode");                                                         \
+        put_char((char)(mode < 10 ? '0' + mode : 'a' + mode - 10));                              \
+        tell("", hash);                                                                          \
     }
 
 static void sweeps(void)
@@ -240,7 +260,8 @@ int main(void)
     expect("fpscr_writable_bits", r, 0xf7c0009fu); /* ARM B1.4.7 */
     __asm__ volatile("vmsr fpscr, %1\n\tvmrs %0, fpscr" : "=r"(r) : "r"(0));
     expect("fpscr_cleared", r, 0);
-    expect("mvfr0", WORD(0xe000ef40u), 0x10110021u); /* PM0214: single precision, with divide and square root */
+    /* PM0214: single precision, with divide and square root */
+    expect("mvfr0", WORD(0xe000ef40u), 0x10110021u);
     expect("mvfr1", WORD(0xe000ef44u), 0x11000011u);
     addition();
     nans();

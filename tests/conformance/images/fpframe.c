@@ -1,6 +1,6 @@
-/* The frame of the FPU: room made at entry, registers stored when a handler uses the FPU (ARM B1.5.7, B1.5.8). */
+/* The frame of the FPU: room made at entry, registers stored when a handler uses the FPU (ARM
+ * B1.5.7, B1.5.8). */
 #include "fpkeeper.h"
-
 
 static void floating_frame(void)
 {
@@ -15,9 +15,12 @@ static void floating_frame(void)
     __asm__ volatile("mrs %0, control" : "=r"(control));
     expect("fpca_before", control >> 2 & 1u, 0);
     forget();
-    __asm__ volatile("mov %0, sp\n\tvmov s0, %5\n\tvmov s15, %6\n\tvmsr fpscr, %7\n\tsvc #0\n\tvmov %1, s0\n\tvmov %2, s15\n\tvmrs %3, fpscr\n\t"
-                     "mrs %4, control" : "=&r"(sp), "=&r"(s0), "=&r"(s15), "=&r"(fpscr), "=&r"(control)
-                     : "r"(0x3f800000), "r"(0x40490fdb), "r"(0xa3c00010u) : "s0", "s15", "memory");
+    __asm__ volatile("mov %0, sp\n\tvmov s0, %5\n\tvmov s15, %6\n\tvmsr fpscr, %7\n\tsvc "
+                     "#0\n\tvmov %1, s0\n\tvmov %2, s15\n\tvmrs %3, fpscr\n\t"
+                     "mrs %4, control"
+                     : "=&r"(sp), "=&r"(s0), "=&r"(s15), "=&r"(fpscr), "=&r"(control)
+                     : "r"(0x3f800000), "r"(0x40490fdb), "r"(0xa3c00010u)
+                     : "s0", "s15", "memory");
     expect("fp_exc_return", exc_return, 0xffffffe9u);
     expect("fp_frame_size", (sp & ~7u) - frame_at, 0x68);
     expect("fp_fpca_in_handler", control_seen >> 2 & 1u, 0);
@@ -28,11 +31,14 @@ static void floating_frame(void)
     expect("fp_s15_after", s15, 0x40490fdbu);
     expect("fp_fpscr_after", fpscr, 0xa3c00010u);
     expect("fp_lspact_after", FPCCR & 1u, 0);
-    /* A handler that uses the FPU starts a context of its own, with FPDSCR's modes, and the old one comes back. */
+    /* A handler that uses the FPU starts a context of its own, with FPDSCR's modes, and the old one
+     * comes back. */
     on(11, fp_keeper);
     forget();
-    __asm__ volatile("vmov s0, %4\n\tvmov s15, %5\n\tvmsr fpscr, %6\n\tsvc #0\n\tvmov %0, s0\n\tvmov %1, s15\n\tvmrs %2, fpscr\n\tmrs %3, control"
-                     : "=&r"(s0), "=&r"(s15), "=&r"(fpscr), "=&r"(control) : "r"(0x3f800000), "r"(0x40490fdb), "r"(0x03c00000u)
+    __asm__ volatile("vmov s0, %4\n\tvmov s15, %5\n\tvmsr fpscr, %6\n\tsvc #0\n\tvmov %0, "
+                     "s0\n\tvmov %1, s15\n\tvmrs %2, fpscr\n\tmrs %3, control"
+                     : "=&r"(s0), "=&r"(s15), "=&r"(fpscr), "=&r"(control)
+                     : "r"(0x3f800000), "r"(0x40490fdb), "r"(0x03c00000u)
                      : "s0", "s15", "memory");
     expect("fp_used_s0_after", s0, 0x3f800000u);
     expect("fp_used_s15_after", s15, 0x40490fdbu);
@@ -45,7 +51,9 @@ static void floating_frame(void)
     on(11, keeper);
     /* Without a context there is no such frame. */
     forget();
-    __asm__ volatile("mrs r4, control\n\tbic r4, #4\n\tmsr control, r4\n\tisb\n\tmov %0, sp\n\tsvc #0" : "=&r"(sp) :: "r4", "memory");
+    __asm__ volatile(
+        "mrs r4, control\n\tbic r4, #4\n\tmsr control, r4\n\tisb\n\tmov %0, sp\n\tsvc #0"
+        : "=&r"(sp)::"r4", "memory");
     expect("fpca_cleared_exc_return", exc_return, 0xfffffff9u);
     expect("fpca_cleared_frame", (sp & ~7u) - frame_at, 0x20);
 }

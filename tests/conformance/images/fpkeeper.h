@@ -9,7 +9,8 @@ static volatile uint32_t stacked_s0, stacked_s15, stacked_fpscr;
 static __attribute__((used)) void keep_fp(uint32_t *at, uint32_t lr)
 {
     keep(at, lr);
-    __asm__ volatile("vmov s0, %0\n\tvmov s15, %0\n\tvmrs %1, fpscr" : "+r"(skip), "=r"(cfsr_seen)); /* a new context */
+    /* a new context */
+    __asm__ volatile("vmov s0, %0\n\tvmov s15, %0\n\tvmrs %1, fpscr" : "+r"(skip), "=r"(cfsr_seen));
     icsr_seen = FPCCR;
     stacked_s0 = at[8];
     stacked_s15 = at[23];

@@ -13,9 +13,12 @@ static void unprivileged(void)
     uint32_t primask, control;
     on(11, promoter);
     forget();
-    __asm__ volatile("msr basepri, %2\n\tmov r4, #1\n\tmsr control, r4\n\tisb\n\tcpsid i\n\tmsr basepri, r4\n\tmrs %0, primask\n\t"
+    __asm__ volatile("msr basepri, %2\n\tmov r4, #1\n\tmsr control, r4\n\tisb\n\tcpsid i\n\tmsr "
+                     "basepri, r4\n\tmrs %0, primask\n\t"
                      "mov r4, #0\n\tmsr control, r4\n\tisb\n\tmrs %1, control\n\tsvc #0"
-                     : "=&r"(primask), "=&r"(control) : "r"(0) : "r4", "memory");
+                     : "=&r"(primask), "=&r"(control)
+                     : "r"(0)
+                     : "r4", "memory");
     expect("unprivileged_control_stays", control & 3u, 1);
     expect("unprivileged_primask_reads_0", primask, 0);
     __asm__ volatile("mrs %0, control" : "=r"(control));
@@ -25,7 +28,8 @@ static void unprivileged(void)
     on(11, keeper);
 }
 
-/* The System Control Space is for privileged code (PM0214 4.1): a read without privilege is a bus fault. */
+/* The System Control Space is for privileged code (PM0214 4.1): a read without privilege is a bus
+ * fault. */
 static void control_space(void)
 {
     keep_faults();
@@ -34,7 +38,9 @@ static void control_space(void)
     isb();
     forget();
     skip = 4;
-    __asm__ volatile("mov r4, #1\n\tmsr control, r4\n\tisb\n\tldr.w r4, [%0]\n\tisb" :: "r"(0xe000ed00u) : "r4", "memory");
+    __asm__ volatile(
+        "mov r4, #1\n\tmsr control, r4\n\tisb\n\tldr.w r4, [%0]\n\tisb" ::"r"(0xe000ed00u)
+        : "r4", "memory");
     expect("control_space_exception", ipsr_seen, 5);
     expect("control_space_cfsr", cfsr_seen, 0x00008200u);
     skip = 0;

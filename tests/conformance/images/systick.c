@@ -1,20 +1,23 @@
-/* SysTick (PM0214 4.5): registers, counting, the flag that reading clears, the interrupt. No times are measured: waits are
- * bounded and only what happened counts. */
+/* SysTick (PM0214 4.5): registers, counting, the flag that reading clears, the interrupt. No times
+ * are measured: waits are bounded and only what happened counts. */
 #include "bench.h"
 
-#define CTRL WORD(0xe000e010u)
-#define LOAD WORD(0xe000e014u)
-#define VALUE WORD(0xe000e018u)
-#define CALIB WORD(0xe000e01cu)
-#define ENABLE 1u
-#define TICKINT 2u
+#define CTRL      WORD(0xe000e010u)
+#define LOAD      WORD(0xe000e014u)
+#define VALUE     WORD(0xe000e018u)
+#define CALIB     WORD(0xe000e01cu)
+#define ENABLE    1u
+#define TICKINT   2u
 #define CLKSOURCE 4u
 #define COUNTFLAG 0x10000u
-#define PATIENCE 5000000u
+#define PATIENCE  5000000u
 
 static volatile uint32_t ticks;
 
-static void tick(void) { ticks++; }
+static void tick(void)
+{
+    ticks++;
+}
 
 static uint32_t wait_for_flag(void)
 {

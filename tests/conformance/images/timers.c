@@ -1,21 +1,21 @@
-/* TIM2 (32 bits) and TIM4 (16 bits), RM0090 18.4: registers, counting, prescaler, update event and interrupt. No times are
- * measured: waits are bounded and only what happened counts. */
+/* TIM2 (32 bits) and TIM4 (16 bits), RM0090 18.4: registers, counting, prescaler, update event and
+ * interrupt. No times are measured: waits are bounded and only what happened counts. */
 #include "bench.h"
 
-#define TIM2 0x40000000u
-#define TIM4 0x40000800u
-#define CR1 0x00u
-#define CR2 0x04u
-#define DIER 0x0cu
-#define SR 0x10u
-#define EGR 0x14u
-#define CCMR1 0x18u
-#define CCER 0x20u
-#define CNT 0x24u
-#define PSC 0x28u
-#define ARR 0x2cu
-#define CCR1 0x34u
-#define PATIENCE 300000u
+#define TIM2      0x40000000u
+#define TIM4      0x40000800u
+#define CR1       0x00u
+#define CR2       0x04u
+#define DIER      0x0cu
+#define SR        0x10u
+#define EGR       0x14u
+#define CCMR1     0x18u
+#define CCER      0x20u
+#define CNT       0x24u
+#define PSC       0x28u
+#define ARR       0x2cu
+#define CCR1      0x34u
+#define PATIENCE  300000u
 #define R(offset) WORD(timer + (offset))
 
 static uint32_t timer;

@@ -1,8 +1,8 @@
 /* Bring the clock up with bounded waits; then either idle or be watched by the watchdog. */
 #include "tests/hil/images/image.h"
 
-/* Memory to memory by DMA2 stream 0: 8 words of the vector table to `to`. Returns the stream's flags when it
- * has ended. */
+/* Memory to memory by DMA2 stream 0: 8 words of the vector table to `to`. Returns the stream's
+ * flags when it has ended. */
 static uint32_t copy(uint32_t to)
 {
     uint32_t flags = 0;
@@ -11,7 +11,7 @@ static uint32_t copy(uint32_t to)
     REG(0x40026414u) = 8;
     REG(0x40026418u) = 0x08000000u;
     REG(0x4002641cu) = to;
-    REG(0x40026424u) = 0x27;                       /* FIFO mode */
+    REG(0x40026424u) = 0x27; /* FIFO mode */
     REG(0x40026410u) = 2u << 6 | 3u << 9 | 2u << 11 | 2u << 13 | 1u;
     for (unsigned wait = 1000; wait && !(flags & 0x28u); wait--)
         flags = REG(0x40026400u) & 0x3du;

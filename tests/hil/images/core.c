@@ -3,7 +3,10 @@
 
 static volatile uint32_t place;
 
-static void note(uint32_t what) { results[8 + place++] = what; }
+static void note(uint32_t what)
+{
+    results[8 + place++] = what;
+}
 
 void irq6(void) /* lowest: pends a higher and an equal one, is preempted by the higher */
 {
@@ -13,16 +16,30 @@ void irq6(void) /* lowest: pends a higher and an equal one, is preempted by the 
     __asm__ volatile("dsb\n isb");
     note(0x62);
 }
-void irq7(void) { note(0x71); }
+void irq7(void)
+{
+    note(0x71);
+}
 void irq8(void) /* highest; spoils every register that a handler may */
 {
     note(0x81);
-    __asm__ volatile("vmov.f32 s0, #1.0\n vmov.f32 s1, #2.0\n vmov.f32 s15, #3.0\n vadd.f32 s0, s1, s15\n"
-                     "vmov.f32 s7, #5.0\n" ::: "s0", "s1", "s7", "s15");
+    __asm__ volatile(
+        "vmov.f32 s0, #1.0\n vmov.f32 s1, #2.0\n vmov.f32 s15, #3.0\n vadd.f32 s0, s1, s15\n"
+        "vmov.f32 s7, #5.0\n" ::
+            : "s0", "s1", "s7", "s15");
 }
-void svc(void) { note(0xa0); }
-void pendsv(void) { note(0xb0); }
-void systick(void) { results[3]++; }
+void svc(void)
+{
+    note(0xa0);
+}
+void pendsv(void)
+{
+    note(0xb0);
+}
+void systick(void)
+{
+    results[3]++;
+}
 
 /* Numbers kept in S registers across preemption; the sum shows any loss. */
 static float spin(unsigned n)
@@ -32,7 +49,8 @@ static float spin(unsigned n)
     register float c __asm__("s7") = 7.0f;
     register float d __asm__("s15") = 0.125f;
     while (n--) {
-        __asm__ volatile("vadd.f32 %0, %0, %1\n vadd.f32 %2, %2, %3" : "+t"(a), "+t"(b), "+t"(c), "+t"(d));
+        __asm__ volatile("vadd.f32 %0, %0, %1\n vadd.f32 %2, %2, %3"
+                         : "+t"(a), "+t"(b), "+t"(c), "+t"(d));
         if (n == 50)
             pend_irq(8);
     }
@@ -42,7 +60,10 @@ static float spin(unsigned n)
 int main(void)
 {
     uint32_t basepri = 0x50, zero = 0, sp_before, sp_after;
-    union { float f; uint32_t u; } sum;
+    union {
+        float f;
+        uint32_t u;
+    } sum;
     REG(0xe000ed0cu) = 0x05fa0300; /* four bits of group priority */
     enable_fpu();
     for (unsigned n = 6; n <= 8; n++)
@@ -79,7 +100,9 @@ int main(void)
     /* Process stack, through an exception and back */
     __asm__ volatile("msr psp, %1\n mov r2, #2\n msr control, r2\n isb\n svc 2\n mrs %0, control\n"
                      "mov r2, #0\n msr control, r2\n isb"
-                     : "=&r"(zero) : "r"(0x20010000u) : "r0", "r1", "r2", "r3", "r12", "memory");
+                     : "=&r"(zero)
+                     : "r"(0x20010000u)
+                     : "r0", "r1", "r2", "r3", "r12", "memory");
     results[4] = zero & 2u;
     results[7] = place;
     /* SysTick every 1000 cycles for 10 periods */

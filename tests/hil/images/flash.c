@@ -1,14 +1,15 @@
-/* The flash interface, one exercise each, chosen by control[0]; at 16 MHz from the internal oscillator. */
+/* The flash interface, one exercise each, chosen by control[0]; at 16 MHz from the internal
+ * oscillator. */
 #include "tests/hil/images/image.h"
 
-#define KEYR REG(0x40023c04u)
-#define OPTKEYR REG(0x40023c08u)
-#define SR REG(0x40023c0cu)
-#define CR REG(0x40023c10u)
-#define OPTCR REG(0x40023c14u)
-#define CYCLES REG(0xe0001004u)
-#define BSY (1u << 16)
-#define STRT (1u << 16)
+#define KEYR     REG(0x40023c04u)
+#define OPTKEYR  REG(0x40023c08u)
+#define SR       REG(0x40023c0cu)
+#define CR       REG(0x40023c10u)
+#define OPTCR    REG(0x40023c14u)
+#define CYCLES   REG(0xe0001004u)
+#define BSY      (1u << 16)
+#define STRT     (1u << 16)
 #define PSIZE(n) ((n) << 8)
 #define SECTOR_1 0x08004000u
 #define SECTOR_2 0x08008000u
@@ -16,7 +17,10 @@
 static uint32_t ram_code[64];
 static uint32_t copied[4];
 
-void systick(void) { results[40]++; }
+void systick(void)
+{
+    results[40]++;
+}
 void irq4(void)
 {
     results[41]++;
@@ -75,7 +79,8 @@ static void program(void)
     wait();
     results[4] = word[0];
     results[5] = SR;
-    word[1] = 0x11111111u; /* without waiting: the bus holds each store until the one before it is done */
+    /* without waiting: the bus holds each store until the one before it is done */
+    word[1] = 0x11111111u;
     word[2] = 0x22222222u;
     word[3] = 0x33333333u;
     wait();
@@ -137,7 +142,8 @@ static void erase(void)
 }
 
 /* Erases sector 1 and polls; runs from a copy in RAM. */
-__attribute__((noinline, section(".text.poll"))) static void poll(volatile uint32_t *into, uint32_t read_flash)
+__attribute__((noinline, section(".text.poll"))) static void poll(volatile uint32_t *into,
+                                                                  uint32_t read_flash)
 {
     CR = PSIZE(2) | 1u << 3 | 1u << 1;
     into[1] = CYCLES;
@@ -165,8 +171,8 @@ static void erase_from_ram(void)
         results[8] = (uint32_t)(uintptr_t)copied;
     }
     results[5] = control[1];
-    void (*run)(volatile uint32_t *, uint32_t) =
-        (void (*)(volatile uint32_t *, uint32_t))((uintptr_t)ram_code | 1u);
+    void (*run)(volatile uint32_t *,
+                uint32_t) = (void (*)(volatile uint32_t *, uint32_t))((uintptr_t)ram_code | 1u);
     if (control[1])
         REG(0x40026410u) = 2u << 13 | 2u << 11 | 1u << 10 | 1u << 9 | 2u << 6 | 1u;
     run(results, control[2]);

@@ -1,9 +1,13 @@
-/* A firmware whose loop hangs while its interrupts go on: it sleeps ten times, then waits for a flag that nobody sets. */
+/* A firmware whose loop hangs while its interrupts go on: it sleeps ten times, then waits for a
+ * flag that nobody sets. */
 #include "tests/hil/images/image.h"
 
 static volatile uint32_t flag;
 
-void systick(void) { results[0]++; }
+void systick(void)
+{
+    results[0]++;
+}
 
 __attribute__((noinline)) static void wait_for_flag(void)
 {

@@ -1,4 +1,5 @@
-/* A firmware that hangs for good: an endless loop with interrupts masked that even feeds the watchdog. */
+/* A firmware that hangs for good: an endless loop with interrupts masked that even feeds the
+ * watchdog. */
 #include "tests/hil/images/image.h"
 
 __attribute__((noinline)) static void wait_for_ever(void)

@@ -1,7 +1,10 @@
 /* For the bench: nothing but interrupts, one after the other. */
 #include "tests/hil/images/image.h"
 
-void irq6(void) { results[0]++; }
+void irq6(void)
+{
+    results[0]++;
+}
 
 int main(void)
 {

@@ -1,14 +1,15 @@
-/* SPI2 as the test's hand: for each byte on the serial line, one transaction of control[1] bytes from `out` to `in` with
- * PB12 low around it. control[2]: 0 polled, 1 by DMA1 streams 3 and 4, 2 polled but PB12 rises in the middle of the
- * last byte, 3 polled without reading anything, 4 a mode fault. control[3]: CR1 without MSTR, SPE, SSM, SSI. */
+/* SPI2 as the test's hand: for each byte on the serial line, one transaction of control[1] bytes
+ * from `out` to `in` with PB12 low around it. control[2]: 0 polled, 1 by DMA1 streams 3 and 4, 2
+ * polled but PB12 rises in the middle of the last byte, 3 polled without reading anything, 4 a mode
+ * fault. control[3]: CR1 without MSTR, SPE, SSM, SSI. */
 #include "tests/hil/images/image.h"
 
-#define CR1 REG(0x40003800u)
-#define CR2 REG(0x40003804u)
-#define SR REG(0x40003808u)
-#define DR REG(0x4000380cu)
-#define BSRR REG(0x40020418u)
-#define CYCLES REG(0xe0001004u)
+#define CR1       REG(0x40003800u)
+#define CR2       REG(0x40003804u)
+#define SR        REG(0x40003808u)
+#define DR        REG(0x4000380cu)
+#define BSRR      REG(0x40020418u)
+#define CYCLES    REG(0xe0001004u)
 #define STREAM(n) (0x40026010u + 0x18u * (n))
 
 static uint8_t out[512], in[512];
@@ -48,9 +49,7 @@ static void transact(unsigned n)
     BSRR = 1u << 28;
     uint32_t begin = CYCLES;
     switch (control[2]) {
-    case 1:
-        by_dma(n);
-        break;
+    case 1: by_dma(n); break;
     case 2:
         polled(n - 1);
         DR = out[n - 1];
@@ -80,9 +79,7 @@ static void transact(unsigned n)
         CR1 = 1u << 9 | 1u << 8 | 1u << 2;
         results[7] = SR;
         break;
-    default:
-        polled(n);
-        break;
+    default: polled(n); break;
     }
     results[1] = CYCLES - begin;
     BSRR = 1u << 12;
@@ -98,7 +95,8 @@ int main(void)
     REG(0x40023830u) |= 2u | 1u << 21; /* GPIOB, DMA1 */
     REG(0x40023840u) |= 1u << 14;
     BSRR = 1u << 12;
-    REG(0x40020400u) = (REG(0x40020400u) & 0x00ffffffu) | 0xa9000000u; /* PB12 output, 13 to 15 alternate */
+    /* PB12 output, 13 to 15 alternate */
+    REG(0x40020400u) = (REG(0x40020400u) & 0x00ffffffu) | 0xa9000000u;
     REG(0x40020424u) = 0x55500000u;
     results[9] = SR;
     REG(0x40023830u) |= 1u; /* USART1, 2 Mbaud, receives on PA10 */

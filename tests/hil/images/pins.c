@@ -1,12 +1,13 @@
-/* Stores to a pin at known distances, in instructions, on the internal oscillator (62.5 ns a cycle): PB12 high for 5, 1, 4 and 30
- * of them. Among them a conditional store that is not made, in a block that stores to the same register before and after. */
+/* Stores to a pin at known distances, in instructions, on the internal oscillator (62.5 ns a
+ * cycle): PB12 high for 5, 1, 4 and 30 of them. Among them a conditional store that is not made, in
+ * a block that stores to the same register before and after. */
 #include "tests/hil/images/image.h"
 
-#define GPIOB_MODER 0x40020400u
+#define GPIOB_MODER   0x40020400u
 #define GPIOB_OSPEEDR 0x40020408u
-#define GPIOB_BSRR 0x40020418u
-#define HIGH (1u << 12)
-#define LOW (1u << 28)
+#define GPIOB_BSRR    0x40020418u
+#define HIGH          (1u << 12)
+#define LOW           (1u << 28)
 
 int main(void)
 {

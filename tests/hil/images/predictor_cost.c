@@ -1,7 +1,8 @@
-/* The predictor by itself, from the firmware's own objects: a landing of even braking (33 ft/s, 8 ft/s2), readings of 0. control[0]: the
- * level; control[1]: blocks; control[2]: bits: 1 no transducer is fitted, 2 a survey is read before, 4 transducer 1
- * alone is fitted. results: 5 begun; 0 blocks done; 1 mat
- * updates; 2 visits; 3 most in a block, visits counted in; 4 blocks done while a mat moved; 55: done. */
+/* The predictor by itself, from the firmware's own objects: a landing of even braking (33 ft/s, 8
+ * ft/s2), readings of 0. control[0]: the level; control[1]: blocks; control[2]: bits: 1 no
+ * transducer is fitted, 2 a survey is read before, 4 transducer 1 alone is fitted. results: 5
+ * begun; 0 blocks done; 1 mat updates; 2 visits; 3 most in a block, visits counted in; 4 blocks
+ * done while a mat moved; 55: done. */
 #include "common/predictor.h"
 #include "tests/hil/images/image.h"
 
@@ -33,9 +34,14 @@ static float sum_in[MR_SEGMENTS];
 
 static void set_up(uint32_t level, uint32_t lacks)
 {
-    config.chain = (struct mr_chain_params){.mats = 420, .mat_length_ft = 2.0f / 7.0f, .mass_slug = 0.466f / 32.174f,
-                                            .friction_lb = 0.5f * 0.466f, .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f,
-                                            .slack_ft = 0.0025f, .step_s = 1e-3f / 6.0f};
+    config.chain = (struct mr_chain_params){.mats = 420,
+                                            .mat_length_ft = 2.0f / 7.0f,
+                                            .mass_slug = 0.466f / 32.174f,
+                                            .friction_lb = 0.5f * 0.466f,
+                                            .kl_lb_ft = 2.9e5f,
+                                            .cl_lb_s_ft = 5.0f,
+                                            .slack_ft = 0.0025f,
+                                            .step_s = 1e-3f / 6.0f};
     config.grit_lb = 10.0f;
     config.thrust_lb_per_g = 1300.0f / 12.0f;
     config.deceleration_ft_s2 = 5.0f;
@@ -44,7 +50,8 @@ static void set_up(uint32_t level, uint32_t lacks)
     config.updates_per_block = 1u << 20;
     config.level = (enum mr_predictor_level)level;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        config.station_ft[i] = lacks & 1u || (lacks & 4u && i > 0) ? __builtin_nanf("") : 40.0f + 10.0f * (float)i;
+        config.station_ft[i] = lacks & 1u || (lacks & 4u && i > 0) ? __builtin_nanf("")
+                                                                   : 40.0f + 10.0f * (float)i;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = 0.17f;
 }
@@ -57,7 +64,8 @@ static void play(uint32_t blocks)
     mr_predictor_arm(&predictor);
     for (uint32_t k = 0; k < blocks; k++) {
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-            input.displacement_in[i] = config.station_ft[i] - wheel_ft > 15.0f ? 0.0f : __builtin_nanf("");
+            input.displacement_in[i] = config.station_ft[i] - wheel_ft > 15.0f ? 0.0f
+                                                                               : __builtin_nanf("");
         input.wheel_ft = wheel_ft;
         input.speed_ft_s = speed_ft_s;
         uint32_t before = predictor.updates;

@@ -4,7 +4,7 @@
 int main(void)
 {
     static uint16_t code[8];
-    uint32_t (*run)(uint32_t) = (uint32_t (*)(uint32_t))((uintptr_t)code | 1u);
+    uint32_t (*run)(uint32_t) = (uint32_t(*)(uint32_t))((uintptr_t)code | 1u);
     code[0] = 0x3005; /* adds r0, #5 */
     code[1] = 0x4770; /* bx lr */
     __asm__ volatile("dsb\n isb" ::: "memory");

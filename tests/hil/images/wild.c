@@ -33,7 +33,9 @@ __attribute__((noinline)) static uint32_t read_at(uint32_t address)
 {
     uint32_t value;
     __asm__ volatile("movs r2, #1\n adds r2, r2, #2\n ldr %0, [%1]\n add %0, %0, r2"
-                     : "=r"(value) : "r"(address) : "r2", "memory");
+                     : "=r"(value)
+                     : "r"(address)
+                     : "r2", "memory");
     return value;
 }
 
@@ -42,12 +44,8 @@ int main(void)
     results[0]++; /* starts */
     results[5] = (uint32_t)(uintptr_t)read_at;
     switch (control[0]) {
-    case 1: /* USART2: not modelled */
-        read_at(0x40004404u);
-        break;
-    case 2: /* TIM4 without its clock */
-        REG(0x40000800u) = 1;
-        break;
+    case 1: /* USART2: not modelled */ read_at(0x40004404u); break;
+    case 2: /* TIM4 without its clock */ REG(0x40000800u) = 1; break;
     case 3: /* nothing there: bus fault, with a handler */
         REG(0xe000ed24u) = 7u << 16;
         read_at(0x60000000u);
@@ -55,9 +53,7 @@ int main(void)
     case 4: /* the same without the fault enabled and without a HardFault handler */
         read_at(0x60000000u);
         break;
-    case 5:
-        __asm__ volatile("vmov.f32 s0, #1.0");
-        break;
+    case 5: __asm__ volatile("vmov.f32 s0, #1.0"); break;
     case 6: /* flash, also after it was read and a word of RAM was stored */
         results[6] = REG(0x08004000u);
         REG(0x08004000u) = 1;
@@ -73,22 +69,24 @@ int main(void)
             ;
         REG(0x40023808u) |= 2u;
         break;
-    case 8: /* undefined instruction, no handler */
-        __asm__ volatile("sev\n wfe\n udf #0");
-        break;
-    case 9: /* reserved register of a modelled peripheral */
-        read_at(0x40023808u + 0x80u);
-        break;
-    case 10: { /* LDRD at an odd address, in a block whose other instructions must have been done before */
+    case 8: /* undefined instruction, no handler */ __asm__ volatile("sev\n wfe\n udf #0"); break;
+    case 9: /* reserved register of a modelled peripheral */ read_at(0x40023808u + 0x80u); break;
+    case 10: {
+        /* LDRD at an odd address, in a block whose other instructions must have been done before */
         uint32_t a, b;
         REG(0xe000ed24u) = 7u << 16;
         __asm__ volatile("movs r2, #77\n str r2, [%3]\n ldrd %0, %1, [%2]"
-                         : "=&r"(a), "=&r"(b) : "r"(0x20000101u), "r"(&results[7]) : "r2", "memory");
+                         : "=&r"(a), "=&r"(b)
+                         : "r"(0x20000101u), "r"(&results[7])
+                         : "r2", "memory");
         break;
     }
     case 11: /* LDM likewise */
         REG(0xe000ed24u) = 7u << 16;
-        __asm__ volatile("mov r2, %0\n ldmia r2!, {r0, r1}" : : "r"(0x20000102u) : "r0", "r1", "r2", "memory");
+        __asm__ volatile("mov r2, %0\n ldmia r2!, {r0, r1}"
+                         :
+                         : "r"(0x20000102u)
+                         : "r0", "r1", "r2", "memory");
         break;
     case 12: { /* single loads and stores may be unaligned */
         uint32_t a = *(volatile uint32_t *)0x20000101u;
@@ -97,8 +95,11 @@ int main(void)
     }
     case 13: /* floating point in the middle of a block, the unit off, with a handler */
         REG(0xe000ed24u) = 7u << 16;
-        __asm__ volatile("movs r2, #77\n str r2, [%0]\n vmov.f32 s0, #1.0\n movs r2, #78\n str r2, [%0]"
-                         : : "r"(&results[7]) : "r2", "memory");
+        __asm__ volatile(
+            "movs r2, #77\n str r2, [%0]\n vmov.f32 s0, #1.0\n movs r2, #78\n str r2, [%0]"
+            :
+            : "r"(&results[7])
+            : "r2", "memory");
         break;
     case 14: /* erased flash */
         REG(0xe000ed24u) = 7u << 16;
@@ -116,8 +117,7 @@ int main(void)
         REG(0x40023844u) |= 1u << 4;
         REG(0x4001100cu) = 1u << 10;
         break;
-    default:
-        break;
+    default: break;
     }
     results[4] = 0x600d;
     for (;;)
