@@ -49,6 +49,8 @@ const char hil_help[] =
     "  --nor FILE       the same for the black box's memory\n"
     "  --temperature C[,C/h]  of the mat, in degrees and how fast it rises, or none: no "
     "thermometer (default 20)\n"
+    "  --left-on        start as after a jump, without a reset: PLL and clocks on, as a debugger "
+    "leaves them\n"
     "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
     "  --times T        of flash and NOR operations: spread (drawn, default), typical or max\n"
     "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on "
@@ -215,6 +217,7 @@ static const struct option {
     {"--seed", OWN, 0, 0, 0, parse_seed},
     {"--hse", OWN, 0, 0, 0, parse_hse},
     {"--alignment", FLAG, AT(options.watch_alignment), 0, 0, NULL},
+    {"--left-on", FLAG, AT(options.left_on), 0, 0, NULL},
     {"--boot0", FLAG, AT(options.boot0), 0, 0, NULL},
     {"--trace", FLAG, AT(trace), 0, 0, NULL},
 #undef AT

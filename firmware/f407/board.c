@@ -46,6 +46,10 @@ void board_start(void)
 {
     identity.reset_cause = take_reset_cause();
     quiet = fault_recall(identity.reset_cause);
+    clock_reset();
+    /* Before the crystal, which may take 100 ms: until then outputs float. */
+    pins_start();
+    board_warn(true);
     enum board_clock_source clock = clock_start();
     memory_start();
     identity.clock_source = (uint8_t)clock;
@@ -59,8 +63,6 @@ void board_start(void)
             health_count(MR_FAULT_IDENTITY_MISSING, 0);
     }
 
-    pins_start();
-    board_warn(true);
     bool dma1 = dma_answers(DMA1, 1);
     bool dma2 = dma_answers(DMA2, 2);
     uart_start(dma2, clock == BOARD_CLOCK_RAW);

@@ -9,6 +9,12 @@
 #define CRYSTAL_POLLS 200000u
 #define PLL_POLLS     40000u
 
+/* Peripherals that can be reset, and which clocks a reset leaves on (CCM). RM0090 7.3.5 to 7.3.15 */
+#define AHB1_ALL      0x226011ffu
+#define APB1_ALL      0x36fec9ffu
+#define APB2_ALL      0x00075933u
+#define AHB1_AT_RESET 0x00100000u
+
 static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
 {
     while (polls-- > 0) {
@@ -30,8 +36,30 @@ static bool start_pll(bool from_crystal)
     if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
         return false;
     FLASH_ACR = FLASH_ACR_168MHZ;
+    /* Not faster before the wait states are in force. RM0090 3.5.1 */
+    if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_168MHZ & FLASH_ACR_LATENCY, PLL_POLLS))
+        return false;
     RCC->CFGR = RCC_CFGR_SW_PLL | RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     return wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL, PLL_POLLS);
+}
+
+void clock_reset(void)
+{
+    RCC->CR |= RCC_CR_HSION;
+    wait_for(&RCC->CR, RCC_CR_HSIRDY, RCC_CR_HSIRDY, PLL_POLLS);
+    RCC->CFGR = 0;
+    wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, 0, PLL_POLLS);
+    RCC->CR &= ~(RCC_CR_PLLON | RCC_CR_HSEON | RCC_CR_CSSON);
+    wait_for(&RCC->CR, RCC_CR_PLLRDY, 0, PLL_POLLS);
+    RCC->AHB1RSTR = AHB1_ALL;
+    RCC->AHB1RSTR = 0;
+    RCC->APB1RSTR = APB1_ALL;
+    RCC->APB1RSTR = 0;
+    RCC->APB2RSTR = APB2_ALL;
+    RCC->APB2RSTR = 0;
+    RCC->AHB1ENR = AHB1_AT_RESET;
+    RCC->APB1ENR = 0;
+    RCC->APB2ENR = 0;
 }
 
 enum board_clock_source clock_start(void)

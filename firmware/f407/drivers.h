@@ -12,7 +12,10 @@
  * (matrig.ld gathers them). */
 #define DMA_BUFFER __attribute__((section(".bss.dma_buffers")))
 
-/* clock.c: crystal and PLL, or internal oscillator and PLL, or neither. */
+/* clock.c: clocks and peripherals as after a reset. A debugger, or the boot ROM's Go, may have
+ * left others on. */
+void clock_reset(void);
+/* crystal and PLL, or internal oscillator and PLL, or neither. */
 enum board_clock_source clock_start(void);
 /* pins.c: clocks of ports and peripherals, functions of all pins. */
 void pins_start(void);

@@ -15,6 +15,8 @@ struct rcc_regs {
     reg32 AHB1LPENR, AHB2LPENR, AHB3LPENR, reserved4, APB1LPENR, APB2LPENR, reserved5[2], BDCR, CSR;
 };
 #define RCC                     ((struct rcc_regs *)0x40023800u)
+#define RCC_CR_HSION            (1u << 0)
+#define RCC_CR_HSIRDY           (1u << 1)
 #define RCC_CR_HSEON            (1u << 16)
 #define RCC_CR_HSERDY           (1u << 17)
 #define RCC_CR_CSSON            (1u << 19)
@@ -52,6 +54,7 @@ struct rcc_regs {
 #define FLASH_ACR         (*(reg32 *)0x40023c00u)
 /* 5 wait states, prefetch, both caches */
 #define FLASH_ACR_168MHZ  (5u | 1u << 8 | 1u << 9 | 1u << 10)
+#define FLASH_ACR_LATENCY 7u
 #define FLASH_ACR_DCEN    (1u << 10)
 #define FLASH_ACR_DCRST   (1u << 12)
 #define FLASH_KEYR        (*(reg32 *)0x40023c04u)

@@ -118,6 +118,8 @@ enum mr_status hil_board_restart(struct hil_board *board)
     board->core.stopped = false;
     board->core.reason[0] = '\0';
     reset_chip(board, HIL_CSR_POWER_ON);
+    if (board->options.left_on)
+        hil_rcc_leave_on(&board->mcu.rcc);
     return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 

@@ -26,6 +26,7 @@ struct hil_options {
     uint64_t camera_jitter_ps; /* of each frame, either way, evenly distributed */
     bool adc_noise;            /* false: codes are exact, for tests */
     uint32_t uid[3];           /* unique device identifier */
+    bool left_on;              /* see hil_rcc_leave_on */
     bool boot0;                /* level of the BOOT0 pin at reset: high starts the boot ROM */
     double temperature_c;      /* of the mat at power on; NaN: no thermometer is fitted */
     double temperature_c_per_h;

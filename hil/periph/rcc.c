@@ -153,6 +153,18 @@ static void clocks_changed(struct hil_rcc_device *dev)
     hil_hclk_change(dev->core, hclk_hz(dev, false));
 }
 
+void hil_rcc_leave_on(struct hil_rcc_device *dev)
+{
+    struct hil_rcc *rcc = dev->state;
+    rcc->cr |= CR_HSEON | CR_HSERDY | CR_PLLON | CR_PLLRDY;
+    rcc->pllcfgr = 2u << 28 | 7u << 24 | PLLCFGR_SRC_HSE | 168u << 6 | 4u;
+    rcc->cfgr = 4u << 13 | 5u << 10 | SOURCE_PLL << 2 | SOURCE_PLL;
+    rcc->ahb1enr |= 0x1ffu;
+    rcc->apb1enr |= 0x1ffu;
+    rcc->flash_acr |= 5u;
+    clocks_changed(dev);
+}
+
 /* SW asks, SWS follows once the source is ready. */
 static void switch_source(struct hil_rcc_device *dev)
 {

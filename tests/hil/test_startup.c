@@ -1,0 +1,61 @@
+/* How the firmware starts: pins that float until then, clocks that somebody else left on. */
+#include "hil/board/parts.h"
+#include "tests/hil/ear.h"
+
+#define PORT_B 1u
+#define PORT_D 3u
+#define PORT_E 4u
+
+static bool drives(const struct hil_board *board, unsigned port, unsigned pin)
+{
+    enum hil_pin_mode mode = hil_gpio_mode(&board->mcu.gpio, port, pin);
+    return mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE;
+}
+
+/* Without a crystal the wait for it takes 100 ms: the lamp, the shunts' relay, the camera and the
+ * memory's select must not float so long. */
+static void outputs_are_driven_before_the_crystal_is_waited_for(void **state)
+{
+    (void)state;
+    struct hil_options options = ear_options();
+    options.hse_hz = 0;
+    struct ear *ear = ear_open(&options, 0);
+    assert_int_equal(hil_board_run_until(ear->board, 15 * HIL_MS_PS), MR_OK);
+    assert_int_equal(hil_board_hclk_hz(ear->board), 16000000);
+    for (unsigned pin = 0; pin < 3; pin++)
+        assert_true(drives(ear->board, PORT_E, pin));
+    for (unsigned pin = 12; pin < 16; pin++)
+        assert_true(pin == 14 || drives(ear->board, PORT_B, pin));
+    assert_true(hil_gpio_level(&ear->board->mcu.gpio, PORT_B, 12)); /* not selected */
+    assert_false(
+        hil_gpio_level(&ear->board->mcu.gpio, PORT_E, 0)); /* a board that is not up warns */
+    ear_close(ear);
+}
+
+/* The same clocks, and the same board, as after a reset. PLLCFGR cannot be written while the PLL
+ * runs (RM0090 7.3.2): the emulated board ends with a message where that is tried. */
+static void clocks_left_on_by_another_program_are_taken_back(void **state)
+{
+    (void)state;
+    struct hil_options options = ear_options();
+    options.left_on = true;
+    struct ear *ear = ear_open(&options, 0);
+    assert_int_equal(hil_board_hclk_hz(ear->board), 168000000);
+    if (hil_board_run_until(ear->board, 300 * HIL_MS_PS) != MR_OK)
+        fail_msg("%s", hil_board_reason(ear->board));
+    assert_int_equal(hil_board_hclk_hz(ear->board), 168000000);
+    assert_true(ear->heard[EAR_CAN][MR_ID_HELLO] > 0);
+    struct mr_hello hello;
+    assert_int_equal(mr_hello_get(&hello, ear->last[EAR_CAN][MR_ID_HELLO], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(hello.clock_source, MR_CLOCK_CRYSTAL);
+    ear_close(ear);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(outputs_are_driven_before_the_crystal_is_waited_for),
+        cmocka_unit_test(clocks_left_on_by_another_program_are_taken_back),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
