@@ -42,6 +42,7 @@ struct rcc_regs {
 #define RCC_APB2ENR_USART1      (1u << 4)
 #define RCC_APB2ENR_ADC1        (1u << 8)
 #define RCC_APB2ENR_ADC3        (1u << 10)
+#define RCC_APB2ENR_SYSCFG      (1u << 14)
 #define RCC_CSR_RMVF            (1u << 24)
 #define RCC_CSR_BORRSTF         (1u << 25)
 #define RCC_CSR_PINRSTF         (1u << 26)
@@ -70,6 +71,10 @@ struct rcc_regs {
 #define FLASH_OPTCR       (*(reg32 *)0x40023c14u)
 #define PWR_CR            (*(reg32 *)0x40007000u)
 #define PWR_CR_VOS        (1u << 14)
+
+/* RM0090 9.2.1: what is at address 0 */
+#define SYSCFG_MEMRMP            (*(reg32 *)0x40013800u)
+#define SYSCFG_MEMRMP_MEM_MODE_0 1u
 
 /* RM0090 8.4 */
 struct gpio_regs {

@@ -38,5 +38,10 @@ void rom_if_asked(void)
     note.valid = 0;
     if (rom_came_first(vectors)) /* and is through: it has started us */
         return;
+    /* Its interrupts (USB, CAN) take their vectors from address 0: VTOR is 0 after a reset. */
+    RCC->APB2ENR |= RCC_APB2ENR_SYSCFG;
+    (void)RCC->APB2ENR;
+    SYSCFG_MEMRMP = SYSCFG_MEMRMP_MEM_MODE_0;
+    __asm volatile("dsb\n\tisb" ::: "memory");
     __asm volatile("msr msp, %0\n\tbx %1" : : "r"(vectors[0]), "r"(vectors[1]) : "memory");
 }

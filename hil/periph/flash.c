@@ -252,6 +252,11 @@ void hil_flash_create(struct hil_flash_device *dev)
 }
 
 /* "If a device reset occurs during an operation, the contents are not guaranteed" (RM0090 3.6). */
+bool hil_flash_boots_rom(const struct hil_flash_device *dev)
+{
+    return dev->options->boot0 && level_of(dev->state->options) != 2;
+}
+
 void hil_flash_reset(struct hil_flash_device *dev)
 {
     struct hil_flash *flash = dev->state;
@@ -260,7 +265,7 @@ void hil_flash_reset(struct hil_flash_device *dev)
     flash->cr = CR_LOCK;
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
-    dev->core->state.bank.boot_rom = dev->options->boot0 && level_of(flash->options) != 2;
+    dev->core->state.bank.boot_rom = hil_flash_boots_rom(dev);
     if (!(flash->options & OPTCR_WDG_SW))
         hil_core_stop(dev->core, MR_UNMODELLED,
                       "unmodelled option: hardware watchdog (WDG_SW is 0)");

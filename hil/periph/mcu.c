@@ -38,6 +38,7 @@ static const struct part {
     PART(0x40007000u, "PWR", 0, rcc, hil_pwr, NULL, HIL_RCC_APB1, 28, false),
     PART(0x40011000u, "USART1", 0, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
     PART(0x40012000u, "ADC", 0, adc, hil_adc, hil_adc_reset, HIL_RCC_APB2, 8, false),
+    PART(0x40013800u, "SYSCFG", 0, flash, hil_syscfg, hil_syscfg_reset, HIL_RCC_APB2, 14, false),
     PART(0x40020000u, "GPIOA", 0, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 0, true),
     PART(0x40020400u, "GPIOB", 1, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 1, true),
     PART(0x40020800u, "GPIOC", 2, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 2, true),

@@ -51,11 +51,28 @@ static void clocks_left_on_by_another_program_are_taken_back(void **state)
     ear_close(ear);
 }
 
+/* The ROM's interrupts take their vectors from address 0 (AN2606 asks for it to be mapped there). */
+static void the_boot_rom_finds_its_vectors_at_0(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    uint32_t at_zero[2], of_rom[2];
+    assert_int_equal(hil_board_run_until(ear->board, 300 * HIL_MS_PS), MR_OK);
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_BOOTROM, 0, 1);
+    assert_int_equal(hil_board_run_until(ear->board, 700 * HIL_MS_PS), MR_OK);
+    assert_int_equal(hil_board_peek(ear->board, 0, at_zero, sizeof at_zero), MR_OK);
+    assert_int_equal(hil_board_peek(ear->board, 0x1fff0000u, of_rom, sizeof of_rom), MR_OK);
+    assert_int_equal(hil_board_hclk_hz(ear->board), 24000000);
+    assert_memory_equal(at_zero, of_rom, sizeof of_rom);
+    ear_close(ear);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outputs_are_driven_before_the_crystal_is_waited_for),
         cmocka_unit_test(clocks_left_on_by_another_program_are_taken_back),
+        cmocka_unit_test(the_boot_rom_finds_its_vectors_at_0),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
