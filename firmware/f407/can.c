@@ -66,11 +66,23 @@ static uint32_t word_of(const uint8_t *bytes)
            (uint32_t)bytes[3] << 24;
 }
 
-/* Fills empty mailboxes from the queue. Interrupts masked, or inside the CAN interrupt. */
+/* Mailboxes that may be filled. One whose end the interrupt has still to see is not among them: a
+ * new request would take RQCP away, and with it the frame's time. RM0090 32.9.3 */
+static uint32_t free_mailboxes(void)
+{
+    uint32_t tsr = CAN1->TSR, empty = tsr >> 26 & 7u;
+    for (unsigned mailbox = 0; mailbox < 3; mailbox++) {
+        if (tsr & CAN_TSR_RQCP(mailbox))
+            empty &= ~(1u << mailbox);
+    }
+    return empty;
+}
+
+/* Fills free mailboxes from the queue. Interrupts masked, or inside the CAN interrupt. */
 static void fill_mailboxes(void)
 {
     while (tx_taken != tx_queued) {
-        uint32_t empty = CAN1->TSR >> 26 & 7u;
+        uint32_t empty = free_mailboxes();
         if (!empty)
             return;
         unsigned mailbox = (unsigned)__builtin_ctz(empty);

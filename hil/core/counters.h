@@ -16,6 +16,7 @@ struct hil_counters {
     uint64_t can_frames_in;
     uint64_t can_frames_filtered; /* of those in: no filter let them pass */
     uint64_t can_errors;          /* frames that were not acknowledged or were destroyed */
+    uint64_t can_ends_unseen;     /* a mailbox filled again before its RQCP was cleared */
     uint64_t can_in_dropped;      /* injected while the queue of the other side was full */
     uint64_t serial_bytes_out;
     uint64_t serial_bytes_in;

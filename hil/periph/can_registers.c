@@ -101,6 +101,7 @@ static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     *mailbox_register(c, offset) = value;
     if (offset % 16u == 0 && (value & TIR_TXRQ)) {
         c->mailbox[m].order = c->orders++;
+        dev->core->state.counters.can_ends_unseen += c->tsr >> (8u * m) & 1u;
         c->tsr &= ~(0xfu << (8u * m));
         hil_can_try_start(dev, hil_now(dev->core));
     }
