@@ -9,7 +9,8 @@
 #define CRYSTAL_POLLS 200000u
 #define PLL_POLLS     40000u
 
-/* Peripherals that can be reset, and which clocks a reset leaves on (CCM). RM0090 7.3.5 to 7.3.15 */
+/* Peripherals that can be reset, and which clocks a reset leaves on (CCM). RM0090 7.3.5 to
+ * 7.3.15 */
 #define AHB1_ALL      0x226011ffu
 #define APB1_ALL      0x36fec9ffu
 #define APB2_ALL      0x00075933u

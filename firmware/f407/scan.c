@@ -250,7 +250,11 @@ bool board_block_take(struct mr_block *block)
 }
 
 /* Begin between the last trigger of a block and the first of the next, so that blocks keep their
- * place on TIM2. The wait is at most a block; 200000 polls bound it should TIM2 stand still. */
+ * place on TIM2; and while TIM4's channel 4 is low again, or arming could pass for an edge, and the
+ * polarity be shifted by a scan. What is begun takes 3 us, then the converters settle for 3 (data
+ * sheet, tSTAB). The wait is at most a block; 200000 polls bound it should TIM2 stand still. */
+#define TRIGGER_LOW_FROM (MR_SCANS_PER_BLOCK * SCAN_TICKS - TRIGGER_TICK)
+#define BEGIN_TICKS      1000u
 static void begin_again(const struct mr_scan *with)
 {
     for (unsigned polls = 0; polls < 200000; polls++) {
@@ -261,7 +265,7 @@ static void begin_again(const struct mr_scan *with)
         uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) +
                          MR_TICKS_PER_BLOCK;
         uint32_t in_block = since % MR_TICKS_PER_BLOCK;
-        bool now = in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000;
+        bool now = in_block > TRIGGER_LOW_FROM && in_block < MR_TICKS_PER_BLOCK - BEGIN_TICKS;
         if (now) {
             next_index += since / MR_TICKS_PER_BLOCK;
             scan = *with;

@@ -21,6 +21,7 @@
 #define CR1_SCAN           (1u << 8)
 #define CR1_OVRIE          (1u << 26)
 #define CR2_ADON           1u
+#define CR2_EXTEN_RISING   (1u << 28)
 #define CR2_DMA            (1u << 8)
 #define CR2_DDS            (1u << 9)
 #define CR2_EOCS           (1u << 10)
@@ -333,7 +334,8 @@ static void try_start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
-        const struct hil_adc *a = &dev->state[unit];
+        struct hil_adc *a = &dev->state[unit];
+        a->triggers_high = (uint16_t)((a->triggers_high & ~(1u << extsel)) | rising << extsel);
         uint32_t exten = a->cr2 >> 28 & 3u;
         if ((a->cr2 >> 24 & 15u) == extsel && (exten & (rising ? 1u : 2u)))
             try_start(dev, unit, at);
@@ -374,6 +376,10 @@ static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
 {
     struct hil_adc *a = &dev->state[unit];
     uint32_t before = a->cr2;
+    uint32_t armed = value & ~before & CR2_EXTEN_RISING;
+    if (armed && (a->triggers_high >> (value >> 24 & 15u) & 1u))
+        hil_bus_refuse(dev->core,
+                       "EXTEN while the trigger is high: silicon may take it for an edge");
     a->cr2 = value & ~CR2_SWSTART;
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
         a->dma_ended = false;

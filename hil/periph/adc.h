@@ -37,7 +37,8 @@ struct hil_adc {
     int8_t source[16];      /* what is outside on the pin of channel[k]: hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
-    uint64_t noise; /* of the generator */
+    uint64_t noise;         /* of the generator */
+    uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
 };
 
 /* What is outside on the analogue pins. */

@@ -43,8 +43,9 @@ struct hil_rcc_device {
 
 /* After a reset; `csr_flags` are the reset flags that RCC_CSR will show. */
 void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags);
-/* As after a jump from another program, without a reset: the PLL at 168 MHz from an 8 MHz crystal is
- * the system clock, ports and timers have theirs. A debugger leaves it so, and the boot ROM's Go. */
+/* As after a jump from another program, without a reset: the PLL at 168 MHz from an 8 MHz crystal
+ * is the system clock, ports and timers have theirs. A debugger leaves it so, and the boot ROM's
+ * Go. */
 void hil_rcc_leave_on(struct hil_rcc_device *dev);
 /* The register that switches the clocks of a bus. */
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
