@@ -243,6 +243,10 @@ struct iwdg_regs {
 /* RM0090 39.1 */
 #define UID ((const volatile uint32_t *)0x1fff7a10u)
 
+/* RM0090 38.16: which clocks stop with the core while a debugger halts it */
+#define DBGMCU_APB1_FZ               (*(reg32 *)0xe0042008u)
+#define DBGMCU_APB1_FZ_DBG_IWDG_STOP (1u << 12)
+
 /* PM0214 4.3 to 4.5 */
 #define SYST_CSR              (*(reg32 *)0xe000e010u)
 #define SYST_RVR              (*(reg32 *)0xe000e014u)

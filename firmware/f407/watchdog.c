@@ -9,6 +9,7 @@
 
 void watchdog_start(void)
 {
+    DBGMCU_APB1_FZ |= DBGMCU_APB1_FZ_DBG_IWDG_STOP; /* or a breakpoint would end in a reset */
     IWDG->KR = KEY_START;
     IWDG->KR = KEY_UNLOCK;
     IWDG->PR = 3u; /* / 32 */

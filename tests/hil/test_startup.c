@@ -51,7 +51,7 @@ static void clocks_left_on_by_another_program_are_taken_back(void **state)
     ear_close(ear);
 }
 
-/* The ROM's interrupts take their vectors from address 0 (AN2606 asks for it to be mapped there). */
+/* The ROM's interrupts take their vectors from address 0. */
 static void the_boot_rom_finds_its_vectors_at_0(void **state)
 {
     (void)state;
