@@ -356,6 +356,11 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
             &error, MR_USAGE,
             "the rate is not looked for while a board is flashed: %s; write serial:TTY[:BAUD]",
             session.spec);
+    if (status == MR_OK && session.baud > BOOTROM_BAUD && strncmp(session.spec, "serial:", 7) == 0)
+        status = error_set(&error, MR_USAGE,
+                           "--baud %lld: the chip's boot ROM promises %d baud at most (AN3155); "
+                           "faster is for the emulated board, pty:",
+                           (long long)session.baud, BOOTROM_BAUD);
     if (status == MR_OK && strncmp(session.spec, "file:", 5) == 0)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give serial:TTY",
                            session.spec);
@@ -387,7 +392,7 @@ static const struct command_part parts[] = {
                 "a board says hello\n"
                 "within 2.5 s, else --boot0"),
     OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, BOOTROM_BAUD,
-                 "{low} to {high} for the boot ROM, else {standard}"),
+                 "{low} to {high} for the boot ROM, else {standard}; more than that on pty: alone"),
     OPTION_FLAG("--all", all, "erase and write also what is there already"),
     OPTION_FLAG("--force", force,
                 "flash although the board runs this image, or the image carries no header"),

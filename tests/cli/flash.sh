@@ -173,6 +173,7 @@ refused() { # before any board is spoken to
         fails_with 2 'carries no serial bytes' build/matrig flash can:can0 $elf &&
         fails_with 2 'a file is no board' build/matrig flash file:x $elf &&
         fails_with 2 'give one' build/matrig flash serial:/dev/null $elf --enter --boot0 &&
+        fails_with 2 'promises 115200 baud at most .AN3155.' build/matrig flash serial:/dev/null $elf --baud 230400 &&
         fails_with 2 'out of range: 300 for --baud' build/matrig flash serial:/dev/null $elf --baud 300 &&
         fails_with 2 'something is missing' build/matrig flash serial:/dev/null || return 1
     MAKEFLAGS= make -s flash >"$tmp/out" 2>"$tmp/err"
