@@ -53,6 +53,7 @@ void pins_start(void)
     set_mode(GPIOB, 12, 1);
     set_function(GPIOB, 13, 5); /* SPI2_SCK */
     set_function(GPIOB, 14, 5); /* SPI2_MISO */
+    pull_up(GPIOB, 14);         /* or a memory that is not there reads as anything */
     set_function(GPIOB, 15, 5); /* SPI2_MOSI */
     set_function(GPIOD, 0, 9);  /* CAN1_RX */
     set_function(GPIOD, 1, 9);  /* CAN1_TX */
