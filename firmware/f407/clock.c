@@ -9,6 +9,15 @@
 #define CRYSTAL_POLLS 200000u
 #define PLL_POLLS     40000u
 
+/* The internal oscillator is off by -8 to 4.5 % at most (STM32F407 data sheet, ACC_HSI); the
+ * nearest crystals that boards have are 7.3728 and 10 MHz. */
+#define INTERNAL_KHZ      16000u
+#define CRYSTAL_KHZ_LEAST 7500u
+#define CRYSTAL_KHZ_MOST  8800u
+#define RTC_DIVIDER       31u
+#define CAPTURES          16u
+#define CAPTURE_POLLS     1000u /* 62 us at 4 MHz are 125 */
+
 /* Peripherals that can be reset, and which clocks a reset leaves on (CCM). RM0090 7.3.5 to
  * 7.3.15 */
 #define AHB1_ALL      0x226011ffu
@@ -63,19 +72,60 @@ void clock_reset(void)
     RCC->APB2ENR = 0;
 }
 
+static bool capture(uint16_t *count)
+{
+    if (!wait_for(&TIM11->SR, TIM_SR_CC1IF, TIM_SR_CC1IF, CAPTURE_POLLS))
+        return false;
+    *count = (uint16_t)TIM11->CCR1;
+    return true;
+}
+
+/* By the internal oscillator, on which the chip still runs: TIM11 captures every eighth edge of the
+ * crystal over 31. 0: none came. RM0090 7.2.11, 19.4.11 */
+static uint32_t measure_crystal_khz(void)
+{
+    uint16_t first = 0, last = 0;
+    RCC->CFGR = RCC_CFGR_RTCPRE(RTC_DIVIDER);
+    RCC->APB2ENR |= RCC_APB2ENR_TIM11;
+    (void)RCC->APB2ENR;
+    TIM11->OR = TIM11_OR_HSE_RTC;
+    TIM11->CCMR1 = TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1PSC_8;
+    TIM11->CCER = TIM_CCER_CC1E;
+    TIM11->CR1 = TIM_CR1_CEN;
+    bool came = capture(&first);
+    for (unsigned n = 0; came && n < CAPTURES; n++)
+        came = capture(&last);
+    TIM11->CR1 = 0;
+    RCC->APB2ENR &= ~RCC_APB2ENR_TIM11;
+    RCC->CFGR = 0;
+    uint32_t ticks = (uint16_t)(last - first);
+    return came && ticks ? INTERNAL_KHZ * CAPTURES * 8u * RTC_DIVIDER / ticks : 0;
+}
+
+/* Does the crystal swing, at the rate that the PLL is set for? With another one the PLL would leave
+ * its range: 504 MHz from 12. */
+static bool start_crystal(void)
+{
+    RCC->CR |= RCC_CR_HSEON;
+    bool swings = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
+    uint32_t khz = swings ? measure_crystal_khz() : 0;
+    if (khz >= CRYSTAL_KHZ_LEAST && khz <= CRYSTAL_KHZ_MOST) {
+        /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
+        RCC->CR |= RCC_CR_CSSON;
+        return true;
+    }
+    RCC->CR &= ~RCC_CR_HSEON;
+    health_count(MR_FAULT_CLOCK_FALLBACK, (uint8_t)((khz + 500u) / 1000u));
+    return false;
+}
+
 enum board_clock_source clock_start(void)
 {
     RCC->APB1ENR |= RCC_APB1ENR_PWR;
     (void)RCC->APB1ENR; /* a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
     PWR_CR |= PWR_CR_VOS;
 
-    RCC->CR |= RCC_CR_HSEON;
-    bool crystal = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
-    if (crystal)
-        /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
-        RCC->CR |= RCC_CR_CSSON;
-    else
-        health_count(MR_FAULT_CLOCK_FALLBACK, 0);
+    bool crystal = start_crystal();
     if (start_pll(crystal))
         return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;
     health_count(MR_FAULT_CLOCK_RAW, 0);

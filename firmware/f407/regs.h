@@ -28,6 +28,7 @@ struct rcc_regs {
 #define RCC_CFGR_SW_PLL         2u
 #define RCC_CFGR_SWS_MASK       (3u << 2)
 #define RCC_CFGR_SWS_PLL        (2u << 2)
+#define RCC_CFGR_RTCPRE(by)     ((uint32_t)(by) << 16)
 #define RCC_CFGR_PPRE1_DIV4     (5u << 10)
 #define RCC_CFGR_PPRE2_DIV2     (4u << 13)
 #define RCC_AHB1ENR_GPIO_A_TO_F 0x3fu
@@ -42,6 +43,7 @@ struct rcc_regs {
 #define RCC_APB2ENR_USART1      (1u << 4)
 #define RCC_APB2ENR_ADC1        (1u << 8)
 #define RCC_APB2ENR_ADC3        (1u << 10)
+#define RCC_APB2ENR_TIM11       (1u << 18)
 #define RCC_APB2ENR_SYSCFG      (1u << 14)
 #define RCC_CSR_RMVF            (1u << 24)
 #define RCC_CSR_BORRSTF         (1u << 25)
@@ -128,8 +130,12 @@ struct tim_regs {
 #define TIM_SMCR_SMS_TRIGGER 6u
 #define TIM_DIER_CC1DE       (1u << 9)
 #define TIM_DIER_CC2DE       (1u << 10)
+#define TIM_SR_CC1IF         (1u << 1)
 #define TIM_SR_CC1OF         (1u << 9)
 #define TIM_SR_CC2OF         (1u << 10)
+#define TIM_CCMR1_CC1_TI1    (1u << 0)
+#define TIM_CCMR1_IC1PSC_8   (3u << 2)
+#define TIM_CCER_CC1E        (1u << 0)
 #define TIM_CCMR1_CC2_TI2    (1u << 8)
 #define TIM_CCMR1_IC2F_256   (15u << 12) /* eight samples of a clock of 84 MHz / 32 */
 #define TIM_CCER_CC2E        (1u << 4)
@@ -138,6 +144,14 @@ struct tim_regs {
 #define TIM_OCM_FORCE_HIGH   5u
 #define TIM_OCM_TOGGLE       3u
 #define TIM_OCM_PWM2         7u
+
+/* RM0090 19.5: one channel; bits as above */
+struct tim11_regs {
+    reg32 CR1, reserved0[3], SR, reserved1, CCMR1, reserved2, CCER, reserved3[4], CCR1,
+        reserved4[6], OR;
+};
+#define TIM11            ((struct tim11_regs *)0x40014800u)
+#define TIM11_OR_HSE_RTC 2u
 
 /* RM0090 13.13 */
 struct adc_regs {

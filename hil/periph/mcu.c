@@ -39,6 +39,7 @@ static const struct part {
     PART(0x40011000u, "USART1", 0, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
     PART(0x40012000u, "ADC", 0, adc, hil_adc, hil_adc_reset, HIL_RCC_APB2, 8, false),
     PART(0x40013800u, "SYSCFG", 0, flash, hil_syscfg, hil_syscfg_reset, HIL_RCC_APB2, 14, false),
+    PART(0x40014800u, "TIM11", 0, tim11, hil_tim11, hil_tim11_reset, HIL_RCC_APB2, 18, false),
     PART(0x40020000u, "GPIOA", 0, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 0, true),
     PART(0x40020400u, "GPIOB", 1, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 1, true),
     PART(0x40020800u, "GPIOC", 2, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 2, true),
@@ -200,12 +201,13 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     gpio->state = &state->gpio;
     mcu->flash.core = mcu->iwdg.core = mcu->tim.core = mcu->adc.core = mcu->usart.core =
         mcu->spi.core = core;
-    mcu->i2c.core = mcu->can.core = core;
+    mcu->i2c.core = mcu->can.core = mcu->tim11.core = core;
     mcu->flash.options = mcu->iwdg.options = mcu->adc.options = mcu->usart.options =
         mcu->can.options = options;
+    mcu->tim11.options = options;
     mcu->flash.rcc = mcu->iwdg.rcc = mcu->tim.rcc = mcu->adc.rcc = mcu->usart.rcc = mcu->spi.rcc =
         rcc;
-    mcu->i2c.rcc = mcu->can.rcc = rcc;
+    mcu->i2c.rcc = mcu->can.rcc = mcu->tim11.rcc = rcc;
     mcu->tim.gpio = mcu->adc.gpio = mcu->usart.gpio = mcu->spi.gpio = mcu->i2c.gpio =
         mcu->can.gpio = gpio;
     mcu->tim.dma = mcu->adc.dma = mcu->usart.dma = mcu->spi.dma = dma;
@@ -219,6 +221,7 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     mcu->i2c.state = &state->i2c;
     mcu->can.state = &state->can;
     mcu->iwdg.state = &state->iwdg;
+    mcu->tim11.state = &state->tim11;
     mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, dma};
     core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_wait};
     attach_to_bus(mcu);
@@ -241,6 +244,7 @@ void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags)
     hil_i2c_reset(&mcu->i2c, 0);
     hil_can_reset(&mcu->can, 0);
     hil_iwdg_reset(&mcu->iwdg);
+    hil_tim11_reset(&mcu->tim11, 0);
     for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
         hil_gpio_reset_port(&mcu->gpio, port);
 }

@@ -21,6 +21,7 @@
 #include "hil/periph/rcc.h"
 #include "hil/periph/spi.h"
 #include "hil/periph/tim.h"
+#include "hil/periph/tim11.h"
 #include "hil/periph/usart.h"
 
 /* Without pointers: a copy is a snapshot. */
@@ -37,6 +38,7 @@ struct hil_mcu_state {
     struct hil_i2c i2c;
     struct hil_can can;
     struct hil_iwdg iwdg;
+    struct hil_tim11 tim11;
 };
 
 struct hil_mcu {
@@ -53,6 +55,7 @@ struct hil_mcu {
     struct hil_i2c_device i2c;
     struct hil_can_device can;
     struct hil_iwdg_device iwdg;
+    struct hil_tim11_device tim11;
     struct hil_pin pin[6]; /* alternate functions */
     struct hil_pin line_in;
 };

@@ -51,6 +51,43 @@ static void clocks_left_on_by_another_program_are_taken_back(void **state)
     ear_close(ear);
 }
 
+/* The internal oscillator may be 8 % slow or 4.5 % fast, and the crystal still be the right one.
+ * Another one is named, and nothing runs from it: 12 MHz would drive the PLL to 504 MHz, which ends
+ * the emulated board. */
+static void another_crystal_is_recognised(void **state)
+{
+    static const struct {
+        uint32_t hse_hz;
+        int32_t hsi_ppm;
+        int told_mhz; /* -1: it is taken */
+    } cases[] = {
+        {8000000, 0, -1},  {8000000, -49999, -1}, {8000000, 45000, -1},
+        {4000000, 0, 4},   {10000000, 0, 10},     {12000000, 0, 12},
+        {16000000, 0, 16}, {25000000, 0, 25},     {26000000, 0, 26},
+        {0, 0, 0},
+    };
+    (void)state;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct hil_options options = ear_options();
+        options.hse_hz = cases[i].hse_hz;
+        options.hsi_error_ppm = cases[i].hsi_ppm;
+        struct ear *ear = ear_open(&options, 0);
+        if (hil_board_run_until(ear->board, 400 * HIL_MS_PS) != MR_OK)
+            fail_msg("%u Hz: %s", cases[i].hse_hz, hil_board_reason(ear->board));
+        bool taken = cases[i].told_mhz < 0;
+        print_message("# %u Hz, HSI %d ppm: clock %u, fault %u\n", cases[i].hse_hz,
+                      cases[i].hsi_ppm, ear_hello(ear, EAR_SERIAL).clock_source,
+                      ear->fault[MR_FAULT_CLOCK_FALLBACK].detail);
+        assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source,
+                         taken ? MR_CLOCK_CRYSTAL : MR_CLOCK_INTERNAL_PLL);
+        assert_int_equal(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CLOCK_FALLBACK),
+                         taken ? 0 : EAR_BIT(CLOCK_FALLBACK));
+        if (!taken)
+            assert_int_equal(ear->fault[MR_FAULT_CLOCK_FALLBACK].detail, cases[i].told_mhz);
+        ear_close(ear);
+    }
+}
+
 /* The ROM's interrupts take their vectors from address 0. */
 static void the_boot_rom_finds_its_vectors_at_0(void **state)
 {
@@ -72,6 +109,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outputs_are_driven_before_the_crystal_is_waited_for),
         cmocka_unit_test(clocks_left_on_by_another_program_are_taken_back),
+        cmocka_unit_test(another_crystal_is_recognised),
         cmocka_unit_test(the_boot_rom_finds_its_vectors_at_0),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
