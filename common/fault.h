@@ -7,7 +7,8 @@
 /*        NAME              number  text (detail in brackets) */
 /* clang-format off */
 #define MR_FAULT_TABLE(X)                                                                         \
-    X(CLOCK_FALLBACK,     0, "no crystal of 8 MHz: internal oscillator, times within 1 % [MHz; 0: it did not start]")  \
+    X(CLOCK_FALLBACK,     0, "no crystal of 8 MHz: internal oscillator, times within 1 % "       \
+      "[its MHz; 0: it did not start]")                                                          \
     X(CLOCK_RAW,          1, "no PLL: running slowly from the internal oscillator")               \
     X(DMA_MISSING,        2, "a DMA controller does not answer [1 or 2]")                         \
     X(TIMER_MISSING,      3, "a timer does not answer [2 or 4]")                                  \

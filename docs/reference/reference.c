@@ -32,7 +32,8 @@ int main(int argc, char **argv)
     } pages[] = {
         {"commands", reference_commands},           {"messages", reference_messages},
         {"configuration", reference_configuration}, {"scene", reference_scene},
-        {"campaign", reference_campaign},           {"exit-codes", reference_exit_codes},
+        {"campaign", reference_campaign},           {"pins", reference_pins},
+        {"exit-codes", reference_exit_codes},
     };
     if (argc != 2) {
         fputs("usage: reference FOLDER\n", stderr);

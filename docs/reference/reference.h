@@ -15,6 +15,7 @@ void reference_commands(FILE *out); /* host/commands/commands.def and its descri
 /* common/catalogue.def, common/command.h, common/fault.h */
 void reference_messages(FILE *out);
 void reference_configuration(FILE *out); /* common/config.def */
+void reference_pins(FILE *out);          /* firmware/boards/zg.def */
 void reference_scene(FILE *out);         /* host/sim/scene/scene_keys.c */
 void reference_exit_codes(FILE *out);    /* common/status.h */
 /* host/store/tables.def, whose comments it reads from the file. Exits with a line on stderr when

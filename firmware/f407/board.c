@@ -4,9 +4,6 @@
 #include "firmware/tasks.h"
 
 #define SUPERVISION_HZ 100u
-#define SHUNT_PIN      1u
-#define WARNING_PIN    0u /* PE0: high holds the lamp off, so a dead board warns */
-#define LAMP_PIN       3u /* PE3: low while the lamp draws current */
 
 static struct board_identity identity;
 static bool quiet;
@@ -87,17 +84,17 @@ void board_identify(struct board_identity *out)
 void board_warn(bool warning)
 {
     warning |= quiet;
-    GPIOE->BSRR = 1u << (warning ? WARNING_PIN + 16u : WARNING_PIN);
+    pin_write(PIN_WARNING, !warning);
 }
 
 void board_shunt(bool on)
 {
-    GPIOE->BSRR = 1u << (on ? SHUNT_PIN : SHUNT_PIN + 16u);
+    pin_write(PIN_SHUNTS, on);
 }
 
 bool board_lamp_draws(void)
 {
-    return !(GPIOE->IDR >> LAMP_PIN & 1u);
+    return !pin_read(PIN_LAMP);
 }
 
 void board_watchdog_feed(void)

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "firmware/board.h"
+#include "firmware/f407/pins.h"
 #include "firmware/f407/regs.h"
 
 /* A buffer that DMA writes or reads at any time: the background test of RAM leaves it alone
@@ -17,11 +18,6 @@
 void clock_reset(void);
 /* crystal and PLL, or internal oscillator and PLL, or neither. */
 enum board_clock_source clock_start(void);
-/* pins.c: clocks of ports and peripherals, functions of all pins. */
-void pins_start(void);
-/* PB6 and PB7: nobody's (inputs), I2C1's, or open-drain outputs that clock a stuck bus. */
-enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
-void pins_i2c(enum pins_i2c way);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure
  * begins. */
 void scan_prepare(void);

@@ -8,7 +8,6 @@
 #define STREAM       6u
 #define FILTER_TICKS 256u
 #define STOP_POLLS   1000u
-#define TRIGGER_PIN  2u
 
 static volatile uint32_t captured_tick[CAPTURES] DMA_BUFFER;
 static unsigned taken; /* index of the oldest capture not taken */
@@ -59,6 +58,6 @@ size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
 
 uint32_t board_camera(bool high)
 {
-    GPIOE->BSRR = 1u << (high ? TRIGGER_PIN : TRIGGER_PIN + 16u);
+    pin_write(PIN_CAMERA_TRIGGER, high);
     return TIM2->CNT;
 }

@@ -12,8 +12,6 @@
 #define CCR_80_KHZ    263u /* 42 MHz / (2 x 80 kHz) */
 #define TRISE_1000_NS 43u  /* 1000 ns in periods of PCLK1, and one */
 #define EVENT_POLLS   20u  /* a byte takes 0.1 ms */
-#define SCL_PIN       6u
-#define SDA_PIN       7u
 /* nine clocks: the longest a device can be from the end of its byte */
 #define CLOCK_EDGES   18u
 
@@ -47,17 +45,12 @@ static void configure(void)
     I2C1->CR1 = I2C_CR1_PE;
 }
 
-static void drive(unsigned pin, bool high)
-{
-    GPIOB->BSRR = 1u << (high ? pin : pin + 16u);
-}
-
 void i2c_start(void)
 {
     RCC->APB1ENR |= RCC_APB1ENR_I2C1;
     (void)RCC->APB1ENR;
-    drive(SCL_PIN, true);
-    drive(SDA_PIN, true);
+    pin_write(PIN_THERMOMETER_CLOCK, true);
+    pin_write(PIN_THERMOMETER_DATA, true);
     pins_i2c(PINS_I2C_BUS);
     configure();
     result = I2C_IDLE;
@@ -83,8 +76,8 @@ static void enter(enum phase next)
 static void begin_clocking(void)
 {
     I2C1->CR1 = I2C_CR1_SWRST;
-    drive(SCL_PIN, true);
-    drive(SDA_PIN, true);
+    pin_write(PIN_THERMOMETER_CLOCK, true);
+    pin_write(PIN_THERMOMETER_DATA, true);
     pins_i2c(PINS_I2C_CLOCKED);
     edge = 0;
     result = I2C_STUCK;
@@ -95,19 +88,19 @@ static void begin_clocking(void)
  * stop. */
 static void clock_an_edge(void)
 {
-    bool is_free = GPIOB->IDR >> SDA_PIN & 1u;
+    bool is_free = pin_read(PIN_THERMOMETER_DATA);
     if (edge && edge < CLOCK_EDGES && edge % 2 == 0 && is_free)
         edge = CLOCK_EDGES;
     unsigned now = edge++;
     if (now < CLOCK_EDGES) {
-        drive(SCL_PIN, now % 2);
+        pin_write(PIN_THERMOMETER_CLOCK, now % 2);
         return;
     }
     switch (now - CLOCK_EDGES) {
-    case 0: drive(SCL_PIN, false); break;
-    case 1: drive(SDA_PIN, false); break;
-    case 2: drive(SCL_PIN, true); break;
-    case 3: drive(SDA_PIN, true); break;
+    case 0: pin_write(PIN_THERMOMETER_CLOCK, false); break;
+    case 1: pin_write(PIN_THERMOMETER_DATA, false); break;
+    case 2: pin_write(PIN_THERMOMETER_CLOCK, true); break;
+    case 3: pin_write(PIN_THERMOMETER_DATA, true); break;
     default:
         pins_i2c(PINS_I2C_BUS);
         configure();

@@ -10,7 +10,6 @@
 
 #define RX_STREAM      3u
 #define TX_STREAM      4u
-#define SELECT_PIN     12u
 #define BYTE_POLLS     200u     /* a byte takes 64 cycles */
 #define STATUS_STRETCH 512u     /* bytes of status: 195 us */
 #define TICKS_PER_MS   84000u   /* TIM2 */
@@ -66,7 +65,7 @@ static __attribute__((noinline)) void select(bool on)
         wait_cycles(CYCLES_OF_NS(DESELECT_NS + SLEW_NS));
     for (unsigned n = 0; !on && (SPI2->SR & SPI_SR_BSY) && n < BYTE_POLLS;)
         n++;
-    GPIOB->BSRR = 1u << (on ? SELECT_PIN + 16u : SELECT_PIN);
+    pin_write(PIN_MEMORY_SELECT, !on);
 }
 
 static uint8_t exchange(uint8_t out)

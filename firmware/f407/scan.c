@@ -44,12 +44,31 @@ static uint32_t next_index; /* of the block being filled */
 static uint32_t other_stood = STOOD_NOWHERE;
 static bool other_stands;
 
-/* ADC3 inputs of PF3, PF4, ... PF10: transducers 1 to 8. */
-static const uint8_t adc3_input[MR_TRANSDUCERS] = {9, 14, 15, 4, 5, 6, 7, 8};
-/* Gages 1 to 14 on PA0-7, PB0-1, PC0-3, then the staircase on PC4 and the reference on PC5: inputs
- * in order. */
-static const uint8_t adc1_input[MR_ADC1_CHANNELS] = {0, 1, 2,  3,  4,  5,  6,  7,
-                                                     8, 9, 10, 11, 12, 13, 14, 15};
+/* Inputs of each converter, in the order of its channels. */
+#define FUNCTION(...)
+#define OUTPUT(...)
+#define INPUT(...)
+#define RESERVED(...)
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text) INPUT_OF_##converter(input)
+#define INPUT_OF_1(input)
+#define INPUT_OF_3(input) input,
+static const uint8_t adc3_input[] = {
+#include "firmware/boards/zg.def"
+};
+#undef INPUT_OF_1
+#undef INPUT_OF_3
+#define FUNCTION(...)
+#define OUTPUT(...)
+#define INPUT(...)
+#define RESERVED(...)
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text) INPUT_OF_##converter(input)
+#define INPUT_OF_1(input)                                   input,
+#define INPUT_OF_3(input)
+static const uint8_t adc1_input[] = {
+#include "firmware/boards/zg.def"
+};
+_Static_assert(sizeof adc3_input == MR_TRANSDUCERS && sizeof adc1_input == MR_ADC1_CHANNELS,
+               "an input for each channel");
 
 static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory,
                          uint32_t count, uint32_t interrupts)
@@ -151,7 +170,7 @@ static void start_timers(void)
 static void check_polarity(void)
 {
     uint32_t before = TIM4->CNT;
-    uint32_t pins = GPIOD->IDR >> 12 & 3u;
+    unsigned pins = pin_read(PIN_EXCITATION_PLUS) | pin_read(PIN_EXCITATION_MINUS) << 1;
     uint32_t after = TIM4->CNT;
     bool reversed_since = before < TRIGGER_TICK;
     if (after < before || before <= REVERSE_TICK)

@@ -1,5 +1,5 @@
-/* TIM11 (RM0090 19.5) as far as it measures the crystal: channel 1 captures the HSE, divided for the
- * RTC (TIM11_OR). Anything else is refused. */
+/* TIM11 (RM0090 19.5) as far as it measures the crystal: channel 1 captures the HSE, divided for
+ * the RTC (TIM11_OR). Anything else is refused. */
 #ifndef MATRIG_HIL_TIM11_H
 #define MATRIG_HIL_TIM11_H
 

@@ -1,0 +1,60 @@
+/* Pins by what they are for, as firmware/boards/zg.def has them. */
+#ifndef MATRIG_FIRMWARE_F407_PINS_H
+#define MATRIG_FIRMWARE_F407_PINS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/f407/regs.h"
+
+enum pin_signal {
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text)     PIN_##SIGNAL,
+#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) PIN_##SIGNAL,
+#define OUTPUT(port, pin, first, pull, SIGNAL, text)            PIN_##SIGNAL,
+#define INPUT(port, pin, pull, SIGNAL, text)                    PIN_##SIGNAL,
+#define RESERVED(port, pin, signal, SIGNAL, text)               PIN_##SIGNAL,
+#include "firmware/boards/zg.def"
+    PINS
+};
+
+struct pin_place {
+    struct gpio_regs *port;
+    uint8_t pin;
+};
+
+/* A constant where `signal` is one. */
+static inline struct pin_place pin_place(enum pin_signal signal)
+{
+    static const struct pin_place places[PINS] = {
+#define PLACE(port, pin, SIGNAL)                                [PIN_##SIGNAL] = {GPIO##port, pin},
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text)     PLACE(port, pin, SIGNAL)
+#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) PLACE(port, pin, SIGNAL)
+#define OUTPUT(port, pin, first, pull, SIGNAL, text)            PLACE(port, pin, SIGNAL)
+#define INPUT(port, pin, pull, SIGNAL, text)                    PLACE(port, pin, SIGNAL)
+#define RESERVED(port, pin, signal, SIGNAL, text)               PLACE(port, pin, SIGNAL)
+#include "firmware/boards/zg.def"
+#undef PLACE
+    };
+    return places[signal];
+}
+
+static inline void pin_write(enum pin_signal signal, bool high)
+{
+    struct pin_place place = pin_place(signal);
+    place.port->BSRR = 1u << (high ? place.pin : place.pin + 16u);
+}
+
+static inline bool pin_read(enum pin_signal signal)
+{
+    struct pin_place place = pin_place(signal);
+    return place.port->IDR >> place.pin & 1u;
+}
+
+/* Clocks of ports and peripherals; functions, pulls and first levels of all pins. */
+void pins_start(void);
+/* The thermometer's two: nobody's (inputs), I2C1's, or open-drain outputs that clock a stuck
+ * bus. */
+enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
+void pins_i2c(enum pins_i2c way);
+
+#endif
