@@ -193,7 +193,7 @@ void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_es
     motion->t_s = t_s;
     motion->position_ft = (struct mr_estimate){dot(fit, basis.value), error_of(fit, basis.value)};
     motion->speed_ft_s = (struct mr_estimate){dot(fit, basis.rate), error_of(fit, basis.rate)};
-    motion->deceleration_ft_s2 = (struct mr_estimate){NAN, NAN};
+    motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
     if (fit->order >= 2)
         motion->deceleration_ft_s2 = (struct mr_estimate){-dot(fit, basis.curvature),
                                                           error_of(fit, basis.curvature)};

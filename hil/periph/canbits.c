@@ -26,7 +26,7 @@ static void send_field(struct stream *s, uint32_t value, unsigned width)
     while (width--) {
         unsigned bit = value >> width & 1u;
         unsigned next = bit ^ (unsigned)(s->bits.crc >> 14 & 1u);
-        s->bits.crc = (uint16_t)(s->bits.crc << 1 & 0x7fffu);
+        s->bits.crc = (uint16_t)((unsigned)s->bits.crc << 1 & 0x7fffu);
         if (next)
             s->bits.crc ^= CRC_POLYNOMIAL;
         send(s, bit);

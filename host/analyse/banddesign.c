@@ -37,7 +37,7 @@ void band_design_defaults(struct band_design *design)
         .row_ft = 2.0,
         .spring_lb_ft = 0.0,
         .at = 0.5,
-        .grip_lb = INFINITY,
+        .grip_lb = (double)INFINITY,
         .speed_ft_s = 90.0,
         .passes = 2,
     };

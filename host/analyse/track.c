@@ -92,7 +92,7 @@ static double unlikeliness(const struct track *track, struct track_model *model)
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
     size_t size = set_system(track, model, system);
     if (!invert(system, size, model->inverse, &log_determinant))
-        return INFINITY;
+        return (double)INFINITY;
     for (size_t i = 0; i < track->points; i++) {
         for (size_t k = 0; k < track->points; k++)
             squares += track->station_ft[i] * model->inverse[i][k] * track->station_ft[k];
@@ -122,7 +122,7 @@ static void keep_model(struct track *track, const struct track_model *model,
 static void find_models(struct track *track)
 {
     static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
-    double unlikely[TRACK_MODELS], least = INFINITY, sum = 0.0;
+    double unlikely[TRACK_MODELS], least = (double)INFINITY, sum = 0.0;
     for (int half = LEAST_HALF_POWER; half <= MOST_HALF_POWER; half++) {
         for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
             struct track_model model = {.q = pow(10.0, 0.5 * half),

@@ -101,7 +101,7 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
     points->unit = r->unit;
     talk->context = &g;
     talk->reading = gather;
-    talk->until_s = INFINITY;
+    talk->until_s = (double)INFINITY;
     cli_note(r->cli,
              "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one "
              "back; an empty line or q ends",

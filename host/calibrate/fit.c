@@ -98,8 +98,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     double x[CALIBRATE_POINTS_MAX], y[CALIBRATE_POINTS_MAX];
     struct line_fit line;
     memset(fit, 0, sizeof *fit);
-    fit->low = INFINITY;
-    fit->high = -INFINITY;
+    fit->low = (double)INFINITY;
+    fit->high = -(double)INFINITY;
     if (count < 3 || count > CALIBRATE_POINTS_MAX)
         return error_set(error, MR_TOO_FEW,
                          "%zu points: the calibration; it takes 3 to %u, of two values or more",

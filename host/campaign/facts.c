@@ -27,8 +27,10 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
     const json_t *landings = json_object_get(entry, "landings"),
                  *against = json_object_get(entry, "against");
     const struct sim_scene *scene = &c->landings[0].scene;
-    *fact = (struct campaign_fact){
-        .station_ft = (double)NAN, .low = -INFINITY, .high = INFINITY, .needed = c->needed};
+    *fact = (struct campaign_fact){.station_ft = (double)NAN,
+                                   .low = -(double)INFINITY,
+                                   .high = (double)INFINITY,
+                                   .needed = c->needed};
     keys_check(keys, where, entry, known);
     if (keys_failed(keys))
         return;

@@ -23,7 +23,7 @@ static double percentile(const double *sorted, size_t count, double share)
 struct campaign_spread campaign_spread_of(double *values, size_t count)
 {
     if (count == 0)
-        return (struct campaign_spread){NAN, NAN, NAN, 0};
+        return (struct campaign_spread){(double)NAN, (double)NAN, (double)NAN, 0};
     qsort(values, count, sizeof *values, by_value);
     return (struct campaign_spread){percentile(values, count, 0.05), percentile(values, count, 0.5),
                                     percentile(values, count, 0.95), count};

@@ -447,7 +447,7 @@ static int walk_along(const struct request *request, struct ready_facts *f,
         talk->edge = take_edge;
         talk->event = take_event;
         talk->reading = take_reading;
-        talk->until_s = INFINITY;
+        talk->until_s = (double)INFINITY;
         cli_note(request->cli,
                  "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C",
                  for_s);

@@ -97,8 +97,8 @@ static uint32_t end_page(unsigned sector)
 
 static bool any(const struct job *job, unsigned sector, enum page_state state)
 {
-    return memchr(job->page + first_page(sector), state, end_page(sector) - first_page(sector)) !=
-           NULL;
+    return memchr(job->page + first_page(sector), (int)state,
+                  end_page(sector) - first_page(sector)) != NULL;
 }
 
 static bool needs_erase(const struct job *job, unsigned sector)

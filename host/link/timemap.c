@@ -83,8 +83,8 @@ static void touching_line(const struct point *hull, size_t count, double mean_s,
 static void slopes(const struct point *hull, size_t count, double mean_s, double c_us,
                    double *low_ppm, double *high_ppm)
 {
-    *low_ppm = -INFINITY;
-    *high_ppm = INFINITY;
+    *low_ppm = -(double)INFINITY;
+    *high_ppm = (double)INFINITY;
     for (size_t i = 0; i < count; i++) {
         double x_s = hull[i].x_s - mean_s;
         if (x_s > 0.0)
@@ -152,7 +152,7 @@ static double quantile(const struct mixture *mixture, double low, double high, d
 static struct timemap_value interval(const struct timemap_fit *fit, double k, double t_s)
 {
     struct mixture mixture = {.weight = fit->weight};
-    double least = INFINITY, most = -INFINITY;
+    double least = (double)INFINITY, most = -(double)INFINITY;
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
         double a = k * fit->c_us[j] + fit->low_ppm[j] * t_s,
                b = k * fit->c_us[j] + fit->high_ppm[j] * t_s;

@@ -86,7 +86,7 @@ static void draw_movement(FILE *out, const struct store_slow *const *rows, const
 {
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, si);
     char label[60];
-    double low = INFINITY, high = -INFINITY;
+    double low = (double)INFINITY, high = -(double)INFINITY;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
         for (size_t i = 0; i < count; i++)
             values[c * count + i] = unit->factor *
@@ -107,7 +107,7 @@ static void draw_movement(FILE *out, const struct store_slow *const *rows, const
 static void draw_one(FILE *out, unsigned place, const double *hours, const double *values,
                      size_t count, double least, const char *label, const char *x_label)
 {
-    double low = INFINITY, high = -INFINITY;
+    double low = (double)INFINITY, high = -(double)INFINITY;
     chart_extend(values, count, &low, &high);
     struct svg_plot plot = panel(out, place, hours, count, low, high, least, label, x_label);
     svg_line(&plot, "line a", hours, values, count);

@@ -45,7 +45,8 @@ static void draw_lines(struct panel *panel, FILE *out, unsigned place,
                        const struct survey_found *found, bool moved, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    double y[SURVEY_LINES][SURVEY_POINTS], middle[SURVEY_SPANS], low = INFINITY, high = -INFINITY;
+    double y[SURVEY_LINES][SURVEY_POINTS], middle[SURVEY_SPANS], low = (double)INFINITY,
+                                                                 high = -(double)INFINITY;
     size_t count = moved ? SURVEY_POINTS : SURVEY_SPANS;
     double key_px = CHART_LEFT;
     char label[60];

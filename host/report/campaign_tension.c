@@ -130,7 +130,7 @@ static void table(const struct report *report, unsigned bands, FILE *out)
 /* Range of both axes; how many bands there are. */
 static unsigned ranges(const struct report *report, struct svg_plot *plot)
 {
-    double left = INFINITY, right = -INFINITY, low = 0.0, high = 0.0;
+    double left = (double)INFINITY, right = -(double)INFINITY, low = 0.0, high = 0.0;
     unsigned bands = 0;
     for (size_t i = 0; i < report->landings; i++) {
         const struct measured *measured = &report->landing[i].summary.measured;

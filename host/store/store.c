@@ -25,7 +25,7 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
 {
     int code = sqlite3_errcode(store->database) & 0xff;
     const char *text = sqlite3_errmsg(store->database);
-    store->refused = store_refusal_of(code);
+    store->refused = (int)store_refusal_of(code);
     switch (code) {
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:

@@ -365,7 +365,7 @@ static enum mr_status read_rest(struct sweep_study *study, const char *path, str
     if (solver && !json_is_string(solver))
         return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
     study->solver = json_string_value(solver);
-    study->timeout_s = INFINITY;
+    study->timeout_s = (double)INFINITY;
     if (json_object_get(study->root, "rtol") &&
         find_number(study->root, "rtol", 1e-13, 1.0, 0.0, &study->rtol, path, error) != MR_OK)
         return error->status;

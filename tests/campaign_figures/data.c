@@ -3,7 +3,7 @@
 
 #include "tests/campaign_figures/figures.h"
 
-#define MORE INFINITY
+#define MORE ((double)INFINITY)
 
 const struct figure campaign_figures[] = {
     {.number = "4.1",

@@ -70,7 +70,7 @@ static void figures_are_those_of_appendix_c(void **state)
                         left[] = {103.0, 99.0};
     struct mr_band_figures figures;
     set_up(station_ft, 2, 100.0f);
-    play(at_rest, 2, 150, true, NAN);
+    play(at_rest, 2, 150, true, (double)NAN);
     for (int s = 1; s <= 50; s++) /* over 200 ms, as the gear comes */
         play((const double[]){100.0 + 0.7 * s, 100.0 - 0.5 * s}, 2, 1, false, 30.0);
     play(pushed, 2, 100, false, 30.0);
@@ -107,7 +107,7 @@ static void a_rivet_that_lets_go_is_a_pullout(void **state)
     (void)state;
     static const double station_ft[] = {20.0, 80.0};
     set_up(station_ft, 2, 100.0f);
-    play((const double[]){100.0, 100.0}, 2, 150, true, NAN);
+    play((const double[]){100.0, 100.0}, 2, 150, true, (double)NAN);
     for (int s = 1; s <= 50; s++)
         play((const double[]){100.0 + 0.7 * s, 100.0 - 0.5 * s}, 2, 1, false, 30.0);
     play((const double[]){100.0, 100.0}, 2, 300, false, 30.0);
@@ -125,7 +125,7 @@ static void slip(unsigned ms, double recovered_lb)
 {
     static const double station_ft[] = {20.0, 50.0, 80.0};
     set_up(station_ft, 3, 100.0f);
-    play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, NAN);
+    play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, (double)NAN);
     play((const double[]){100.0, 98.0, 99.0}, 3, 20, false, 10.0);
     play((const double[]){90.0, 74.0, 94.0}, 3, ms / STEP_MS, false, 10.0);
     if (ms < 100)
@@ -164,14 +164,14 @@ static void a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on(void **
     (void)state;
     static const double station_ft[] = {20.0, 50.0, 80.0};
     set_up(station_ft, 3, 100.0f);
-    play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, NAN);
-    play((const double[]){99.0, 88.0, 100.0}, 3, 100, true, NAN);
+    play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, (double)NAN);
+    play((const double[]){99.0, 88.0, 100.0}, 3, 100, true, (double)NAN);
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_STEP);
     assert_int_equal(found[0].gage, 2);
     assert_near(found[0].value_lb, -12.0, 1e-3);
     /* no band gains tension by growing longer */
-    play((const double[]){100.0, 98.0, 101.0}, 3, 100, true, NAN);
+    play((const double[]){100.0, 98.0, 101.0}, 3, 100, true, (double)NAN);
     assert_int_equal(finds, 2);
     assert_int_equal(found[1].reason, MR_BAND_PULLOUT);
     assert_int_equal(found[1].gage, 2);
@@ -183,7 +183,7 @@ static void slack_needs_a_wheel_behind_and_more_than_a_moment(void **state)
     (void)state;
     static const double station_ft[] = {20.0, 80.0};
     set_up(station_ft, 2, 100.0f);
-    play((const double[]){100.0, 100.0}, 2, 150, true, NAN);
+    play((const double[]){100.0, 100.0}, 2, 150, true, (double)NAN);
     for (int s = 1; s <= 91; s++)
         play((const double[]){100.0 + s, 100.0 - s}, 2, 1, false, 30.0);
     play((const double[]){191.0, 9.0}, 2, 1, false, 30.0); /* the second step below a tenth: 8 ms */
@@ -208,10 +208,10 @@ static void unequal_tension_at_rest_is_named(void **state)
     static const double station_ft[] = {20.0, 50.0, 80.0};
     set_up(station_ft, 3, 100.0f);
     /* 20 % of 100 and three errors of 0.5 lb and 1 % each: a little over 24 lb is allowed */
-    play((const double[]){88.0, 100.0, 112.0}, 3, 200, true, NAN);
+    play((const double[]){88.0, 100.0, 112.0}, 3, 200, true, (double)NAN);
     assert_int_equal(finds, 0);
     set_up(station_ft, 3, 100.0f);
-    play((const double[]){112.0, 102.0, 86.0}, 3, 200, true, NAN);
+    play((const double[]){112.0, 102.0, 86.0}, 3, 200, true, (double)NAN);
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_UNEQUAL);
     assert_int_equal(found[0].gage, 3);
@@ -238,8 +238,8 @@ static void a_gage_without_a_reading_takes_no_part(void **state)
     static const double station_ft[] = {20.0, 50.0, 80.0};
     struct mr_band_figures figures;
     set_up(station_ft, 3, 100.0f);
-    play((const double[]){100.0, NAN, 104.0}, 3, 150, true, NAN);
-    play((const double[]){101.0, NAN, 103.0}, 3, 150, false, 50.0);
+    play((const double[]){100.0, (double)NAN, 104.0}, 3, 150, true, (double)NAN);
+    play((const double[]){101.0, (double)NAN, 103.0}, 3, 150, false, 50.0);
     mr_bands_end(&bands);
     mr_bands_figures(&bands, 0, &figures);
     assert_int_equal(finds, 0);
@@ -396,7 +396,7 @@ static void land(struct trial *t)
     set_up(chain_gage_ft, 7, (float)c->pretension_lb);
     t->least_lb = 1e9;
     for (double t_s = 0.0; t_s < stop_s + 1.0; t_s += 0.004) {
-        double sum[7] = {0.0}, lb[7], wheel_ft = NAN;
+        double sum[7] = {0.0}, lb[7], wheel_ft = (double)NAN;
         for (int half = 0; half < 2; half++) {
             double now_s = t_s + 0.002 * half, since = fmin(now_s, stop_s) - 0.7;
             double ramp = fmin(1.0, fmax(0.0, since / onset_s)) *
@@ -503,9 +503,9 @@ static void damage_is_recognised(void **state)
 static void neighbours_are_those_by_station(void **state)
 {
     (void)state;
-    static const double station_ft[] = {85.0, 20.0, NAN, 50.0, 5.0};
+    static const double station_ft[] = {85.0, 20.0, (double)NAN, 50.0, 5.0};
     set_up(station_ft, 5, 100.0f);
-    play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 150, true, NAN);
+    play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 150, true, (double)NAN);
     for (int s = 1; s <= 50; s++)
         play((const double[]){100.0, 100.0 + 0.7 * s, 100.0, 100.0 - 0.5 * s, 100.0}, 5, 1, false,
              30.0);
@@ -525,9 +525,9 @@ static void a_slip_is_seen_beside_a_gage_without_a_reading(void **state)
     static const double station_ft[2][4] = {{20.0, 50.0, 80.0, 10.0}, {20.0, 50.0, 80.0, 95.0}};
     for (unsigned n = 0; n < 2; n++) {
         set_up(station_ft[n], 4, 100.0f);
-        play((const double[]){100.0, 100.0, 100.0, NAN}, 4, 150, true, NAN);
-        play((const double[]){100.0, 98.0, 99.0, NAN}, 4, 20, false, 5.0);
-        play((const double[]){90.0, 74.0, 94.0, NAN}, 4, 100, false, 5.0);
+        play((const double[]){100.0, 100.0, 100.0, (double)NAN}, 4, 150, true, (double)NAN);
+        play((const double[]){100.0, 98.0, 99.0, (double)NAN}, 4, 20, false, 5.0);
+        play((const double[]){90.0, 74.0, 94.0, (double)NAN}, 4, 100, false, 5.0);
         mr_bands_end(&bands);
         assert_int_equal(finds, 1);
         assert_int_equal(found[0].reason, MR_BAND_SLIP);
@@ -571,7 +571,7 @@ static void a_band_below_zero_is_not_slack_of_nothing(void **state)
     static const double station_ft[] = {20.0, 80.0};
     struct mr_band_figures figures;
     set_up(station_ft, 2, 5.0f);
-    play((const double[]){-0.2, -0.4}, 2, MR_BANDS_GROUP, true, NAN);
+    play((const double[]){-0.2, -0.4}, 2, MR_BANDS_GROUP, true, (double)NAN);
     unsigned before = findings_of(MR_BAND_LOOSE) + findings_of(MR_BAND_SLACK);
     assert_int_equal(before, 2); /* of the 5 lb that were to be there, 0.5 */
     finds = 0;

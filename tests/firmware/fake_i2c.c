@@ -56,7 +56,7 @@ void i2c_begin(uint8_t address, const uint8_t *out, size_t out_length, uint8_t *
         fake_i2c.result = I2C_IDLE;
         write_bytes(out, out_length);
         if (in_length == 2) {
-            uint16_t value = fake_i2c.pointer ? (uint16_t)(fake_i2c.config << 8 | 0xa0u)
+            uint16_t value = fake_i2c.pointer ? (uint16_t)((unsigned)fake_i2c.config << 8 | 0xa0u)
                                               : fake_i2c.converted;
             in[0] = (uint8_t)(value >> 8);
             in[1] = (uint8_t)value;

@@ -506,7 +506,7 @@ static void stations_are_passed_when_the_truth_says(void **state)
     (void)state;
     struct ear *ear = ear_open(NULL, 5);
     char line[4096], name[64];
-    double at_s = NAN, station_ft = NAN, value;
+    double at_s = (double)NAN, station_ft = (double)NAN, value;
     FILE *file = fopen("tests/runs/landing5.run", "r");
     assert_non_null(file);
     while (fgets(line, sizeof line, file)) {

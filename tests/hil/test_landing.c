@@ -238,7 +238,7 @@ static void close_flight(struct flight *flight)
 static double truth_of(unsigned landing, const char *name)
 {
     char path[64], line[4096], found[64];
-    double value = NAN;
+    double value = (double)NAN;
     snprintf(path, sizeof path, "tests/runs/landing%u.run", landing);
     FILE *file = fopen(path, "r");
     assert_non_null(file);

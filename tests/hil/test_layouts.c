@@ -117,7 +117,7 @@ static void the_drivers_have_the_same_layouts(void **state)
 #define NUMBER(name)  compare_number(#name, ADDRESS(name));
 #define MACRO(name)
 #define FIELD(type, name) compare_field(#type, #name, offsetof(struct type, name));
-#define IRQ(name)         compare("irq", #name + 4, (uint32_t)name);
+#define IRQ(name)         compare("irq", &(#name)[strlen("IRQ_")], (uint32_t)name);
 #include "registers.inc"
     compare("offset", "DMA.stream", offsetof(struct dma_regs, stream));
     compare("offset", "DMA_STREAM.size", sizeof(struct dma_stream_regs));

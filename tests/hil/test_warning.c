@@ -140,7 +140,7 @@ static double fly(unsigned landing, uint64_t seed, bool noise)
     flight.ear = ear_open(&options, landing);
     struct hil_board *board = flight.ear->board;
     hil_board_set_callbacks(board, &(struct hil_callbacks){flight.ear, ear_can, on_serial});
-    double warned_s = NAN;
+    double warned_s = (double)NAN;
     double t_s = 0.1;
     ear_until(flight.ear, t_s);
     for (; t_s < flight.ear->run.duration_s && isnan(warned_s); t_s += 1e-4) {

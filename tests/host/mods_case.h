@@ -107,8 +107,8 @@ static inline void add_all(struct sim_scene *scene)
                                              .every = 15,
                                              .k_lb_ft = 1000.0,
                                              .grip_lb = 25.0,
-                                             .pull_lb = INFINITY,
-                                             .wear_ft = INFINITY};
+                                             .pull_lb = (double)INFINITY,
+                                             .wear_ft = (double)INFINITY};
     assert_int_equal(sim_scene_set_list(&scene->mods.band[1].t0_lb, &t0, 1, &error), MR_OK);
     scene->mods.cleat_every = 7;
     scene->mods.cleat_hold_lb = 2.0;

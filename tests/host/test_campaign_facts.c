@@ -77,23 +77,23 @@ static void test_quantities(void **state)
         const char *keys;
         double lasting, buckling; /* worked by hand; NaN: none */
     } cases[] = {
-        {"\"quantity\":\"moved_in\",\"landings\":[1,4],\"station_ft\":5", 1.0, NAN},
-        {"\"quantity\":\"moved_in\",\"landings\":[1,4]", 2.0, NAN},
+        {"\"quantity\":\"moved_in\",\"landings\":[1,4],\"station_ft\":5", 1.0, (double)NAN},
+        {"\"quantity\":\"moved_in\",\"landings\":[1,4]", 2.0, (double)NAN},
         {"\"quantity\":\"moved_in\",\"landings\":[1,2],\"station_ft\":6", 0.125, 0.125},
         {"\"quantity\":\"each_in\",\"landings\":[1,4],\"station_ft\":5", 0.3125, 0.1875},
         {"\"quantity\":\"each_in\",\"landings\":[2,3]", 2.5, 2.0},
-        {"\"quantity\":\"each_in\",\"landings\":[3,4],\"against\":[1,2]", 3.5 / 1.5, NAN},
+        {"\"quantity\":\"each_in\",\"landings\":[3,4],\"against\":[1,2]", 3.5 / 1.5, (double)NAN},
         {"\"quantity\":\"most_in\",\"landings\":[1,3],\"station_ft\":9", 1.0, 0.5},
         {"\"quantity\":\"zone_mats\",\"landings\":[1,4]", 40.0, 20.0},
-        {"\"quantity\":\"zone_mats\",\"landings\":\"before buckling\"", NAN, 20.0},
-        {"\"quantity\":\"zone_mats\",\"landings\":\"at buckling\"", NAN, 30.0},
+        {"\"quantity\":\"zone_mats\",\"landings\":\"before buckling\"", (double)NAN, 20.0},
+        {"\"quantity\":\"zone_mats\",\"landings\":\"at buckling\"", (double)NAN, 30.0},
         {"\"quantity\":\"waves\",\"landings\":[1,4]", 1.0, 1.0},
         {"\"quantity\":\"slack\",\"landings\":[1,4]", 2.0, 0.0},
-        {"\"quantity\":\"torn\",\"landings\":[4,4]", 1.0, NAN},
-        {"\"quantity\":\"failures\",\"landings\":\"at buckling\"", NAN, 2.0},
+        {"\"quantity\":\"torn\",\"landings\":[4,4]", 1.0, (double)NAN},
+        {"\"quantity\":\"failures\",\"landings\":\"at buckling\"", (double)NAN, 2.0},
         {"\"quantity\":\"failures\",\"landings\":[1,4]", 0.0, 0.0},
-        {"\"quantity\":\"apart_ft\",\"landings\":\"at buckling\"", NAN, 6.0},
-        {"\"quantity\":\"apart_ft\",\"landings\":[1,4]", NAN, NAN},
+        {"\"quantity\":\"apart_ft\",\"landings\":\"at buckling\"", (double)NAN, 6.0},
+        {"\"quantity\":\"apart_ft\",\"landings\":[1,4]", (double)NAN, (double)NAN},
     };
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

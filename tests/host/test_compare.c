@@ -501,11 +501,12 @@ static struct compare_figures two_channels(void)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
             .compared = true,
-            .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .lag_s = NAN}};
+            .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .lag_s = (double)NAN}};
     f.zones.count = 1;
-    f.zones.moment[0] = (struct compare_zone_moment){.what = "at rest",
-                                                     .simulated = {true, 20.0, 50.0, 0.4, NAN, NAN},
-                                                     .board = {.known = false}};
+    f.zones.moment[0] =
+        (struct compare_zone_moment){.what = "at rest",
+                                     .simulated = {true, 20.0, 50.0, 0.4, (double)NAN, (double)NAN},
+                                     .board = {.known = false}};
     return f;
 }
 

@@ -29,7 +29,7 @@ static int64_t land(struct store *store, int64_t number)
                                     .state = 4,
                                     .board_uid = "AB",
                                     .image_crc = STORE_NONE,
-                                    .switch_error_ft = NAN};
+                                    .switch_error_ft = (double)NAN};
     assert_int_equal(store_landing_add(store, &landing, &error), MR_OK);
     return landing.id;
 }

@@ -217,16 +217,16 @@ static void holes_are_left_out(void **state)
     (void)state;
     make(&pair, raised, rise, 0.0);
     for (size_t i = 1000; i < 1500; i++)
-        pair.m[i] = NAN;
+        pair.m[i] = (double)NAN;
     for (size_t i = 1400; i < 2000; i++)
-        pair.s[i] = NAN;
+        pair.s[i] = (double)NAN;
     signal_compare(&pair.signal, &f);
     assert_int_equal(f.compared, N - 1000);
     assert_near(f.bias, 0.05, 1e-12);
     assert_near(f.rms, 0.05, 1e-12);
     assert_near(f.correlation, 1.0, 1e-12);
     for (size_t i = 0; i < N; i++)
-        pair.m[i] = NAN;
+        pair.m[i] = (double)NAN;
     signal_compare(&pair.signal, &f);
     assert_int_equal(f.compared, 0);
     assert_true(isnan(f.bias) && isnan(f.rms) && isnan(f.peak_measured.value) &&
@@ -240,7 +240,8 @@ static void normalised_errors(void **state)
     assert_near(signal_en(0.9, 0.03, 1.0, 0.04), 1.0, 1e-12);
     assert_near(signal_en(1.0, 0.0, 1.0, 0.0), 0.0, 0.0);
     assert_true(isinf(signal_en(1.0, 0.0, 2.0, 0.0)));
-    assert_true(isnan(signal_en(NAN, 0.1, 2.0, 0.1)) && isnan(signal_en(1.0, 0.1, 2.0, NAN)));
+    assert_true(isnan(signal_en((double)NAN, 0.1, 2.0, 0.1)) &&
+                isnan(signal_en(1.0, 0.1, 2.0, (double)NAN)));
 }
 
 int main(void)

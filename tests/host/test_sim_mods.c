@@ -71,7 +71,7 @@ static void a_slack_band_does_not_push(void **state)
     /* k x^2/2 + k slack x - k slack^2/2 = 18 */
     double furthest = -slack + sqrt(2.0 * slack * slack + 36.0 / k);
     scene.t_end_s = 0.5;
-    scene.mods.band[0].k_lb_ft = INFINITY;
+    scene.mods.band[0].k_lb_ft = (double)INFINITY;
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     near(result.mods->band_most_lb[0], t0 + k * furthest, 1e-3);
     /* negative: how much it hangs loose */

@@ -258,7 +258,7 @@ static void the_authors_solvers_answer_too(void **state)
     fine = good(&scene, "event", 1e-10);
     static const char *const names[] = {"rkgs", "hamming"};
     for (size_t i = 0; i < 2; i++) {
-        double last = INFINITY;
+        double last = (double)INFINITY;
         for (double rtol = 1e-5; rtol > 5e-9; rtol *= 0.03) {
             result = good(&scene, names[i], rtol);
             double apart = fabs(result.outputs[0].lift_ft - fine.outputs[0].lift_ft);

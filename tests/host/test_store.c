@@ -63,7 +63,7 @@ static struct store_landing add_landing(struct store *store, int64_t session)
                                     .clock_source = 0,
                                     .touchdown_ft = 3.0,
                                     .image_commit = "c7a3136ab3a3",
-                                    .switch_error_ft = NAN};
+                                    .switch_error_ft = (double)NAN};
     struct error error = {0};
     assert_int_equal(store_landing_add(store, &landing, &error), MR_OK);
     return landing;
@@ -101,8 +101,8 @@ static void rows_come_back(void **state)
                               .mats = 31,
                               .start_ft = 80,
                               .end_ft = 90,
-                              .lead_s = NAN,
-                              .wheel_ft = NAN,
+                              .lead_s = (double)NAN,
+                              .wheel_ft = (double)NAN,
                               .warning = STORE_NONE,
                               .inferred_percent = STORE_NONE,
                               .links = 1};
@@ -267,7 +267,7 @@ static void simulations_keep_the_newest(void **state)
     float series[3] = {0.0f, 0.5f, 1.0f};
     struct store_simulation row = {.number = 2,
                                    .station_ft = 50,
-                                   .peak_measured_in = NAN,
+                                   .peak_measured_in = (double)NAN,
                                    .rms_in = 0.1,
                                    .dt_s = 0.002,
                                    .series_in = series,

@@ -37,8 +37,8 @@ static void no_ticks_without_a_range(void **state)
     (void)state;
     assert_int_equal(svg_choose_ticks(1, 1, 5).count, 0);
     assert_int_equal(svg_choose_ticks(2, 1, 5).count, 0);
-    assert_int_equal(svg_choose_ticks(NAN, 1, 5).count, 0);
-    assert_int_equal(svg_choose_ticks(0, INFINITY, 5).count, 0);
+    assert_int_equal(svg_choose_ticks((double)NAN, 1, 5).count, 0);
+    assert_int_equal(svg_choose_ticks(0, (double)INFINITY, 5).count, 0);
     assert_int_equal(svg_choose_ticks(0, 1, 0).count, 0);
 }
 
@@ -53,8 +53,8 @@ static void ranges_widen(void **state)
     svg_widen(&low, &high, 2.0);
     assert_near(low, 4.0, 1e-12);
     assert_near(high, 6.0, 1e-12);
-    low = INFINITY;
-    high = -INFINITY;
+    low = (double)INFINITY;
+    high = -(double)INFINITY;
     svg_widen(&low, &high, 2.0);
     assert_near(low, 0.0, 0.0);
     assert_near(high, 2.0, 0.0);
@@ -83,7 +83,7 @@ static void end_plot(struct svg_plot *plot)
 static void points_land_where_they_should(void **state)
 {
     struct svg_plot plot = begin_plot(10);
-    const double x[] = {0, 5, NAN, 10, 20}, y[] = {0, 1, 0, -1, -3};
+    const double x[] = {0, 5, (double)NAN, 10, 20}, y[] = {0, 1, 0, -1, -3};
     (void)state;
     assert_near(svg_x(&plot, 5), 200, 1e-12);
     assert_near(svg_y(&plot, 1), 10, 1e-12);
@@ -138,7 +138,7 @@ static void a_thinned_line_stays_near(void **state)
         assert_in_range(points, kind ? 100 : 10, kind ? 401 : 100);
         for (size_t j = 0; j < points; j++) {
             size_t i = (size_t)lround((p[j].x - 100.0) / 200.0 * (COUNT - 1));
-            double nearest = INFINITY; /* 25 values share a tenth of a pixel along x */
+            double nearest = (double)INFINITY; /* 25 values share a tenth of a pixel along x */
             for (size_t n = i > 3 ? i - 3 : 0; n < i + 4 && n < COUNT; n++)
                 nearest = fmin(nearest, fabs(svg_y(&plot, y[n]) - p[j].y));
             assert_true(nearest < 0.06);
@@ -216,7 +216,7 @@ static void text_is_escaped(void **state)
     (void)state;
     FILE *out = open_memstream(&drawn, &drawn_length);
     html_text(out, "a<b> & \"c\"");
-    html_number(out, NAN, 2);
+    html_number(out, (double)NAN, 2);
     html_cell(out, "%s", "<script>");
     fclose(out);
     assert_string_equal(

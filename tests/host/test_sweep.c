@@ -300,7 +300,7 @@ static void trouble_costs_one_case(void **state)
                               .todo = todo,
                               .count = 9,
                               .jobs = 3,
-                              .timeout_s = INFINITY,
+                              .timeout_s = (double)INFINITY,
                               .stop = &stop};
     assert_int_equal(sweep_pool_run(&pool, &error), MR_OK);
     pool.todo = hangs;

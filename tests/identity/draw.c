@@ -100,7 +100,7 @@ static bool write_faults(const char *folder, unsigned number, double stop_s, uin
 static void add_switches(const struct score_landing *landing)
 {
     for (unsigned i = 0; i < SCORE_SWITCHES; i++) {
-        double at_ft = -2.5 + 5.0 * i, t_s = NAN;
+        double at_ft = -2.5 + 5.0 * i, t_s = (double)NAN;
         for (unsigned k = 0; k < landing->edges; k++) {
             if (fabs((double)landing->edge_ft[k] - at_ft) < 0.1)
                 t_s = BEGIN_S + (double)landing->edge_s[k];

@@ -8,7 +8,6 @@
  *                                  long as FILE is there
  *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes
  *                                  SECONDS; FILE goes */
-#define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <pthread.h>

@@ -112,7 +112,7 @@ struct player {
 
 static double event_of(const struct score_landing *landing, struct score_zone *zones, int16_t *most)
 {
-    double event_s = NAN;
+    double event_s = (double)NAN;
     for (unsigned k = 0; k < landing->looks; k++) {
         double wheel_ft = (double)landing->wheel_ft[k];
         zones[k] = score_longest(landing->gap_hmil[k], wheel_ft);

@@ -20,7 +20,7 @@ static int by_value(const void *a, const void *b)
 static double quantile(float *values, size_t count, double part)
 {
     if (!count)
-        return NAN;
+        return (double)NAN;
     qsort(values, count, sizeof *values, by_value);
     return (double)values[(size_t)(part * (double)(count - 1) + 0.5)];
 }

@@ -24,7 +24,7 @@ void ref_defaults(struct ref_scene *scene)
         .right_fixed = true,
         .F = 12000,
         .Vac = 90,
-        .F_tstop = INFINITY,
+        .F_tstop = (double)INFINITY,
         .f = 0.5,
         .veps = 1e-3,
         .V = 120,

@@ -185,7 +185,7 @@ static void change_mat(struct march *g, double t_s, int n, const double *u, doub
  * all fit. */
 static double first_miss_s(const struct march *g, double t_s, double h)
 {
-    double first = INFINITY;
+    double first = (double)INFINITY;
     for (int j = g->first; j <= g->last + 1; j++) {
         double after = joint_margin(g, j, g->u_to, g->v_to);
         if (after < -JOINT_SLOP) {

@@ -72,7 +72,7 @@ LAW_INLINE struct friction_step friction_step(double v_ft_s, double x_lb, double
     double after_ft_s = v_ft_s + brake_lb * per_lb;
     bool rests = !(after_ft_s * v_ft_s > 0.0); /* or turns round */
     bool held = fabs(x_lb) <= c_lb;
-    return (struct friction_step){rests & held ? 0.0 : after_ft_s, rests & (v_ft_s != 0.0), held};
+    return (struct friction_step){(rests & held) ? 0.0 : after_ft_s, rests & (v_ft_s != 0.0), held};
 }
 
 /* Speed after h of a mat that a force beyond its Coulomb limit throws back: it stops on the way and

@@ -200,8 +200,8 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
         b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
                            s->alpha_f * s->dt_f * (to_ft - from_ft);
         b->lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
-        b->least_lb[i] = INFINITY;
-        b->most_lb[i] = -INFINITY;
+        b->least_lb[i] = (double)INFINITY;
+        b->most_lb[i] = -(double)INFINITY;
     }
 }
 

@@ -50,9 +50,9 @@ static enum mr_status stretch(struct span_list *list, const struct sim_scene *sc
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
             if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE))
-                edge = INFINITY; /* gone */
+                edge = (double)INFINITY; /* gone */
             if (speed < 0.0 && whole.x0_ft <= 0.0)
-                edge = -INFINITY;
+                edge = -(double)INFINITY;
             double t = whole.t0_s + (edge - whole.x0_ft) / speed;
             if (t < whole.t1_s) {
                 part.t1_s = t;

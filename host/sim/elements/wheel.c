@@ -25,7 +25,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight;
     wheel->count = scene->path_count > 0 ? scene->path_count : 2;
     wheel->cursor = 0;
-    wheel->at_s = NAN;
+    wheel->at_s = (double)NAN;
     wheel->mat = 0;
     wheel->from_ft = wheel->to_ft = 0.0;
     wheel->length_ft = scene->length_ft;

@@ -87,7 +87,7 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
     for (size_t i = 0; i < chain->length; i++)
-        (chain->limit_lb - PADDING)[i] = INFINITY; /* what is no mat never moves */
+        (chain->limit_lb - PADDING)[i] = (double)INFINITY; /* what is no mat never moves */
     if (chain->mods)
         mods_reset(chain->mods);
     for (int n = 1; n <= chain->mats; n++)

@@ -327,7 +327,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
         free(work);
         free(pivot);
         free(kept);
-        return INFINITY;
+        return (double)INFINITY;
     }
     double *mass = work, *by_p = mass + size * MODEL_ROW, *by_v = by_p + size * MODEL_ROW;
     double *lu = by_v + size * MODEL_ROW, *drift = lu + size * BAND_WIDTH;

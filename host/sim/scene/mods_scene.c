@@ -9,24 +9,24 @@
 void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
-        .cleat_travel_ft = INFINITY,
+        .cleat_travel_ft = (double)INFINITY,
         .cleat_depth_ft = 0.75 / 12.0,
         .stiff_free = 1,
         .stiff_lines = 1,
         .stiff_first = 1,
-        .stiff_grip_lb = INFINITY,
-        .stiff_yield_lb_ft = INFINITY,
-        .tear_lb = INFINITY,
+        .stiff_grip_lb = (double)INFINITY,
+        .stiff_yield_lb_ft = (double)INFINITY,
+        .tear_lb = (double)INFINITY,
     };
     for (int g = 0; g < SIM_BAND_GROUPS; g++)
         mods->band[g] = (struct sim_bands){
             .area_ft2 = 0.375 * 0.020 / 144.0,
             .e_lb_ft2 = 29e6 * 144.0,
             .every = 20,
-            .k_lb_ft = INFINITY,
-            .grip_lb = INFINITY,
-            .pull_lb = INFINITY,
-            .wear_ft = INFINITY,
+            .k_lb_ft = (double)INFINITY,
+            .grip_lb = (double)INFINITY,
+            .pull_lb = (double)INFINITY,
+            .wear_ft = (double)INFINITY,
             .tilt_rad = 0.050 / (24.0 / 7.0),
             .alpha_f = 6.5e-6,
         };

@@ -32,7 +32,7 @@ void sim_scene_defaults(struct sim_scene *scene)
         .right = SIM_FIXED,
         .force_lb = 12000.0,
         .vac_ft_s = 90.0,
-        .force_stop_s = INFINITY,
+        .force_stop_s = (double)INFINITY,
         .friction = 0.5,
         .veps_ft_s = 1e-3,
         .shear_lb = 120.0,

@@ -24,7 +24,8 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     RANGE(name, field, 0.0, SIM_LARGEST, false, unit, meaning)
 #define POSITIVE(name, field, unit, meaning) \
     RANGE(name, field, 0.0, SIM_LARGEST, true, unit, meaning)
-#define LIMIT(name, field, unit, meaning) RANGE(name, field, 0.0, INFINITY, false, unit, meaning)
+#define LIMIT(name, field, unit, meaning) \
+    RANGE(name, field, 0.0, (double)INFINITY, false, unit, meaning)
 #define INTEGER(name, field, low, high, unit, meaning)                                           \
     {                                                                                            \
         name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning, {0, 0, 0}, 0 \
@@ -49,12 +50,12 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
                 "last that may be riveted"),                                                    \
         LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, "lb",   \
              "tension of one at the start"),                                                    \
-        RANGE(prefix "K", mods.band[i].k_lb_ft, 0.0, INFINITY, true, "lb/ft",                   \
+        RANGE(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",           \
               "spring at either anchor"),                                                       \
         LIMIT(prefix "grip", mods.band[i].grip_lb, "lb", "what a connection holds"),            \
         LIMIT(prefix "pull", mods.band[i].pull_lb, "lb",                                        \
               "force across the mat that pulls a rivet out"),                                   \
-        RANGE(prefix "wear", mods.band[i].wear_ft, 0.0, INFINITY, true, "ft",                   \
+        RANGE(prefix "wear", mods.band[i].wear_ft, 0.0, (double)INFINITY, true, "ft",           \
               "slip that wears a hole to nothing"),                                             \
         RANGE(prefix "tilt", mods.band[i].tilt_rad, 0.0, 1.0, false, "rad",                     \
               "how far the wheel turns a riveted mat"),                                         \
@@ -93,7 +94,7 @@ static const struct sim_key keys[] = {
     ANY("F", force_lb, "lb", "thrust"),
     NOT_NEGATIVE("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
     ANY("s0", s0_ft, "ft", "where the aircraft begins"),
-    RANGE("F_tstop", force_stop_s, 0.0, INFINITY, false, "s", "end of the thrust"),
+    RANGE("F_tstop", force_stop_s, 0.0, (double)INFINITY, false, "s", "end of the thrust"),
     CHOICE("thrust", thrust, thrusts, "on the mat under the wheel, or shared by two"),
     NOT_NEGATIVE("wheel_load", wheel_load_lb, "lb",
                  "on the mat under the wheel: in its friction, and pressing it down in the "
@@ -130,7 +131,7 @@ static const struct sim_key keys[] = {
     INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats", "from cleat to cleat"),
     INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX, "mat", "first with a cleat"),
     NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb, "lb", "hold of a fresh cleat"),
-    RANGE("cleat_travel", mods.cleat_travel_ft, 0.0, INFINITY, true, "ft",
+    RANGE("cleat_travel", mods.cleat_travel_ft, 0.0, (double)INFINITY, true, "ft",
           "movement in which the hold falls to 1/e"),
     POSITIVE("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
     LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
@@ -150,7 +151,8 @@ static const struct sim_key keys[] = {
     NOT_NEGATIVE("lay_slide", mods.lay_slide_lb, "lb",
                  "sliding along a diagonal joint without load"),
     RANGE("lay_mu", mods.lay_mu, 0.0, 10.0, false, "", "and by the load on it"),
-    RANGE("tear", mods.tear_lb, 0.0, INFINITY, true, "lb", "tension at which a joint tears"),
+    RANGE("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
+          "tension at which a joint tears"),
     LIST("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1, "joint",
          "joints torn from the start"),
 };

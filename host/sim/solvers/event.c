@@ -186,7 +186,7 @@ static double error_of(const struct stepper *s, double h)
                  THIRD_11 * w->rate[11][k];
             double scale = 1.0 / (atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k])));
             if (!(fabs(s->z_new[k]) < 1e300))
-                return NAN;
+                return (double)NAN;
             most5 = fmax(most5, fabs(e5) * scale);
             most3 = fmax(most3, fabs(e3) * scale);
         }

@@ -112,7 +112,7 @@ static double error_of(const struct stepper *s, double h)
             double old = fabs(s->z[k]), new = fabs(s->z_new[k]);
             double part = fabs(e) / (atol + s->rtol * (old > new ? old : new));
             if (!(new < 1e300))
-                return NAN;
+                return (double)NAN;
             most = part > most ? part : most;
         }
     }

@@ -109,7 +109,7 @@ static double predict_correct(struct stepper *s, double h)
             w->rate[k] = w->predicted[k] - c; /* kept when the step is accepted */
             s->z_new[k] = c + 9.0 / 121.0 * w->rate[k];
             if (!(fabs(s->z_new[k]) < 1e300))
-                return NAN;
+                return (double)NAN;
             double scale = atol + s->rtol * fmax(fabs(y[0][k]), fabs(s->z_new[k]));
             most = fmax(most, 9.0 / 121.0 * fabs(w->rate[k]) / scale);
         }

@@ -173,7 +173,7 @@ static double error_of(const struct stepper *s)
         for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
             double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
             if (!(fabs(s->z_new[k]) < 1e300))
-                return NAN;
+                return (double)NAN;
             most = fmax(most, fabs(w->k[STAGES - 1][k]) / scale);
         }
     }

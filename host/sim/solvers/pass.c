@@ -251,7 +251,7 @@ static bool handle_events(struct pass *p, bool *event)
         return true;
     bool nearer = true; /* `found` is new, and nothing known before until_s */
     for (int round = 0; round < ROUNDS; round++) {
-        double first = INFINITY;
+        double first = (double)INFINITY;
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
             when[i] = first_time(p, found[i]);
             if (when[i] < first) {

@@ -14,7 +14,7 @@ static int by_time(const void *a, const void *b)
 
 static void find_next(struct sim_record *record)
 {
-    record->next_s = INFINITY;
+    record->next_s = (double)INFINITY;
     if (record->next_snapshot < record->snapshot_count)
         record->next_s = record->snapshots[record->next_snapshot].t_s;
     if (record->next_sample < record->sample_count)

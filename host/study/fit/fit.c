@@ -335,7 +335,7 @@ static bool time_for_more(struct fitting *fitting, double each_s)
 static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
-    double moved = INFINITY, each_s = 0.0;
+    double moved = (double)INFINITY, each_s = 0.0;
     while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2) &&
            time_for_more(fitting, each_s)) {
         double begin_s = ensemble_now_s();
