@@ -67,7 +67,7 @@ static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame 
         .id = (m->tir & 4u) ? m->tir >> 3 : m->tir >> 21,
         .length = (uint8_t)((m->tdtr & 15u) > 8 ? 8 : m->tdtr & 15u),
     };
-    for (unsigned i = 0; i < frame->length; i++)
+    for (unsigned i = 0; i < sizeof frame->data && i < frame->length; i++)
         frame->data[i] = (uint8_t)((i < 4 ? m->tdlr : m->tdhr) >> (8u * (i & 3u)));
 }
 

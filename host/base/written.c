@@ -89,7 +89,7 @@ static bool record_place(const char *path, char place[PATH_MAX])
 /* As sha256sum writes it. */
 static void record_text(const char *hex, const char *path, char text[RECORD_MAX])
 {
-    snprintf(text, RECORD_MAX, "%s  %s\n", hex, path);
+    snprintf(text, RECORD_MAX, "%.*s  %s\n", DIGEST - 1, hex, path);
 }
 
 static bool put_record(const char *path, const char *hex)

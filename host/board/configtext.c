@@ -134,7 +134,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
     }
     const struct mr_config_group *found = &mr_config_groups[at->group];
     if (bracket ? index < 1 || index > found->count : found->count != 1) {
-        char advice[80];
+        char advice[100];
         snprintf(advice, sizeof advice, "%s[1] to %s[%u] are there", group, group, found->count);
         snprintf(what, sizeof what, bracket ? "no such %s: %u" : "which %s?", group, index);
         return complain(r, MR_UNKNOWN, what, advice);

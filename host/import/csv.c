@@ -294,7 +294,7 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
                       .last_s = -(double)INFINITY,
                       .before_s = -(double)INFINITY};
     const char *line;
-    double time_s;
+    double time_s = (double)NAN;
     bool whole;
     enum mr_status status = take_header(&t, error);
     while (status == MR_OK && next_line(&t, false, &line, &length, &whole)) {

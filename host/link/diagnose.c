@@ -64,7 +64,7 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
                                 double since_s, char text[DIAGNOSIS_TEXT])
 {
     const struct hearing *hearing = &counters->hearing;
-    char errors[60] = "", rate[160];
+    char errors[60] = "", rate[200];
     if (hearing->bytes == 0) {
         snprintf(text, DIAGNOSIS_TEXT,
                  LINK_NO_HELLO ": %s; not a byte came in %.1f s: is the board on, the cable in?",

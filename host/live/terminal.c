@@ -233,7 +233,7 @@ static bool fitted(const struct live_model *model, unsigned index)
 /* Displacements, and tensions beside them in two columns; in one when the screen is narrow. */
 static void draw_readings(struct canvas *canvas, const struct live_model *model, bool si)
 {
-    char text[3][80];
+    char text[3][120];
     bool all = canvas->columns + 1 >= WIDE, two = canvas->columns + 1 < MIDDLE;
     unsigned rows = two ? MR_GAGES : MR_TRANSDUCERS, half = two ? MR_GAGES : MR_GAGES / 2;
     line(

@@ -127,7 +127,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                                  struct survey_sheet *sheet, struct error *error)
 {
     char line[LINE_MAX_BYTES], *cell[COLUMNS_MAX];
-    int column[COLUMNS];
+    int column[COLUMNS] = {0};
     bool mm = false;
     enum mr_status status = MR_OK;
     memset(sheet, 0, sizeof *sheet);

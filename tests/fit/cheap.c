@@ -135,7 +135,7 @@ bool cheap_landing(const double z[FIT_KEYS], uint64_t seed, bool surveyed,
     struct fit_series series[TRANSDUCERS];
     struct fit_landing landing = {.run = 1};
     struct fit_parameter prior[FIT_KEYS];
-    size_t samples;
+    size_t samples = 0;
     cheap_priors(prior);
     for (int k = 0; k < FIT_KEYS; k++)
         value[k] = prior[k].value *

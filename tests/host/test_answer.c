@@ -135,7 +135,7 @@ static struct answer *channels(size_t columns)
         if (row == 0)
             answer_words(answer, "why", "why", "too late");
         for (size_t c = 0; row > 0 && c < columns; c++) {
-            char name[20], label[40];
+            char name[24], label[40];
             snprintf(name, sizeof name, "x%zu", c);
             snprintf(label, sizeof label, "peak|number %zu", c);
             answer_value(answer, name, label, UNIT_DISPLACEMENT, row == 1 ? 1000.0 : (double)NAN, 2)

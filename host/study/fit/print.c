@@ -140,8 +140,8 @@ static void where_it_fails(const struct fit_landings *list, const struct fit_ans
                            char *text)
 {
     double below = HUGE_VAL;
-    size_t l, w,
-        length = (size_t)snprintf(text, TEXT_SIZE, "farthest off (in standard deviations):");
+    size_t l = 0, w = 0,
+           length = (size_t)snprintf(text, TEXT_SIZE, "farthest off (in standard deviations):");
     for (int i = 0;
          i < FARTHEST && next_farthest(list, answer, below, &l, &w) && length < TEXT_SIZE; i++) {
         const struct fit_landing *landing = &list->landing[l];
