@@ -324,6 +324,12 @@ static void a_text_has_the_list_of_values_where_the_star_stands(void **state)
     assert_string_equal(text, "likewise");
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, 20);
     assert_string_equal(text, "why it changed: 0 n");
+    /* numbers of two digits, in their order */
+    mr_field_text(field_of(MR_ID_SWITCH_EVENT, "reason"), text, sizeof text);
+    assert_non_null(strstr(text, ", 9 missing, 10 reverse, 11 slow, 12 alone"));
+    /* a star of a field whose numbers have no names is a star */
+    mr_field_text(&(struct mr_field_info){.text = "2 * 3"}, text, sizeof text);
+    assert_string_equal(text, "2 * 3");
 }
 
 static void a_value_has_a_text(void **state)

@@ -101,6 +101,10 @@ static void a_range_beyond_the_converter_is_refused(void **state)
     c.high = 600.0f;
     c.zero_code = 4000.0f; /* and a zero near the end leaves 7 lb */
     assert_int_equal(mr_gain_check(&c), MR_RULE_UNREACHED);
+    /* and one beyond the end leaves nothing: the converter ends at -0.9 lb */
+    c.zero_code = 4200.0f;
+    assert_true(mr_channel_reached(&c) == 0.0f);
+    c.zero_code = 4000.0f;
     c.unit_per_code = -0.16f; /* a falling one reads 640 lb from there */
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
 }
