@@ -33,7 +33,7 @@ link = $(CC) $(CFLAGS) $(LDFLAGS) -Wl,--start-group $(filter %.o %.a,$^) -Wl,--e
 
 .PHONY: help
 help: ## every day | list the targets
-	@awk -f tests/house/help.awk $(MAKEFILE_LIST)
+	@awk -f tests/house/help.awk $(filter-out %.d,$(MAKEFILE_LIST))
 
 .PHONY: all
 all: ## every day | build firmware images, matrig, matrig-study and matrig-board
@@ -79,5 +79,5 @@ clean: ## every day | remove build/
 	rm -rf $(B)
 
 .SECONDARY:
-# build/bare holds a whole Debian, whose folders end in .d too.
--include $(shell find $(B) -path $(B)/bare -prune -o -name '*.d' -type f -print 2>/dev/null)
+# Beside them lie builds of other compilers and a whole Debian, whose folders end in .d too.
+-include $(shell find $(addprefix $(B)/,arm firmware host tests) -name '*.d' -type f 2>/dev/null)

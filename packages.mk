@@ -5,7 +5,8 @@ STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev
 TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox clang-format $(if $(shell command -v npm),,npm)
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
-FUZZ_PACKAGES := $(TEST_PACKAGES) clang
+# And a second compiler, for warnings and fuzzing.
+CLANG_PACKAGES := $(TEST_PACKAGES) clang
 # And to decode a candump log beside matrig.
 BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
 # To drive the pages in a browser.
@@ -51,5 +52,5 @@ $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
 $(B)/.coverage-packages: $(B)/.test-packages
 	$(call install_packages,$(COVERAGE_PACKAGES))
-$(B)/.fuzz-packages: $(B)/.test-packages
-	$(call install_packages,$(FUZZ_PACKAGES))
+$(B)/.clang-packages: $(B)/.test-packages
+	$(call install_packages,$(CLANG_PACKAGES))

@@ -15,6 +15,12 @@ test: in-build $(B)/.test-packages all $(tests) $(test_images) $(variants) test-
 .PHONY: test-programs
 test-programs: # its needs are said where each is built
 
+bench_programs := $(patsubst %,$(B)/tests/%,bench/sim_bench exchange/decode fit/coverage)
+# What the targets need, built and not run: tests/house/targets.py finds a target of which something is forgotten here.
+needed := $(tests) $(test_images) $(variants) $(bench_programs) $(patsubst %,$(B)/tests/%,linux/bridge sim_reference/reference)
+.PHONY: build-all
+build-all: all $(needed) test-programs coverage-build fuzz-programs ## tests | all programs that any of these targets needs, built and not run
+
 .PHONY: test-bare
 test-bare: $(B)/.bare-packages ## tests | BUSY=0: make test in a bare Debian: no root, a path with spaces, TERM=dumb, LANG=C, no network, no names; needs root
 	@tests/bare.sh
@@ -32,14 +38,16 @@ test-browser: in-build $(B)/.browser-packages all ## tests | live view and repor
 	@tests/browser/run.sh
 
 .PHONY: bench
-bench: in-build $(B)/.bench-packages all $(variants) $(B)/tests/bench/sim_bench $(B)/tests/exchange/decode $(B)/tests/fit/coverage $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## longer | timings, as ratios within one run
+bench: in-build $(B)/.bench-packages all $(variants) $(bench_programs) $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## longer | timings, as ratios within one run
 	@tests/bench.sh
 	@tests/exchange/bench.sh
 
 .PHONY: coverage
-coverage: $(B)/.coverage-packages ## longer | branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
-	@$(MAKE) -s B=$(B)/coverage NPM=$(B) CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
+coverage: $(B)/.coverage-packages coverage-build ## longer | branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
 	@tests/coverage.sh $(B)/coverage
+.PHONY: coverage-build
+coverage-build: $(B)/.test-packages $(uplot)
+	@$(MAKE) -s B=$(B)/coverage NPM=$(NPM) CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
 .PHONY: coverage-programs
 coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_matchain $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes
 

@@ -5,10 +5,12 @@ fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
 test-programs: $(fuzz_programs)
 SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=all
 
-.PHONY: fuzz
-fuzz: $(B)/.fuzz-packages ## longer | SECONDS=600 PARSERS="candump ...": every parser, bytes by libFuzzer, with sanitizers: build/fuzz/table.txt
-	@$(MAKE) -s B=$(B)/fuzz NPM=$(B) CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
+.PHONY: fuzz-programs
+fuzz-programs: $(B)/.clang-packages $(uplot)
+	@$(MAKE) -s B=$(B)/fuzz NPM=$(NPM) CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
 		$(patsubst %,$(B)/fuzz/tests/fuzz/fuzz_%,$(fuzz_targets))
+.PHONY: fuzz
+fuzz: fuzz-programs ## longer | SECONDS=600 PARSERS="candump ...": every parser, bytes by libFuzzer, with sanitizers: build/fuzz/table.txt
 	@tests/fuzz/run.sh $(B)/fuzz $(or $(SECONDS),600) $(or $(PARSERS),$(fuzz_targets))
 
 FUZZ_MAIN = $(B)/tests/fuzz/replay.o

@@ -1,5 +1,5 @@
 # Public targets by group, from lines `target: ... ## group | text` of the makefiles.
-/^[a-z-]+:.*## .* \| / {
+/^[a-z0-9-]+:.*## .* \| / {
     target = $0
     sub(/:.*/, "", target)
     text = $0

@@ -2,9 +2,25 @@
 c_files = $(shell find common firmware hil host docs tests -name '*.[ch]' -not -path '*/node_modules/*')
 
 .PHONY: format
-format: $(B)/.test-packages ## every day | lay out the C files as .clang-format says
+format: $(B)/.test-packages ## every day | lay out the C files as .clang-format says, in the source tree
 	clang-format -i $(c_files)
 
 .PHONY: compile-commands
-compile-commands: $(B)/.test-packages ## every day | how each C file is compiled, for editors and analysers: compile_commands.json
+compile-commands: $(B)/.test-packages ## every day | how each C file is compiled, for editors and analysers: compile_commands.json, in the source tree
 	@$(MAKE) -Bnk all $(tests) 2>/dev/null | python3 tests/house/compile_commands.py "$(CURDIR)" >compile_commands.json
+
+# What is compiled for this computer: the programs, their tests and studies. Not the board's: drivers, boot ROM, test images.
+for_this_computer = $(filter-out firmware/main.c firmware/f407/% hil/rom/% tests/hil/images/% tests/conformance/images/%,$(filter %.c,$(c_files)))
+.PHONY: objects
+objects: $(patsubst %.c,$(B)/host/%.o,$(filter-out tests/%,$(for_this_computer))) $(patsubst %.c,$(B)/%.o,$(filter tests/%,$(for_this_computer)))
+
+# What a compiler warns of depends on the compiler and on how much it optimises. Compiled by the build's own rules; nothing is linked.
+LEVELS ?= 0 1 3
+.PHONY: lint
+lint: in-build $(B)/.clang-packages $(uplot) ## tests | LEVELS="0 1 3": every C file with gcc at these levels and with clang, the board's too: no warning
+	@for level in $(LEVELS); do $(MAKE) -s B=$(B)/lint/O$$level NPM=$(NPM) CFLAGS=-O$$level WERROR=-Werror objects || exit; done
+	@$(MAKE) -s B=$(B)/clang NPM=$(NPM) CC=clang WERROR=-Werror objects
+	@clang --target=arm-none-eabi -isystem $(newlib) $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) -ffreestanding -fsyntax-only $(arm_src)
+	@tests/run-all.sh tests/house/lint-finds.sh
+# Debian's gcc for the board knows where its C library is; clang is told.
+newlib := /usr/include/newlib

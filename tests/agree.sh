@@ -1,0 +1,59 @@
+# Sourced, after cli/tap.sh, by a test that has said how a program is run that was built in another way:
+#     other PROGRAM ARGUMENT...
+# What matrig and matrig-board write is then the same as this build's, byte by byte: of a landing, of a campaign, of all scenes.
+own() { "build/$1" "${@:2}"; }
+
+boards_say_the_same() { # a landing on the emulated board
+    for side in own other; do
+        $side matrig-board --elf build/firmware/matrig.elf --rig tests/runs/landing5.run --can "file:$tmp/$side.can" --serial "file:$tmp/$side.serial" \
+            2>"$tmp/$side.err" || { cat "$tmp/$side.err"; return 1; }
+    done
+    [ -s "$tmp/own.can" ] && cmp "$tmp/own.can" "$tmp/other.can" && cmp "$tmp/own.serial" "$tmp/other.serial"
+}
+logs_agree() { # what is stated of the landing; not when it came in
+    for side in own other; do
+        $side matrig --quiet --json log --can "file:$tmp/own.can" --serial "file:$tmp/own.serial" --db "$tmp/$side.db" >"$tmp/$side.json" || return 1
+        python3 -c 'import json, sys; landings = json.load(sys.stdin)["landings"]; [landing.pop("held", None) for landing in landings]
+print(json.dumps(landings, indent=1, sort_keys=True))' <"$tmp/$side.json" >"$tmp/$side.landings"
+    done
+    [ -s "$tmp/own.landings" ] && cmp "$tmp/own.landings" "$tmp/other.landings"
+}
+campaigns_agree() { # one campaign, read by both
+    for side in own other; do
+        for format in csv mdf4 candump; do
+            $side matrig export "$tmp/own.db" 1 --format $format -o "$tmp/$side.$format" 2>/dev/null || return 1
+            cmp "$tmp/own.$format" "$tmp/$side.$format" || return 1
+        done
+    done
+}
+# What a command prints, without the time that it took.
+same_of() { # ARGUMENT...
+    for side in own other; do
+        "$side" matrig "$@" 2>"$tmp/$side.err" | sed 's/"[a-z_]*_ms":[0-9.e+-]*//g; s/in [0-9.]* m\?s\b//g' >"$tmp/$side.out"
+    done
+    [ -s "$tmp/own.out" ] && cmp "$tmp/own.out" "$tmp/other.out"
+}
+pages_agree() {
+    for side in own other; do
+        $side matrig report "$tmp/own.db" -o "$tmp/page.html" --force 2>"$tmp/$side.err" || { cat "$tmp/$side.err"; return 1; }
+        sed 's/[0-9.]* ms\b//g' "$tmp/page.html" >"$tmp/$side.html"
+    done
+    cmp "$tmp/own.html" "$tmp/other.html"
+}
+scenes_agree() {
+    for scene in host/scenes/*.json; do
+        same_of --json sim "$scene" || { echo "$scene"; return 1; }
+    done
+}
+
+check "the emulated board says the same, message by message" boards_say_the_same
+check "matrig log states the same of the landing" logs_agree
+check "a campaign is exported to the same CSV, MDF4 and candump" campaigns_agree
+check "its landing reads the same" same_of --json landing "$tmp/own.db" 1
+check "a landing is predicted the same" same_of --json predict "$tmp/own.db" 1
+check "and compared the same" same_of --json compare "$tmp/own.db" 1 --scene host/scenes/model_runway.json
+check "the DBC is the same" same_of dbc
+check "help and manual are the same" same_of help --man
+check "every scene is simulated to the last digit" scenes_agree
+check "the report is the same page" pages_agree
+finish
