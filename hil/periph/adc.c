@@ -335,7 +335,8 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
 {
     for (unsigned unit = 0; unit < 2; unit++) {
         struct hil_adc *a = &dev->state[unit];
-        a->triggers_high = (uint16_t)((a->triggers_high & ~(1u << extsel)) | rising << extsel);
+        a->triggers_high = (uint16_t)((a->triggers_high & ~(1u << extsel)) | (unsigned)rising
+                                                                                 << extsel);
         uint32_t exten = a->cr2 >> 28 & 3u;
         if ((a->cr2 >> 24 & 15u) == extsel && (exten & (rising ? 1u : 2u)))
             try_start(dev, unit, at);
