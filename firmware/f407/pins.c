@@ -8,13 +8,14 @@ enum pull { PULL_NONE, PULL_UP };
 static const struct setting {
     uint8_t mode, function, pull, first;
 } settings[PINS] = {
-#define ANALOGUE(port, pin, converter, input, SIGNAL, text) [PIN_##SIGNAL] = {ANALOGUE_MODE},
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
+    [PIN_##SIGNAL] = {.mode = ANALOGUE_MODE},
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) \
-    [PIN_##SIGNAL] = {FUNCTION_MODE, number, PULL_##pull},
+    [PIN_##SIGNAL] = {FUNCTION_MODE, number, PULL_##pull, 0},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text) \
     [PIN_##SIGNAL] = {OUTPUT_MODE, 0, PULL_##pull, first},
-#define INPUT(port, pin, pull, SIGNAL, text)      [PIN_##SIGNAL] = {INPUT_MODE, 0, PULL_##pull},
-#define RESERVED(port, pin, signal, SIGNAL, text) [PIN_##SIGNAL] = {INPUT_MODE},
+#define INPUT(port, pin, pull, SIGNAL, text)      [PIN_##SIGNAL] = {INPUT_MODE, 0, PULL_##pull, 0},
+#define RESERVED(port, pin, signal, SIGNAL, text) [PIN_##SIGNAL] = {.mode = INPUT_MODE},
 #include "firmware/boards/zg.def"
 };
 

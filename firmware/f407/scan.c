@@ -170,7 +170,8 @@ static void start_timers(void)
 static void check_polarity(void)
 {
     uint32_t before = TIM4->CNT;
-    unsigned pins = pin_read(PIN_EXCITATION_PLUS) | pin_read(PIN_EXCITATION_MINUS) << 1;
+    unsigned pins = (unsigned)pin_read(PIN_EXCITATION_PLUS) |
+                    (unsigned)pin_read(PIN_EXCITATION_MINUS) << 1;
     uint32_t after = TIM4->CNT;
     bool reversed_since = before < TRIGGER_TICK;
     if (after < before || before <= REVERSE_TICK)
