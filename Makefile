@@ -27,6 +27,10 @@ HOST_FLAGS = $(CPPFLAGS) $(CFLAGS) $(OUR_FLAGS) -D_GNU_SOURCE $(COVERAGE)
 ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 ARM_FLAGS := $(ARM_CFLAGS) $(OUR_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdata-sections
 
+# When these sources are of: the commit's time, or SOURCE_DATE_EPOCH; from which commit: COMMIT, where there is no git.
+epoch = $(or $(SOURCE_DATE_EPOCH),$(shell git log -1 --format=%ct 2>/dev/null || echo 0))
+export COMMIT
+
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
 # A program of what it depends on: $(call link,LIBRARIES)
 link = $(CC) $(CFLAGS) $(LDFLAGS) -Wl,--start-group $(filter %.o %.a,$^) -Wl,--end-group $(1) -o $@
@@ -52,23 +56,26 @@ flash: have-port $(images) $(B)/matrig ## every day | PORT=/dev/ttyUSB0: program
 
 PREFIX ?= /usr/local
 installed := $(DESTDIR)$(PREFIX)
+# What is installed, a FOLDER:FILE each, or FOLDER/NAME:FILE where it gets another name. The papers lie as in the sources, so links lead on.
+papers := README.md LICENSE $(wildcard docs/*.md docs/*/*.md docs/pictures/* hil/*.md host/*/*.md host/*/*/*.md tests/*/*.md \
+	host/*/*.png host/*/*/*.png)
+put = $(foreach file,$(2),$(1)/$(notdir $(file)):$(file))
+install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies)) $(call put,share/matrig,$(images)) \
+	$(call put,share/matrig/scenes,$(wildcard host/scenes/*.json)) $(call put,share/matrig/series,$(wildcard host/campaign/series/*.json)) \
+	$(call put,share/matrig/runs,$(wildcard tests/runs/*.run) hil/rest.run) \
+	$(call put,share/man/man1,$(filter %.1,$(manuals))) share/bash-completion/completions/matrig:$(B)/matrig.bash \
+	$(foreach file,$(papers),share/doc/matrig/$(file):$(file)) \
+	share/doc/matrig/LICENCES.md:docs/licences.md share/doc/matrig/LICENSE.uPlot:$(dir $(uplot))../LICENSE
+# Folders that hold nothing else.
+install_own := libexec/matrig share/matrig share/doc/matrig
 .PHONY: install
-install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, man page, completion, licences
-	install -d $(addprefix $(installed)/,bin libexec/matrig share/man/man1 share/bash-completion/completions share/matrig/scenes share/doc/matrig)
-	install -m 755 $(programs) $(installed)/bin
-	install -m 755 $(studies) $(installed)/libexec/matrig
-	install -m 644 $(images) $(installed)/share/matrig
-	install -m 644 host/scenes/*.json $(installed)/share/matrig/scenes
-	install -m 644 $(B)/matrig.1 $(installed)/share/man/man1
-	install -m 644 $(B)/matrig.bash $(installed)/share/bash-completion/completions/matrig
-	install -m 644 LICENSE $(installed)/share/doc/matrig
-	install -m 644 $(dir $(uplot))../LICENSE $(installed)/share/doc/matrig/LICENSE.uPlot
-	install -m 644 docs/licences.md $(installed)/share/doc/matrig/LICENCES.md
+install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, landings, man pages, completion, papers, licences
+	@set -e; for pair in $(install_list); do mode=644; \
+		case $$pair in bin/*|libexec/*) mode=755;; esac; install -D -m $$mode "$${pair#*:}" "$(installed)/$${pair%%:*}"; done
 .PHONY: uninstall
 uninstall: ## every day | PREFIX=/usr/local DESTDIR=: take away what install put there
-	rm -f $(addprefix $(installed)/bin/,$(notdir $(programs))) $(installed)/share/man/man1/matrig.1 \
-		$(installed)/share/bash-completion/completions/matrig
-	rm -rf $(addprefix $(installed)/,libexec/matrig share/matrig share/doc/matrig)
+	@for pair in $(install_list); do rm -f "$(installed)/$${pair%%:*}"; done
+	@for folder in $(install_own); do rm -rf "$(installed)/$$folder"; done
 
 .PHONY: demo
 demo: $(firmware) $(programs) ## every day | play a landing to the emulated board, log it, compare it, report it: build/demo/report.html

@@ -1,9 +1,15 @@
-/* Version of the firmware, told in the message hello. */
+/* The version of matrig, of all its parts: a board tells the three numbers in the message hello,
+ * its image carries them (common/image.h), programs and packages bear them. */
 #ifndef MATRIG_COMMON_VERSION_H
 #define MATRIG_COMMON_VERSION_H
 
 #define FIRMWARE_MAJOR 0
-#define FIRMWARE_MINOR 1
+#define FIRMWARE_MINOR 2
 #define FIRMWARE_PATCH 0
+
+#define VERSION_JOIN_(major, minor, patch) #major "." #minor "." #patch
+#define VERSION_JOIN(major, minor, patch)  VERSION_JOIN_(major, minor, patch)
+/* "1.2.3" */
+#define VERSION_TEXT                       VERSION_JOIN(FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH)
 
 #endif

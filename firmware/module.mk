@@ -18,7 +18,7 @@ stamp := $(B)/firmware/stamp
 .PHONY: always
 $(commit): always
 	@mkdir -p $(@D)
-	@commit=$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown); \
+	@commit=$${COMMIT:-$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown)}; \
 		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
 $(stamp): firmware/stamp/stamp.c common/crc32.c common/image.c | $(B)/.demo-packages
 	@mkdir -p $(@D)

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "hil/board/precious.h"
 #include "hil/core/time.h"
@@ -17,10 +18,10 @@
 #define HANG_S  5.0
 
 const char hil_help[] =
-    "usage: matrig-board --elf F [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
+    "usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
     "       matrig-board --flash F | --boot0 [options]\n"
     "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
-    "  --elf F          firmware image (ELF)\n"
+    "  --elf F          firmware image (ELF); else the one that came with matrig-board\n"
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
     "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) "
     "or none\n"
@@ -32,8 +33,8 @@ const char hil_help[] =
     "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
     "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig "
     "replay writes\n"
-    "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, "
-    "dropping\n"
+    "  --speed S        max: at full speed, waiting for a slow host (default); real: by the wall "
+    "clock, dropping\n"
     "  --camera HZ[,DELAY_MS[,JITTER_US]]  a film camera: triggered by PE2, after DELAY_MS "
     "(default 0) it gives a pulse\n"
     "                   a frame on PB3\n"
@@ -57,6 +58,7 @@ const char hil_help[] =
     "stderr\n"
     "  --alignment      fault on unaligned multiple and double transfers, as silicon does; slower\n"
     "  --not-modelled   print what of the chip is not modelled, and end\n"
+    "  --version        print the version, and end\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
     "  --gdb PORT       listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at "
     "unix:PATH, and wait for it\n"
@@ -266,6 +268,24 @@ static bool is_repeated(char **argv, int i)
     return false;
 }
 
+/* The image that came with the program: where it was built, or where make install puts it. */
+static bool find_image(const char **elf)
+{
+    static const char *const places[] = {"firmware/matrig.elf", "../share/matrig/matrig.elf"};
+    static char path[PATH_MAX];
+    char program[PATH_MAX - 80];
+    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
+    const char *slash = length > 0 ? memrchr(program, '/', (size_t)length) : NULL;
+    for (size_t i = 0; slash && i < sizeof places / sizeof places[0]; i++) {
+        snprintf(path, sizeof path, "%.*s/%s", (int)(slash - program), program, places[i]);
+        if (access(path, R_OK) == 0) {
+            *elf = path;
+            return true;
+        }
+    }
+    return false;
+}
+
 enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv)
 {
     *a = (struct hil_arguments){.can = "none",
@@ -301,8 +321,14 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
         i += option->kind != FLAG;
     }
     a->options.trace = a->trace ? stderr : NULL;
-    if (!a->elf && !a->flash && !a->options.boot0) {
-        hil_complain("which firmware? Give --elf FILE; see matrig-board --help");
+    if (argc == 1) {
+        hil_complain("nothing is asked: give a landing with --rig, links with --can and --serial, "
+                     "an image with --elf; see matrig-board --help");
+        return MR_USAGE;
+    }
+    if (!a->elf && !a->flash && !a->options.boot0 && !find_image(&a->elf)) {
+        hil_complain("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
+                     "--elf FILE");
         return MR_USAGE;
     }
     if (a->rig && a->replay) {

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/version.h"
 #include "hil/arguments.h"
 #include "hil/board/board.h"
 #include "hil/board/cellfile.h"
@@ -381,6 +382,10 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             fputs(hil_help, stdout);
+            return 0;
+        }
+        if (strcmp(argv[i], "--version") == 0) {
+            puts("matrig-board " VERSION_TEXT);
             return 0;
         }
         if (strcmp(argv[i], "--not-modelled") == 0) {

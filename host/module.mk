@@ -14,7 +14,7 @@ STUDY_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband -l
 
 programs := $(B)/matrig $(B)/matrig-board
 studies := $(B)/matrig-study
-manuals := $(B)/matrig.1 $(B)/matrig.bash
+manuals := $(B)/matrig.1 $(B)/matrig-board.1 $(B)/matrig.bash
 
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
 # result; the exceptions' flags are not looked at.
@@ -39,6 +39,6 @@ $(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(comm
 
 # Man page and completion, from the table that --help prints. Dated by the commit. RUN: what runs programs of another machine.
 $(B)/matrig.1: $(B)/matrig
-	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null) $(RUN) $< help --man >$@
+	SOURCE_DATE_EPOCH=$(epoch) $(RUN) $< help --man >$@
 $(B)/matrig.bash: $(B)/matrig
 	$(RUN) $< help --bash >$@

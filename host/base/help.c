@@ -70,12 +70,10 @@ void help_command(const struct command *command)
 
 void help_version(const struct cli *cli)
 {
-    char version[40];
-    snprintf(version, sizeof version, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
     if (cli->json)
-        cli_print_json(json_pack("{s:s}", "version", version), 0);
+        cli_print_json(json_pack("{s:s}", "version", VERSION_TEXT), 0);
     else
-        printf("matrig %s\n", version);
+        puts("matrig " VERSION_TEXT);
 }
 
 const struct command *help_find(const struct command_table *table, const char *name)

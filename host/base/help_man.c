@@ -165,9 +165,9 @@ static void head(void)
         if (gmtime_r(&seconds, &day))
             strftime(date, sizeof date, "%Y-%m-%d", &day);
     }
-    printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig %d.%d.%d\" \"User "
-           "Commands\"\n",
-           date, FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
+    printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig " VERSION_TEXT
+           "\" \"User Commands\"\n",
+           date);
     puts(".nh\n.ad l\n.SH NAME\nmatrig \\- instrument for a model landing\\-mat runway");
 }
 
@@ -209,7 +209,8 @@ static void tail(void)
          ".TP\n4\nMalformed or truncated input.\n.TP\n5\nNumerics refused or failed.\n"
          ".SH ENVIRONMENT\n"
          ".TP\n\\fBNO_COLOR\\fR\nWhen it is set and not empty: no colours.\n"
-         ".TP\n\\fBTMPDIR\\fR\nWhere matrig replay puts what it hands to the emulated board; else "
+         ".TP\n\\fBTMPDIR\\fR\nWhere matrig replay and matrig demo put what they share with the "
+         "emulated board; else "
          "/tmp.\n"
          ".TP\n\\fBUSER\\fR\nWho says what landing, survey and calibrate note, without \\-\\-who.\n"
          ".TP\n\\fBXDG_DATA_HOME\\fR, \\fBXDG_DATA_DIRS\\fR\nFolders in which matrig/ may hold the "

@@ -2,6 +2,7 @@
 
 #include <stdio.h>
 
+#include "host/base/command.h"
 #include "host/base/output.h"
 #include "host/store/store.h"
 
@@ -25,4 +26,16 @@ int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int ar
 {
     store_on_migration(cli->quiet ? NULL : tell_migration);
     return program_end(run(argc, argv, cli));
+}
+
+size_t program_options(const char *words[], const struct cli *cli)
+{
+    struct command_before before = {.cli = *cli};
+    size_t count = 0;
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        const struct command_option *option = &command_matrig.parts[i].option;
+        if (option->name && *(const bool *)((const char *)&before + option->at))
+            words[count++] = option->name;
+    }
+    return count;
 }

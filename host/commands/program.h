@@ -2,6 +2,8 @@
 #ifndef MATRIG_HOST_COMMANDS_PROGRAM_H
 #define MATRIG_HOST_COMMANDS_PROGRAM_H
 
+#include <stddef.h>
+
 #include "host/base/cli.h"
 
 /* What was printed must have arrived: returns exit_code, or when exit_code is 0 and standard output
@@ -12,5 +14,10 @@ int program_end(int exit_code);
  * standard error, unless --quiet. */
 int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
                 const struct cli *cli);
+
+/* matrig's own options (--json, --quiet, --si), as they were given, into `words`, which has room
+ * for command_matrig.count: for a program that is started with them. Returns how many. The rows
+ * tell which they are. */
+size_t program_options(const char *words[], const struct cli *cli);
 
 #endif

@@ -12,6 +12,7 @@
 #include "host/bundle/show.h"
 #include "host/commands/commands.h"
 #include "host/base/place.h"
+#include "host/base/scratch.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
 #include "host/replay/input.h"
@@ -28,7 +29,7 @@ struct replay {
     bool exact_asked, elf_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
-    char directory[PATH_MAX];              /* temporary; "" before it is made */
+    char directory[SCRATCH_PATH];          /* temporary; "" before it is made */
     char elf_unpacked[PATH_MAX + 20];      /* a bundle's image in it */
     struct answers recorded, replayed;
     struct replay_input input;
@@ -49,35 +50,12 @@ static void default_paths(struct replay *replay)
         replay->board.elf = replay->elf;
 }
 
-static enum mr_status make_directory(struct replay *replay, struct error *error)
-{
-    const char *base = getenv("TMPDIR");
-    snprintf(replay->directory, 200, "%s/matrig-replay.XXXXXX",
-             base && *base && strlen(base) < 150 ? base : "/tmp");
-    if (mkdtemp(replay->directory))
-        return MR_OK;
-    char made[PATH_MAX];
-    memcpy(made, replay->directory, sizeof made);
-    replay->directory[0] = '\0';
-    return error_set(
-        error, MR_IO,
-        "cannot make a temporary directory (%s): %s; set TMPDIR to one that can be written",
-        strerror(errno), made);
-}
-
 static void remove_directory(const struct replay *replay)
 {
     static const char *const names[] = {"replay.txt",  "can.log",         "serial.bin",
                                         "board.txt",   "flash.bin",       "firmware.elf",
                                         "campaign.db", "campaign.db-wal", "campaign.db-shm"};
-    char path[PATH_MAX + 20];
-    if (!replay->directory[0])
-        return;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        snprintf(path, sizeof path, "%s/%s", replay->directory, names[i]);
-        unlink(path);
-    }
-    rmdir(replay->directory);
+    scratch_remove(replay->directory, names, sizeof names / sizeof names[0]);
 }
 
 static enum mr_status find_losses(struct store *store, const struct replay *replay,
@@ -148,7 +126,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     if (status == MR_OK)
         status = answers_load(store, replay->run, &replay->recorded, error);
     if (status == MR_OK && !replay->directory[0])
-        status = make_directory(replay, error);
+        status = scratch_make(replay->directory, "replay", error);
     snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
     if (status == MR_OK)
         status = replay_input_write(store, &replay->recorded, path, &replay->input, error);
@@ -178,7 +156,7 @@ static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struc
     bool firmware = false;
     for (size_t i = 0; i < replay->check.parts; i++)
         firmware |= strcmp(replay->check.part[i].name, bundle_files[BUNDLE_FIRMWARE].name) == 0;
-    enum mr_status status = make_directory(replay, error);
+    enum mr_status status = scratch_make(replay->directory, "replay", error);
     snprintf(path, sizeof path, "%s/campaign.db", replay->directory);
     if (status == MR_OK)
         status = bundle_save_campaign(bundle, path, error);

@@ -11,6 +11,7 @@
 #include "common/version.h"
 #include "host/base/command.h"
 #include "host/base/place.h"
+#include "host/commands/program.h"
 
 #define NAME "matrig-study"
 
@@ -41,33 +42,19 @@ bool study_find(const char *matrig, const char *search, char *path, size_t size)
 static int fail(const char *command, const char *why)
 {
     struct error error = {0};
-    error_set(
-        &error, MR_IO,
-        "cannot start " NAME
-        ", which runs matrig %s: %s; make all builds it, make install puts it where matrig looks",
-        command, why);
+    error_set(&error, MR_IO,
+              "cannot start " NAME ", which runs matrig %s: %s; make all builds it, make install "
+              "or the package matrig-study puts it where matrig "
+              "looks",
+              command, why);
     return cli_fail(&error);
-}
-
-/* matrig's own options, as they were given: the rows tell which they are. */
-static int put_options(char **words, const struct cli *cli)
-{
-    struct command_before before = {.cli = *cli};
-    int count = 0;
-    for (size_t i = 0; i < command_matrig.count; i++) {
-        const struct command_option *option = &command_matrig.parts[i].option;
-        if (option->name && *(const bool *)((const char *)&before + option->at))
-            /* execv changes no word, it only does not say so */
-            words[count++] = (char *)option->name;
-    }
-    return count;
 }
 
 int study_start(int argc, char **argv, const struct cli *cli)
 {
-    char matrig[PATH_MAX], path[PATH_MAX], version[40], why[PATH_MAX + 100];
+    char matrig[PATH_MAX], path[PATH_MAX], why[PATH_MAX + 100];
     char **words = calloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
-    int count = 0;
+    size_t count = 0;
     if (!words)
         return fail(argv[0], "out of memory");
     place_program(matrig, sizeof matrig);
@@ -77,12 +64,11 @@ int study_start(int argc, char **argv, const struct cli *cli)
                  matrig);
         return fail(argv[0], why);
     }
-    snprintf(version, sizeof version, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
     words[count++] = NAME;
     words[count++] = STUDY_STARTED_BY;
-    words[count++] = version;
+    words[count++] = (char *)VERSION_TEXT;
     words[count++] = matrig;
-    count += put_options(words + count, cli);
+    count += program_options((const char **)words + count, cli);
     memcpy(words + count, argv, (size_t)argc * sizeof *argv);
     fflush(NULL);
     execv(path, words);

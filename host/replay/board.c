@@ -2,22 +2,19 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "host/base/process.h"
 #include "host/collect/collect.h"
 
 /* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines
  * that stall. */
 #define WAIT_LEAST_S    60.0
 #define WAIT_PER_S      10.0
-#define POLL_NS         5000000
 #define BYTES_PER_TURN  65536
 #define FRAMES_PER_TURN 1024
 
@@ -37,8 +34,8 @@ static void name_paths(struct paths *paths, const char *directory)
     snprintf(paths->serial_spec, sizeof paths->serial_spec, "file:%s", paths->serial);
 }
 
-/* In the child. Does not return. */
-static void become_board(const struct replay_board *board, const struct paths *paths)
+static enum mr_status start(const struct replay_board *board, const struct paths *paths,
+                            pid_t *child, struct error *error)
 {
     const char *const words[] = {board->program,
                                  "--elf",
@@ -54,36 +51,18 @@ static void become_board(const struct replay_board *board, const struct paths *p
                                  board->flash ? "--flash" : NULL,
                                  paths->flash,
                                  NULL};
-    int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    int nothing = open("/dev/null", O_RDWR);
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (told < 0 || nothing < 0 || dup2(nothing, 0) < 0 || dup2(nothing, 1) < 0 ||
-        dup2(told, 2) < 0)
-        _exit(126);
-    execv(board->program, (char *const *)words);
-    _exit(127);
-}
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/* Waits for the child to end; false: it did not in time, and was ended. */
-static bool wait_for(pid_t child, double limit_s, int *status)
-{
-    double until_s = now_s() + limit_s;
-    while (waitpid(child, status, WNOHANG) == 0) {
-        if (now_s() > until_s) {
-            kill(child, SIGKILL);
-            waitpid(child, status, 0);
-            return false;
-        }
-        nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
-    }
-    return true;
+    int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (told < 0 || nothing < 0)
+        error_set(error, MR_IO, "cannot write (%s): %s; free some room", strerror(errno),
+                  paths->told);
+    else
+        process_start(words, (const int[]){nothing, nothing, told}, child, error);
+    if (told >= 0)
+        close(told);
+    if (nothing >= 0)
+        close(nothing);
+    return error->status;
 }
 
 /* The last line of what the board told on its way out. */
@@ -101,15 +80,17 @@ static void last_line(const char *path, char *out, size_t size)
 enum mr_status replay_board_check(const struct replay_board *board, struct error *error)
 {
     if (access(board->elf, R_OK) != 0)
-        return error_set(
-            error, MR_IO,
-            "no firmware image (%s): %s; build it with make all, or name one with --elf",
-            strerror(errno), board->elf);
+        return error_set(error, MR_IO,
+                         "no firmware image (%s): %s; build it with make all, install the package "
+                         "matrig, or name one "
+                         "with --elf",
+                         strerror(errno), board->elf);
     if (access(board->program, X_OK) != 0)
-        return error_set(
-            error, MR_IO,
-            "no emulated board (%s): %s; build it with make all, or name it with --board",
-            strerror(errno), board->program);
+        return error_set(error, MR_IO,
+                         "no emulated board (%s): %s; build it with make all, install the package "
+                         "matrig-board, or name "
+                         "it with --board",
+                         strerror(errno), board->program);
     return MR_OK;
 }
 
@@ -118,14 +99,11 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
 {
     char told[400];
     int status = 0;
-    pid_t child = fork();
-    if (child < 0)
-        return error_set(error, MR_IO, "cannot start (%s): %s; close other programs",
-                         strerror(errno), board->program);
-    if (child == 0)
-        become_board(board, paths);
+    pid_t child;
+    if (start(board, paths, &child, error) != MR_OK)
+        return error->status;
     double limit_s = WAIT_LEAST_S + WAIT_PER_S * board->duration_s;
-    if (!wait_for(child, limit_s, &status))
+    if (!process_wait(child, limit_s, &status))
         return error_set(
             error, MR_TIMEOUT,
             "the emulated board did not end within %.0f s: %s; is the machine overloaded?", limit_s,

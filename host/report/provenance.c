@@ -39,7 +39,7 @@ static void general(const struct report *report, const char *page, size_t length
     survey_time_text(now_us(), when, sizeof when);
     page_hash(page, length, hash);
     fputs("<dl>\n", out);
-    html_fact(out, "made by", "matrig %d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
+    html_fact(out, "made by", "matrig " VERSION_TEXT);
     html_fact(out, "made", "%s", when);
     html_fact(out, "database", "%s, version %lld%s", name, (long long)version,
               older ? ", of an older matrig" : "");

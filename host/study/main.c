@@ -32,14 +32,12 @@ static int (*find_run(const char *name))(int argc, char **argv, const struct cli
 /* Two programs of different versions could take the same words for different things. */
 static enum mr_status check_version(const char *version, const char *matrig, struct error *error)
 {
-    char own[40];
-    snprintf(own, sizeof own, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
-    if (strcmp(version, own) == 0)
+    if (strcmp(version, VERSION_TEXT) == 0)
         return MR_OK;
     return error_set(error, MR_USAGE,
                      "matrig-study is of version %s, %s of version %s; install both from one build "
                      "(make install)",
-                     own, matrig, version);
+                     VERSION_TEXT, matrig, version);
 }
 
 int main(int argc, char **argv)

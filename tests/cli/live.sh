@@ -147,7 +147,7 @@ advised_in_a_terminal() { # landing 5 until 2.5 s, before it warns
 state_as_json() {
     timeout 20 build/matrig --json live "$work/x.db" >"$tmp/state.json" || return 1
     head -c 300 "$tmp/state.json"
-    [ "$(wc -l <"$tmp/state.json")" -eq 1 ] && grep -Eq '"state": ?"idle"' "$tmp/state.json" && grep -Eq '"firmware": ?"0.1.0"' "$tmp/state.json"
+    [ "$(wc -l <"$tmp/state.json")" -eq 1 ] && grep -Eq '"state": ?"idle"' "$tmp/state.json" && grep -Eq "\"firmware\": ?\"$(build/matrig --version | cut -d' ' -f2)\"" "$tmp/state.json"
 }
 followers_only_watch() {
     build/matrig live "$work/x.db" --port 0 --for 20 2>"$work/follow.err" &

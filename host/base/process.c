@@ -1,0 +1,66 @@
+#include "host/base/process.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/base/steady.h"
+
+#define POLL_NS 5000000
+
+/* In the child. Does not return. */
+static void become(const char *const words[], const int streams[3])
+{
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    for (int i = 0; i < 3; i++) {
+        if (streams[i] < 0)
+            continue;
+        /* one that is in its place already would be closed with the others */
+        if (streams[i] == i ? fcntl(i, F_SETFD, 0) < 0 : dup2(streams[i], i) < 0)
+            _exit(126);
+    }
+    execv(words[0], (char *const *)words);
+    _exit(127);
+}
+
+enum mr_status process_start(const char *const words[], const int streams[3], pid_t *child,
+                             struct error *error)
+{
+    *child = fork();
+    if (*child == 0)
+        become(words, streams);
+    return *child < 0 ? error_set(error, MR_IO, "cannot start (%s): %s; close other programs",
+                                  strerror(errno), words[0])
+                      : MR_OK;
+}
+
+bool process_ended(pid_t child, int *status)
+{
+    return waitpid(child, status, WNOHANG) != 0;
+}
+
+bool process_wait(pid_t child, double limit_s, int *status)
+{
+    double until_s = steady_s() + limit_s;
+    while (!process_ended(child, status)) {
+        if (steady_s() > until_s) {
+            kill(child, SIGKILL);
+            waitpid(child, status, 0);
+            return false;
+        }
+        nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
+    }
+    return true;
+}
+
+void process_stop(pid_t child, double limit_s)
+{
+    int status;
+    kill(child, SIGTERM);
+    process_wait(child, limit_s, &status);
+}

@@ -1,0 +1,24 @@
+/* Another program as a child of this one: it is started, awaited for a bounded time, and ends when
+ * this one does. */
+#ifndef MATRIG_HOST_BASE_PROCESS_H
+#define MATRIG_HOST_BASE_PROCESS_H
+
+#include <stdbool.h>
+#include <sys/types.h>
+
+#include "host/base/error.h"
+
+/* words[0] is the program's path; NULL ends them. `streams` are descriptors that become its 0, 1
+ * and 2; -1: this program's own. They stay the caller's. A program that cannot be run ends with
+ * exit code 127. MR_IO. */
+enum mr_status process_start(const char *const words[], const int streams[3], pid_t *child,
+                             struct error *error);
+
+/* True when it has ended; `*status` as of waitpid. */
+bool process_ended(pid_t child, int *status);
+/* Until it ends; false: it did not within limit_s, and was killed. */
+bool process_wait(pid_t child, double limit_s, int *status);
+/* Asks it to end, and kills it when it has not within limit_s. */
+void process_stop(pid_t child, double limit_s);
+
+#endif
