@@ -79,7 +79,8 @@ uninstall: ## every day | PREFIX=/usr/local DESTDIR=: take away what install put
 
 .PHONY: demo
 demo: $(firmware) $(programs) ## every day | play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
-	@tests/demo.sh
+	@rm -rf $(B)/demo
+	@$(B)/matrig demo $(B)/demo
 
 .PHONY: clean
 clean: ## every day | remove build/

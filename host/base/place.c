@@ -13,6 +13,7 @@ static const struct {
 } files[] = {
     [PLACE_BOARD] = {"matrig-board", NULL},
     [PLACE_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
+    [PLACE_RUNS] = {"../tests/runs", "runs"},
     [PLACE_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
