@@ -77,6 +77,10 @@ uninstall: ## every day | PREFIX=/usr/local DESTDIR=: take away what install put
 	@for pair in $(install_list); do rm -f "$(installed)/$${pair%%:*}"; done
 	@for folder in $(install_own); do rm -rf "$(installed)/$$folder"; done
 
+.PHONY: deb
+deb: in-build $(B)/.deb-packages $(uplot) ## longer | Debian packages matrig, matrig-board, matrig-study of the sources as they stand: build/deb
+	@debian/build.sh
+
 .PHONY: demo
 demo: $(firmware) $(programs) ## every day | play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
 	@rm -rf $(B)/demo

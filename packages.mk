@@ -13,6 +13,9 @@ BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
 # And to test in a Debian without anything.
 BARE_PACKAGES := debootstrap iproute2 util-linux
+# To make Debian packages, and to test them in a Debian of their own.
+DEB_PACKAGES := $(STUDY_PACKAGES) debhelper dpkg-dev
+DEB_TEST_PACKAGES := $(DEB_PACKAGES) lintian python3 $(BARE_PACKAGES)
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
 
@@ -48,6 +51,10 @@ $(B)/.browser-packages: $(B)/.test-packages
 	$(call install_packages,$(BROWSER_PACKAGES))
 $(B)/.bare-packages:
 	$(call install_packages,$(BARE_PACKAGES))
+$(B)/.deb-packages: $(B)/.study-packages
+	$(call install_packages,$(DEB_PACKAGES))
+$(B)/.deb-test-packages: $(B)/.deb-packages
+	$(call install_packages,$(DEB_TEST_PACKAGES))
 $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
 $(B)/.coverage-packages: $(B)/.test-packages

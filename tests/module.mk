@@ -25,6 +25,10 @@ build-all: all $(needed) test-programs coverage-build fuzz-programs ## tests | a
 test-bare: $(B)/.bare-packages ## tests | BUSY=0: make test in a bare Debian: no root, a path with spaces, TERM=dumb, LANG=C, no network, no names; needs root
 	@tests/bare.sh
 
+.PHONY: test-deb
+test-deb: in-build $(B)/.deb-test-packages deb ## tests | the packages in a bare Debian, without sources and network: installed, used, removed without a trace; needs root
+	@tests/run-all.sh tests/deb.sh
+
 .PHONY: npm-files
 npm-files:
 	@echo $(uplot) $(candied)
