@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # make deb: the packages of the sources as they stand (of the files that git knows), into build/deb. They are built in a folder of their
 # own, whose name has no blanks; the packages do not depend on it: those of one commit are the same bytes wherever they are built.
+# usage: debian/build.sh [FOLDER]: the packages go there instead.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-out=$PWD/build/deb
+out=${1:-build/deb}
+case $out in /*) ;; *) out=$PWD/$out ;; esac
 log=$out/build.log
 die() { echo "deb: $*" >&2; exit 2; }
 commit=$(git describe --always --dirty --abbrev=12 --exclude='*') || die "no git here: packages say from which commit they are; make them in a clone"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # make test-deb: the packages of build/deb in a bare Debian 12, without the sources and without a network: installed, used by a user who is
-# not root, removed without a trace. Needs root, and a network once: the Debian, with what the packages depend on, is kept in build/bare.
+# not root, removed without a trace. TWICE=1: built once more, and compared (some minutes). Needs root, and a network once: the Debian, with what the packages depend on, is kept in build/bare.
 . "$(dirname "$0")/cli/tap.sh"
 root=$PWD/build/bare/deb
 limit_s=200
@@ -54,6 +54,12 @@ are_of_the_version() {
 }
 is_clean() { # but for what debian/*.lintian-overrides name, each with a reason
     lintian --fail-on error,warning --no-tag-display-limit build/deb/*.changes
+}
+are_the_same_again() { # built once more, in another folder and without a cache of compilations
+    local package path
+    path=$(tr ':' '\n' <<<"$PATH" | grep -v ccache | paste -sd :)
+    env PATH="$path" CCACHE_DISABLE=1 debian/build.sh "$tmp/again" || return 1
+    for package in build/deb/*.deb; do cmp "$package" "$tmp/again/$(basename "$package")" || return 1; done
 }
 build_depends_are_ours() { # one list in packages.mk, one in debian/control
     diff <(make -s -np npm-files | sed -n 's/^STUDY_PACKAGES := //p' | tr ' ' '\n' | grep . | sort) \
@@ -112,6 +118,7 @@ leaves_nothing() {
 prepare
 check "each package is of the changelog's version" are_of_the_version
 check "lintian has nothing to say" is_clean
+[ -z "${TWICE:-}" ] || check "two builds are the same bytes" are_the_same_again
 check "they are built of what packages.mk names" build_depends_are_ours
 everything >"$tmp/before"
 check "the program alone says which package has what it lacks" needs_the_others

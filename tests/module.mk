@@ -26,8 +26,8 @@ test-bare: $(B)/.bare-packages ## tests | BUSY=0: make test in a bare Debian: no
 	@tests/bare.sh
 
 .PHONY: test-deb
-test-deb: in-build $(B)/.deb-test-packages deb ## tests | the packages in a bare Debian, without sources and network: installed, used, removed without a trace; needs root
-	@tests/run-all.sh tests/deb.sh
+test-deb: in-build $(B)/.deb-test-packages deb ## tests | TWICE=: the packages in a bare Debian, without sources and network: installed, used, removed without a trace; needs root
+	@TWICE=$(TWICE) tests/run-all.sh tests/deb.sh
 
 .PHONY: npm-files
 npm-files:
