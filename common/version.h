@@ -7,9 +7,9 @@
 #define FIRMWARE_MINOR 2
 #define FIRMWARE_PATCH 0
 
-#define VERSION_JOIN_(major, minor, patch) #major "." #minor "." #patch
-#define VERSION_JOIN(major, minor, patch)  VERSION_JOIN_(major, minor, patch)
+#define VERSION_JOIN_(a, b, c) #a "." #b "." #c
+#define VERSION_JOIN(a, b, c)  VERSION_JOIN_(a, b, c)
 /* "1.2.3" */
-#define VERSION_TEXT                       VERSION_JOIN(FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH)
+#define VERSION_TEXT           VERSION_JOIN(FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH)
 
 #endif

@@ -81,7 +81,7 @@ has_pages() {
 }
 completes() { as_user bash -c '. /usr/share/bash-completion/completions/matrig && complete -p matrig'; }
 plays() { # the image that comes with the board
-    as_user bash -c 'matrig-board --can unix:can --serial unix:serial --rig /usr/share/matrig/runs/landing5.run & 
+    as_user bash -c 'matrig-board --can unix:can --serial unix:serial --rig /usr/share/matrig/runs/landing5.run &
         matrig log --can unix:can --serial unix:serial --db c.db >log.txt && wait $! && cat log.txt && grep "warned [0-9.]* s after touchdown" log.txt &&
         matrig report c.db -o c.html && grep -q "<html" c.html && matrig replay c.db 1 | tee replay.txt && rm c.db c.html log.txt replay.txt'
 }
