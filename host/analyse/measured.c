@@ -315,6 +315,25 @@ static void find_extremes(const struct measured *measured, struct measured_chann
     channel->end_error = measured_error(measured, channel, channel->end, MEASURED_END_BLOCKS);
 }
 
+static void find_missing(const struct measured *measured, struct measured_channel *channel,
+                         size_t from)
+{
+    size_t begin = from, longest = MEASURED_WINDOW;
+    channel->missing_from = channel->missing_to = 0;
+    if (channel->valid == 0) /* nothing is stated of it */
+        return;
+    for (size_t i = from; i <= measured->samples; i++) {
+        if (i < measured->samples && channel->validity[i] != MR_VALID)
+            continue;
+        if (i - begin > longest) {
+            longest = i - begin;
+            channel->missing_from = begin;
+            channel->missing_to = i;
+        }
+        begin = i + 1;
+    }
+}
+
 void measured_find_facts(struct measured *measured)
 {
     size_t edge = first_edge_sample(measured);
@@ -328,6 +347,7 @@ void measured_find_facts(struct measured *measured)
         find_baseline(channel, from, edge,
                       measured->relative && channel->config.kind == MR_KIND_DISPLACEMENT);
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
+        find_missing(measured, channel, edge < measured->samples ? edge : 0);
     }
 }
 

@@ -64,6 +64,9 @@ struct measured_channel {
     double end;
     double error; /* standard error of the peak */
     double high_error, low_error, end_error;
+    /* The longest stretch without a valid sample in which a moving mean has none either: from this
+     * sample, before that one. Equal: there is none. */
+    size_t missing_from, missing_to;
 };
 
 /* CAN messages against the block records they were computed from. */

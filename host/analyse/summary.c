@@ -9,6 +9,7 @@
 #include "host/analyse/measured_source.h"
 #include "host/analyse/summary_held.h"
 #include "host/analyse/summary_links.h"
+#include "host/analyse/summary_missing.h"
 #include "host/analyse/summary_time.h"
 #include "host/collect/collect.h"
 #include "host/base/units.h"
@@ -235,6 +236,14 @@ void summary_channel_answer(const struct measured *measured, const struct measur
         ->digits = 9;
     answer_estimate(answer, "end", "at the end", unit, channel->end, channel->end_error, decimals)
         ->digits = 9;
+    if (channel->missing_to > channel->missing_from) {
+        answer_value(answer, "missing_from", NULL, UNIT_TIME,
+                     measured_time_s(measured, channel->missing_from), 3)
+            ->digits = 9;
+        answer_value(answer, "missing_to", NULL, UNIT_TIME,
+                     measured_time_s(measured, channel->missing_to), 3)
+            ->digits = 9;
+    }
     answer_value(answer, "valid_fraction", NULL, UNIT_NUMBER, valid, 3);
     answer_value(answer, NULL, "valid|%", UNIT_NUMBER, 100.0 * valid, 1);
 }
@@ -243,6 +252,8 @@ void summary_channels_answer(const struct measured *measured, enum mr_channel_ki
                              const char *label, struct answer *answer)
 {
     bool any = false;
+    if (label)
+        summary_missing_answer(measured, kind, answer);
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         any |= measured->channel[c].config.kind == kind;
     answer_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements",
@@ -376,9 +387,7 @@ void summary_health_answer(const struct summary *summary, struct answer *answer)
 
 void summary_zone_answer(const struct summary *summary, struct answer *answer)
 {
-    const struct measured *measured = &summary->measured;
-    zones_answer(&summary->zones.warning, measured->t0_is_touchdown,
-                 measured->source != MEASURED_IMPORT, answer);
+    zones_answer(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
 }
 
 void summary_answer(const struct summary *summary, struct answer *answer)

@@ -113,6 +113,7 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
                                         error);
     if (status != MR_OK)
         return status;
+    zones->heard = zones_heard(measured, zones->row, zones->count);
     find_warning(measured, zones);
     return find_reason(store, measured, zones, error);
 }
@@ -244,20 +245,47 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
 }
 
-void zones_answer(const struct zone_warning *w, bool since_touchdown, bool watched,
-                  struct answer *answer)
+void zones_quiet_text(const struct zones *zones, char out[ZONES_QUIET])
 {
-    char when[80];
-    zones_when(w, since_touchdown, when, sizeof when);
-    if (!watched)
+    char doubt[ZONES_HEARD_TEXT];
+    if (zones_heard_doubt(&zones->heard, (double)INFINITY, doubt))
+        snprintf(out, ZONES_QUIET, "no warning was heard, one may have come: %s", doubt);
+    else
+        snprintf(out, ZONES_QUIET, "no warning");
+}
+
+/* In words whether and when; and whether the record can know that. */
+static void warned_answer(const struct zones *zones, struct answer *answer)
+{
+    const struct zone_warning *w = &zones->warning;
+    char when[80], quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
+    zones_when(w, zones->heard.since_touchdown, when, sizeof when);
+    zones_quiet_text(zones, quiet);
+    bool doubtful = zones_heard_doubt(&zones->heard, w->warned ? w->t_s : (double)INFINITY, doubt);
+    if (w->warned)
+        answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
+    else
+        answer_words(answer, NULL, "zone", "%s", quiet)->warn = doubtful;
+    if (w->warned && doubtful)
+        answer_words(answer, NULL, "zone", "an earlier one may have come: %s", doubt)->warn = true;
+}
+
+void zones_answer(const struct zones *zones, bool watched, struct answer *answer)
+{
+    const struct zone_warning *w = &zones->warning;
+    const struct zones_heard *heard = &zones->heard;
+    char doubt[ZONES_HEARD_TEXT];
+    if (watched)
+        warned_answer(zones, answer);
+    else
         answer_words(answer, NULL, "zone",
                      "no board watched: the readings are another instrument's");
-    else if (!w->warned)
-        answer_words(answer, NULL, "zone", "no warning");
-    else
-        answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
     answer_open(answer, "zone", w->warned ? "first warning (+- is one standard error)" : NULL);
     answer_flag(answer, "warned", NULL, w->warned);
+    answer_flag(answer, "all_heard", NULL,
+                watched && !zones_heard_doubt(heard, (double)INFINITY, doubt));
+    answer_value(answer, "unheard_from", NULL, UNIT_TIME, heard->pause_from_s, 3)->digits = 9;
+    answer_value(answer, "unheard_to", NULL, UNIT_TIME, heard->pause_to_s, 3)->digits = 9;
     if (w->warned)
         warning_answer(w, answer);
     answer_close(answer);

@@ -4,6 +4,7 @@
 #define MATRIG_HOST_ANALYSE_ZONES_H
 
 #include "host/analyse/measured.h"
+#include "host/analyse/zones_heard.h"
 #include "host/base/answer.h"
 
 struct zone_warning {
@@ -45,14 +46,17 @@ struct zones {
     struct store_zone *row;
     size_t count;
     struct zone_warning warning;
+    struct zones_heard heard;
 };
 
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
                           struct error *error);
 void zones_free(struct zones *zones);
 /* The first warning and what came of it. `watched`: a board could have warned. */
-void zones_answer(const struct zone_warning *warning, bool since_touchdown, bool watched,
-                  struct answer *answer);
+void zones_answer(const struct zones *zones, bool watched, struct answer *answer);
+/* "no warning", or that none was heard and why one may have come nevertheless. */
+#define ZONES_QUIET (ZONES_HEARD_TEXT + 50)
+void zones_quiet_text(const struct zones *zones, char out[ZONES_QUIET]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
 /* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run

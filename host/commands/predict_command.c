@@ -221,6 +221,7 @@ static void first_answer(const struct predict *predict, const struct first_warni
     const char *clock = predict->measured.t0_is_touchdown
                           ? "touchdown, by the board's clock"
                           : "the first switch or arming, by the board's clock";
+    char quiet[ZONES_QUIET];
     if (predict->resumed)
         answer_words(answer, NULL, "begun with", "the runway that the board was armed with");
     if (isnan(first->t_s))
@@ -228,8 +229,9 @@ static void first_answer(const struct predict *predict, const struct first_warni
     else
         answer_words(answer, NULL, "predictor", "first warning at %.3f s after %s", first->t_s,
                      clock);
+    zones_quiet_text(&predict->zones, quiet);
     if (isnan(first->board_s))
-        answer_words(answer, NULL, "board", "no warning");
+        answer_words(answer, NULL, "board", "%s", quiet);
     else
         answer_words(answer, NULL, "board",
                      "first warning at %.3f s after %s; decided in block %lld", first->board_s,

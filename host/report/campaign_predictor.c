@@ -19,6 +19,7 @@ static void row(FILE *out, const struct report_landing *landing, double station)
     const struct zone_warning *w = &zones->warning;
     const struct store_zone *last = zones->count ? &zones->row[zones->count - 1] : NULL;
     int64_t worst = STORE_NONE;
+    char why[ZONES_HEARD_TEXT];
     for (size_t i = 0; i < landing->predictions; i++)
         worst = landing->prediction[i].verdict > worst ? landing->prediction[i].verdict : worst;
     fputs("<tr>", out);
@@ -28,10 +29,14 @@ static void row(FILE *out, const struct report_landing *landing, double station)
     if (w->warned)
         fputs("<td class=\"warn\">warning</td>", out);
     else
-        html_cell(out, "%s",
+        html_cell(out, "%s%s",
                   measured->source == MEASURED_IMPORT ? "no board watched"
                   : worst == STORE_NONE               ? "no warning"
-                                                      : mr_predictor_verdict_text((unsigned)worst));
+                                                      : mr_predictor_verdict_text((unsigned)worst),
+                  measured->source != MEASURED_IMPORT &&
+                          zones_heard_doubt(&zones->heard, (double)INFINITY, why)
+                      ? ", as far as it was heard"
+                      : "");
     html_number(out, w->warned ? w->t_s : (double)NAN, 3);
     html_cell(out, "%s",
               w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason)

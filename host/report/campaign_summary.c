@@ -38,6 +38,7 @@ static void campaign_row(FILE *out, const struct report_landing *landing, bool s
     const struct mr_estimate deceleration = fitted ? measured->summary.mean_deceleration_ft_s2
                                                    : none;
     double station = unit_of(UNIT_STATION, si)->factor;
+    char why[ZONES_HEARD_TEXT];
     fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td>", (long long)measured->landing.id,
             (long long)measured->landing.id);
     html_cell(out, "%lld, %s%s", (long long)measured->landing.board_landing,
@@ -60,7 +61,10 @@ static void campaign_row(FILE *out, const struct report_landing *landing, bool s
         fprintf(out, "<td class=\"warn\">%.1f to %.1f</td>", station * warning->start_ft,
                 station * warning->end_ft);
     else
-        html_cell(out, measured->source == MEASURED_IMPORT ? "no board watched" : "none");
+        html_cell(out, "%s",
+                  measured->source == MEASURED_IMPORT ? "no board watched"
+                  : zones_heard_doubt(&summary->zones.heard, (double)INFINITY, why) ? "not known"
+                                                                                    : "none");
     html_cell(out, "%lld",
               (long long)(summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost));
     html_number(out, worst_rms_in(landing) * unit_of(UNIT_DISPLACEMENT, si)->factor, 3);

@@ -1,12 +1,14 @@
 /* What each transducer and gage read, as tables. */
 #include <math.h>
 
+#include "host/analyse/summary_missing.h"
 #include "host/report/report.h"
 
 /* What was measured, and what the newest comparison simulated. */
 static void movements_answer(const struct report_landing *landing, struct answer *answer)
 {
     const struct measured *measured = &landing->summary.measured;
+    summary_missing_answer(measured, MR_KIND_DISPLACEMENT, answer);
     answer_table(answer, NULL, "");
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);

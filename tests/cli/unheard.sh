@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# What a record did not hear it does not deny: a log that breaks off before the landing is over, or has a hole, says so beside "no warning" and
+# above the peaks. Landing 5 is warned of in block 4440 of the board, and rests at 0.2706 in at transducer 8.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
+same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
+log() { # NAME LINK...
+    $matrig --quiet log "${@:2}" --db "$tmp/$1.db" >"$tmp/$1.txt" 2>"$tmp/$1.err"
+    $matrig --json predict "$tmp/$1.db" 1 >"$tmp/$1.predict.json" 2>&1
+    $matrig predict "$tmp/$1.db" 1 >"$tmp/$1.predict" 2>&1
+    $matrig --quiet report "$tmp/$1.db" -o "$tmp/$1.html"
+}
+
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
+head -n 6500 "$tmp/can" >"$tmp/early.can"
+lines=$(wc -l <"$tmp/can")
+(head -n 9000 "$tmp/can" && tail -n $((lines - 16000)) "$tmp/can") >"$tmp/hole.can"
+(head -n 9000 "$tmp/can" && tail -n $((lines - 18000)) "$tmp/can") >"$tmp/gone.can"
+(head -c 500000 "$tmp/serial" && tail -c 200000 "$tmp/serial") >"$tmp/hole.serial"
+log whole --can "file:$tmp/can" --serial "file:$tmp/serial"
+log early --can "file:$tmp/early.can"
+log hole --can "file:$tmp/hole.can"
+log gone --can "file:$tmp/gone.can"
+log late --serial "file:$tmp/hole.serial"
+
+whole_is_whole() {
+    ! grep -i 'not known\|not heard\|were lost\|may have' "$tmp/whole.txt" && ! grep -o 'A warning may have come[^<]*' "$tmp/whole.html"
+}
+breaks_off() { # in the log, the page, and predict
+    grep '^  zone  *no warning was heard, one may have come: the record ends 0.9[0-9]* s after touchdown, before the board said that the landing is over$' "$tmp/early.txt" &&
+        grep -o 'no warning was heard, one may have come: the record ends' "$tmp/early.html" | head -n 1 | grep -q . &&
+        grep '^  board  *no warning was heard, one may have come: ' "$tmp/early.predict"
+}
+has_a_hole() { # into which the warning falls, or its beginning
+    grep -h '^  zone' "$tmp/hole.txt" "$tmp/gone.txt"
+    grep -Eq '^  *an earlier one may have come: nothing was heard of zones from 1\.7[0-9]* to 4\.1[0-9]* s after touchdown$' "$tmp/hole.txt" &&
+        grep -q '^  zone  *warned 4\.1' "$tmp/hole.txt" &&
+        grep -Eq '^  zone  *no warning was heard, one may have come: nothing was heard of zones from 1\.7[0-9]* to 4\.[78][0-9]* s after touchdown$' "$tmp/gone.txt"
+}
+peaks_are_told() {
+    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1 to 8\): a peak that fell among them is not seen, and no error here knows of it' &&
+        grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(gages 1 to 14\)' "$tmp/late.html"
+}
+check "a whole record needs no doubt" whole_is_whole
+check "one that breaks off does not know of a later warning" breaks_off
+check "one with a hole does not know of a warning in it" has_a_hole
+check "a peak may have fallen into a hole" peaks_are_told
+finish
