@@ -15,6 +15,7 @@
 #define MIDDLE        56u  /* three without; less: two */
 #define ROOMY         64u  /* a zone's place and time on one line */
 #define SILENT_US     1000000
+#define DAY_US        86400000000
 #define RUNWAY_FT     120.0
 
 static const char reset[] = "\033[0m", bold[] = "\033[1m", alarm_[] = "\033[1;30;43m",
@@ -66,6 +67,8 @@ static void board_text(const struct live_model *model, int64_t now_us, char *out
         faults += model->health_known && (model->health.faults >> i & 1u);
     if (!heard_us)
         snprintf(out, size, "waiting for a board");
+    else if (now_us - heard_us > DAY_US) /* also of a log that has no times of day */
+        snprintf(out, size, "!! SILENT for more than a day");
     else if (now_us - heard_us > SILENT_US)
         snprintf(out, size, "!! SILENT for %.1f s", (double)(now_us - heard_us) / 1e6);
     else if (faults)
@@ -124,10 +127,22 @@ static void advice_text(const struct live_verdict *verdict, bool si, char *out, 
 static void gear_text(const struct live_model *model, bool si, char *out, size_t size)
 {
     const struct unit *ft = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
-    char at[24], fast[24];
-    snprintf(out, size, "%s %s, %s %s, %u switches",
-             value_text(live_model_gear_ft(model), ft, 1, at), ft->text,
-             value_text((double)model->speed_ft_s, speed, 2, fast), speed->text, model->edges);
+    const struct mr_touchdown *touchdown = &model->touchdown;
+    char at[24], fast[24], error[24];
+    const int decimals = si ? 3 : 2;
+    value_text(live_model_gear_ft(model), ft, 1, at);
+    if (model->stop_known && model->touchdown_known)
+        snprintf(out, size, "%s %s, at rest; touchdown %s +- %s %s, %u switches", at, ft->text,
+                 value_text((double)touchdown->speed_ft_s, speed, decimals, fast),
+                 value_text((double)touchdown->speed_error_ft_s, speed, decimals, error),
+                 speed->text, model->edges);
+    else if (model->stop_known)
+        snprintf(out, size, "%s %s, at rest, %u switches", at, ft->text, model->edges);
+    else if (isfinite(model->speed_ft_s))
+        snprintf(out, size, "%s %s, %s %s at the last switch, %u switches", at, ft->text,
+                 value_text((double)model->speed_ft_s, speed, 2, fast), speed->text, model->edges);
+    else
+        snprintf(out, size, "%s %s, no speed yet, %u switches", at, ft->text, model->edges);
 }
 
 static const char *state_text(const struct live_model *model)

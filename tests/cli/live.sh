@@ -144,6 +144,15 @@ advised_in_a_terminal() { # landing 5 until 2.5 s, before it warns
     tail -n 1 "$tmp/lines" | grep -Eq 'landing [0-9]+ .* advisory: the model expects a closed zone ahead before the gear stops: [0-9]+ mats, the wheel then at [0-9.]+ ft, zone ' &&
         ! grep -q WARNING "$tmp/lines" && build/matrig --json live "$work/begun.db" | grep -Eq '"says": ?"advisory"'
 }
+at_rest_in_a_terminal() { # landing 5 whole: the speed at the last switch, 11.9 ft/s, is none of a gear that stands
+    build/matrig --quiet log --can "file:$work/landing5" --db "$work/rest.db" >/dev/null 2>&1
+    timeout 20 build/matrig live "$work/rest.db" --terminal --for 0.5 >"$tmp/lines" && timeout 20 build/matrig --si live "$work/rest.db" --terminal --for 0.5 >"$tmp/si" &&
+        timeout 20 build/matrig live "$work/begun.db" --terminal --for 0.5 >"$tmp/moving" || return 1
+    cat "$tmp/lines" "$tmp/si" "$tmp/moving"
+    tail -n 1 "$tmp/lines" | grep -Eq 'gear 90\.8 ft, at rest; touchdown 35\.49 \+- 0\.01 ft/s, 19 switches ' &&
+        tail -n 1 "$tmp/si" | grep -Eq 'gear 27\.7 m, at rest; touchdown 10\.817 \+- 0\.002 m/s, 19 switches ' &&
+        tail -n 1 "$tmp/moving" | grep -Eq 'gear [0-9.]+ ft, [0-9.]+ ft/s at the last switch, [0-9]+ switches'
+}
 state_as_json() {
     timeout 20 build/matrig --json live "$work/x.db" >"$tmp/state.json" || return 1
     head -c 300 "$tmp/state.json"
@@ -217,6 +226,7 @@ check "a viewer that comes back goes on where it was" events_go_on_where_they_we
 check "followed without a terminal: lines" followed_in_a_terminal
 check "followed in a terminal without colour" drawn_in_a_terminal
 check "what the predictor advises, in a terminal: an advisory, no warning" advised_in_a_terminal
+check "a gear at rest has no speed" at_rest_in_a_terminal
 check "followed once, as JSON" state_as_json
 check "who follows a database gives no commands" followers_only_watch
 check "joined on serial: every channel is asked for" joined_on_serial
