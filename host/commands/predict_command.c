@@ -124,13 +124,14 @@ static bool news(const struct mr_predictor_zone *now, const struct mr_predictor_
            labs((long)now->coming_mats - (long)last->coming_mats) >= CHANGED_MATS;
 }
 
-/* Half a 95 % interval; none is stated where there is no zone, nor of a kinematic one. */
+/* With its standard error; none is stated where there is no zone, nor of a kinematic one. */
 static void end_answer(struct answer *answer, const char *name, const char *label,
                        const struct mr_predictor_zone *zone, float at_ft, float error_ft)
 {
     double value_ft = zone->mats ? (double)at_ft : (double)NAN;
-    answer_estimate(answer, NULL, label, UNIT_STATION, value_ft, 1.96 * (double)error_ft, 1);
-    answer_value(answer, name, NULL, UNIT_STATION, value_ft, 1)->digits = DIGITS;
+    answer_estimate(answer, name, label, UNIT_STATION, value_ft,
+                    zone->mats ? (double)error_ft : (double)NAN, 1)
+        ->digits = DIGITS;
 }
 
 static void tell(const struct predict *predict, double t_s, const struct mr_predictor_zone *zone,
@@ -363,7 +364,7 @@ static enum mr_status predict_answer(struct predict *predict, struct store *stor
         answer_none(answer, "doubtful", NULL, "");
     answer_table(answer, "statements",
                  "the longest closed zone ahead, the longest next, and how hard the mats ahead are "
-                 "pressed (+-: 95 %)");
+                 "pressed (+- is one standard error)");
     struct first_warning first = first_warning(predict, run_all(predict, answer));
     answer_close(answer);
     mr_predictor_zone(&predict->predictor, &left);
@@ -475,8 +476,8 @@ static const struct command_part parts[] = {
         "begins with\n"
         "what the joints have become in the one before, and with the segments surveyed since:\n"
         "matrig predict campaign.db 1 2 3 4 5"),
-    HELP_NOTE("A row for each change: longest closed zone ahead of the wheel with its 95 % "
-              "intervals, longest zone that the\n"
+    HELP_NOTE("A row for each change: longest closed zone ahead of the wheel, its ends with "
+              "one standard error, longest zone that the\n"
               "wheel will meet or push together before it stops, compression ahead, verdict. It "
               "knows at each time what the\n"
               "board knew then: edges so far, readings so far, the survey, and, where the record "

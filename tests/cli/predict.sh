@@ -41,6 +41,17 @@ check "landing 5: the longest zone ahead" longest_zone_holds
 check "landing 5 is warned of" warned_in_time
 check "landing 1 is not" one_is_quiet
 check "JSON has the same rows" json_agrees
+# +- is one standard error, here as in the log, where the board said the same of its first warning; JSON has it too.
+one_error() {
+    local in_log text
+    in_log=$(grep -m 1 'to station' "$tmp/log.txt" | sed 's/.*+- \([0-9.]*\) .*/\1/')
+    text=$(grep -m 1 '  warning[, ]' "$tmp/5.txt" | sed 's/^[^+]*+- *[0-9.]*[^+]*+- *\([0-9.]*\) .*/\1/')
+    echo "log $in_log, predict $text, JSON $(in_json "json_extract(value, '\$.end_error_ft')" | head -n 3 | tr '\n' ' ')"
+    grep -q '+- is one standard error' "$tmp/5.txt" && within "$text" "$in_log" 0.15 &&
+        [ "$(in_json "json_extract(value, '\$.verdict') = 'warning' and abs(json_extract(value, '\$.end_error_ft') - $in_log) < 0.15" | grep -c 1)" -ge 1 ] &&
+        [ "$(in_json "typeof(json_extract(value, '\$.start_error_ft'))" | grep -c real)" -gt 20 ]
+}
+check "+- is one standard error, and JSON has it" one_error
 # Both in order: the second begins with the zone that the first has left, which the landing by itself does not know of.
 several() { $matrig predict "$db" 1 2 >"$tmp/both.txt" && $matrig --json predict "$db" 1 2 >"$tmp/both.json"; }
 of_both() { sqlite3 :memory: "select $1 from json_each(json_extract(cast(readfile('$tmp/both.json') as text), '$.runs')) where json_extract(value, '$.run') = $2"; }
