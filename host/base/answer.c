@@ -91,9 +91,7 @@ struct answer_fact *answer_value(struct answer *answer, const char *name, const 
     item->json_value = value * item->json_unit->factor;
     item->decimals = decimals;
     if (decimals >= 0)
-        item->decimals -= (int)floor(log10(shown->factor / unit_of(unit, false)->factor));
-    if (decimals >= 0 && item->decimals < 0)
-        item->decimals = 0;
+        item->decimals = unit_decimals(unit, answer && answer->si, decimals);
     return &item->fact;
 }
 

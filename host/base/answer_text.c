@@ -3,19 +3,11 @@
 #include <string.h>
 
 #include "host/base/answer_items.h"
+#include "host/base/wrap.h"
 
 #define WIDTH     100      /* of a terminal that people have */
 #define LABEL     13       /* the least width of the labels of facts */
 #define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
-
-/* Characters, not bytes. */
-static size_t width_of(const char *text, size_t bytes)
-{
-    size_t width = 0;
-    for (size_t i = 0; i < bytes; i++)
-        width += ((unsigned char)text[i] & 0xc0) != 0x80;
-    return width;
-}
 
 static int number(const struct answer_item *item, double value, bool plus, char *text, size_t size)
 {
@@ -68,23 +60,6 @@ void answer_line(const struct answer_item *item, const char *plus_minus,
     size_t length = strlen(text);
     snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
              item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
-}
-
-/* A sentence in lines that fit. */
-static void print_sentence(const char *text, int indent, FILE *out)
-{
-    size_t column = 0;
-    while (*text) {
-        size_t length = strcspn(text, " ");
-        if (column > 0 && column + 1 + length > WIDTH) {
-            fputc('\n', out);
-            column = 0;
-        }
-        column += (size_t)(column > 0 ? fprintf(out, " %.*s", (int)length, text)
-                                      : fprintf(out, "%*s%.*s", indent, "", (int)length, text));
-        text += length + strspn(text + length, " ");
-    }
-    fputc('\n', out);
 }
 
 /* ---- tables ---- */
@@ -162,7 +137,7 @@ static size_t column_width(const struct answer *answer, size_t table,
     size_t width = 1, lines = head_lines(column), end = answer_after(answer, table);
     for (size_t line = 0; line < lines; line++) {
         head_line(column, line, lines, text);
-        size_t head = width_of(text, strlen(text));
+        size_t head = wrap_width(text, strlen(text));
         width = head > width ? head : width;
     }
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
@@ -170,7 +145,7 @@ static size_t column_width(const struct answer *answer, size_t table,
         if (!item)
             continue;
         answer_cell(item, " +- ", text);
-        size_t cell = width_of(text, strlen(text));
+        size_t cell = wrap_width(text, strlen(text));
         width = cell > width ? cell : width;
     }
     return width;
@@ -179,7 +154,7 @@ static size_t column_width(const struct answer *answer, size_t table,
 /* Blanks are owed until something follows them, so that no line ends in them. */
 static void print_padded(const char *text, size_t width, bool left, size_t *owed, FILE *out)
 {
-    size_t own = width_of(text, strlen(text)), gap = own < width ? width - own : 0;
+    size_t own = wrap_width(text, strlen(text)), gap = own < width ? width - own : 0;
     *owed += 2 + (left ? 0 : gap);
     if (own > 0) {
         fprintf(out, "%*s%s", (int)*owed, "", text);
@@ -263,12 +238,12 @@ static void print_fact(const struct answer_item *item, const char *label, int in
 {
     char text[ANSWER_CELL];
     if (item->kind == ANSWER_SENTENCE) {
-        print_sentence(item->words ? item->words : "", indent, out);
+        wrap_print(item->words ? item->words : "", 0, (size_t)indent, WIDTH, out);
         return;
     }
     answer_line(item, " +- ", text);
-    fprintf(out, "%*s%s%*s %s\n", indent, "", label, (int)(labels - width_of(label, strlen(label))),
-            "", text);
+    fprintf(out, "%*s%s%*s %s\n", indent, "", label,
+            (int)(labels - wrap_width(label, strlen(label))), "", text);
 }
 
 /* The labels' column: facts of groups without a heading stand in it, too. */
@@ -279,7 +254,7 @@ static size_t labels_width(const struct answer *answer, size_t from, size_t to)
         const struct answer_item *item = &answer->item[i];
         size_t width = 0;
         if (item->label && !answer_is_group(item->kind))
-            width = width_of(item->label, strlen(item->label));
+            width = wrap_width(item->label, strlen(item->label));
         else if (item->label && item->kind != ANSWER_TABLE && !item->label[0])
             width = labels_width(answer, i + 1, answer_after(answer, i));
         labels = width > labels ? width : labels;

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 int cli_fail(const struct error *error)
@@ -52,6 +53,14 @@ bool cli_colour(void)
 {
     const char *no_colour = getenv("NO_COLOR");
     return cli_terminal() && !(no_colour && no_colour[0]);
+}
+
+unsigned cli_columns(void)
+{
+    struct winsize size = {0};
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0)
+        return 100;
+    return size.ws_col;
 }
 
 int cli_fail_output(void)

@@ -34,6 +34,9 @@ void cli_note(const struct cli *cli, const char *format, ...) __attribute__((for
 bool cli_terminal(void);
 bool cli_colour(void);
 
+/* Columns of a line on stdout: the terminal's; 100 of what is none. */
+unsigned cli_columns(void);
+
 /* Say on stderr that stdout failed, and return the exit code of that. */
 int cli_fail_output(void);
 /* Print one JSON object and a newline on stdout and release it. Returns exit_code, or 3 when stdout

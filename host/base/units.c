@@ -1,6 +1,7 @@
 #include "host/base/units.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -123,4 +124,36 @@ bool unit_convert(const char *from, const char *to, double *factor)
 double unit_tidy(double value, double least)
 {
     return fabs(value) < 0.5 * least ? 0.0 : value;
+}
+
+int unit_decimals(enum unit_kind kind, bool si, int decimals)
+{
+    int kept = decimals -
+               (int)floor(log10(unit_of(kind, si)->factor / unit_of(kind, false)->factor));
+    return kept > 0 ? kept : 0;
+}
+
+static const char *text_of(enum unit_kind kind, bool si, double value, int decimals, bool plus,
+                           char out[UNIT_TEXT])
+{
+    const struct unit *unit = unit_of(kind, si);
+    const int kept = unit_decimals(kind, si, decimals);
+    const double shown = unit_tidy(value * unit->factor, pow(10.0, -kept));
+    if (isfinite(value))
+        snprintf(out, UNIT_TEXT, plus ? "%+.*f %s" : "%.*f %s", kept, shown, unit->text);
+    else
+        snprintf(out, UNIT_TEXT, "-");
+    return out;
+}
+
+const char *unit_value_text(enum unit_kind kind, bool si, double value, int decimals,
+                            char out[UNIT_TEXT])
+{
+    return text_of(kind, si, value, decimals, false, out);
+}
+
+const char *unit_signed_text(enum unit_kind kind, bool si, double value, int decimals,
+                             char out[UNIT_TEXT])
+{
+    return text_of(kind, si, value, decimals, true, out);
 }

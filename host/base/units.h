@@ -45,5 +45,15 @@ const struct unit_word *unit_words(size_t index);
 bool unit_convert(const char *from, const char *to, double *factor);
 /* What rounds to 0 at this least digit, without a sign. */
 double unit_tidy(double value, double least);
+/* Decimals of a value that has `decimals` in the report's unit: in SI as many more or less as keep
+ * every digit. */
+int unit_decimals(enum unit_kind kind, bool si, int decimals);
+/* "93.9 lb" or "417.7 N" of a value in the report's unit, rounded to `decimals` there; "-": it is
+ * not known. The second with the sign of what is positive. Both return `out`. */
+#define UNIT_TEXT 40
+const char *unit_value_text(enum unit_kind kind, bool si, double value, int decimals,
+                            char out[UNIT_TEXT]);
+const char *unit_signed_text(enum unit_kind kind, bool si, double value, int decimals,
+                             char out[UNIT_TEXT]);
 
 #endif

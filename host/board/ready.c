@@ -7,8 +7,9 @@
 #include "common/channels.h"
 #include "common/crash.h"
 #include "common/staircase.h"
-#include "host/board/shunts.h"
+#include "host/base/units.h"
 #include "host/board/ready_parts.h"
+#include "host/board/shunts.h"
 #include "host/store/store.h"
 
 #define MB 1e6
@@ -143,8 +144,8 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
     if (t->refusal == TIMEMAP_GOOD) {
         bool good = fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM;
         c = ready_add(report, good ? READY_GO : READY_NO_GO, "time of day",
-                      "board %+.0f +- %.0f ppm, from %zu messages", t->fast_ppm.value,
-                      t->fast_ppm.half, t->pairs);
+                      "board %+.0f +- %.0f ppm, from %zu messages",
+                      unit_tidy(t->fast_ppm.value, 1.0), t->fast_ppm.half, t->pairs);
         snprintf(c->limit, sizeof c->limit, "%.0f ppm", READY_CLOCK_PPM);
         advise(c, "is this computer's clock being set? else the board's crystal is off");
     } else {
@@ -172,6 +173,17 @@ static void judge_invalid(const struct ready_channel *m, const char *name, bool 
                   : "look at its wiring and excitation");
 }
 
+/* "100 +- 25 lb" */
+static const char *within_text(const struct ready_facts *f, float wanted_lb, float by_lb,
+                               char out[UNIT_TEXT])
+{
+    char by[UNIT_TEXT];
+    const struct unit *unit = unit_of(UNIT_TENSION, f->si);
+    snprintf(out, UNIT_TEXT, "%.0f +- %.20s", (double)wanted_lb * unit->factor,
+             unit_value_text(UNIT_TENSION, f->si, (double)by_lb, 0, by));
+    return out;
+}
+
 static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_report *report)
 {
     const struct mr_channel_config *channel = &f->config.channel[i];
@@ -187,12 +199,16 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         return;
     }
     bool noisy = m->noise_codes > READY_NOISE_CODES;
+    char is[UNIT_TEXT], most[UNIT_TEXT];
     if (channel->kind == MR_KIND_DISPLACEMENT) {
         bool off = fabsf(m->mean) > READY_ZERO_IN;
-        struct ready_check *c = ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name,
-                                          "%+.4f in from its zero, noise %.2f codes",
-                                          (double)m->mean + 0.0, (double)m->noise_codes);
-        snprintf(c->limit, sizeof c->limit, "%.2f in, %.0f codes", (double)READY_ZERO_IN,
+        struct ready_check *c =
+            ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name,
+                      "%s from its zero, noise %.2f codes",
+                      unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is),
+                      (double)m->noise_codes);
+        snprintf(c->limit, sizeof c->limit, "%s, %.0f codes",
+                 unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_ZERO_IN, 2, most),
                  (double)READY_NOISE_CODES);
         advise(c, off ? "push the mat back, or take the zero: matrig gages zero 1"
                       : "noise: look at its screen and ground");
@@ -200,12 +216,13 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
     bool off = wanted_lb > 0.0f && fabsf(m->mean - wanted_lb) > READY_GAGE_PRETENSION * wanted_lb;
-    struct ready_check *c = ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name,
-                                      "%.1f lb, noise %.2f codes", (double)m->mean,
-                                      (double)m->noise_codes);
+    struct ready_check *c = ready_add(
+        report, off || noisy ? READY_NO_GO : READY_GO, name, "%s, noise %.2f codes",
+        unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is), (double)m->noise_codes);
     if (wanted_lb > 0.0f)
-        snprintf(c->limit, sizeof c->limit, "%.0f +- %.0f lb, %.0f codes", (double)wanted_lb,
-                 (double)(READY_GAGE_PRETENSION * wanted_lb), (double)READY_NOISE_CODES);
+        snprintf(c->limit, sizeof c->limit, "%s, %.0f codes",
+                 within_text(f, wanted_lb, READY_GAGE_PRETENSION * wanted_lb, most),
+                 (double)READY_NOISE_CODES);
     else
         snprintf(c->limit, sizeof c->limit, "%.0f codes", (double)READY_NOISE_CODES);
     advise(c, off ? "is the band slack or unequal there? else its zero is off"
@@ -216,7 +233,7 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
 {
     float wanted_lb = f->config.band[band - 1].pretension_lb, sum = 0.0f;
     unsigned gages = 0;
-    char name[20];
+    char name[20], is[UNIT_TEXT];
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].band == band &&
             !isnan(f->channel[i].mean) && f->channel[i].blocks) {
@@ -230,9 +247,10 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
     snprintf(name, sizeof name, "band %u", band);
     struct ready_check *c = ready_add(
         report, fabsf(mean - wanted_lb) <= READY_PRETENSION * wanted_lb ? READY_GO : READY_NO_GO,
-        name, "pretension %.1f lb, mean of %u gages", (double)mean, gages);
-    snprintf(c->limit, sizeof c->limit, "%.0f +- %.0f lb", (double)wanted_lb,
-             (double)(READY_PRETENSION * wanted_lb));
+        name, "pretension %s, mean of %u gages",
+        unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
+    snprintf(c->limit, sizeof c->limit, "%s",
+             within_text(f, wanted_lb, READY_PRETENSION * wanted_lb, is));
     advise(c, mean < wanted_lb ? "tension the band" : "slacken the band");
 }
 
@@ -251,7 +269,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
             "the board must be idle; try again");
         return;
     }
-    char text[130] = "";
+    char text[130] = "", is[UNIT_TEXT], of[UNIT_TEXT];
     unsigned bad = 0, compared = 0;
     float worst = 0.0f;
     for (unsigned i = 0; i < f->shunts.count; i++) {
@@ -267,12 +285,14 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         if (r->verdict == MR_SHUNT_GOOD && !drifted)
             continue;
         if (r->verdict != MR_SHUNT_GOOD)
-            snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "",
-                     r->gage, shunts_verdict_text(r->verdict), (double)r->span_lb,
-                     (double)f->shunts.check[i].expected_lb);
+            snprintf(text + at, sizeof text - at, "%sgage %u %s (%s of %s)", bad ? ", " : "",
+                     r->gage, shunts_verdict_text(r->verdict),
+                     unit_value_text(UNIT_TENSION, f->si, (double)r->span_lb, 2, is),
+                     unit_value_text(UNIT_TENSION, f->si, (double)f->shunts.check[i].expected_lb, 2,
+                                     of));
         else
-            snprintf(text + at, sizeof text - at, "%sgage %u drifted by %+.2f lb", bad ? ", " : "",
-                     r->gage, (double)change);
+            snprintf(text + at, sizeof text - at, "%sgage %u drifted by %s", bad ? ", " : "",
+                     r->gage, unit_signed_text(UNIT_TENSION, f->si, (double)change, 2, is));
         bad++;
     }
     struct ready_check *c = bad ? ready_add(report, READY_NO_GO, "shunt calibration", "%s", text)
@@ -280,8 +300,8 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                                             f->shunts.count);
     size_t at = strlen(c->value);
     if (!bad && compared)
-        snprintf(c->value + at, sizeof c->value - at, "; since the last one %+.3f lb at most",
-                 (double)worst);
+        snprintf(c->value + at, sizeof c->value - at, "; since the last one %s at most",
+                 unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is));
     else if (!bad)
         snprintf(c->value + at, sizeof c->value - at, "; no earlier one is kept");
     limit(c, "1 % and three errors");
@@ -300,16 +320,17 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     float level = f->channel[i].mean - f->config.channel[i].zero_code;
     unsigned one = mr_staircase_name(level, steps, MR_CONFIG_SWITCHES, 0);
     bool closed = fabsf(level) < READY_LATCH_CODES;
+    const double codes = unit_tidy((double)level, 0.1);
     struct ready_check *c;
     if (closed)
         c = ready_add(report, READY_GO, "switches",
-                      "all closed: staircase %.1f codes from its zero", (double)level);
+                      "all closed: staircase %.1f codes from its zero", codes);
     else if (one)
         c = ready_add(report, READY_NO_GO, "switches", "switch %u is open: staircase %.1f codes",
-                      one, (double)level);
+                      one, codes);
     else
         c = ready_add(report, READY_NO_GO, "switches", "staircase %.1f codes from its zero: %s",
-                      (double)level, level > 0.0f ? "switches are open" : "it cannot be so low");
+                      codes, level > 0.0f ? "switches are open" : "it cannot be so low");
     snprintf(c->limit, sizeof c->limit, "%.0f codes", (double)READY_LATCH_CODES);
     advise(c, level > 0.0f ? "set the switches along the runway"
                            : "look at the staircase's lead and supply");
@@ -408,7 +429,7 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
     }
     bool good = f->temperature_known && !isnan(f->temperature.temperature_c);
     struct ready_check *c = good ? ready_add(report, READY_GO, "thermometer", "%.2f +- %.2f C",
-                                             (double)f->temperature.temperature_c,
+                                             unit_tidy((double)f->temperature.temperature_c, 0.01),
                                              (double)f->temperature.error_c)
                                  : ready_add(report, READY_NO_GO, "thermometer", "%s",
                                              f->temperature_known ? "no reading" : "not told");

@@ -7,6 +7,7 @@
 #define MATRIG_HOST_READY_H
 
 #include <jansson.h>
+#include <stdio.h>
 
 #include "common/block.h"
 #include "common/catalogue.h"
@@ -64,6 +65,7 @@ struct ready_facts {
     /* of a file: but for its revision, which storing it has raised; NULL: the CRC counts */
     const struct mr_config *expected_config;
     bool can_used;
+    bool si; /* quantities are told in SI units */
 
     /* campaign and computer */
     bool before; /* the campaign has a landing of this board: the last one's */
@@ -119,6 +121,8 @@ const char *ready_text(enum ready_verdict verdict);
 struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,
                               const char *name, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
+/* Each check in lines of at most `columns` (60 at least), then the verdict. */
+void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out);
 /* An array of {name, verdict, value, limit, advice}; the caller owns it. */
 json_t *ready_json(const struct ready_report *report);
 

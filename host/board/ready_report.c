@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host/base/wrap.h"
 #include "host/board/ready.h"
 
 const char *ready_text(enum ready_verdict verdict)
@@ -49,4 +50,51 @@ json_t *ready_json(const struct ready_report *report)
                                                 c->limit, "advice", c->advice));
     }
     return checks;
+}
+
+#define VALUES        29u /* the column in which what was found begins */
+#define COLUMNS_LEAST 60u
+
+static void print_check(const struct ready_check *c, unsigned columns, FILE *out)
+{
+    char text[sizeof c->value + sizeof c->limit + 8], head[VALUES + 20];
+    snprintf(text, sizeof text, "%s%s%s%s", c->value, c->limit[0] ? "  [" : "", c->limit,
+             c->limit[0] ? "]" : "");
+    snprintf(head, sizeof head, "%-8s  %-17s ", ready_text(c->verdict), c->name);
+    fputs(head, out);
+    wrap_print(text, strlen(head), VALUES, columns, out);
+    if (!c->advice[0])
+        return;
+    fprintf(out, "%*s->", (int)VALUES, "");
+    wrap_print(c->advice, VALUES + 2, VALUES + 3, columns, out);
+}
+
+static void print_verdict(const struct ready_report *report, double took_s, unsigned columns,
+                          FILE *out)
+{
+    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
+    char text[READY_CHECKS * 24 + 120];
+    size_t used = (size_t)snprintf(text, sizeof text, "%s after %.1f s",
+                                   ready_text(ready_verdict(report)), took_s);
+    const char *before = ": ";
+    for (unsigned i = 0; i < report->count && used < sizeof text; i++) {
+        if (report->check[i].verdict != READY_NO_GO)
+            continue;
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", before,
+                                 report->check[i].name);
+        before = ", ";
+    }
+    used += (size_t)snprintf(text + used, sizeof text - used, "%s%u of %u checks are go",
+                             no_go ? "; " : ": ", report->count - no_go - open, report->count);
+    if (open)
+        snprintf(text + used, sizeof text - used, ", %u not done", open);
+    wrap_print(text, 0, 0, columns, out);
+}
+
+void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
+{
+    columns = columns < COLUMNS_LEAST ? COLUMNS_LEAST : columns;
+    for (unsigned i = 0; i < report->count; i++)
+        print_check(&report->check[i], columns, out);
+    print_verdict(report, took_s, columns, out);
 }

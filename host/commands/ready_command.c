@@ -90,35 +90,6 @@ static enum mr_status open_campaign(const struct request *request, struct ready_
 
 /* ---- telling ---- */
 
-static void print_report(const struct ready_report *report)
-{
-    for (unsigned i = 0; i < report->count; i++) {
-        const struct ready_check *c = &report->check[i];
-        printf("%-8s  %-17s  %s%s%s%s\n", ready_text(c->verdict), c->name, c->value,
-               c->limit[0] ? "  [" : "", c->limit, c->limit[0] ? "]" : "");
-        if (c->advice[0])
-            printf("%29s-> %s\n", "", c->advice);
-    }
-}
-
-static void print_verdict(const struct ready_report *report, double took_s)
-{
-    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
-    const char *before = ": ";
-    printf("%s after %.1f s", ready_text(ready_verdict(report)), took_s);
-    for (unsigned i = 0; i < report->count; i++) {
-        if (report->check[i].verdict == READY_NO_GO) {
-            printf("%s%s", before, report->check[i].name);
-            before = ", ";
-        }
-    }
-    printf("%s%u of %u checks%s", no_go ? "; " : ": ", report->count - no_go - open, report->count,
-           no_go ? " are go" : " are go");
-    if (open)
-        printf(", %u not done", open);
-    printf("\n");
-}
-
 static int tell(const struct request *request, const char *kind, const struct ready_report *report,
                 const struct identity *identity, int64_t made_us, double took_s)
 {
@@ -131,8 +102,7 @@ static int tell(const struct request *request, const char *kind, const struct re
                                         uid, "made_us", (json_int_t)made_us, "took_s",
                                         cli_json_number(took_s, 4), "checks", ready_json(report)),
                               exit_code);
-    print_report(report);
-    print_verdict(report, took_s);
+    ready_print(report, took_s, cli_columns(), stdout);
     return exit_code;
 }
 
@@ -529,6 +499,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
     facts->can_used = request.can != NULL;
+    facts->si = cli->si;
     facts->wanted_bytes = 1e6 * request.room_mb;
     facts->today_day = (uint32_t)(time(NULL) / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);

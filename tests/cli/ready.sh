@@ -43,17 +43,20 @@ text = "\n".join(lines) + "\n"
 open(sys.argv[1], "w").write(text + "end %08x\n" % zlib.crc32(text.encode()))
 P
 }
-# with_board BOARD-OPTION... -- ARGUMENTS...: matrig ready against a board; its exit code
+# with_board BOARD-OPTION... -- ARGUMENTS...: matrig ready against a board; its exit code. Each check's lines are one in ready.txt.
+global=()
+one_line_each() { sed -Ez 's/\n {29}([^- ])/ \1/g; s/\n {32}/ /g' "$tmp/printed.txt" >"$tmp/ready.txt"; }
 with_board() {
     local board status options=()
     while [ "$1" != -- ]; do options+=("$1"); shift; done
     shift
     timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${options[@]}" 2>"$tmp/board.err" &
     board=$!
-    timeout 60 build/matrig --quiet ready "$1" --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${@:2}" >"$tmp/ready.txt" 2>&1
+    timeout 60 build/matrig --quiet "${global[@]}" ready "$1" --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${@:2}" >"$tmp/printed.txt" 2>&1
     status=$?
     kill -INT $board 2>/dev/null
     wait $board 2>/dev/null
+    one_line_each
     cat "$tmp/ready.txt"
     return $status
 }
@@ -88,6 +91,18 @@ the_second_time_compares() {
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" --image $elf && grep -Eq '^GO +configuration .*as RUN 1 had' "$tmp/ready.txt" &&
         grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
         with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as RUN 1 had' "$tmp/ready.txt"
+}
+lines_fit() { # no terminal: 100 columns; and nobody reads of -0.0
+    awk 'length > 100' "$tmp/printed.txt" | grep . && return 1
+    ! grep -E -- '(^|[^0-9.])-0(\.0+)?([^0-9.]|$)' "$tmp/printed.txt"
+}
+in_si_units() { # 100 lb are 445 N, a quarter of an inch 6.3 mm
+    global=(--si)
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db"
+    global=()
+    grep -Eq '^GO +transducer 1 +[+-][0-9]\.[0-9]{3} mm from its zero, .*\[6\.3 mm, 3 codes\]' "$tmp/ready.txt" && grep -Eq '^GO +gage 5 +44[0-9]\.[0-9] N, .*\[445 \+- 111 N, 3 codes\]' "$tmp/ready.txt" &&
+        grep -Eq '^GO +band 2 +pretension 44[0-9]\.[0-9] N, mean of 7 gages \[445 \+- 44 N\]' "$tmp/ready.txt" && grep -Eq 'since the last one [+-][0-9]\.[0-9]+ N at most' "$tmp/ready.txt" &&
+        ! grep -E '[0-9] (lb|in|ft)\b' "$tmp/ready.txt"
 }
 json_says_the_same() {
     timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --rig "$tmp/rest.run" --for 60 2>"$tmp/board.err" &
@@ -220,6 +235,8 @@ dead_and_swapped() {
 check "the first time: go, and what could not be compared is told" a_first_time_is_go
 check "a landing, its report and its bundle say that it was go" a_landing_names_it
 check "the second time compares image, configuration and shunts with the landing's" the_second_time_compares
+check "lines fit a terminal of 100 columns" lines_fit
+check "--si: millimetres and newtons" in_si_units
 check "as JSON, without CAN" json_says_the_same
 check "no-go: a transducer's lead is off" only_no_go 'at 0.01 transducer 3 open' 'transducer 3 +signal lead open, 100 of 100 readings not valid'
 check "no-go: a gage's gain has drifted" only_no_go 'at 0.01 gage 5 drift 1.03 0' 'shunt calibration +gage 5 wrong \(41\.'

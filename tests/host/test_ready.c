@@ -1,6 +1,7 @@
 /* Ready: what facts are go and what no-go; what a walk says; movements by hand. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/channels.h"
@@ -165,7 +166,7 @@ static void each_thing_that_is_wrong_is_named(void **state)
     only_no_go("switches", "cannot be so low");
     f.shunts.result[1].verdict = 3;
     f.shunts.result[1].span_lb = 41.2f;
-    only_no_go("shunt calibration", "gage 2 wrong (41.20 lb of 40.00)");
+    only_no_go("shunt calibration", "gage 2 wrong (41.20 lb of 40.00 lb)");
     f.shunts.result[0].span_lb = 40.7f; /* 0.6 lb more than before: beyond 0.401 + 3 * 0.05 */
     only_no_go("shunt calibration", "gage 1 drifted by +0.60 lb");
     f.shunt_done = false;
@@ -399,6 +400,33 @@ static void a_calibration_follows_from_the_past(void **state)
     only_no_go("calibration d1", "2.54 times");
 }
 
+/* What rounds to nothing has no sign; SI units are asked for with --si; lines fit. */
+static void numbers_are_for_people(void **state)
+{
+    char *text;
+    size_t length;
+    (void)state;
+    f.channel[0].mean = -0.00004f;
+    f.channel[22].mean = 61.99f;
+    ready_judge(&f, &report);
+    assert_non_null(strstr(check_named("transducer 1")->value, "+0.0000 in from its zero"));
+    assert_non_null(strstr(check_named("switches")->value, "staircase 0.0 codes"));
+    f.si = true;
+    f.channel[0].mean = 0.1f;
+    ready_judge(&f, &report); /* 101 lb are 449.27 N, 0.1 in 2.54 mm */
+    assert_non_null(strstr(check_named("transducer 1")->value, "+2.540 mm from its zero"));
+    assert_non_null(strstr(check_named("gage 1")->value, "449.3 N"));
+    assert_string_equal(check_named("gage 1")->limit, "445 +- 111 N, 3 codes");
+    for (unsigned columns = 60; columns < 200; columns += 20) {
+        FILE *out = open_memstream(&text, &length);
+        ready_print(&report, 1.0, columns, out);
+        fclose(out);
+        for (const char *line = text; *line; line += strcspn(line, "\n") + 1)
+            assert_true(strcspn(line, "\n") <= columns);
+        free(text);
+    }
+}
+
 /* As a board of an older firmware may hold it. */
 static void an_impossible_gain_is_no_go(void **state)
 {
@@ -418,6 +446,7 @@ int main(void)
         TEST(mean_and_noise),
         TEST(a_calibration_follows_from_the_past),
         TEST(an_impossible_gain_is_no_go),
+        TEST(numbers_are_for_people),
         TEST(an_order_is_held_against_what_is_fitted),
         TEST(what_comes_next),
         TEST(the_one_that_moved_most_is_meant),
