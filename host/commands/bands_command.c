@@ -10,6 +10,7 @@
 #include "host/analyse/banddesign.h"
 #include "host/base/answer.h"
 #include "host/commands/commands.h"
+#include "host/base/units.h"
 
 #define WORDS_MAX 32
 #define N_PER_LB  4.4482216152605
@@ -201,6 +202,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
 struct findings {
     char text[FINDINGS_MAX][200];
     size_t count;
+    bool si;                        /* told in SI units */
     bool theory_fails, model_fails; /* the band goes slack, yields or slips */
 };
 
@@ -218,6 +220,23 @@ __attribute__((format(printf, 3, 4))) static void find(struct findings *findings
     findings->model_fails = findings->model_fails || weight == MODEL_FAILS;
 }
 
+/* "55000 lb", "600 ft", "0.4 in" (of a movement in ft), or the same with --si. */
+struct said {
+    char text[UNIT_TEXT];
+};
+static struct said said(const struct findings *f, enum unit_kind kind, double value)
+{
+    struct said said;
+    const struct unit *unit = unit_of(kind, f->si);
+    snprintf(said.text, sizeof said.text, kind == UNIT_STATION ? "%.0f %s" : "%.6g %s",
+             value * unit->factor, unit->text);
+    return said;
+}
+static struct said force(const struct findings *f, double lb)
+{
+    return said(f, UNIT_TENSION, lb);
+}
+
 static void judge_theory(const struct band_design *d, struct findings *f)
 {
     if (d->connections > d->most_connections)
@@ -225,13 +244,11 @@ static void judge_theory(const struct band_design *d, struct findings *f)
              "theory: %.0f connections; C.10 allows %.0f: a shorter band, or more or stronger ones",
              d->connections, d->most_connections);
     if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
-        find(f, THEORY_FAILS,
-             "theory: T0 %.6g lb is below n F' + R/2 = %.6g lb (C.8): the band may go loose",
-             d->t0_lb, d->least_t0_lb);
+        find(f, THEORY_FAILS, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
+             force(f, d->t0_lb).text, force(f, d->least_t0_lb).text);
     if (d->t0_lb > d->most_t0_lb * (1.0 + 1e-9))
-        find(f, THEORY_FAILS,
-             "theory: T0 %.6g lb is above A fy - R/2 = %.6g lb (C.9): the band may yield", d->t0_lb,
-             d->most_t0_lb);
+        find(f, THEORY_FAILS, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
+             force(f, d->t0_lb).text, force(f, d->most_t0_lb).text);
 }
 
 static void judge_model(const struct band_design *d, const struct band_check *c, struct findings *f)
@@ -240,33 +257,34 @@ static void judge_model(const struct band_design *d, const struct band_check *c,
     double least_lb = fmax(d->least_lb, 0.0); /* a slack band pulls 0 in theory */
     if (c->least_lb < 0.0 && d->least_lb >= -1e-9 * d->t0_lb)
         find(f, MODEL_FAILS,
-             "disagree: the model's band goes loose at %.0f ft (pass %d), where theory leaves it "
-             "%.6g lb",
-             c->least_ft, c->least_pass, least_lb);
+             "disagree: the model's band goes loose at %s (pass %d), where theory leaves it "
+             "%s",
+             said(f, UNIT_STATION, c->least_ft).text, c->least_pass, force(f, least_lb).text);
     else if (c->least_lb < 0.0)
-        find(f, MODEL_FAILS, "the model's band goes loose at %.0f ft (pass %d), as theory says",
-             c->least_ft, c->least_pass);
+        find(f, MODEL_FAILS, "the model's band goes loose at %s (pass %d), as theory says",
+             said(f, UNIT_STATION, c->least_ft).text, c->least_pass);
     else if (fabs(c->least_lb - least_lb) > apart)
-        find(f, A_WARNING,
-             "disagree: least tension %.6g lb in the model, %.6g by theory, which is %s",
-             c->least_lb, least_lb, c->least_lb > least_lb ? "safe" : "NOT safe");
+        find(f, A_WARNING, "disagree: least tension %s in the model, %s by theory, which is %s",
+             force(f, c->least_lb).text, force(f, least_lb).text,
+             c->least_lb > least_lb ? "safe" : "NOT safe");
     if (c->most_lb > d->strength_lb)
-        find(f, MODEL_FAILS,
-             "%s: the model's band yields at %.0f ft (pass %d): %.6g lb, A fy is %.6g lb",
-             d->most_lb > d->strength_lb ? "theory and model" : "disagree", c->most_ft,
-             c->most_pass, c->most_lb, d->strength_lb);
+        find(f, MODEL_FAILS, "%s: the model's band yields at %s (pass %d): %s, A fy is %s",
+             d->most_lb > d->strength_lb ? "theory and model" : "disagree",
+             said(f, UNIT_STATION, c->most_ft).text, c->most_pass, force(f, c->most_lb).text,
+             force(f, d->strength_lb).text);
     else if (fabs(c->most_lb - d->most_lb) > apart)
-        find(f, A_WARNING,
-             "disagree: largest tension %.6g lb in the model, %.6g by theory, which is %s",
-             c->most_lb, d->most_lb, c->most_lb < d->most_lb ? "safe" : "NOT safe");
+        find(f, A_WARNING, "disagree: largest tension %s in the model, %s by theory, which is %s",
+             force(f, c->most_lb).text, force(f, d->most_lb).text,
+             c->most_lb < d->most_lb ? "safe" : "NOT safe");
     if (c->slip_ft > 0.0)
-        find(f, MODEL_FAILS, "connections slip: up to %.4g in; they hold %.6g lb",
-             12.0 * c->slip_ft, d->grip_lb);
+        find(f, MODEL_FAILS, "connections slip: up to %s; they hold %s",
+             said(f, UNIT_MOVEMENT, c->slip_ft).text, force(f, d->grip_lb).text);
     if (c->load_lb > 2.0 * d->connection_lb)
         find(f, A_WARNING,
-             "disagree: a connection carries up to %.6g lb (at %.0f ft); theory loads it with F' = "
-             "%.6g lb only",
-             c->load_lb, c->load_ft, d->connection_lb);
+             "disagree: a connection carries up to %s (at %s); theory loads it with F' = "
+             "%s only",
+             force(f, c->load_lb).text, said(f, UNIT_STATION, c->load_ft).text,
+             force(f, d->connection_lb).text);
 }
 
 /* The report's own example has its bands at the limit of the theory, so that any knock in the model
@@ -394,7 +412,7 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
     struct band_check check = {0};
-    struct findings findings = {0};
+    struct findings findings = {.si = cli->si};
     struct error error = {0};
     struct band_design *d = &request.design;
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||

@@ -23,13 +23,12 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
         const struct mr_shunt_check *c = &talk->shunts.check[i];
         answer_open(answer, NULL, NULL);
         answer_count(answer, "gage", "gage", r->gage);
-        answer_value(answer, "span_lb", "found, lb", UNIT_NUMBER, (double)r->span_lb, 3)->digits =
-            7;
-        answer_value(answer, "expected_lb", "of, lb", UNIT_NUMBER, (double)c->expected_lb, 2);
-        answer_value(answer, "noise_lb", "noise, lb", UNIT_NUMBER, (double)r->noise_lb, 3);
-        answer_value(answer, "change_lb", "change, lb", UNIT_NUMBER, (double)c->change_lb, 3)
-            ->plus = true;
-        answer_value(answer, NULL, "at rest, lb", UNIT_NUMBER, (double)c->zero_change_lb, 3)->plus =
+        answer_value(answer, "span", "found", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
+        answer_value(answer, "expected", "of", UNIT_TENSION, (double)c->expected_lb, 2);
+        answer_value(answer, "noise", "noise", UNIT_TENSION, (double)r->noise_lb, 3);
+        answer_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)->plus =
+            true;
+        answer_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)->plus =
             true;
         answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
         answer_close(answer);

@@ -442,9 +442,9 @@ static void uncompared(struct answer *answer, const char *name, int64_t messages
 
 void diff_answer(const struct diff *diff, struct answer *answer)
 {
-    char text[300];
-    answer_words(answer, "compared", "compared", "%s",
-                 diff->exact ? "exactly" : field_tolerances_text());
+    char text[300], tolerances[FIELD_TOLERANCES_TEXT];
+    field_tolerances_text(answer_in_si(answer), tolerances);
+    answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : tolerances);
     difference_answer(diff->found ? &diff->first : NULL, answer);
     if (diff->found) {
         difference_text(&diff->first, text, sizeof text);

@@ -1,9 +1,11 @@
 #include "host/replay/diff_field.h"
 
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "common/fault.h"
+#include "host/base/units.h"
 
 struct rule {
     uint16_t id; /* 0: of every message */
@@ -73,8 +75,22 @@ double field_tolerance(const char *unit)
     return 0.0;
 }
 
-const char *field_tolerances_text(void)
+void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
 {
-    return "0.002 in, 0.2 lb, 0.05 ft, 0.02 ft/s, 0.1 ft/s2, 0.05 s, 1 code, 5 ms, 5 %; counts, "
-           "states, switches and ticks equal";
+    size_t used = 0;
+    for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
+        double value = tolerances[i].tolerance;
+        const char *unit = tolerances[i].unit;
+        for (int kind = 0; si && kind < UNIT_KINDS; kind++) {
+            const struct unit *shown = unit_of((enum unit_kind)kind, true);
+            if (strcmp(unit_given((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
+                continue;
+            value *= shown->factor;
+            unit = shown->text;
+        }
+        used += (size_t)snprintf(out + used, FIELD_TOLERANCES_TEXT - used, "%.2g %s, ", value,
+                                 unit);
+    }
+    snprintf(out + used - 2, FIELD_TOLERANCES_TEXT + 2 - used,
+             "; counts, states, switches and ticks equal");
 }

@@ -22,7 +22,8 @@ bool field_circumstance(const struct mr_message_info *info);
 uint32_t field_record_faults(void);
 /* How far apart values in a unit may be when another image ran; 0: equal. */
 double field_tolerance(const char *unit);
-/* One line that states them all. */
-const char *field_tolerances_text(void);
+/* One line that states them all; with `si` lengths, speeds and forces in SI units. */
+#define FIELD_TOLERANCES_TEXT 200
+void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT]);
 
 #endif

@@ -59,6 +59,12 @@ warned() {
 check "a band at the theory's limit: a warning" warned
 check "and with --strict a failure" fails deceleration=0.25g length=600ft tension=97.5kip --passes 1 --strict
 load() { $m bands $small | grep -q "disagree: a connection carries up to"; }
+in_newtons() { # T0 14 kip are 62275.1 N, n F' + R/2 of 24.6 kip 109426 N
+    $m --si bands deceleration=0.25g length=600ft tension=14kip --passes 1 >"$tmp/o"
+    cat "$tmp/o"
+    grep -Eq 'theory: T0 62275\.1 N is below n F. \+ R/2 = [0-9.]+ N' "$tmp/o" && grep -Eq 'goes loose at [0-9]+ m ' "$tmp/o" && ! grep -E '[0-9] (lb|ft|in)( |$)' "$tmp/o"
+}
+check "--si: findings too" in_newtons
 check "theory's F' is not what a connection carries: said" load
 
 check "too long for the model" fails_with 2 "no model of this band: 6000 rows" $m bands length=12000ft

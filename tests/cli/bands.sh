@@ -89,6 +89,11 @@ shunt_by_hand() {
     with_board gages shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
     [ $? = 1 ] && cat "$tmp/shunt.txt" && [ "$(grep -c 'good$' "$tmp/shunt.txt")" = 13 ] && grep -Eq '^ +5 +41\.[12][0-9]+ +40\.00 .*wrong$' "$tmp/shunt.txt"
 }
+shunt_in_newtons() { # 40 lb are 177.93 N
+    with_board --si gages shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
+    cat "$tmp/shunt.txt"
+    grep -Eq '^ +5 +18[23]\.[0-9]+ +177\.9[0-9]* .*wrong$' "$tmp/shunt.txt" && grep -Eq '^ +gage +N +N ' "$tmp/shunt.txt"
+}
 zero_by_hand() {
     with_board --json gages zero 2 --serial "unix:$sockets/serial" >"$tmp/zero.json" && cat "$tmp/zero.json" &&
         [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/zero.json') as text), '\$.good'), json_array_length(cast(readfile('$tmp/zero.json') as text), '\$.zeros')")" = '1|14' ]
@@ -99,6 +104,7 @@ bridge_physics() { # 5 mV/lb, 0.16113 lb per code, as the rig has it: 5 V * 2 * 
 }
 
 check "a shunt calibration by hand names the wrong gage and exits 1" shunt_by_hand
+check "and with --si in newtons" shunt_in_newtons
 check "a zero by hand is taken" zero_by_hand
 check "a bridge's physics gives its pounds per code" bridge_physics
 check "what is missing of a bridge is named" fails_with 2 "the amplifier's gain is missing: matrig gages bridge needs --gain" $matrig gages bridge --excitation 5

@@ -35,6 +35,7 @@ weights = [c for c in l["changes"] if c["field"] == "weight_lb"]
 assert [(c["was"], c["value"], c["reason"]) for c in weights] == [(None, "2050", "weighed"), ("2050", "2075", "with fuel")], weights
 assert l["pattern"] == "diagonal" and l["void"] is False and weights[0]["who"] == "tester"
 EOF
+    [ $? = 0 ] && $matrig --si landing "$db" 1 >"$tmp/si" && grep 'weight_N  *9118\.85  *9230\.06  *with fuel$' "$tmp/si" # of 4.44822 N a pound
 }
 history_cannot_be_changed() {
     sqlite3 "$db" "update landing_changes set value='1'" 2>&1 | grep -q 'history stays' || return 1
