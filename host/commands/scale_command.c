@@ -7,6 +7,7 @@
 
 #include "host/commands/commands.h"
 #include "host/base/output.h"
+#include "host/base/units.h"
 #include "host/scale/scale.h"
 
 #define GRAVITY_FT_S2 32.174
@@ -69,6 +70,29 @@ struct value {
     double from, to;
 };
 
+/* "108", or with a unit: "24.5kN", "24.5 kN"; in the quantity's own unit. */
+static enum mr_status read_number(const char *text, const char *name, struct value *value,
+                                  struct error *error)
+{
+    char number[40];
+    double factor = 1.0;
+    char *end;
+    (void)strtod(text, &end);
+    const char *own = value->quantity->unit, *unit = end + strspn(end, " ");
+    size_t length = (size_t)(end - text);
+    if (length == 0 || length >= sizeof number || !*unit) /* none, or a mistake: told in full */
+        return cli_number(text, name, -1e30, 1e30, &value->from, error);
+    memcpy(number, text, length);
+    number[length] = '\0';
+    if (!unit_convert(unit, own, &factor))
+        return error_set(error, MR_USAGE,
+                         "no unit of %s: '%s' of '%s'; %s%s, also without its unit", name, unit,
+                         text, *own ? "in " : "a plain number", own);
+    enum mr_status status = cli_number(number, name, -1e30, 1e30, &value->from, error);
+    value->from *= factor;
+    return status;
+}
+
 static enum mr_status read_value(const char *word, struct value *value, struct error *error)
 {
     const char *equals = strchr(word, '=');
@@ -90,7 +114,7 @@ static enum mr_status read_value(const char *word, struct value *value, struct e
     if (!value->quantity)
         return error_set(error, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names",
                          name);
-    return cli_number(equals + 1, name, -1e30, 1e30, &value->from, error);
+    return read_number(equals + 1, name, value, error);
 }
 
 /* The ten inputs of the pi terms, of either side; NaN where nothing was given. */
@@ -204,7 +228,8 @@ static const struct command_part parts[] = {
                   "lay_mu) is yours to add"),
     OPTION_TEXT("-o", "F", output_path, "where to write the scene; else standard output"),
     OPTION_FORCE(force),
-    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
+    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a length, a "
+              "force or a time may have its own: F=480N."),
     HELP_EXAMPLE(
         "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
         "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json"),
