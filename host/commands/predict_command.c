@@ -137,6 +137,7 @@ static void end_answer(struct answer *answer, const char *name, const char *labe
 static void tell(const struct predict *predict, double t_s, const struct mr_predictor_zone *zone,
                  struct answer *answer)
 {
+    const bool si = answer_in_si(answer); /* to a newton and a tenth of a metre: the columns fit */
     answer_open(answer, NULL, NULL);
     answer_value(answer, "t", "time", UNIT_TIME, t_s, 3)->digits = DIGITS;
     answer_value(answer, "wheel", "wheel", UNIT_STATION, (double)predict->predictor.wheel_ft, 1)
@@ -146,15 +147,19 @@ static void tell(const struct predict *predict, double t_s, const struct mr_pred
     end_answer(answer, "end", "end", zone, zone->end_ft, zone->end_error_ft);
     answer_count(answer, "coming_mats", "next|mats", zone->coming_mats);
     answer_value(answer, "coming", "next|at", UNIT_STATION,
-                 zone->coming_mats ? (double)zone->coming_ft : (double)NAN, 1)
+                 zone->coming_mats ? (double)zone->coming_ft : (double)NAN, si ? 0 : 1)
         ->digits = DIGITS;
-    answer_value(answer, "compression", "push", UNIT_TENSION, (double)zone->compression_lb, 1)
+    answer_value(answer, "compression", "push", UNIT_TENSION, (double)zone->compression_lb,
+                 si ? 0 : 1)
         ->digits = DIGITS;
     answer_words(answer, "verdict", NULL, "%s", mr_predictor_verdict_text(zone->verdict));
     answer_words(answer, NULL, "verdict", "%s%s", mr_predictor_verdict_text(zone->verdict),
                  reasons[zone->reason]);
-    answer_words(answer, NULL, "basis", "%s%s", zone->basis & MR_PREDICTOR_BLIND ? "blind " : "",
-                 zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? "inferred" : "");
+    /* who is blind infers all */
+    answer_words(answer, NULL, "basis", "%s",
+                 zone->basis & MR_PREDICTOR_BLIND                        ? "blind"
+                 : zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? "inferred"
+                                                                         : "");
     answer_count(answer, "level", NULL, zone->level);
     answer_count(answer, "basis", NULL, zone->basis);
     answer_close(answer);

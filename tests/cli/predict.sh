@@ -51,6 +51,11 @@ one_error() {
         [ "$(in_json "json_extract(value, '\$.verdict') = 'warning' and abs(json_extract(value, '\$.end_error_ft') - $in_log) < 0.15" | grep -c 1)" -ge 1 ] &&
         [ "$(in_json "typeof(json_extract(value, '\$.start_error_ft'))" | grep -c real)" -gt 20 ]
 }
+in_one_table() { # with --si, too: each column in the first one
+    $matrig --si predict "$db" 2 >"$tmp/si.txt" && sed -n '2,4p' "$tmp/si.txt" && grep -c ' basis$' "$tmp/si.txt" | grep -x 1 && grep '^ *time .*basis\|^ *s  *m .*basis' "$tmp/si.txt" &&
+        ! grep -v '^  the longest\|^  [a-z]' "$tmp/si.txt" | awk 'length > 100' | grep .
+}
+check "with --si it is one table, too" in_one_table
 check "+- is one standard error, and JSON has it" one_error
 # Both in order: the second begins with the zone that the first has left, which the landing by itself does not know of.
 several() { $matrig predict "$db" 1 2 >"$tmp/both.txt" && $matrig --json predict "$db" 1 2 >"$tmp/both.json"; }
