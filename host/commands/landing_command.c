@@ -206,6 +206,9 @@ static enum mr_status show(const struct request *r, struct store *store, struct 
     struct journal j;
     size_t count = 0;
     enum mr_status status = store_landings(store, &rows, &count, error);
+    if (status == MR_OK && count == 0 && !r->run)
+        cli_note(r->cli, "no landing yet: %s; matrig log --db %s collects them", r->words[0],
+                 r->words[0]);
     if (status == MR_OK && r->run) {
         struct store_landing landing;
         status = store_landing_get(store, r->run, &landing, error);

@@ -9,7 +9,8 @@
 #include "host/store/store_journal.h"
 #include "host/survey/show.h"
 
-static enum mr_status list_series(struct store *store, struct answer *answer, struct error *error)
+static enum mr_status list_series(struct store *store, const struct cli *cli, struct answer *answer,
+                                  struct error *error)
 {
     struct store_series *rows = NULL;
     struct store_landing *landings = NULL;
@@ -17,6 +18,8 @@ static enum mr_status list_series(struct store *store, struct answer *answer, st
     enum mr_status status = store_series_all(store, &rows, &count, error);
     if (status == MR_OK)
         status = store_landings(store, &landings, &landed, error);
+    if (status == MR_OK && count == 0)
+        cli_note(cli, "no series yet: %s; matrig series DB NAME begins one", store_path(store));
     answer_table(answer, "series", "");
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         char when[40];
@@ -91,7 +94,7 @@ static int series_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && words[1])
         status = begin_series(words[0], store, &series, &error);
     if (status == MR_OK)
-        status = list_series(store, answer, &error);
+        status = list_series(store, cli, answer, &error);
     store_close(store);
     if (status == MR_OK)
         return answer_show(cli, answer, 0);

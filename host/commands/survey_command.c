@@ -377,6 +377,9 @@ static int list(const struct request *request, struct store *store)
     struct answer *answer = answer_new(request->cli->si);
     answer_table(answer, "surveys", "");
     enum mr_status status = store_gage_surveys(store, &rows, &count, &error);
+    if (status == MR_OK && count == 0)
+        cli_note(request->cli, "no survey yet: %s; matrig survey %s begins one", store_path(store),
+                 store_path(store));
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         bool ended = rows[i].ended_us != STORE_NONE;
         char when[40];

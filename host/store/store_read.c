@@ -16,7 +16,7 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
     return status != MR_TOO_FEW
              ? status
              : error_set(error, MR_UNKNOWN,
-                         "no such landing: RUN %lld in %s; matrig report lists the landings",
+                         "no such landing: RUN %lld in %s; matrig landing DB lists them",
                          (long long)run, store->path);
 }
 

@@ -43,6 +43,12 @@ history_cannot_be_changed() {
     sqlite3 "$db" "delete from observations" 2>&1
     [ "$(sqlite3 "$db" 'select count(*) from landing_changes')" = 7 ]
 }
+nothing_yet_is_said() { # of a campaign without any landing, survey or series
+    gzip -dc tests/host/campaigns/v2.db.gz >"$tmp/none.db" && sqlite3 "$tmp/none.db" "delete from landings" 2>/dev/null
+    $matrig landing "$tmp/none.db" 2>"$tmp/err" && grep 'no landing yet: .*; matrig log --db .* collects them$' "$tmp/err" &&
+        $matrig survey "$tmp/none.db" --list 2>"$tmp/err" && grep 'no survey yet: .*; matrig survey .* begins one$' "$tmp/err" &&
+        $matrig series "$tmp/none.db" 2>"$tmp/err" && grep 'no series yet: .*; matrig series DB NAME begins one$' "$tmp/err"
+}
 observations() {
     landing 1 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel --at 1.5 --note 'grew <i>slowly' >/dev/null &&
         landing 1 --observe break --station 85 --side centre --form "end connector" >/dev/null &&
@@ -103,4 +109,5 @@ check "the report shows them, escaped" report_shows_them
 check "series" series
 check "passed on with a bundle" passed_on_with_a_bundle
 check "silly words" silly
+check "nothing yet is said, with what to do" nothing_yet_is_said
 finish
