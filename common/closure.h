@@ -1,5 +1,5 @@
 /* Closure: how far the joints between stations have closed against the slack that was available,
- * and the longest run of mats ahead of the wheel whose joints are closed.
+ * and the compression zone: the longest run of mats ahead of the wheel whose joints are closed.
  *
  * Slack: sum of joint openings per survey segment (10 mats), measured between gage points before
  * the landing (report 2.7.2). Movement: the transducers, so that between neighbouring stations a

@@ -1,7 +1,8 @@
-/* Search of the chain (common/matchain.h) for what the predictor says: the longest closed zone
- * ahead of the wheel, the largest compression there, and the longest zone that the wheel would push
- * together from any place on its way. A search is spread over blocks: mr_zonescan_go visits so many
- * joints and goes on from there at the next call, so that no block bears more than its share.
+/* Search of the chain (common/matchain.h) for what the predictor says: the longest compression zone
+ * (closed joints in a row) ahead of the wheel, the largest compression there, and the longest zone
+ * that the wheel would push together from any place on its way. A search is spread over blocks:
+ * mr_zonescan_go visits so many joints and goes on from there at the next call, so that no block
+ * bears more than its share.
  *
  * A zone is a run from a closed joint to a closed joint in which no ten in a row have more than one
  * open. From a place on the way, the push less the friction of the mats between closes joints whose

@@ -96,9 +96,9 @@ struct campaign {
     enum campaign_along along;
     double strength_lb_in; /* of a joint in tension, per inch of width */
     double strip_ft;       /* width that a mat of the scene stands for */
-    double unhinge_deg;
-    double wave_in;   /* a rise above this is a wave, */
-    double buckle_in; /* above this a buckle */
+    double unhinge_deg;    /* unhinging: a joint that turns by more comes apart */
+    double wave_in;        /* a rise above this is a wave, */
+    double buckle_in;      /* above this a buckle */
     /* aircraft */
     double weight_lb, axles, onset_s, dwell_s;
     double back_ft_s, back_drag_ft_s2;

@@ -1,4 +1,5 @@
-/* Failures: the stations that a runway buckled at in one landing. */
+/* Failures: the stations at which mats rose in one landing: a two-panel wave, which the aircraft
+ * presses flat, or more. */
 #ifndef MATRIG_HOST_CAMPAIGN_FAILURES_H
 #define MATRIG_HOST_CAMPAIGN_FAILURES_H
 

@@ -5,7 +5,7 @@
  * its seed. A survey scales the openings of each surveyed segment to its sum (none beyond the
  * slack, whatever the survey says); in a scene each joint gets its share. From one landing of a
  * series to the next the openings stay as the simulation left them, unless there is a new survey.
- * What modifications (bands, cleats) remember is not carried: each landing begins with them as the
+ * What modifications remember is not carried: each landing begins with them as the
  * file has them. The chain is computed, never waves. Units as named; stations from the runway's
  * upfield edge. */
 #ifndef MATRIG_HOST_COMPARE_MODEL_H

@@ -1,5 +1,5 @@
 /* matrig scale, between its files: scale_command.c (options, quantities), scale_file.c (scenes and
- * campaigns), scale_lay.c (joints turned to a diagonal pattern). */
+ * campaigns), scale_lay.c (joints turned to a diagonal lay). */
 #ifndef MATRIG_HOST_SCALE_H
 #define MATRIG_HOST_SCALE_H
 

@@ -1,10 +1,10 @@
-/* What a survey of the mat reads, where, and in which order it is walked (report 2.7.2, 5.3).
+/* What a gage survey of the mat reads, where, and in which order it is walked (report 2.7.2, 5.3).
  *
  * Gage points are punched into the mats every ten mats along four lines: 12 in from each edge, near
  * the centreline, 36 in left of it. A reading is the distance between two neighbouring points of a
  * line, 33.5 in as designed; its change is what ten joints have opened. Stations are marked every
- * 10 ft beside the runway: how far the mat's mark stands downfield of the station's. For the
- * diagonal pattern there are stations at all four lines, their distance from a fixed line beside
+ * 10 ft beside the runway: how far the mat's mark stands downfield of the station's. For a
+ * diagonal lay there are stations at all four lines, their distance from a fixed line beside
  * the runway (across), and seven lines of points at 45 degrees, at right angles to the joints.
  *
  * A plan goes down one line and back up the next, with the stations as they are passed. Pure: no

@@ -1,4 +1,4 @@
-/* Mods: bands, cleats, stiffeners, a diagonal pattern and torn joints, as forces that the chain
+/* Mods: bands, cleats, stiffeners, a diagonal lay and torn joints, as forces that the chain
  * (chain.c) and the planar landing (landing.c) add to their own. MODIFICATIONS.md has the physics,
  * the parameters and where they come from.
  *

@@ -84,7 +84,7 @@ struct sim_mods {
     double stiff_kt_lb_ft_rad, stiff_yield_lb_ft; /* and in bending */
     /* openings at which the lines pull nothing; empty: gap0 */
     struct sim_list stiff_gap0_ft;
-    /* diagonal pattern */
+    /* diagonal lay */
     double lay_deg, lay_slide_lb, lay_mu;
     /* joints torn in tension */
     double tear_lb; /* INFINITY: none */
