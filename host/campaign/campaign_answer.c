@@ -20,6 +20,15 @@ static json_t *spreads_json(const struct campaign_spread *list, size_t count)
     return array;
 }
 
+/* As many as show two digits of half the interval, and at most `most`: the median is known no
+ * better. */
+static int decimals_of(const struct campaign_spread *s, double factor, int most)
+{
+    double half = factor * (s->high - s->low) / 2.0;
+    int decimals = half > 0.0 && isfinite(half) ? 1 - (int)floor(log10(half)) : most;
+    return decimals < 0 ? 0 : decimals > most ? most : decimals;
+}
+
 /* People read the median and, in brackets, the 5th and 95th percentiles. */
 static void add_spread(struct answer *answer, const char *name, const char *label,
                        enum unit_kind kind, const struct campaign_spread *s, int decimals)
@@ -32,6 +41,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
     if (!label)
         return;
     snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
+    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_in_si(answer), decimals));
     answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
                  unit->factor * s->middle, decimals, unit->factor * s->low, decimals,
                  unit->factor * s->high);
@@ -80,7 +90,8 @@ static void add_stations(struct answer *answer, const struct campaign *c,
         for (size_t k = 0; k < c->station_count; k++) {
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
             answer_value(answer, NULL, label, UNIT_NUMBER,
-                         movement->factor * s->landing[i].total_in[k].middle, 2);
+                         movement->factor * s->landing[i].total_in[k].middle,
+                         unit_decimals(UNIT_DISPLACEMENT, answer_in_si(answer), 2));
         }
         answer_close(answer);
     }

@@ -34,6 +34,19 @@ check "JSON does not depend on -j" jobs
 check "a check finds no difference" sh -c "$m --json campaign $tmp/small.json --seeds 2 --check | grep -Eq '\"check\":\\{\"movement_in\":0.0,.*\"other_outcomes\":0'"
 check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet campaign "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
+# A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.
+digits_as_the_interval() { # OPTION...
+    $m "$@" study "$tmp/small.json" >"$tmp/spread" && sed -n '/^landings: median/,$p' "$tmp/spread" && python3 - "$tmp/spread" <<'P'
+import math, re, sys
+found = re.findall(r"(-?[0-9.]+) \((-?[0-9.]+)-(-?[0-9.]+)\)", open(sys.argv[1]).read().split("landings: median")[1])
+assert len(found) > 5, found
+for value, low, high in found:
+    half, told = (float(high) - float(low)) / 2, len(value.partition(".")[2])
+    assert half <= 0 or told <= max(0, 1 - math.floor(math.log10(half * 0.93))), (value, low, high)
+P
+}
+check "digits as the interval has" digits_as_the_interval
+check "with --si, too" digits_as_the_interval --si
 check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m study "$tmp/typo.json"
 check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m study "$tmp/lost.json"
 check "by its older name" cmp <($m campaign --help) <($m study --help)
