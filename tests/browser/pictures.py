@@ -50,6 +50,8 @@ def live(browser, work):
                                   here + "/tests/runs/landing5.run"], cwd=work, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         if not browser.wait("window.matrigLive && matrigLive.state && matrigLive.state.warning.on && matrigLive.state.gear.station_ft > 77", 60):
             raise RuntimeError("the page shows no warning")
+        if "-dirty" in browser.js("document.body.innerText"):
+            raise RuntimeError("the firmware in the picture would be called -dirty: commit first, then make pictures")
         return take(browser, "live.png", 0, 0, 1120, 760, 0.75)
     finally:
         for process in (board, log):
