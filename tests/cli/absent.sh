@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # A landing of a rig that lacks channels: logged, read out of the black box, replayed without a difference.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 variants=build/tests/variant
 
 in_json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
 # record NAME ELF: landing 5, logged into NAME.db
 record() {
-    build/matrig-board --elf "$2" --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --rig tests/runs/landing5.run 2>"$tmp/$1.err" &&
+    played --elf "$2" --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --rig tests/runs/landing5.run 2>"$tmp/$1.err" &&
         $matrig log --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --db "$tmp/$1.db" >"$tmp/$1.txt"
 }
 tells() { # NAME: speed and stop as with all channels; what else it has

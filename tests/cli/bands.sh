@@ -2,6 +2,7 @@
 # Bands from the emulated board to campaign, summary and report: figures of landing 5 against the run file, a gage that drifts
 # between two shunt calibrations, a band that gives way.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
@@ -14,7 +15,7 @@ seal() {
 play() {
     local name=$1
     shift
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$tmp/$name.run" "$@" 2>"$tmp/board.err" || return 1
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$tmp/$name.run" "$@" 2>"$tmp/board.err" || return 1
     $matrig --json --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$tmp/$name.db" >"$tmp/$name.json" 2>"$tmp/log.err" || grep -q 'the link ended inside a frame' "$tmp/log.err"
 }
 in_db() { sqlite3 "$tmp/$1.db" "$2"; }
@@ -81,7 +82,7 @@ with_board() {
     board=$!
     timeout 60 $matrig "$@"
     status=$?
-    kill -INT $board 2>/dev/null
+    kill $board 2>/dev/null
     wait $board 2>/dev/null
     return $status
 }

@@ -2,6 +2,7 @@
 # matrig bundle and matrig replay BUNDLE: landing 5 in one file, its digests done again by another program, replayed where there is
 # nothing but the two programs; cut off, changed and hostile ones are told, and nothing is written where it should not be.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 elf=build/firmware/matrig.elf
 db=$tmp/campaign.db
@@ -10,7 +11,7 @@ other() { python3 tests/cli/bundle_check.py "$@"; }
 in_json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
 
 record() { # the session of a day: series, survey, landing, what people say of it
-    build/matrig-board --elf $elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig tests/runs/landing5.run 2>"$tmp/board.err" &&
+    played --elf $elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig tests/runs/landing5.run 2>"$tmp/board.err" &&
         $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt" || return 1
     # a session later than the landings below: the slice must take this board's rows and no others'
     sqlite3 "$db" "insert into series(made_us, name) values(1, 'before'), (4e15, 'after');

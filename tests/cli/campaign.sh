@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # A logged landing as its users meet it: exports that other tools read, a log that is killed, comparison, report.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 elf=build/firmware/matrig.elf
 run=tests/runs/landing5.run
 db=$tmp/campaign.db
@@ -8,7 +9,7 @@ sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
 
 logs_a_landing() {
-    build/matrig-board --elf $elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig $run &&
+    played --elf $elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig $run &&
         build/matrig --json log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >"$tmp/log.json" &&
         grep -q "\"lost\":0" "$tmp/log.json"
 }
@@ -75,7 +76,7 @@ killed_log_keeps_everything() {
 
 # A log that ends while the gear moves knows the touchdown, but no stop: an extrapolated one would look measured.
 cut_landing_has_no_stop() {
-    build/matrig-board --elf $elf --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --rig $run --for 3.5 || return 1
+    played --elf $elf --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --rig $run --for 3.5 || return 1
     # the run may end in the middle of a frame
     build/matrig log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt" 2>"$tmp/cut.err" ||
         grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1

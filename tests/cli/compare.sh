@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # matrig compare: a simulated landing is played to the emulated board and held against its own scene, a wrong one, limits, in a series.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 scene=$tmp/brisk.json
 db=$tmp/c.db
 
 python3 tests/compare/brisk.py host/scenes/model_runway.json >"$scene"
 python3 tests/compare/scene_run.py $matrig $scene tests/runs/landing1.run "$tmp/own.run" &&
-    build/matrig-board --elf build/firmware/matrig.elf --can none --serial "file:$tmp/whole.serial" --rig "$tmp/own.run" 2>"$tmp/board.err"
+    played --elf build/firmware/matrig.elf --can none --serial "file:$tmp/whole.serial" --rig "$tmp/own.run" 2>"$tmp/board.err"
 # The run ends where it ends, maybe inside a frame: up to the last frame's end.
 python3 -c 'import sys; data = open(sys.argv[1], "rb").read(); open(sys.argv[2], "wb").write(data[: data.rindex(b"\0") + 1])' "$tmp/whole.serial" "$tmp/own.serial"
 log() { $matrig --quiet log --serial "file:$tmp/own.serial" --db "$db" >/dev/null; }
@@ -153,7 +154,7 @@ check "wrong input gets one line" wrong_input_is_told
 check "the report has the table, names in it are inert" report_has_the_table
 # Blocks lost while the gear comes to rest: what was measured then is not known, and no zone is made of the survey alone.
 nothing_at_rest() {
-    build/matrig-board --elf build/firmware/matrig.elf --can none --serial "file:$tmp/five.serial" --rig tests/runs/landing5.run 2>"$tmp/board.err" || return 1
+    played --elf build/firmware/matrig.elf --can none --serial "file:$tmp/five.serial" --rig tests/runs/landing5.run 2>"$tmp/board.err" || return 1
     (head -c 500000 "$tmp/five.serial" && tail -c 200000 "$tmp/five.serial") >"$tmp/lost.serial"
     $matrig --quiet log --serial "file:$tmp/lost.serial" --db "$tmp/lost.db" >/dev/null 2>&1
     ! $matrig compare "$db" 1 | grep 'Readings were lost' && $matrig compare "$tmp/lost.db" 1 | grep 'Readings were lost, of transducer . [0-9.]* %' || return 1

@@ -95,7 +95,7 @@ locked() { # a landing is armed: neither got nor set
     await test -S "$sockets/relay"
     timeout 20 $matrig --quiet board --serial "unix:$sockets/relay" config set "$tmp/third.cfg" 2>"$tmp/locked.err"
     status=$?
-    kill -INT $board
+    kill $board
     wait $board $helper
     cat "$tmp/locked.err"
     [ $status = 2 ] && grep -q 'the configuration is locked, a landing is armed or going on: .*; disarm it' "$tmp/locked.err"

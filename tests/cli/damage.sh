@@ -2,12 +2,13 @@
 # Damaged twins of landings 4 and 5: a switch missing, a switch bouncing, a transducer stuck or open, a bridge open. The speed
 # holds, and log, database and page name it.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 db=$tmp/campaign.db
 
 twin() { # LANDING [TRIGGER] FAULT: the next RUN of the campaign
     printf 'matrig-faults 1\n%s %s\n' "$([ "$3" ] && echo "$2" || echo at 0.05)" "${3:-$2}" >"$tmp/faults"
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" \
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" \
         --rig "tests/runs/landing$1.run" --faults "$tmp/faults" 2>"$tmp/board.err" &&
         $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
 }

@@ -2,6 +2,7 @@
 # The blocks of commands in README.md, the tutorial and the explanations do what they say: tests/house/blocks.py. docs-howto.sh has those of
 # the how-to pages.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 page() { python3 tests/house/blocks.py "$1" "$tmp/$(basename "$1" .md)"; }
 put() { printf '%s\n' '# Page' "\`\`\`$1" "${@:2}" '```' >"$tmp/page.md"; }
 finds() { # PATTERN MARK LINE...: the page with this block fails, and says so
@@ -11,7 +12,7 @@ runs_all() { put sh 'touch one' 'build/matrig --version >two' && rm -rf "$tmp/sm
 
 # What pages call campaign.db: landing 5, three times.
 campaign() {
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run &&
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run &&
         build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/campaign.db" &&
         python3 tests/report/grow.py "$tmp/campaign.db" 3
 }

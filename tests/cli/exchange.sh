@@ -2,9 +2,10 @@
 # What goes out of matrig is read by programs that are not ours, to the same values: the DBC file by candied (npm), the CSV export by
 # SQLite and gnuplot, the candump export by its own grammar.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 db=$tmp/campaign.db
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/landing5.run >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/landing5.run >/dev/null 2>&1
 build/matrig --quiet log --can "file:$tmp/can" --db "$db" >/dev/null
 build/matrig export "$db" 1 --format csv -o "$tmp/run.csv"
 build/matrig export "$db" 1 --format candump -o "$tmp/run.log"

@@ -2,13 +2,14 @@
 # What the predictor falls back on, on the emulated board in landing 5, and what the user is told: a channel lost, all lost, no switches, a
 # third of the budget. (A damaged memory: tests/cli/runway.sh.) The message verdict: basis bits 4 blind, 8 no motion, 16 degraded.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 variants=build/tests/variant
 
 fly() { # NAME ELF OPTION...: logged into NAME.db
     local name=$1 elf=$2
     shift 2
-    build/matrig-board --elf "$elf" --can "file:$tmp/$name.can" --serial "file:$tmp/$name.serial" --rig tests/runs/landing5.run --for 5.5 "$@" 2>"$tmp/$name.err" &&
+    played --elf "$elf" --can "file:$tmp/$name.can" --serial "file:$tmp/$name.serial" --rig tests/runs/landing5.run --for 5.5 "$@" 2>"$tmp/$name.err" &&
         { $matrig --quiet log --can "file:$tmp/$name.can" --serial "file:$tmp/$name.serial" --db "$tmp/$name.db" >"$tmp/$name.txt" 2>"$tmp/$name.log" ||
             grep -q 'the link ended inside a frame' "$tmp/$name.log"; }
 }

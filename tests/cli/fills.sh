@@ -49,7 +49,7 @@ the_box_completes() {
     timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --for 40 2>"$tmp/board.err" &
     board=$!
     timeout 60 $matrig --json --quiet board --serial "unix:$sockets/serial" read 1 --db "$tmp/lossy.db" >"$tmp/read.json" || return 1
-    kill -INT $board
+    kill $board
     wait $board
     cat "$tmp/read.json"
     $matrig export "$tmp/lossy.db" 1 --format csv -o "$tmp/box.csv" && $lossy whole "$tmp/all.csv" "$tmp/box.csv" &&

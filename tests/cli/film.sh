@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The film camera: landing 5 filmed at 100/s on the emulated board, logged, and each frame's gear position held against the run file.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 elf=build/tests/variant/camera.elf
 run=tests/runs/landing5.run
 db=$tmp/film.db
@@ -8,7 +9,7 @@ db=$tmp/film.db
 # The camera loses two pulses in flight, one after the other later on, and jitters by 0.2 ms.
 film() {
     printf 'matrig-faults 1\nat 2.5 camera skip 1\nat 3.5 camera skip 2\n' >"$tmp/camera.faults"
-    build/matrig-board --elf $elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig $run --camera 100,3.3,200 \
+    played --elf $elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig $run --camera 100,3.3,200 \
         --faults "$tmp/camera.faults" || return 1
     build/matrig log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt" || return 1
     grep ' film ' "$tmp/log.txt"
@@ -77,7 +78,7 @@ a_bundle_keeps_the_film() {
     build/matrig bundle "$db" 1 -o "$tmp/one.db" --elf $elf && build/matrig export "$tmp/one.db" 1 --format frames | cmp - "$tmp/film.csv"
 }
 no_camera_no_film() {
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/no.can" --rig $run --camera 100 --for 3 &&
+    played --elf build/firmware/matrig.elf --can "file:$tmp/no.can" --rig $run --camera 100 --for 3 &&
         build/matrig --quiet log --can "file:$tmp/no.can" --db "$tmp/no.db" || return 1
     ! grep -q ' 0B[89]#' "$tmp/no.can" && fails_with 2 'no film: RUN 1.*site.camera' build/matrig export "$tmp/no.db" 1 --format frames
 }

@@ -3,10 +3,11 @@
 # JSON, predict, report, the live view and make series say the same; what is another moment (received here) is named as such. Touchdown
 # and block are taken from the campaign's own tables and the exported zero, not from what is held against each other.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 db=$tmp/campaign.db
 m() { build/matrig "$@"; }
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run --seed 5 >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
 m --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >"$tmp/log.txt"
 block=$(sqlite3 "$db" 'select min(block) from zones where landing = 1 and warning = 1')
 zero_us=$(m export "$db" 1 --format csv | sed -n 's/.*board time of t_s = 0: \([0-9]*\)\.\([0-9]*\) s.*/\1\2/p')

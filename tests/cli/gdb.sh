@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # matrig-board --gdb: a session of the ordinary gdb through a landing, which changes nothing of it; and the protocol's corners.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 elf=build/firmware/matrig.elf
 run=tests/runs/landing5.run
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
@@ -63,7 +64,7 @@ shows_estimate() { # against the landing's truth, 35.5 ft/s, within the 0.2 % th
 shows_registers() { says '^s0 +[-0-9.e+]+ +\(raw 0x[0-9a-f]{8}\)' && says '^d0 ' && says '^msp +0x20' && says '^xpsr +0x'; }
 steps() { [ -n "$(value before)" ] && [ $(($(value after) - $(value before))) -ge 2 ] && [ $(($(value after) - $(value before))) -le 4 ]; }
 changes_nothing() {
-    build/matrig-board --elf $elf --rig $run --can "file:$tmp/alone.can" --serial "file:$tmp/alone.serial" 2>"$tmp/alone.err" || return 1
+    played --elf $elf --rig $run --can "file:$tmp/alone.can" --serial "file:$tmp/alone.serial" 2>"$tmp/alone.err" || return 1
     tail -n 1 "$tmp/alone.err" "$tmp/board.err"
     [ -s "$tmp/alone.serial" ] && cmp "$tmp/alone.can" "$tmp/gdb.can" && cmp "$tmp/alone.serial" "$tmp/gdb.serial" &&
         [ "$(grep -o '[0-9]* instructions' "$tmp/alone.err")" = "$(grep -o '[0-9]* instructions' "$tmp/board.err")" ]

@@ -17,7 +17,7 @@ with_board() {
     board=$!
     timeout 60 build/matrig "$@"
     status=$?
-    kill -INT $board 2>/dev/null
+    kill $board 2>/dev/null
     wait $board 2>/dev/null
     return $status
 }

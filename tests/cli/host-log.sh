@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # matrig log: killed in mid-landing, stopped, timed; and what comes out again through can-utils, csv, JSON and the report.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 trap 'kill $(jobs -p) 2>/dev/null' EXIT
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" \
+played --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" \
     --rig tests/runs/landing5.run 2>"$tmp/board.err"
 frames_in() { sqlite3 "$1" 'select count(*) from frames where link = 0 and direction = 0'; }
 blocks_in() { sqlite3 "$1" 'select count(*) from blocks'; }

@@ -2,11 +2,12 @@
 # Campaigns that somebody else made: a schema with programs in it, pages that lead in circles, values that no matrig writes. Every
 # command ends by itself, in time, with one line that says what is foreign and where, and leaves the file as it was.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 good=$tmp/good.db
 endless="WITH RECURSIVE c(n) AS (SELECT 1 UNION ALL SELECT n+1 FROM c)"
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --rig tests/runs/landing5.run >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --rig tests/runs/landing5.run >/dev/null 2>&1
 $matrig --quiet log --can "file:$tmp/can.log" --db "$good" >/dev/null
 sqlite3 "$good" "PRAGMA wal_checkpoint(TRUNCATE)" >/dev/null
 

@@ -2,11 +2,12 @@
 # matrig import: logs of matrig's boards, matrig's own tables, and other instruments' data as other programs write them
 # (tests/exchange/other_instrument.py). Damage is named by line and column, and what is good is kept.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 db=$tmp/campaign.db
 m() { build/matrig --quiet "$@"; }
 cell() { sqlite3 "$db" "$1"; }
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/landing5.run >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/landing5.run >/dev/null 2>&1
 m log --can "file:$tmp/can" --db "$db" >/dev/null
 m export "$db" 1 --format csv -o "$tmp/run1.csv"
 lines=$(wc -l <"$tmp/can")

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # What a link itself sees - CAN error frames here - is recorded and told; and which program links which library.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial none \
+played --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial none \
     --rig tests/runs/landing5.run 2>"$tmp/board.err"
 # Before the landing one error frame, in its middle bus off with 50 frames lost and the restart, then no
 # acknowledgement twice.

@@ -2,6 +2,7 @@
 # matrig live and matrig log --live as processes: where they are served and to whom, what they refuse, the terminal view.
 # What the page shows is tested in a browser: make test-browser.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 elf=build/firmware/matrig.elf
 work=$(mktemp -d /tmp/matrig.XXXXXX)
 pids=()
@@ -136,7 +137,7 @@ drawn_in_a_terminal() { # one of 70 columns, without colour
     grep -q 'BOARD alive   LANDING' "$tmp/screen" && grep -q 'D1 .* in' "$tmp/screen" && grep -q 'T14 .* lb' "$tmp/screen" && ! grep -q $'\033\[1' "$tmp/screen"
 }
 advised_in_a_terminal() { # landing 5 until 2.5 s, before it warns
-    build/matrig-board --elf $elf --can "file:$work/landing5" --serial none --rig tests/runs/landing5.run 2>/dev/null || return 1
+    played --elf $elf --can "file:$work/landing5" --serial none --rig tests/runs/landing5.run 2>/dev/null || return 1
     awk -F '[()]' '{if (!first) first = $2; if ($2 - first < 2.5) print}' "$work/landing5" >"$work/begun"
     build/matrig --quiet log --can "file:$work/begun" --db "$work/begun.db" >/dev/null 2>&1
     timeout 20 build/matrig live "$work/begun.db" --terminal --for 0.5 >"$tmp/lines" || return 1

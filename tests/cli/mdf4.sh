@@ -2,12 +2,13 @@
 # The MDF4 export, read back by a reader that shares nothing with the writer (tests/exchange/mdf4_read.py) and held against the CSV
 # and candump exports and the DBC file.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 elf=build/firmware/matrig.elf
 db=$tmp/campaign.db
 file=$tmp/landing5.mf4
 read_mdf4() { tests/exchange/mdf4_read.py "$file" "$@"; }
 
-build/matrig-board --elf $elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null
+played --elf $elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null
 build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >/dev/null
 
 # Blocks of the layout alone, each reached by a link of the right kind; both tables, the DBC.

@@ -2,6 +2,7 @@
 # One rule for every file that matrig writes: it takes the place of a file only while its content is what matrig wrote there, or with
 # --force; never of a database or of what is read. A file appears whole or not at all.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 short=$(mktemp -d /tmp/matrig.XXXXXX) # the project by a path without blanks
 trap 'rm -rf "$short"' EXIT
 ln -s "$PWD" "$short/top"
@@ -10,7 +11,7 @@ matrig=$top/build/matrig
 export XDG_STATE_HOME=$top/$tmp/state
 db=$tmp/campaign.db
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --rig tests/runs/landing5.run >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --rig tests/runs/landing5.run >/dev/null 2>&1
 $matrig --quiet log --can "file:$tmp/can.log" --db "$db" >/dev/null
 printf 'in,codes\n0,62.1\n0.5,372.4\n1,682.6\n0.5,372.3\n0,62.0\n' >"$tmp/d3.csv"
 cat >"$tmp/sweep.json" <<JSON
@@ -72,7 +73,7 @@ build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/seria
 board=\$!
 $matrig board --serial "unix:$sockets/serial" "\$@"
 status=\$?
-kill -INT \$board
+kill \$board
 wait \$board
 exit \$status
 SH

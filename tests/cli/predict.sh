@@ -2,11 +2,12 @@
 # matrig predict: landings 1 and 5 of tests/runs, played to the emulated board and logged. Their truth comes from a chain that shares
 # no code with the predictor (tests/runs/README.md) and is written in the run files; the tolerances are the intervals it states.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 db=$tmp/campaign.db
 
 record() { # RUNFILE
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$1" --seed 13 \
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$1" --seed 13 \
         2>"$tmp/board.err" &&
         $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
 }

@@ -2,10 +2,11 @@
 # The quick look: a summary and a page without a command, also when a cable comes off in the middle of the landing. The links here are
 # sockets that bring what a board said, then nothing, and stay open. Two cases run side by side.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run \
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run \
     --for 14 >/dev/null 2>&1
 
 # serve CAN_SECONDS SERIAL_SECONDS NAME: what came within so many seconds of board time, then silence; `matrig log` beside it.

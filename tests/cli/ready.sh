@@ -54,7 +54,7 @@ with_board() {
     board=$!
     timeout 60 build/matrig --quiet "${global[@]}" ready "$1" --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${@:2}" >"$tmp/printed.txt" 2>&1
     status=$?
-    kill -INT $board 2>/dev/null
+    kill $board 2>/dev/null
     wait $board 2>/dev/null
     one_line_each
     cat "$tmp/ready.txt"
@@ -109,7 +109,7 @@ json_says_the_same() {
     local board=$! status
     timeout 60 build/matrig --json ready "$tmp/campaign.db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
     status=$?
-    kill -INT $board; wait $board
+    kill $board; wait $board
     [ $status = 0 ] && python3 - "$tmp/ready.json" <<'P'
 import json, sys
 d = json.load(open(sys.argv[1]))
@@ -178,7 +178,7 @@ P
     await test -S "$sockets/relay"
     timeout 60 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1
     status=$?
-    kill -INT $board 2>/dev/null
+    kill $board 2>/dev/null
     wait $board $relay 2>/dev/null
     cat "$tmp/ready.txt"
     return $status

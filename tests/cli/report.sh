@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # The report's page: what it says and draws against the exported readings, the database and the run file; its options and errors.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 run=tests/runs/landing5.run
 db=$tmp/c.db
 
 # Landing 5 from the emulated board, its configuration, twenty milliseconds' film frames, twice copied.
 campaign() {
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig $run &&
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig $run &&
         $matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >/dev/null || return 1
     sqlite3 "$db" "with recursive n(i) as (select 1 union all select i + 1 from n where i < 260)
         insert into frames_film select 1, i, 0, (select min(board_us) from edges where landing = 1) + 20000.0 * i, 3 from n" || return 1

@@ -2,11 +2,12 @@
 # matrig export --format csv, matrig import into another campaign, and so on: the same landing of the same board, and its columns byte
 # for byte, from serial, from CAN alone, in SI units, damaged, and without a baseline or an edge.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 m() { build/matrig --quiet "$@"; }
 
 record() { # NAME LANDING LINKS [FAULT]
     printf 'matrig-faults 1\n%s\n' "${4:-at 0.05 none}" >"$tmp/faults"
-    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig "tests/runs/landing$2.run" \
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig "tests/runs/landing$2.run" \
         ${4:+--faults "$tmp/faults"} --seed "$2" >/dev/null 2>"$tmp/board.err" || { cat "$tmp/board.err"; return 1; }
     case $3 in both) m log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/$1.db" >/dev/null ;;
     can) m log --can "file:$tmp/can" --db "$tmp/$1.db" >/dev/null ;; esac

@@ -12,7 +12,7 @@ with_board() {
     board=$!
     timeout 60 build/matrig --quiet "$@"
     status=$?
-    kill -INT $board 2>/dev/null
+    kill $board 2>/dev/null
     wait $board 2>/dev/null
     return $status
 }

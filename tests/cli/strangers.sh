@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Frames on the bus that are not the board's, in mid-landing: no number changes without a word, and the log goes on.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" \
+played --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" \
     --rig tests/runs/landing5.run 2>"$tmp/board.err"
 
 # inject FRAME LINE OUT: the frame after that line of the log, with its stamp

@@ -3,10 +3,11 @@
 # wrong time is set aside, counted and told, and costs no memory. Memory is bounded by ulimit, in kB: without the bound a time one
 # hour off took 560,000 to 1,800,000.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 db=$tmp/campaign.db
 m() { (ulimit -v 200000 && exec build/matrig "$@"); }
 
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
 build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >/dev/null
 build/matrig --quiet log --can "file:$tmp/can" --db "$tmp/can.db" >/dev/null
 all() { # DB PREFIX: everything that reads a landing

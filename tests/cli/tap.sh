@@ -30,6 +30,9 @@ fails_with() {
     [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 1 ] && grep -Eq -- "$pattern" "$tmp/err"
 }
 
+# take FEW ALL: how much a test takes on: ALL in `make long`, which sets MATRIG_LONG, FEW in `make test`
+take() { if [ -n "${MATRIG_LONG:-}" ]; then echo "$2"; else echo "$1"; fi; }
+
 # wait_until SECONDS COMMAND...: until it succeeds
 wait_until() {
     local until=$((SECONDS + $1))
@@ -51,7 +54,7 @@ with_board() {
     board=$!
     timeout 60 "$@"
     status=$?
-    kill -INT $board 2>/dev/null
+    kill $board 2>/dev/null
     wait $board 2>/dev/null
     return $status
 }

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # No board is understood on a link: nothing comes, or the rate is another one, or the bus has errors alone. Terminals: tests/link/wrongrate.py.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 here=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$here"' EXIT
-build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/idle.can" --serial "file:$tmp/idle.serial" \
+played --elf build/firmware/matrig.elf --can "file:$tmp/idle.can" --serial "file:$tmp/idle.serial" \
     --rig tests/runs/landing1.run 2>"$tmp/board.err"
 
 # heard SENDER-BAUD LINK-END COMMAND...: the command's exit code, with the port of that sender in place of PORT

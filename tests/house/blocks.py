@@ -25,7 +25,7 @@ import sys
 LIMIT_S = 150
 GLOBAL = ("--json", "--quiet", "--si")
 BOARD = ("build/matrig-board --elf build/firmware/matrig.elf --flash board.flash --nor board.nor --speed real --for 120 --rig hil/rest.run %s & board=$!\n"
-         "%s\nkill -INT $board; wait $board || true\n")
+         "%s\nkill $board; wait $board || true\n")
 LINKS = (("serial:/dev/ttyUSB0", "--serial", "pty:board.tty"), ("can:can0", "--can", "unix:board.can"))
 
 

@@ -1,0 +1,40 @@
+# played: for shell tests, source it after tests/cli/tap.sh. The emulated board says the same bytes each time (tests/cli/two-process.sh), so a
+# landing that several tests need is emulated once.
+played_root=$PWD
+played_kept_min=1440 # what no test has asked for in a day goes when something new comes
+
+# played BOARD-OPTION...: as build/matrig-board with these options, of which --can and --serial are file:PATH or none. What the board said is
+# made once for its program, image, options and the content of the files they name, kept in build/test-data/played, and copied.
+played() {
+    local can='' serial='' options=() word key kept status=0
+    while [ $# -gt 0 ]; do
+        case $1 in
+        --can) can=${2#file:} && shift 2 ;;
+        --serial) serial=${2#file:} && shift 2 ;;
+        --nor | --flash | --vcd | --profile | --gdb) echo "played: $1 reads or writes a file besides: start build/matrig-board" >&2 && return 99 ;;
+        *) options+=("$1") && shift ;;
+        esac
+    done
+    key=$({
+        for word in "$played_root/build/matrig-board" "${options[@]}"; do
+            if [ -f "$word" ]; then sha256sum <"$word"; else printf '%s\n' "$word"; fi
+        done
+        stat -L -c '%n %s %Y' /usr/lib/*/libunicorn.so.2 2>/dev/null
+    } | sha256sum | cut -c 1-24)
+    kept=$played_root/build/test-data/played/$key
+    mkdir -p "${kept%/*}"
+    {
+        flock 9 # who comes second waits until it is there
+        if [ ! -d "$kept" ]; then
+            find "${kept%/*}" -mindepth 1 -maxdepth 1 -mmin +$played_kept_min -exec rm -rf {} +
+            rm -rf "$kept.new" && mkdir "$kept.new"
+            "$played_root/build/matrig-board" --can "file:$kept.new/can" --serial "file:$kept.new/serial" "${options[@]}" 2>"$kept.new/said" 9>&-
+            status=$?
+            if [ $status -eq 0 ]; then mv "$kept.new" "$kept"; else cat "$kept.new/said" >&2; fi
+        fi
+    } 9>"$kept.lock"
+    [ $status -eq 0 ] || return $status
+    touch "$kept" "$kept.lock"
+    { [ -z "$can" ] || [ "$can" = none ] || cp "$kept/can" "$can"; } &&
+        { [ -z "$serial" ] || [ "$serial" = none ] || cp "$kept/serial" "$serial"; } && cat "$kept/said" >&2
+}
