@@ -21,6 +21,13 @@ needed := $(tests) $(test_images) $(variants) $(bench_programs) $(patsubst %,$(B
 .PHONY: build-all
 build-all: all $(needed) test-programs coverage-build fuzz-programs ## tests | all programs that any of these targets needs, built and not run
 
+# What has more of the same to check than make test takes the time for (tests/long.h, take in tests/cli/tap.sh).
+long_tests := $(B)/tests/hil/test_blackbox $(B)/tests/hil/test_velocity $(B)/tests/host/test_sim_planar \
+	$(addprefix tests/cli/,log-hold.sh runs.sh soak-host.sh strangers.sh)
+.PHONY: long
+long: in-build $(B)/.test-packages all $(filter $(B)/%,$(long_tests)) test-programs ## longer | the checks of make test that have more cases or longer times, with all of them (5 min)
+	@MATRIG_LONG=1 tests/run-all.sh $(long_tests)
+
 .PHONY: test-bare
 test-bare: $(B)/.bare-packages ## tests | BUSY=0: make test in a bare Debian: no root, a path with spaces, TERM=dumb, LANG=C, no network, no names; needs root
 	@tests/bare.sh

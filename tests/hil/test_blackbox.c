@@ -3,10 +3,10 @@
 #include "common/boxread.h"
 #include "hil/chips/w25q.h"
 #include "tests/hil/ear.h"
+#include "tests/long.h"
 
 #define BLOCKS_MAX 20000u
 #define PAGES_MAX  4000u
-#define POINTS     100u
 
 struct witness {
     struct ear *ear;
@@ -226,9 +226,10 @@ static bool cut_here(const struct ear *base, unsigned permille)
     return landed;
 }
 
-static void the_power_goes_at_100_points(void **state)
+static void the_power_goes_at_many_points(void **state)
 {
     (void)state;
+    const unsigned points = tests_take(25, 100);
     struct hil_options options = ear_options();
     struct ear *ear = ear_open(&options, 5);
     unsigned landed = 0, cuts = 0;
@@ -238,9 +239,9 @@ static void the_power_goes_at_100_points(void **state)
     ear_close(ear);
     ear = ear_open(&options, 5);
     double t_s = 0.5;
-    for (; cuts < POINTS; t_s += 0.001) {
+    for (; cuts < points; t_s += 0.001) {
         ear_until(ear, t_s);
-        if (ear->board->state.w25q.operations < 1 + cuts * (total - 2) / POINTS)
+        if (ear->board->state.w25q.operations < 1 + cuts * (total - 2) / points)
             continue;
         landed += cut_here(ear, cuts * 137u % 1000u);
         cuts++;
@@ -248,7 +249,7 @@ static void the_power_goes_at_100_points(void **state)
     ear_close(ear);
     print_message("# %u cuts over %zu pages, %u with another landing recorded after\n", cuts, total,
                   landed);
-    assert_true(landed > POINTS / 3);
+    assert_true(landed > points / 3);
 }
 
 int main(void)
@@ -256,7 +257,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(landings_are_stored_whole),
         cmocka_unit_test(the_slowest_memory_loses_no_sample),
-        cmocka_unit_test(the_power_goes_at_100_points),
+        cmocka_unit_test(the_power_goes_at_many_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,9 @@
 /* synthesise: makes the committed landings of this folder anew, and the two between them. See
  * README.md.
  *
- *   synthesise OUTPUT_DIR [SEED [STEPS_PER_MS]]   landing1.run to landing5.run; a table on stdout
+ *   synthesise OUTPUT_DIR [SEED [STEPS_PER_MS [LANDINGS]]]
+ *                                                 landing1.run to landing5.run, or the first
+ *                                                 of them; a table on stdout
  *   synthesise --check [SEED [STEPS_PER_MS]]      writes no file: each landing again with half the
  *                                                 step, and how far apart
  *   synthesise --mats LANDING [SEED]              every mat and joint at the end of a landing, for
@@ -193,14 +195,14 @@ static void print_row(void)
            landing.iterations_per_step, landing.hard_steps);
 }
 
-static int make_all(const char *folder, uint64_t seed, int steps_per_ms)
+static int make_runs(const char *folder, uint64_t seed, int steps_per_ms, int last)
 {
     syn_series_start(&series, seed, steps_per_ms);
     printf("landing  stop_ft   stop_s decel_f/s peak_in  at_ft reach_med reach_max zone_0 zone_1   "
            "stations  "
            "  closed"
            "    balance   iter   hard\n");
-    for (int number = 1; number <= SYN_LANDINGS; number++) {
+    for (int number = 1; number <= last; number++) {
         if (!land(number))
             return 5;
         print_row();
@@ -282,21 +284,24 @@ static bool number_from(const char *text, uint64_t low, uint64_t high, uint64_t 
 
 int main(int argc, char **argv)
 {
-    uint64_t seed = SEED, steps = STEPS_PER_MS, last = 0;
+    uint64_t seed = SEED, steps = STEPS_PER_MS, last = SYN_LANDINGS;
     bool mats = argc > 1 && strcmp(argv[1], "--mats") == 0;
     int at = mats ? 3 : 2;
 
-    if (argc < at || argc > 4 || (mats && !number_from(argv[2], 1, SYN_LANDINGS, &last)) ||
+    if (argc < at || argc > (mats ? 4 : 5) ||
+        (mats && !number_from(argv[2], 1, SYN_LANDINGS, &last)) ||
         (argc > at && !number_from(argv[at], 0, UINT64_MAX, &seed)) ||
-        (argc > at + 1 && !number_from(argv[at + 1], 4, 1000, &steps))) {
-        fprintf(stderr,
-                "synthesise: usage: synthesise OUTPUT_DIR|--check [SEED [STEPS_PER_MS]], or --mats "
-                "LANDING [SEED]\n");
+        (argc > at + 1 && !number_from(argv[at + 1], 4, 1000, &steps)) ||
+        (argc > at + 2 && !number_from(argv[at + 2], 1, SYN_LANDINGS, &last))) {
+        fprintf(
+            stderr,
+            "synthesise: usage: synthesise OUTPUT_DIR|--check [SEED [STEPS_PER_MS [LANDINGS]]], "
+            "or --mats LANDING [SEED]\n");
         return 2;
     }
     if (mats)
         return print_mats((int)last, seed);
     if (strcmp(argv[1], "--check") == 0)
         return check_all(seed, (int)steps);
-    return make_all(argv[1], seed, (int)steps);
+    return make_runs(argv[1], seed, (int)steps, (int)last);
 }
