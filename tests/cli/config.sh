@@ -134,10 +134,11 @@ words_are_checked() {
         fails_with 2 'which link' $matrig board --serial unix:/a --can unix:/b config get
 }
 
-record() { # DB LOG-OPTIONS: a landing, by the configuration that is in flash, logged over sockets
-    local board status
+record() { # SECONDS DB LOG-OPTIONS: a landing, or its beginning, by the configuration that is in flash, logged over sockets
+    local board status seconds=$1
+    shift
     timeout 60 build/matrig-board --elf $elf --flash "$tmp/flash" --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
-        --speed max --for 9.4 2>"$tmp/board.err" &
+        --speed max --for "$seconds" 2>"$tmp/board.err" &
     board=$!
     timeout 60 $matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$@" >"$tmp/log.txt"
     status=$?
@@ -145,7 +146,7 @@ record() { # DB LOG-OPTIONS: a landing, by the configuration that is in flash, l
     return $status
 }
 the_log_keeps_it_with_the_landing() {
-    record "$tmp/campaign.db" || return 1
+    record 9.4 "$tmp/campaign.db" || return 1
     sqlite3 "$tmp/campaign.db" "select text from landings join configurations on crc = config_crc where landings.id = 1" >"$tmp/kept.cfg"
     head -n 20 "$tmp/kept.cfg"
     [ "$(value "$tmp/kept.cfg" site.revision)" = 2 ] && [ "$(value "$tmp/kept.cfg" site.touchdown_ft)" = 4.25 ] && $matrig board config check "$tmp/kept.cfg" &&
@@ -159,7 +160,7 @@ a_replay_runs_under_it() { # and with what is built in it would not say the same
         $matrig bundle "$tmp/campaign.db" 1 -o "$tmp/bundle.db" && [ "$(sqlite3 "$tmp/bundle.db" "select count(*) from configurations")" = 1 ]
 }
 listening_sends_nothing() {
-    record "$tmp/listen.db" --listen && cat "$tmp/board.err" && [ "$(sqlite3 "$tmp/listen.db" "select count(*) from configurations")" = 0 ] &&
+    record 3 "$tmp/listen.db" --listen && cat "$tmp/board.err" && [ "$(sqlite3 "$tmp/listen.db" "select count(*) from configurations")" = 0 ] &&
         [ "$(sqlite3 "$tmp/listen.db" "select count(*) from landings where config_crc is not null")" = 1 ]
 }
 damage_is_told() { # a bit of the newer copy (B, 0x0800C000)

@@ -17,7 +17,7 @@ within_1_percent() { # RUN: board's and host's speed against the run file's
     local truth board host
     truth=$(awk '$2 == "touchdown_speed_ft_s" {print $3}' "tests/runs/landing$2.run")
     board=$(stored "select speed_ft_s from results where landing = $1")
-    $matrig --quiet report "$db" -o "$tmp/report.html" >/dev/null || return 1
+    $matrig --quiet report "$db" --run "$1" -o "$tmp/report.html" >/dev/null || return 1
     host=$(awk '$1 == "touchdown" {print $2}' "$tmp/log.txt")
     echo "truth $truth, board $board, host $host"
     awk -v t="$truth" -v b="$board" -v h="${host:-0}" 'BEGIN {exit !(b > 0.99 * t && b < 1.01 * t && h > 0.99 * t && h < 1.01 * t)}'

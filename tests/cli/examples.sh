@@ -32,7 +32,7 @@ board() { # OPTION...: on the links of the line
     local links=()
     [[ $line != *serial:/* ]] || links+=(--serial pty:tty)
     [[ $line != *can:can0* ]] || links+=(--can unix:can)
-    timeout 100 matrig-board --elf build/firmware/matrig.elf --flash flash.bin --nor nor.bin "${links[@]}" "$@" 2>board.err &
+    timeout 320 matrig-board --elf build/firmware/matrig.elf --flash flash.bin --nor nor.bin "${links[@]}" "$@" 2>board.err &
 }
 # Runs $line of $command; `allowed`: exit codes that are answers, too.
 run_line() {
@@ -49,6 +49,7 @@ run_line() {
     calibrate) typed=typed && printf '0\n0.5\n1\nq\n' >typed && allowed="1 5" && expected='no board would take that|does not follow the values' ;;
     board) line=${line/read 3/read 1} ;; # what the examples of log left in the black box
     study) line="$line --seeds 1" ;;
+    error) line=${line/consistent_fig3_7/wave} ;;
     sweep) line=${line/host\/sweep\/examples\/threshold.json/small.json} ;;
     fit) line="$line --draws 60" ;;
     esac
@@ -58,7 +59,7 @@ run_line() {
     esac
     line=${line//serial:\/dev\/ttyUSB0/pty:tty} line=${line//can:can0/unix:can} line=${line/--live 8473/--live 0}
     echo "$line"
-    timeout 80 bash -c "$line" <$typed >said 2>&1
+    timeout 300 bash -c "$line" <$typed >said 2>&1
     status=$?
     tail -n 8 said
     [ -z "$board" ] || { kill $board; wait $board; } 2>/dev/null

@@ -30,7 +30,7 @@ vary marks 's/^command 7\.175 .*/command 1.9 can mark 1\ncommand 2.0 serial mark
 vary refused 's/^command 7\.175 .*/command 1.2 can arm 6\ncommand 1.3 serial survey 3 0.1\ncommand 1.5 serial mark -3\ncommand 2.5 can disarm/;/^command 8\.875/d'
 vary twice 's/^command 7\.175 .*/command 1.0 can disarm\ncommand 1.1 serial arm 9/'
 vary bare '/survey/d;s/^command 0\.800 .*/command 0.06 serial arm 0/'
-vary late '/survey/d;/^command/d;s/^samples/command 5.3 can arm 77\nsamples/'
+vary late '/survey/d;/^command/d;s/^samples/command 21.3 can arm 77\nsamples/'
 vary close 's/^switch 5 .*/switch 5 17.5 17.5 1.7478/' # 0.6 ms after switch 3: neither can be named
 vary saturated '/^[-0-9]+ [-0-9]+ .*/s/^[-0-9]+ ([-0-9]+) ([-0-9]+) /500000 \1000 -\2000 /'
 vary unplugged '/^[-0-9]+ [-0-9]+ .*/s/^(([-0-9]+ ){8})[-0-9]+ [-0-9]+ /\1-20000 70000 /'
@@ -41,7 +41,7 @@ record_ten() {
         record tests/runs/landing5.run --seed 13 &&
         record "$tmp/marks.run" --seed 14 --for 4 && record "$tmp/refused.run" --seed 15 --for 3 &&
         record "$tmp/twice.run" --seed 16 --for 3 && record "$tmp/bare.run" --seed 17 --for 3 &&
-        record "$tmp/late.run" --seed 18 --for 6 && record "$tmp/close.run" --seed 19 --for 3.5 &&
+        record "$tmp/late.run" --seed 18 --for 22 && record "$tmp/close.run" --seed 19 --for 3.5 &&
         record "$tmp/saturated.run" --seed 20 --for 3 && record "$tmp/unplugged.run" --seed 21 --for 3 &&
         record "$tmp/serial.run" --seed 22 --for 3 --hse 0 --hsi-ppm 4000
     [ "$(stored 'select count(*) from landings')" = 13 ] # `twice` has two

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # matrig-board and matrig log as two processes: nothing lost, and the same bytes as the board alone gives.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 elf=build/firmware/matrig.elf
 run=tests/runs/landing5.run
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
@@ -30,8 +31,8 @@ real_time_loses_nothing() {
     echo "lost $(lost_in "$tmp/real.db")"
     [ "$(lost_in "$tmp/real.db")" = 0 ] && [ "$(frames_of "$tmp/real.db" 0 | wc -l)" -gt 20000 ]
 }
-two_file_runs_are_equal() {
-    into_files "$tmp/a" 9.175 && into_files "$tmp/b" 9.175 || return 1
+two_file_runs_are_equal() { # the one that other tests have, and another
+    played --elf $elf --can "file:$tmp/a.can" --serial "file:$tmp/a.serial" --rig $run && into_files "$tmp/b" 9.175 || return 1
     cmp "$tmp/a.can" "$tmp/b.can" && cmp "$tmp/a.serial" "$tmp/b.serial"
 }
 sockets_equal_files() { # the log of the sockets against the log of the board's own files

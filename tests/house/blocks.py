@@ -22,7 +22,7 @@ import re
 import subprocess
 import sys
 
-LIMIT_S = 150
+LIMIT_S = 600
 GLOBAL = ("--json", "--quiet", "--si")
 BOARD = ("build/matrig-board --elf build/firmware/matrig.elf --flash board.flash --nor board.nor --speed real --for 120 --rig hil/rest.run %s & board=$!\n"
          "%s\nkill $board; wait $board || true\n")
