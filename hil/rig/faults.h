@@ -1,43 +1,67 @@
 /* Faults on order: when something happens (trigger), what goes wrong (action). As text and as
- * calls. * * A fault file is lines of words; # begins a comment. The first line is `matrig-faults
- * 1`, then in any order * *     seed N                    of the probabilities and of corrupted
- * bits (default 1) *     TRIGGER [+ US] ACTION     US: microseconds after the trigger * * Triggers,
- * each fires once: *     at S                      S seconds of virtual time since power on *
- * station FT                the gear passes a station: between the switches of the run that open in
- * a straight line,
- *                            beyond the last by the parabola through the last three
- * *     frame N                   the N-th CAN frame that the board has sent *     flash N
- * the N-th operation of the flash memory (a word programmed, a sector erased) *     nor N
- * the N-th program or erase of the NOR * * Actions: *     power-cut MS              no supply for
- * MS; RAM then holds noise *     brown-out VOLTS MS        a dip: below the brown-out level of the
- * option bytes the chip is in reset for MS and *                               RAM stays; below
- * 1.68 V it is a power cut; above, nothing, unless the clock or the wait *
- * states are not allowed at that supply: then the run ends *     crystal stop|start        clock
- * security turns to the HSI; without it what is clocked by the crystal stands still *
- * (silicon's PLL drifts to some low frequency instead) *     flip PLACE BIT            one bit
- * (0..31 from there) of flash or RAM; PLACE: 0xADDRESS, SYMBOL or SYMBOL+OFFSET *     stick PLACE
- * BIT 0|1       one bit of RAM that from now on reads so, whatever is written (hil/core/stuck.h) *
- * lamp broken|shorted|mend  the warning lamp never draws current, or always *     bus
- * unplug|short|dominant|connect *                               nobody there; wires touching:
- * always recessive; held dominant; as it should be *     can out|in KIND COUNT [p P] [us T] *
- * serial out|in KIND COUNT [p P] [us T] *                               the next COUNT frames or
- * bytes (`all`: all) with probability P (default 1) suffer *                               KIND:
- * drop, repeat, corrupt, delay (by T, default 1000); serial in: framing, noise *     transducer K
- * FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail), open (lead
- * broken: *     gage K FAIL               0 V), mend *     gage K drift GAIN LB      its bridge and
- * amplifier: gain (1: as it should be) and offset in pounds *     staircase FAIL *     reference
- * FAIL *     switch K skip             it does not open *     switch K bounce N US      after it
- * has opened it closes and opens N more times, US apart *     camera skip N             the next N
- * frames of the film camera give no pulse *     nor fill | nor dead | nor mend | nor fail-program N
- * | nor fail-erase N *                               the module behind it reads struct
- * hil_nor_orders *     thermometer dead | stuck | hang | stretch MS | mend *
- * it does not answer; SDA is held low for good; it stopped within a byte and holds SDA low until *
- * it has been clocked nine times; SCL is held low for MS at its next byte; as it should be * * `can
- * out` is from the board: drop, repeat and delay happen at the host's side of the link after the
- * frame was * acknowledged; a delayed frame is overtaken by later ones. corrupt destroys a frame on
- * the wire, so that its sender * sends it again and the error counters move. `serial` corrupt turns
- * over one data bit; delay holds back what follows * too. Same file, seed and input: same faults. *
- * * Each fault and each frame or byte that suffers one is told in one line to hil_options.log with
+ * calls.
+ *
+ * A fault file is lines of words; # begins a comment. The first line is `matrig-faults 1`, then in
+ * any order
+ *
+ *     seed N                    of the probabilities and of corrupted bits (default 1)
+ *     TRIGGER [+ US] ACTION     US: microseconds after the trigger
+ *
+ * Triggers, each fires once:
+ *     at S                      S seconds of virtual time since power on
+ *     station FT                the gear passes a station: between the switches of the run that
+ *                               open in a straight line, beyond the last by the parabola through
+ *                               the last three
+ *     frame N                   the N-th CAN frame that the board has sent
+ *     flash N                   the N-th operation of the flash memory (a word programmed, a
+ *                               sector erased)
+ *     nor N                     the N-th program or erase of the NOR
+ *
+ * Actions:
+ *     power-cut MS              no supply for MS; RAM then holds noise
+ *     brown-out VOLTS MS        a dip: below the brown-out level of the option bytes the chip is in
+ *                               reset for MS and RAM stays; below 1.68 V it is a power cut; above,
+ *                               nothing, unless the clock or the wait states are not allowed at
+ *                               that supply: then the run ends
+ *     crystal stop|start        clock security turns to the HSI; without it what is clocked by the
+ *                               crystal stands still (silicon's PLL drifts to some low frequency
+ *                               instead)
+ *     flip PLACE BIT            one bit (0..31 from there) of flash or RAM; PLACE: 0xADDRESS,
+ *                               SYMBOL or SYMBOL+OFFSET
+ *     stick PLACE BIT 0|1       one bit of RAM that from now on reads so, whatever is written
+ *                               (hil/core/stuck.h)
+ *     lamp broken|shorted|mend  the warning lamp never draws current, or always
+ *     bus unplug|short|dominant|connect
+ *                               nobody there; wires touching: always recessive; held dominant; as
+ *                               it should be
+ *     can out|in KIND COUNT [p P] [us T]
+ *     serial out|in KIND COUNT [p P] [us T]
+ *                               the next COUNT frames or bytes (`all`: all) with probability P
+ *                               (default 1) suffer KIND: drop, repeat, corrupt, delay (by T,
+ *                               default 1000); serial in: framing, noise
+ *     transducer K FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail),
+ *     gage K FAIL               open (lead broken: 0 V), mend
+ *     gage K drift GAIN LB      its bridge and amplifier: gain (1: as it should be) and offset in
+ *                               pounds
+ *     staircase FAIL
+ *     reference FAIL
+ *     switch K skip             it does not open
+ *     switch K bounce N US      after it has opened it closes and opens N more times, US apart
+ *     camera skip N             the next N frames of the film camera give no pulse
+ *     nor fill | nor dead | nor mend | nor fail-program N | nor fail-erase N
+ *                               the module behind it reads struct hil_nor_orders
+ *     thermometer dead | stuck | hang | stretch MS | mend
+ *                               it does not answer; SDA is held low for good; it stopped within a
+ *                               byte and holds SDA low until it has been clocked nine times; SCL
+ *                               is held low for MS at its next byte; as it should be
+ *
+ * `can out` is from the board: drop, repeat and delay happen at the host's side of the link after
+ * the frame was acknowledged; a delayed frame is overtaken by later ones. corrupt destroys a frame
+ * on the wire, so that its sender sends it again and the error counters move. `serial` corrupt
+ * turns over one data bit; delay holds back what follows too. Same file, seed and input: same
+ * faults.
+ *
+ * Each fault and each frame or byte that suffers one is told in one line to hil_options.log with
  * its time. */
 #ifndef MATRIG_HIL_FAULTS_H
 #define MATRIG_HIL_FAULTS_H
