@@ -18,7 +18,6 @@
 #include "hil/debug/profile.h"
 #include "hil/debug/vcd.h"
 #include "hil/link/wire_link.h"
-#include "hil/periph/mcu.h"
 #include "hil/rig/faults.h"
 #include "hil/rig/replay.h"
 #include "hil/rig/runfile.h"
@@ -389,7 +388,7 @@ int main(int argc, char **argv)
             return 0;
         }
         if (strcmp(argv[i], "--not-modelled") == 0) {
-            hil_registers_print(stdout, hil_mcu_has);
+            hil_registers_print(stdout);
             return 0;
         }
     }

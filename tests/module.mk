@@ -100,6 +100,7 @@ $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) 
 # What they run: the images, and the program for the test of its command line. Order alone: a new image needs no new linking.
 $(call tests_of,hil): | $(firmware) $(test_images) $(variants) $(B)/matrig-board
 $(B)/tests/hil/test_pin_times: $(B)/tests/hil/pin_times.o
+$(patsubst %,$(B)/tests/hil/test_%,blackbox configuration debug drivers landing nor snapshot): $(B)/tests/hil/snapshot.o
 # The application on the host too, to say when a warning was due.
 $(B)/tests/hil/test_warning: $(fakes) $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)

@@ -40,8 +40,7 @@ struct hil_fault_script;
 struct hil_replay;
 struct hil_run;
 
-struct hil_board;    /* opaque; parts.h */
-struct hil_snapshot; /* opaque */
+struct hil_board; /* opaque; parts.h */
 
 /* Power on, with erased flash. Aborts on lack of memory. Destroy frees it; NULL is allowed. */
 struct hil_board *hil_board_create(const struct hil_options *options);
@@ -104,14 +103,5 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
                               size_t n);
 /* Core registers by the numbers of hil_cpu_register. */
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
-
-/* The whole machine (memories, core, peripherals, counters) as one block of memory without
- * pointers. Restoring into another board gives a second one that goes on identically; rig,
- * callbacks and options' trace stay the target's own. A reservation of LDREX is not part of it. The
- * caller frees a snapshot with free(). */
-struct hil_snapshot *hil_board_snapshot(const struct hil_board *board);
-void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snapshot);
-/* New board in the same state, same rig, no callbacks, no trace. */
-struct hil_board *hil_board_fork(const struct hil_board *board);
 
 #endif

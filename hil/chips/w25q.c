@@ -53,7 +53,7 @@ static const uint8_t writable_status[3] = {0xfc, 0x79, 0x64};
 
 static bool has_bit(const uint8_t *bits, uint32_t n)
 {
-    return bits && (bits[n / 8u] >> n % 8u & 1u);
+    return (bits[n / 8u] >> n % 8u & 1u);
 }
 
 static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
@@ -470,17 +470,6 @@ void hil_w25q_create(struct hil_w25q_device *dev)
     hil_event_wire(dev->core, HIL_EVENT_NOR, on_end, dev);
     hil_event_wire(dev->core, HIL_EVENT_NOR_CUT, on_cut, dev);
     set_status(w, factory_status, true);
-}
-
-void hil_w25q_copy(uint8_t *to, const uint8_t *stale, const uint8_t *from, const uint8_t *used)
-{
-    for (uint32_t sector = 0; sector < HIL_NOR_SIZE / HIL_NOR_SECTOR; sector++) {
-        size_t at = (size_t)sector * HIL_NOR_SECTOR;
-        if (has_bit(used, sector))
-            memcpy(to + at, from + at, HIL_NOR_SECTOR);
-        else if (has_bit(stale, sector))
-            memset(to + at, 0, HIL_NOR_SECTOR);
-    }
 }
 
 void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults)

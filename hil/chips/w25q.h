@@ -101,8 +101,6 @@ struct hil_w25q_device {
 void hil_w25q_create(struct hil_w25q_device *dev);
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
 void hil_w25q_power_lost(struct hil_w25q_device *dev);
-/* Copy the cells; `stale`: sectors that `to` has in use (bits as in `used`), or NULL. */
-void hil_w25q_copy(uint8_t *to, const uint8_t *stale, const uint8_t *from, const uint8_t *used);
 
 void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults);
 /* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of

@@ -9,25 +9,6 @@
 
 #define XPSR_T (1u << 24)
 
-void hil_cpu_save(const struct hil_core *core, struct hil_cpu_registers *registers)
-{
-    *registers = (struct hil_cpu_registers){0};
-    for (int i = 0; i < 13; i++)
-        uc_reg_read(core->uc, UC_ARM_REG_R0 + i, &registers->r[i]);
-    for (int i = 0; i < 16; i++)
-        uc_reg_read(core->uc, UC_ARM_REG_D0 + i, &registers->d[i]);
-    uc_reg_read(core->uc, UC_ARM_REG_MSP, &registers->msp);
-    uc_reg_read(core->uc, UC_ARM_REG_PSP, &registers->psp);
-    uc_reg_read(core->uc, UC_ARM_REG_LR, &registers->lr);
-    uc_reg_read(core->uc, UC_ARM_REG_PC, &registers->pc);
-    uc_reg_read(core->uc, UC_ARM_REG_XPSR, &registers->xpsr);
-    uc_reg_read(core->uc, UC_ARM_REG_CONTROL, &registers->control);
-    uc_reg_read(core->uc, UC_ARM_REG_PRIMASK, &registers->primask);
-    uc_reg_read(core->uc, UC_ARM_REG_BASEPRI, &registers->basepri);
-    uc_reg_read(core->uc, UC_ARM_REG_FAULTMASK, &registers->faultmask);
-    uc_reg_read(core->uc, UC_ARM_REG_FPSCR, &registers->fpscr);
-}
-
 void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers)
 {
     uint32_t thread = XPSR_T;

@@ -2,7 +2,7 @@
  * peripheral knows.
  *
  * `struct hil_core_state` holds no pointers: with the memories and the core's registers
- * (hil_cpu_save) it is the whole of the processor, and a copy of it is a snapshot. What the core is
+ * (context.h) it is the whole of the processor, and a copy of it is a snapshot. What the core is
  * connected to is beside it.
  *
  * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes

@@ -45,8 +45,7 @@ const struct hil_register *hil_register_at(const struct hil_register_set *set, u
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);
 /* What `count` registers from `offset` on are after a reset; where there is none: 0. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
-/* The whole of what is not modelled, as text; `is_modelled` says whether there is a peripheral at a
- * base address at all. */
-void hil_registers_print(FILE *file, bool (*is_modelled)(uint32_t base));
+/* The whole of what is not modelled, as text. */
+void hil_registers_print(FILE *file);
 
 #endif

@@ -21,44 +21,29 @@
 #define SIGNAL_SEGMENT   11
 
 /* In the order of enum hil_debug_register. */
+/* clang-format off */
+#define REG(name, ...)    "<reg name=\"" name "\" bitsize=\"32\"" __VA_ARGS__ "/>\n"
+#define DOUBLE(n)         "<reg name=\"d" #n "\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+#define FEATURE(name, of) "<feature name=\"org.gnu.gdb.arm." name "\">\n" of "</feature>\n"
 static const char target_xml[] =
-    "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target "
-    "version=\"1.0\">\n"
-    "<architecture>armv7e-m</architecture>\n<feature name=\"org.gnu.gdb.arm.m-profile\">\n"
-    "<reg name=\"r0\" bitsize=\"32\" regnum=\"0\"/><reg name=\"r1\" bitsize=\"32\"/><reg "
-    "name=\"r2\" bitsize=\"32\"/>\n"
-    "<reg name=\"r3\" bitsize=\"32\"/><reg name=\"r4\" bitsize=\"32\"/><reg name=\"r5\" "
-    "bitsize=\"32\"/>\n"
-    "<reg name=\"r6\" bitsize=\"32\"/><reg name=\"r7\" bitsize=\"32\"/><reg name=\"r8\" "
-    "bitsize=\"32\"/>\n"
-    "<reg name=\"r9\" bitsize=\"32\"/><reg name=\"r10\" bitsize=\"32\"/><reg name=\"r11\" "
-    "bitsize=\"32\"/>\n"
-    "<reg name=\"r12\" bitsize=\"32\"/><reg name=\"sp\" bitsize=\"32\" type=\"data_ptr\"/>\n"
-    "<reg name=\"lr\" bitsize=\"32\"/><reg name=\"pc\" bitsize=\"32\" type=\"code_ptr\"/>\n"
-    "<reg name=\"xpsr\" bitsize=\"32\"/></feature>\n"
-    "<feature name=\"org.gnu.gdb.arm.m-system\"><reg name=\"msp\" bitsize=\"32\" "
-    "type=\"data_ptr\"/>\n"
-    "<reg name=\"psp\" bitsize=\"32\" type=\"data_ptr\"/><reg name=\"primask\" bitsize=\"32\"/>\n"
-    "<reg name=\"basepri\" bitsize=\"32\"/><reg name=\"faultmask\" bitsize=\"32\"/>\n"
-    "<reg name=\"control\" bitsize=\"32\"/></feature>\n"
-    "<feature name=\"org.gnu.gdb.arm.vfp\">\n"
-    "<reg name=\"d0\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d1\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d2\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d3\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d4\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d5\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d6\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d7\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d8\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d9\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d10\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d11\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d12\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d13\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"d14\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d15\" bitsize=\"64\" "
-    "type=\"ieee_double\"/>\n"
-    "<reg name=\"fpscr\" bitsize=\"32\" type=\"int\" group=\"float\"/></feature>\n</target>\n";
+    "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n"
+    "<target version=\"1.0\">\n<architecture>armv7e-m</architecture>\n"
+    FEATURE("m-profile",
+        REG("r0", " regnum=\"0\"") REG("r1") REG("r2") REG("r3") REG("r4") REG("r5") REG("r6")
+        REG("r7") REG("r8") REG("r9") REG("r10") REG("r11") REG("r12")
+        REG("sp", " type=\"data_ptr\"") REG("lr") REG("pc", " type=\"code_ptr\"") REG("xpsr"))
+    FEATURE("m-system",
+        REG("msp", " type=\"data_ptr\"") REG("psp", " type=\"data_ptr\"") REG("primask")
+        REG("basepri") REG("faultmask") REG("control"))
+    FEATURE("vfp",
+        DOUBLE(0) DOUBLE(1) DOUBLE(2) DOUBLE(3) DOUBLE(4) DOUBLE(5) DOUBLE(6) DOUBLE(7) DOUBLE(8)
+        DOUBLE(9) DOUBLE(10) DOUBLE(11) DOUBLE(12) DOUBLE(13) DOUBLE(14) DOUBLE(15)
+        REG("fpscr", " type=\"int\" group=\"float\""))
+    "</target>\n";
+#undef REG
+#undef DOUBLE
+#undef FEATURE
+/* clang-format on */
 
 static const char monitor_help[] =
     "time                          virtual time, cycles, instructions\n"

@@ -4,6 +4,7 @@
 #include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
+#include "hil/periph/cells.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
@@ -34,44 +35,15 @@
 static const uint32_t data_register[2] = {0x4001204cu, 0x4001224cu};
 static const enum hil_event_slot slot_of[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
 
-struct pin {
-    int8_t port, number;
-};
-
-/* Analogue inputs (data sheet table 7): 0..15 of ADC1, and of ADC3. */
-static const struct pin pins[2][16] = {
-    {{0, 0},
-     {0, 1},
-     {0, 2},
-     {0, 3},
-     {0, 4},
-     {0, 5},
-     {0, 6},
-     {0, 7},
-     {1, 0},
-     {1, 1},
-     {2, 0},
-     {2, 1},
-     {2, 2},
-     {2, 3},
-     {2, 4},
-     {2, 5}},
-    {{0, 0},
-     {0, 1},
-     {0, 2},
-     {0, 3},
-     {5, 6},
-     {5, 7},
-     {5, 8},
-     {5, 9},
-     {5, 10},
-     {5, 3},
-     {2, 0},
-     {2, 1},
-     {2, 2},
-     {2, 3},
-     {5, 4},
-     {5, 5}},
+/* Analogue inputs (data sheet table 7), 0..15 of ADC1 and of ADC3: 16 times the port and the
+ * pin. */
+#define PORT_OF(pin)   ((pin) / 16u)
+#define NUMBER_OF(pin) ((pin) % 16u)
+static const uint8_t pins[2][16] = {
+    {0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, /* PA0 .. PA7 */
+     0x10, 0x11, 0x20, 0x21, 0x22, 0x23, 0x24, 0x25 /* PB0, PB1, PC0 .. PC5 */},
+    {0x00, 0x01, 0x02, 0x03, 0x56, 0x57, 0x58, 0x59, /* PA0 .. PA3, PF6 .. PF9 */
+     0x5a, 0x53, 0x20, 0x21, 0x22, 0x23, 0x54, 0x55 /* PF10, PF3, PC0 .. PC3, PF4, PF5 */},
 };
 
 static void update_irq(struct hil_adc_device *dev)
@@ -108,14 +80,10 @@ static unsigned ones_of(uint64_t z)
 
 /* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial,
  * sigma 4) in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond
- * four sigma are slightly thinner than Gaussian. Random bits: Steele, Lea and Flood's SplitMix64
- * (2014), a counter through a mixing function. */
+ * four sigma are slightly thinner than Gaussian. */
 static double noise_lsb(struct hil_adc *a)
 {
-    uint64_t z = a->noise += 0x9e3779b97f4a7c15ull;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
-    z ^= z >> 31;
+    uint64_t z = hil_random(&a->noise);
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
     return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
@@ -123,15 +91,14 @@ static double noise_lsb(struct hil_adc *a)
 static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    struct pin pin = pins[unit][a->channel[k]];
+    unsigned port = PORT_OF(pins[unit][a->channel[k]]), pin = NUMBER_OF(pins[unit][a->channel[k]]);
     double volts;
     if (dev->record.code)
-        return dev->record.code(dev->record.who, (unsigned)pin.port, (unsigned)pin.number, at);
-    enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, (unsigned)pin.port, (unsigned)pin.number);
+        return dev->record.code(dev->record.who, port, pin, at);
+    enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, port, pin);
     /* the pin is driven: the converter sees its level */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
-        volts = hil_gpio_level(dev->gpio, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V
-                                                                                    : 0.0;
+        volts = hil_gpio_level(dev->gpio, port, pin) ? HIL_VREF_V : 0.0;
     else
         volts = dev->outside.volts(dev->outside.who, a->source[k], at);
     double code = volts / HIL_VREF_V * 4096.0 + 0.5;
@@ -240,28 +207,28 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
+static void event(struct hil_adc_device *dev, unsigned unit, uint64_t at)
+{
+    catch_up(dev, unit, at);
+    schedule(dev, unit);
+}
+
 void hil_adc_catch_up(struct hil_adc_device *dev, uint64_t at)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
-        if (dev->state[unit].running) {
-            catch_up(dev, unit, at);
-            schedule(dev, unit);
-        }
+        if (dev->state[unit].running)
+            event(dev, unit, at);
     }
 }
 
 void hil_adc1_event(void *device, uint64_t at)
 {
-    struct hil_adc_device *dev = device;
-    catch_up(dev, HIL_ADC1, at);
-    schedule(dev, HIL_ADC1);
+    event(device, HIL_ADC1, at);
 }
 
 void hil_adc3_event(void *device, uint64_t at)
 {
-    struct hil_adc_device *dev = device;
-    catch_up(dev, HIL_ADC3, at);
-    schedule(dev, HIL_ADC3);
+    event(device, HIL_ADC3, at);
 }
 
 static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
@@ -288,8 +255,8 @@ static bool plan(struct hil_adc_device *dev, unsigned unit)
                                     : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
-        a->source[k] = (int8_t)dev->outside.source((unsigned)pins[unit][channel].port,
-                                                   (unsigned)pins[unit][channel].number);
+        a->source[k] = (int8_t)dev->outside.source(PORT_OF(pins[unit][channel]),
+                                                   NUMBER_OF(pins[unit][channel]));
         a->end_clock[k] = (uint16_t)clocks;
     }
     a->planned = true;

@@ -1,13 +1,5 @@
 #include "hil/periph/cells.h"
 
-uint64_t hil_random(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15ull;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
-    return z ^ z >> 31;
-}
-
 uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
                           uint64_t *random)
 {

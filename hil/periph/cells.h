@@ -14,7 +14,13 @@ enum hil_cell_times {
 };
 
 /* Next number of a seeded sequence (splitmix64). */
-uint64_t hil_random(uint64_t *state);
+static inline uint64_t hil_random(uint64_t *state)
+{
+    uint64_t z = *state += 0x9e3779b97f4a7c15ull;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
+    return z ^ z >> 31;
+}
 
 /* Duration of one operation in picoseconds. Spread: typical + (maximum - typical) u^8, u uniform
  * from 0 to 1. */

@@ -58,15 +58,6 @@ static const struct part {
 
 #define PARTS (sizeof parts / sizeof parts[0])
 
-bool hil_mcu_has(uint32_t base)
-{
-    for (unsigned i = 0; i < PARTS; i++) {
-        if (parts[i].base == base)
-            return true;
-    }
-    return false;
-}
-
 /* Device id, unique id and flash size of system memory; option bytes. */
 static uint32_t read_system_memory(void *device, uint32_t address)
 {

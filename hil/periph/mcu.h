@@ -67,7 +67,5 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
 /* What a reset line of the chip reaches, the core apart. `csr_flags` are the flags that RCC_CSR
  * will show. */
 void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags);
-/* Is there a peripheral at this base address? */
-bool hil_mcu_has(uint32_t base);
 
 #endif

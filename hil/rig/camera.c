@@ -2,6 +2,7 @@
 
 #include "hil/core/core.h"
 #include "hil/core/event.h"
+#include "hil/periph/cells.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 
@@ -10,21 +11,13 @@
 #define PORT_E      4u
 #define TRIGGER_PIN 2u
 
-/* SplitMix64: -1 to 1. */
-static double draw(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (double)((z ^ z >> 31) >> 11) / 4503599627370496.0 - 1.0;
-}
-
 static void plan_frame(struct hil_camera_device *dev)
 {
     struct hil_camera *camera = dev->state;
     const struct hil_options *options = dev->options;
     double even_ps = (double)camera->next_frame * 1e12 / options->camera_hz;
-    double jitter_ps = draw(&camera->random) * (double)options->camera_jitter_ps;
+    double drawn = (double)(hil_random(&camera->random) >> 11) * 0x1p-52 - 1.0; /* -1 to 1 */
+    double jitter_ps = drawn * (double)options->camera_jitter_ps;
     double since_ps = (double)options->camera_delay_ps + even_ps + jitter_ps;
     camera->frame_ps = camera->start_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
 }

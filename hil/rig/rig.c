@@ -294,11 +294,6 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
              : value;
 }
 
-double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, uint64_t at)
-{
-    return hil_rig_channel_volts(dev, hil_rig_channel(port, pin), at);
-}
-
 /* --- what it is connected to --- */
 
 static void look_at_excitation(void *device, uint64_t at)

@@ -104,9 +104,8 @@ void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t time
 /* Channel that the rig has on a pin, 0..23, or -1. */
 int hil_rig_channel(unsigned port, unsigned pin);
 /* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V); `device` is a struct
- * hil_rig_device. Of a pin. */
+ * hil_rig_device. */
 double hil_rig_channel_volts(void *device, int channel, uint64_t at);
-double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, uint64_t at);
 /* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is
  * low while it does. */
 bool hil_rig_lamp_draws(const struct hil_rig_device *dev);

@@ -378,17 +378,6 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
     return status;
 }
 
-enum mr_status hil_run_still(struct hil_run *run, double duration_s)
-{
-    *run = (struct hil_run){.duration_s = duration_s, .rate_hz = 1.0, .sample_count = 1};
-    run->samples = calloc(1, sizeof *run->samples);
-    if (!run->samples)
-        return MR_IO;
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        run->switch_open_ps[i] = HIL_RUN_NEVER;
-    return MR_OK;
-}
-
 void hil_run_free(struct hil_run *run)
 {
     free(run->commands);

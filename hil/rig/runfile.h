@@ -52,9 +52,6 @@ struct hil_run {
  * file of version 1. */
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size);
 
-/* A run in which nothing moves and no switch opens, with zero displacement and tension. */
-enum mr_status hil_run_still(struct hil_run *run, double duration_s);
-
 /* Frees what the run owns; the struct itself is the caller's. */
 void hil_run_free(struct hil_run *run);
 

@@ -15,6 +15,7 @@
 #include <cmocka.h>
 
 #include "hil/board/board.h"
+#include "tests/hil/still_run.h"
 
 #define BENCH_IMAGES  "build/tests/hil/images/"
 #define BENCH_SCRATCH "build/test-tmp/hil"

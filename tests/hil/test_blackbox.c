@@ -3,6 +3,7 @@
 #include "common/boxread.h"
 #include "hil/chips/w25q.h"
 #include "tests/hil/ear.h"
+#include "tests/hil/snapshot.h"
 #include "tests/long.h"
 
 #define BLOCKS_MAX 20000u
@@ -176,7 +177,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
     struct ear *ear = calloc(1, sizeof *ear);
     assert_non_null(ear);
     mr_deframer_init(&ear->deframer);
-    ear_attach(ear, hil_board_fork(base->board));
+    ear_attach(ear, snapshot_fork(base->board));
     uint64_t done = ear->board->state.w25q.operations;
     hil_w25q_cut_at(&ear->board->w25q, 1, permille);
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12, limit_s = now_s + 0.2;

@@ -4,6 +4,7 @@
 #include "common/wire.h"
 #include "hil/board/parts.h"
 #include "tests/hil/ear.h"
+#include "tests/hil/snapshot.h"
 
 #define COPY(n) (0x08008000u + 0x4000u * (n))
 #define POINTS  24u
@@ -179,7 +180,7 @@ static bool cut_here(const struct ear *base, const struct mr_config *old,
     static uint8_t scratch[MR_CONFIG_IMAGE];
     assert_non_null(ear);
     mr_deframer_init(&ear->deframer);
-    ear_attach(ear, hil_board_fork(base->board));
+    ear_attach(ear, snapshot_fork(base->board));
     uint32_t old_crc = mr_config_encode(old, scratch), new_crc = mr_config_encode(new, scratch);
     hil_flash_cut_at(&ear->board->mcu.flash, n, permille);
     ear_command(ear, EAR_CAN, MR_COMMAND_CONFIG_APPLY, (int32_t)new_crc, tag);

@@ -4,6 +4,7 @@
 #include "hil/debug/debug.h"
 #include "hil/symbols.h"
 #include "tests/hil/bench.h"
+#include "tests/hil/snapshot.h"
 
 #define SRAM       0x20000000u
 #define SRAM_BYTES 0x20000u
@@ -138,7 +139,7 @@ static void test_watchpoints(void **state)
     assert_int_equal(hil_elf_symbol("build/firmware/matrig.elf", "dma_start", &dma_start), MR_OK);
     assert_int_equal(hil_elf_symbol("build/firmware/matrig.elf", "dma_end", &dma_end), MR_OK);
     /* a word that changes: the first one of RAM that differs a millisecond later */
-    struct hil_board *later = hil_board_fork(board);
+    struct hil_board *later = snapshot_fork(board);
     bench_run(later, 22 * HIL_MS_PS);
     for (uint32_t at = SRAM + 0x1068u; !address && at < SRAM + 0x10000u; at += 4) {
         bool by_dma = at >= dma_start && at < dma_end; /* which watchpoints do not see */
@@ -179,7 +180,7 @@ static void test_looking_changes_nothing(void **state)
     struct hil_board *board = firmware_board();
     (void)state;
     bench_run(board, 30 * HIL_MS_PS + 9 * HIL_MS_PS / 10);
-    struct hil_board *alone = hil_board_fork(board);
+    struct hil_board *alone = snapshot_fork(board);
     hil_debug_attach(board, &debug);
     assert_int_equal(hil_debug_read(board, 0xe000e010u, bytes, 4), MR_OK);
     uint8_t first = bytes[2];

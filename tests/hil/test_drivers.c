@@ -6,6 +6,7 @@
 #include "hil/core/elf.h"
 #include "hil/core/nvic.h"
 #include "tests/hil/ear.h"
+#include "tests/hil/snapshot.h"
 
 #define TICKS_PER_S     84e6
 #define TRIGGER_TICK    2352u
@@ -290,7 +291,7 @@ static void stall_in_a_fork(const struct ear *ear, double zero_s)
     struct ear *other = malloc(sizeof *other);
     assert_non_null(other);
     *other = *ear;
-    ear_attach(other, hil_board_fork(ear->board));
+    ear_attach(other, snapshot_fork(ear->board));
     stall(other, 51.2, zero_s);
     stall(other, 52.0, zero_s);
     hil_board_destroy(other->board);

@@ -12,6 +12,7 @@
 #include "hil/board/board.h"
 #include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
+#include "tests/hil/snapshot.h"
 
 #define ELF         "build/firmware/matrig.elf"
 #define TICKS_PER_S 84e6
@@ -374,7 +375,7 @@ static void a_fork_in_mid_landing_goes_on_identically(void **state)
     b = a;
     b.bytes = NULL;
     b.byte_room = b.byte_count = 0;
-    b.board = hil_board_fork(a.board);
+    b.board = snapshot_fork(a.board);
     struct hil_callbacks callbacks = callbacks_of(&b);
     hil_board_set_callbacks(b.board, &callbacks);
     size_t before = a.byte_count;

@@ -3,6 +3,7 @@
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
+#include "tests/hil/snapshot.h"
 
 #include "hil/chips/w25q.h"
 #include "hil/rig/faults.h"
@@ -502,13 +503,13 @@ static void test_snapshot(void **state)
     (void)state;
     struct hil_board *board = nor_board();
     hil_board_nor_poke(board, 0xabcdef, &early, 1);
-    struct hil_snapshot *snapshot = hil_board_snapshot(board);
+    struct snapshot *snapshot = snapshot_take(board);
     hil_board_nor_poke(board, 0xabcdef, &late, 1);
     hil_board_nor_poke(board, 0x100000, &late, 1);
-    struct hil_board *copy = hil_board_fork(board);
+    struct hil_board *copy = snapshot_fork(board);
     assert_cells(copy, 0xabcdef, &late, 1);
     assert_cells(copy, 0x100000, &late, 1);
-    hil_board_restore(board, snapshot);
+    snapshot_restore(board, snapshot);
     assert_cells(board, 0xabcdef, &early, 1);
     assert_cells(board, 0x100000, &erased, 1);
     free(snapshot);

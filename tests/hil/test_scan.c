@@ -16,7 +16,7 @@ static struct hil_run run;
 
 static void prepare(void)
 {
-    hil_run_still(&run, 1.0);
+    still_run(&run, 1.0);
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
         run.samples[0][i] = 10000 * ((int32_t)i + 1); /* 0.1 in, 0.2 in, ... */
     for (unsigned i = 0; i < HIL_RUN_GAGES; i++)

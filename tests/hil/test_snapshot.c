@@ -3,6 +3,7 @@
 #include "common/crc32.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
+#include "tests/hil/snapshot.h"
 
 struct stream {
     uint32_t crc;
@@ -53,12 +54,12 @@ static void test_fork(void **state)
         struct hil_options options;
         hil_options_default(&options);
         struct hil_run run;
-        hil_run_still(&run, 1.0);
+        still_run(&run, 1.0);
         run.switch_open_ps[0] = 7 * HIL_MS_PS;
         struct hil_board *board = bench_board(images[i], &options);
         hil_board_attach_rig(board, &run);
         bench_run(board, 2512345 * HIL_NS_PS);
-        struct hil_board *copy = hil_board_fork(board);
+        struct hil_board *copy = snapshot_fork(board);
         assert_same(board, copy);
         bench_run(board, 20 * HIL_MS_PS);
         bench_run(copy, 20 * HIL_MS_PS);
@@ -81,7 +82,7 @@ static void test_fork_anywhere(void **state)
     bench_run(whole, 2 * HIL_MS_PS);
     for (uint64_t t_ns = 1000; t_ns < 120000; t_ns += 730) {
         bench_run(board, t_ns * HIL_NS_PS);
-        struct hil_board *copy = hil_board_fork(board);
+        struct hil_board *copy = snapshot_fork(board);
         bench_run(copy, 2 * HIL_MS_PS);
         assert_same(copy, whole);
         hil_board_destroy(copy);
@@ -96,11 +97,11 @@ static void test_restore(void **state)
     (void)state;
     struct hil_board *board = bench_board("scan", NULL);
     bench_run(board, 3 * HIL_MS_PS);
-    struct hil_snapshot *snapshot = hil_board_snapshot(board);
+    struct snapshot *snapshot = snapshot_take(board);
     bench_run(board, 9 * HIL_MS_PS);
     struct hil_counters first = *hil_board_counters(board);
     for (unsigned i = 0; i < 2; i++) {
-        hil_board_restore(board, snapshot);
+        snapshot_restore(board, snapshot);
         assert_int_equal(hil_board_now_ps(board) / HIL_US_PS, 3000);
         bench_run(board, 9 * HIL_MS_PS);
         assert_memory_equal(hil_board_counters(board), &first, sizeof first);
@@ -132,7 +133,7 @@ static void test_firmware(void **state)
             bench_run(board, t_ms * HIL_MS_PS);
         if (i == 1) {
             struct stream so_far = heard[1];
-            struct hil_board *copy = hil_board_fork(board);
+            struct hil_board *copy = snapshot_fork(board);
             hil_board_destroy(board);
             board = copy;
             listen_to(board, &heard[1]);

@@ -14,6 +14,7 @@
 #include "hil/rig/faults.h"
 #include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
+#include "tests/hil/still_run.h"
 #include "tests/common/seeded_landing.h"
 #include "tests/long.h"
 
@@ -108,7 +109,7 @@ static void power_off(struct rig *rig)
 static void open_still(struct rig *rig, double duration_s)
 {
     memset(rig, 0, sizeof *rig);
-    assert_int_equal(hil_run_still(&rig->run, duration_s), MR_OK);
+    still_run(&rig->run, duration_s);
     assert_null(rig->run.commands);
     rig->run.commands = calloc(1, sizeof *rig->run.commands);
     assert_non_null(rig->run.commands);
