@@ -21,14 +21,14 @@
 #include "host/sim/solvers/stepper.h"
 
 struct work {
+    double *z, *rate, *part; /* 2 size each */
+    double *mass, *by_p, *by_v, *drift;
     struct stepper *stepper;
     SUNContext context;
     void *cvode;
     N_Vector y, tolerance, between;
     SUNMatrix matrix;
     SUNLinearSolver solver, band;
-    double *z, *rate; /* 2 size */
-    double *mass, *by_p, *by_v, *drift, *part;
     bool begun;
 };
 
@@ -183,26 +183,19 @@ static bool make_library(struct stepper *s)
            CVodeSetMaxConvFails(w->cvode, 40) == CV_SUCCESS;
 }
 
-static enum mr_status make(struct stepper *s, struct error *error)
+static enum mr_status make(struct stepper *s, double *more, struct error *error)
 {
-    size_t size = (size_t)s->model->size;
-    if (stepper_room(s, sizeof(struct work), (7 + 3 * MODEL_ROW) * size, error) != MR_OK)
-        return error->status;
     struct work *w = s->work;
-    double *storage = s->storage;
+    size_t size = (size_t)s->model->size;
     w->stepper = s;
-    w->z = storage;
-    w->rate = w->z + 2 * size;
-    w->part = w->rate + 2 * size;
-    w->drift = w->part + 2 * size;
+    w->drift = more;
     w->mass = w->drift + size;
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
-    if (!make_library(s)) {
-        return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N",
-                         s->model->mats);
-    }
-    return MR_OK;
+    if (make_library(s))
+        return MR_OK;
+    return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N",
+                     s->model->mats);
 }
 
 static void restart(struct stepper *s)
@@ -249,6 +242,9 @@ const struct stepper_kind stepper_cvode = {
     .samples_shape = true,
     .rtol = 1e-8,
     .method = "SUNDIALS CVODE, BDF, banded, restarted at hops and at stick-slip",
+    .work_bytes = sizeof(struct work),
+    .rows = 3,
+    .more = 1 + 3 * MODEL_ROW,
     .make = make,
     .free = release,
     .restart = restart,

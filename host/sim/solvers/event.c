@@ -2,7 +2,6 @@
  * order 7 (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and
  * II.6). */
 #include <math.h>
-#include <string.h>
 
 #include "host/sim/solvers/stepper.h"
 
@@ -121,25 +120,11 @@ static const double dense_terms[TERMS - 3][STAGES] = {
 struct work {
     double *rate[STAGES]; /* 2 size values each */
     double *at;           /* a stage's state */
-    double *terms;        /* dense output: TERMS rows of 2 size */
+    double *terms[TERMS]; /* dense output */
     bool begun;           /* rate[0] belongs to (t, z) */
     bool dense;           /* terms belong to the last step */
     double h_s;           /* of the last step */
 };
-
-static enum mr_status make(struct stepper *s, struct error *error)
-{
-    size_t length = 2 * (size_t)s->model->size;
-    if (stepper_room(s, sizeof(struct work), (STAGES + 1 + TERMS) * length, error) != MR_OK)
-        return error->status;
-    struct work *w = s->work;
-    double *storage = s->storage;
-    for (int i = 0; i < STAGES; i++)
-        w->rate[i] = storage + (size_t)i * length;
-    w->at = storage + STAGES * length;
-    w->terms = w->at + length;
-    return MR_OK;
-}
 
 static void restart(struct stepper *s)
 {
@@ -239,7 +224,6 @@ static void prepare(struct stepper *s)
 {
     struct work *w = s->work;
     int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
-    size_t length = 2 * (size_t)size;
     double h = w->h_s;
     for (int i = 13; i < STAGES; i++) {
         combine(s, i, h, w->at);
@@ -248,14 +232,14 @@ static void prepare(struct stepper *s)
     for (int half = 0; half < 2; half++) {
         for (int k = half * size + low; k < half * size + high; k++) {
             double change = s->z_new[k] - s->z[k];
-            w->terms[k] = change;
-            w->terms[length + (size_t)k] = h * w->rate[0][k] - change;
-            w->terms[2 * length + (size_t)k] = 2.0 * change - h * (w->rate[12][k] + w->rate[0][k]);
+            w->terms[0][k] = change;
+            w->terms[1][k] = h * w->rate[0][k] - change;
+            w->terms[2][k] = 2.0 * change - h * (w->rate[12][k] + w->rate[0][k]);
             for (size_t d = 0; d < TERMS - 3; d++) {
                 double sum = dense_terms[d][0] * w->rate[0][k];
                 for (int j = 5; j < STAGES; j++)
                     sum += dense_terms[d][j] * w->rate[j][k];
-                w->terms[(3 + d) * length + (size_t)k] = h * sum;
+                w->terms[3 + d][k] = h * sum;
             }
         }
     }
@@ -265,7 +249,6 @@ static void prepare(struct stepper *s)
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;
-    size_t length = 2 * (size_t)s->model->size;
     if (!w->dense)
         prepare(s);
     double x = (t_s - s->t_s) / w->h_s;
@@ -273,7 +256,7 @@ static void dense(struct stepper *s, double t_s, int low, int high, double *z)
         for (int k = half * s->model->size + low; k < half * s->model->size + high; k++) {
             double sum = 0.0;
             for (size_t i = TERMS; i-- > 0;)
-                sum = (sum + w->terms[i * length + (size_t)k]) * (i % 2 == 0 ? x : 1.0 - x);
+                sum = (sum + w->terms[i][k]) * (i % 2 == 0 ? x : 1.0 - x);
             z[k] = s->z[k] + sum;
         }
     }
@@ -287,7 +270,8 @@ const struct stepper_kind stepper_event = {
     .looser = &stepper_event5,
     .looser_rtol = 9e-8,
     .method = "Dormand-Prince 8(5,3), every switch located",
-    .make = make,
+    .work_bytes = sizeof(struct work),
+    .rows = STAGES + 1 + TERMS,
     .restart = restart,
     .advance = advance,
     .dense = dense,

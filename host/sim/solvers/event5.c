@@ -3,7 +3,6 @@
  * Differential Equations I, II.5 and II.6). Where stability and not accuracy sets the step, half
  * the evaluations of the order 8 method give the same step. */
 #include <math.h>
-#include <string.h>
 
 #include "host/sim/solvers/stepper.h"
 
@@ -34,19 +33,6 @@ struct work {
     double error_before;  /* of the last accepted step */
     double h_s;           /* of the last step */
 };
-
-static enum mr_status make(struct stepper *s, struct error *error)
-{
-    size_t length = 2 * (size_t)s->model->size;
-    if (stepper_room(s, sizeof(struct work), (STAGES + 1) * length, error) != MR_OK)
-        return error->status;
-    struct work *w = s->work;
-    double *storage = s->storage;
-    for (int i = 0; i < STAGES; i++)
-        w->rate[i] = storage + (size_t)i * length;
-    w->at = storage + STAGES * length;
-    return MR_OK;
-}
 
 static void restart(struct stepper *s)
 {
@@ -181,7 +167,8 @@ const struct stepper_kind stepper_event5 = {
     .long_steps = true,
     .rtol = 1e-5,
     .method = "Dormand-Prince 5(4), every switch located",
-    .make = make,
+    .work_bytes = sizeof(struct work),
+    .rows = STAGES + 1,
     .restart = restart,
     .advance = advance,
     .dense = dense,

@@ -25,29 +25,6 @@ struct work {
     double h_s; /* their distance */
 };
 
-#define ARRAYS (2 * PAST + 7)
-
-static enum mr_status make(struct stepper *s, struct error *error)
-{
-    size_t length = 2 * (size_t)s->model->size;
-    if (stepper_room(s, sizeof(struct work), ARRAYS * length, error) != MR_OK)
-        return error->status;
-    struct work *w = s->work;
-    double *storage = s->storage;
-    for (size_t i = 0; i < PAST; i++) {
-        w->y[i] = storage + i * length;
-        w->f[i] = storage + (PAST + i) * length;
-    }
-    double *more = storage + 2 * PAST * length;
-    w->apart = more;
-    w->predicted = more + length;
-    w->modified = more + 2 * length;
-    w->rate = more + 3 * length;
-    for (size_t i = 0; i < 3; i++)
-        w->k[i] = more + (4 + i) * length;
-    return MR_OK;
-}
-
 static void restart(struct stepper *s)
 {
     struct work *w = s->work;
@@ -202,7 +179,8 @@ const struct stepper_kind stepper_hamming = {
     .samples = true,
     .rtol = 1e-6,
     .method = "Hamming's predictor-corrector with halving and doubling, switches sampled",
-    .make = make,
+    .work_bytes = sizeof(struct work),
+    .rows = 2 * PAST + 7,
     .restart = restart,
     .advance = advance,
     .dense = dense,

@@ -8,7 +8,6 @@
  *     [M/(h gamma) - R_v - h gamma R_p] k_v = M r_v + h gamma R_p r_p
  * M, R_p, R_v from model_linearise: one banded factorisation per step, O(N). */
 #include <math.h>
-#include <string.h>
 
 #include "host/sim/models/band.h"
 #include "host/sim/solvers/stepper.h"
@@ -45,29 +44,20 @@ struct work {
     bool ended; /* `at` holds the rates at the end of the last step */
 };
 
-static enum mr_status make(struct stepper *s, struct error *error)
+static enum mr_status make(struct stepper *s, double *more, struct error *error)
 {
-    size_t size = (size_t)s->model->size, length = 2 * size;
-    size_t values = (STAGES + 3) * length + (3 * MODEL_ROW + 2 * BAND_WIDTH + 2) * size;
-    if (stepper_room(s, sizeof(struct work), values + 2 * size, error) != MR_OK)
-        return error->status;
     struct work *w = s->work;
-    double *storage = s->storage;
-    int *pivots = (int *)(storage + values);
-    for (size_t i = 0; i < STAGES; i++)
-        w->k[i] = storage + i * length;
-    w->rate = storage + STAGES * length;
-    w->at = w->rate + length;
-    w->mix = w->at + length;
-    w->mass = w->mix + length;
+    size_t size = (size_t)s->model->size;
+    (void)error;
+    w->mass = more;
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
     w->lu = w->by_v + MODEL_ROW * size;
     w->mass_lu = w->lu + BAND_WIDTH * size;
     w->drift = w->mass_lu + BAND_WIDTH * size;
     w->right = w->drift + size;
-    w->pivot = pivots;
-    w->mass_pivot = pivots + size;
+    w->pivot = (int *)(w->right + size);
+    w->mass_pivot = w->pivot + size;
     return MR_OK;
 }
 
@@ -222,6 +212,9 @@ const struct stepper_kind stepper_implicit = {
     .long_steps = true,
     .rtol = 1e-7,
     .method = "RODAS, linearly implicit of order 4(3), banded, every switch located",
+    .work_bytes = sizeof(struct work),
+    .rows = STAGES + 3,
+    .more = 3 * MODEL_ROW + 2 * BAND_WIDTH + 4,
     .make = make,
     .restart = restart,
     .advance = advance,

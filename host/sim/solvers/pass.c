@@ -472,7 +472,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
         .z_new = p.storage + length,
     };
     if (sim_record_make(&out->record, m->scene, options, error) == MR_OK &&
-        p.stepper.kind->make(&p.stepper, error) == MR_OK) {
+        stepper_make(&p.stepper, error) == MR_OK) {
         int node;
         m->rhs = 0;
         m->prunes = request->kind->prunes && !options->no_prune;

@@ -1,7 +1,6 @@
 /* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed
  * changes sign within a step is brought to rest at its end (pass.c). As a check of the other
  * solvers: another method on the model's own right-hand side. */
-#include <string.h>
 
 #include "host/sim/solvers/stepper.h"
 
@@ -9,19 +8,6 @@ struct work {
     double *k[5]; /* four stages and the rates at the end */
     double *at;
 };
-
-static enum mr_status make(struct stepper *s, struct error *error)
-{
-    size_t length = 2 * (size_t)s->model->size;
-    if (stepper_room(s, sizeof(struct work), 6 * length, error) != MR_OK)
-        return error->status;
-    struct work *w = s->work;
-    double *storage = s->storage;
-    for (size_t i = 0; i < 5; i++)
-        w->k[i] = storage + i * length;
-    w->at = storage + 5 * length;
-    return MR_OK;
-}
 
 static void restart(struct stepper *s)
 {
@@ -73,7 +59,8 @@ const struct stepper_kind stepper_rk4 = {
     .samples = true,
     .fixed = true,
     .method = "classical Runge-Kutta, fixed step, switches sampled",
-    .make = make,
+    .work_bytes = sizeof(struct work),
+    .rows = 6,
     .restart = restart,
     .advance = advance,
     .dense = dense,

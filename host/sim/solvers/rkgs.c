@@ -21,22 +21,6 @@ struct work {
     double *rate, *q, *q_start, *middle, *whole, *rate0, *rate1; /* 2 size each */
 };
 
-#define ARRAYS 7
-
-static enum mr_status make(struct stepper *s, struct error *error)
-{
-    size_t length = 2 * (size_t)s->model->size;
-    if (stepper_room(s, sizeof(struct work), ARRAYS * length, error) != MR_OK)
-        return error->status;
-    struct work *w = s->work;
-    double *storage = s->storage;
-    double **arrays[ARRAYS] = {&w->rate,  &w->q,     &w->q_start, &w->middle,
-                               &w->whole, &w->rate0, &w->rate1};
-    for (size_t i = 0; i < ARRAYS; i++)
-        *arrays[i] = storage + i * length;
-    return MR_OK;
-}
-
 static void restart(struct stepper *s)
 {
     struct work *w = s->work;
@@ -101,7 +85,8 @@ const struct stepper_kind stepper_rkgs = {
     .samples = true,
     .rtol = 1e-6,
     .method = "Runge-Kutta-Gill with halving and doubling, switches sampled",
-    .make = make,
+    .work_bytes = sizeof(struct work),
+    .rows = 7,
     .restart = restart,
     .advance = advance,
     .dense = dense,

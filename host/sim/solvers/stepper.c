@@ -16,16 +16,22 @@ const struct stepper_kind *stepper_find(const char *name)
     return NULL;
 }
 
-enum mr_status stepper_room(struct stepper *s, size_t bytes, size_t values, struct error *error)
+enum mr_status stepper_make(struct stepper *s, struct error *error)
 {
-    s->work = calloc(1, bytes);
-    s->storage = calloc(values, sizeof *s->storage);
-    if (s->work && s->storage)
-        return MR_OK;
-    free(s->work);
-    free(s->storage);
-    s->work = s->storage = NULL;
-    return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
+    size_t size = (size_t)s->model->size;
+    s->work = calloc(1, s->kind->work_bytes);
+    s->storage = calloc((2 * s->kind->rows + s->kind->more) * size, sizeof *s->storage);
+    if (!s->work || !s->storage) {
+        free(s->work);
+        s->work = NULL;
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
+    }
+    for (size_t i = 0; i < s->kind->rows; i++) {
+        double *row = s->storage + 2 * i * size;
+        memcpy((char *)s->work + i * sizeof row, &row, sizeof row);
+    }
+    double *more = s->storage + 2 * s->kind->rows * size;
+    return s->kind->make ? s->kind->make(s, more, error) : MR_OK;
 }
 
 void stepper_free(struct stepper *s)

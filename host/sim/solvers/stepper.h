@@ -22,8 +22,12 @@ struct stepper_kind {
     const struct stepper_kind *looser; /* does better at looser_rtol and above; NULL: none does */
     double looser_rtol;
     const char *method; /* one line for people */
-    enum mr_status (*make)(struct stepper *stepper, struct error *error);
-    void (*free)(struct stepper *stepper); /* what `make` did beyond stepper_room; NULL: nothing */
+    /* The kind's own: so many bytes, all 0, which begin with so many pointers to rows of 2 size
+     * values; and so many times size values more, for `make`. */
+    size_t work_bytes, rows, more;
+    /* The rest, from `more` on; NULL: there is no rest. */
+    enum mr_status (*make)(struct stepper *stepper, double *more, struct error *error);
+    void (*free)(struct stepper *stepper);    /* what `make` did; NULL: nothing */
     void (*restart)(struct stepper *stepper); /* modes or state have changed: forget the past */
     bool (*advance)(struct stepper *stepper, double limit_s); /* false: the step became too small */
     /* Components low..high-1 of p and of v at t within the last step. */
@@ -44,7 +48,7 @@ struct stepper {
     const double *rate, *rate_new;
     uint64_t rejected;
     void *work;      /* the kind's own, and */
-    double *storage; /* what it keeps there; both are stepper_room's */
+    double *storage; /* what it keeps there; both are stepper_make's */
 };
 
 extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit,
@@ -56,10 +60,9 @@ extern const struct stepper_kind stepper_cvode __attribute__((weak));
 /* The kind of that name, or NULL. */
 const struct stepper_kind *stepper_find(const char *name);
 
-/* For `make`: `bytes` of work and `values` of storage, all 0. MR_FULL, and neither is there. */
-enum mr_status stepper_room(struct stepper *stepper, size_t bytes, size_t values,
-                            struct error *error);
-/* Of what `make` made, also when it failed. */
+/* Room for the kind's work, and what it has to make. MR_FULL. */
+enum mr_status stepper_make(struct stepper *stepper, struct error *error);
+/* Of what stepper_make made, also when it failed. */
 void stepper_free(struct stepper *stepper);
 
 /* The range of p that the model integrates. */
