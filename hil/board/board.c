@@ -285,18 +285,6 @@ void hil_board_set_host_baud(struct hil_board *board, uint32_t baud)
     board->options.host_baud = baud;
 }
 
-enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out,
-                                  size_t n)
-{
-    return hil_w25q_peek(&board->w25q, address, out, n);
-}
-
-enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes,
-                                  size_t n)
-{
-    return hil_w25q_poke(&board->w25q, address, bytes, n);
-}
-
 enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script)
 {
     return hil_faults_add_all(&board->faults, script);

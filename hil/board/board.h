@@ -78,12 +78,6 @@ size_t hil_board_serial_room(const struct hil_board *board);
 /* The other end changes its rate; between calls of hil_board_run_until. */
 void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
 
-/* Cells of the NOR as they are (MR_UNKNOWN: outside). */
-enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out,
-                                  size_t n);
-enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes,
-                                  size_t n);
-
 /* Order all faults of a script (hil/rig/faults.h), with its seed. MR_FULL, MR_USAGE, MR_UNKNOWN: as
  * hil_faults_add says; hil_board_reason says which. */
 enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);

@@ -154,7 +154,7 @@ enum mr_status hil_board_load_nor(struct hil_board *board, const char *path)
     size_t n;
     enum mr_status status = read_file(board, path, bytes, HIL_NOR_SIZE, &n);
     if (status == MR_OK)
-        status = hil_board_nor_poke(board, 0, bytes, n);
+        status = hil_w25q_poke(&board->w25q, 0, bytes, n);
     free(bytes);
     return status;
 }
@@ -162,7 +162,7 @@ enum mr_status hil_board_load_nor(struct hil_board *board, const char *path)
 enum mr_status hil_board_save_nor(struct hil_board *board, const char *path)
 {
     uint8_t *bytes = must_allocate(HIL_NOR_SIZE);
-    enum mr_status status = hil_board_nor_peek(board, 0, bytes, HIL_NOR_SIZE);
+    enum mr_status status = hil_w25q_peek(&board->w25q, 0, bytes, HIL_NOR_SIZE);
     if (status == MR_OK)
         status = write_file(board, path, bytes, HIL_NOR_SIZE);
     free(bytes);

@@ -33,14 +33,8 @@ void hil_tmp112_power(struct hil_tmp112_device *dev)
                                 .random = dev->options->seed,
                                 .limit = {{0x4b, 0x00}, {0x50, 0x00}},
                                 .dead = chip->dead,
-                                .stuck = chip->stuck};
+                                .hold.stuck = chip->hold.stuck};
     chip->took_ps = conversion_ps(dev);
-}
-
-static bool holds_sda(const void *device)
-{
-    const struct hil_tmp112_device *dev = device;
-    return dev->state->stuck || dev->state->hung_clocks;
 }
 
 /* What a conversion that ended at `t_ps` gave. */
@@ -147,27 +141,6 @@ static bool speaks(const void *device)
     return dev->state->addressed && !dev->state->dead;
 }
 
-static void hang(void *device, unsigned clocks)
-{
-    struct hil_tmp112_device *dev = device;
-    dev->state->hung_clocks = clocks;
-}
-
-static void see_clock(void *device)
-{
-    struct hil_tmp112_device *dev = device;
-    if (dev->state->hung_clocks)
-        dev->state->hung_clocks--;
-}
-
-static uint64_t take_stretch_ps(void *device)
-{
-    struct hil_tmp112_device *dev = device;
-    uint64_t stretch_ps = dev->state->stretch_ps;
-    dev->state->stretch_ps = 0;
-    return stretch_ps;
-}
-
 struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
 {
     return (struct hil_i2c_slave){
@@ -177,9 +150,6 @@ struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
         .read = give_byte,
         .stop = stop,
         .speaks = speaks,
-        .holds_sda = holds_sda,
-        .hang = hang,
-        .clock = see_clock,
-        .stretch_ps = take_stretch_ps,
+        .hold = &dev->state->hold,
     };
 }

@@ -37,9 +37,8 @@ struct hil_tmp112 {
     uint64_t random;
 
     /* what is wrong with it: hil/rig/faults.h */
-    bool dead, stuck;
-    unsigned hung_clocks; /* it holds SDA low until it has seen so many */
-    uint64_t stretch_ps;  /* it holds SCL low for so long at the next byte */
+    bool dead;
+    struct hil_i2c_hold hold;
 };
 
 struct hil_tmp112_device {

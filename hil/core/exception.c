@@ -2,6 +2,7 @@
 
 #include <unicorn/unicorn.h>
 
+#include "common/wire.h"
 #include "hil/core/core.h"
 #include "hil/core/nvic.h"
 
@@ -20,17 +21,6 @@
 #define HFSR_VECTTBL  (1u << 1)
 #define HFSR_FORCED   (1u << 30)
 #define HFSR_DEBUGEVT (1u << 31)
-
-static uint32_t get_u32(const uint8_t *p)
-{
-    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-static void put_u32(uint8_t *p, uint32_t v)
-{
-    for (unsigned i = 0; i < 4; i++)
-        p[i] = (uint8_t)(v >> (8u * i));
-}
 
 static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basepri,
                        uint32_t *faultmask)
@@ -119,10 +109,9 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
         hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
 
-static void save_fp(struct hil_core *core, uint8_t *frame)
+/* D0 to D7 and FPSCR, out of the core or into it. */
+static void move_fp(struct hil_core *core, uint64_t d[8], uint32_t *fpscr, bool into)
 {
-    uint64_t d[8] = {0};
-    uint32_t fpscr = 0;
     int ids[9];
     void *values[9];
     for (int i = 0; i < 8; i++) {
@@ -130,31 +119,32 @@ static void save_fp(struct hil_core *core, uint8_t *frame)
         values[i] = &d[i];
     }
     ids[8] = UC_ARM_REG_FPSCR;
-    values[8] = &fpscr;
-    uc_reg_read_batch(core->uc, ids, values, 9);
-    for (unsigned i = 0; i < 8; i++) {
-        put_u32(frame + FRAME_BASIC + 8u * i, (uint32_t)d[i]);
-        put_u32(frame + FRAME_BASIC + 8u * i + 4u, (uint32_t)(d[i] >> 32));
-    }
-    put_u32(frame + FRAME_BASIC + 64u, fpscr);
-    put_u32(frame + FRAME_BASIC + 68u, 0);
+    values[8] = fpscr;
+    if (into)
+        uc_reg_write_batch(core->uc, ids, values, 9);
+    else
+        uc_reg_read_batch(core->uc, ids, values, 9);
 }
 
-static void restore_fp(struct hil_core *core, const uint8_t *frame)
+static void save_fp(struct hil_core *core, uint8_t *p)
+{
+    uint64_t d[8] = {0};
+    uint32_t fpscr = 0;
+    move_fp(core, d, &fpscr, false);
+    for (unsigned i = 0; i < 8; i++)
+        p = mr_put_u32(mr_put_u32(p, (uint32_t)d[i]), (uint32_t)(d[i] >> 32));
+    mr_put_u32(mr_put_u32(p, fpscr), 0);
+}
+
+static void restore_fp(struct hil_core *core, const uint8_t *p)
 {
     uint64_t d[8];
-    uint32_t fpscr = get_u32(frame + FRAME_BASIC + 64u);
-    int ids[9];
-    void *values[9];
     for (unsigned i = 0; i < 8; i++) {
-        const uint8_t *at = frame + FRAME_BASIC + 8u * i;
-        d[i] = get_u32(at) | (uint64_t)get_u32(at + 4) << 32;
-        ids[i] = UC_ARM_REG_D0 + (int)i;
-        values[i] = &d[i];
+        d[i] = mr_get_u32(&p);
+        d[i] |= (uint64_t)mr_get_u32(&p) << 32;
     }
-    ids[8] = UC_ARM_REG_FPSCR;
-    values[8] = &fpscr;
-    uc_reg_write_batch(core->uc, ids, values, 9);
+    uint32_t fpscr = mr_get_u32(&p);
+    move_fp(core, d, &fpscr, true);
 }
 
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
@@ -177,12 +167,13 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
                       (unsigned)frame_at, exception, (unsigned)pc, (unsigned)core->state.scb.cfsr);
         return;
     }
+    uint8_t *p = frame;
     for (unsigned i = 0; i < 6; i++)
-        put_u32(frame + 4u * i, r[i]);
-    put_u32(frame + 24, pc & ~1u);
-    put_u32(frame + 28, (xpsr & ~XPSR_ALIGN) | (align ? XPSR_ALIGN : 0));
+        p = mr_put_u32(p, r[i]);
+    p = mr_put_u32(p, pc & ~1u);
+    p = mr_put_u32(p, (xpsr & ~XPSR_ALIGN) | (align ? XPSR_ALIGN : 0));
     if (fp)
-        save_fp(core, frame);
+        save_fp(core, p);
 
     bool handler = (xpsr & XPSR_NUMBER) != 0;
     uint32_t exc_return = handler                   ? 0xfffffff1u
@@ -216,10 +207,11 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
         return;
     }
     uint32_t r[6];
+    const uint8_t *p = frame;
     for (unsigned i = 0; i < 6; i++)
-        r[i] = get_u32(frame + 4u * i);
-    uint32_t pc = get_u32(frame + 24);
-    uint32_t xpsr = get_u32(frame + 28);
+        r[i] = mr_get_u32(&p);
+    uint32_t pc = mr_get_u32(&p);
+    uint32_t xpsr = mr_get_u32(&p);
     if (((xpsr & XPSR_NUMBER) != 0) != handler || !(xpsr & XPSR_T)) {
         hil_core_stop(core, MR_HALTED,
                       "exception return 0x%08x does not fit the stacked xPSR 0x%08x (PC 0x%08x)",
@@ -227,7 +219,7 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
         return;
     }
     if (fp)
-        restore_fp(core, frame);
+        restore_fp(core, p);
     uint32_t sp = frame_at + size;
     if (xpsr & XPSR_ALIGN)
         sp |= 4u;

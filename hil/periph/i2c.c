@@ -59,6 +59,11 @@ static bool is_connected(const struct hil_i2c_device *dev)
            hil_gpio_alternate(dev->gpio, PORT_B, SDA) == 4;
 }
 
+static bool holds_sda(const struct hil_i2c_device *dev)
+{
+    return dev->slave.hold->stuck || dev->slave.hold->hung_clocks;
+}
+
 static void update(struct hil_i2c_device *dev)
 {
     const struct hil_i2c *i2c = dev->state;
@@ -78,9 +83,9 @@ static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t
     i2c->begin_cycle = at;
     i2c->end_cycle = periods ? at + periods * period_cycles(dev) : HIL_NEVER;
     if (periods == BYTE_PERIODS) { /* somebody holds the clock */
-        uint64_t stretch_ps = dev->slave.stretch_ps(dev->slave.who);
-        i2c->end_cycle +=
-            (uint64_t)((double)stretch_ps * 1e-12 * (double)dev->core->state.clock.hclk_hz);
+        double stretch_s = (double)dev->slave.hold->stretch_ps * 1e-12;
+        i2c->end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
+        dev->slave.hold->stretch_ps = 0;
     }
 }
 
@@ -96,7 +101,7 @@ static void leave_bus(struct hil_i2c_device *dev)
 /* The first 1 sent while SDA is held low: another master seems to be there (27.3.4). */
 static bool loses_arbitration(struct hil_i2c_device *dev, uint8_t byte)
 {
-    if (byte == 0 || !dev->slave.holds_sda(dev->slave.who))
+    if (byte == 0 || !holds_sda(dev))
         return false;
     leave_bus(dev);
     dev->state->sr1 |= SR1_ARLO;
@@ -194,7 +199,7 @@ static void end_sent(struct hil_i2c_device *dev, uint64_t at)
 static void end_received(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    uint8_t byte = dev->slave.holds_sda(dev->slave.who) ? 0 : dev->slave.read(dev->slave.who);
+    uint8_t byte = holds_sda(dev) ? 0 : dev->slave.read(dev->slave.who);
     bool acknowledges = waits(i2c, CR1_POS) ? i2c->acknowledge : waits(i2c, CR1_ACK);
     i2c->acknowledge = waits(i2c, CR1_ACK);
     if (!acknowledges)
@@ -216,7 +221,7 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
 static void end_stop(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (dev->slave.holds_sda(dev->slave.who)) { /* SDA does not rise: STOP and BUSY stay */
+    if (holds_sda(dev)) { /* SDA does not rise: STOP and BUSY stay */
         i2c->end_cycle = HIL_NEVER;
         return;
     }
@@ -248,9 +253,9 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     struct hil_i2c_device *dev = device;
     struct hil_i2c *i2c = dev->state;
     bool scl = hil_gpio_level(dev->gpio, PORT_B, SCL);
-    if (i2c->scl && !scl) /* another bit of the byte that the slave is in */
-        dev->slave.clock(dev->slave.who);
-    hil_gpio_drive(dev->gpio, PORT_B, SDA, !dev->slave.holds_sda(dev->slave.who), at);
+    if (i2c->scl && !scl && dev->slave.hold->hung_clocks)
+        dev->slave.hold->hung_clocks--; /* another bit of the byte that the slave is in */
+    hil_gpio_drive(dev->gpio, PORT_B, SDA, !holds_sda(dev), at);
     bool sda = hil_gpio_level(dev->gpio, PORT_B, SDA);
     bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: it rises */
     bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||
@@ -282,7 +287,7 @@ static void abandon(struct hil_i2c_device *dev)
         uint64_t bit = (hil_now(dev->core) - i2c->begin_cycle) / period_cycles(dev);
         uint8_t byte = dev->slave.read(dev->slave.who);
         if (bit < 8 && !(byte >> (7u - bit) & 1u))
-            dev->slave.hang(dev->slave.who, 9u - (unsigned)bit);
+            dev->slave.hold->hung_clocks = 9u - (unsigned)bit;
     }
     dev->slave.stop(dev->slave.who);
 }

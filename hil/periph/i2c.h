@@ -50,6 +50,13 @@ struct hil_i2c {
     bool scl, sda; /* as last seen */
 };
 
+/* What a slave does to the lines beside its bytes. */
+struct hil_i2c_hold {
+    bool stuck;           /* it holds SDA low for good, */
+    unsigned hung_clocks; /* or, left within a byte, until it has seen so many */
+    uint64_t stretch_ps;  /* it holds SCL low for so long at the next byte */
+};
+
 /* The slave on the bus. */
 struct hil_i2c_slave {
     void *who;
@@ -60,11 +67,7 @@ struct hil_i2c_slave {
     uint8_t (*read)(void *who);
     void (*stop)(void *who);
     bool (*speaks)(const void *who); /* it is addressed, and answers */
-    bool (*holds_sda)(const void *who);
-    /* it is left within a byte: SDA stays low until so many clocks */
-    void (*hang)(void *who, unsigned clocks);
-    void (*clock)(void *who);          /* SCL fell */
-    uint64_t (*stretch_ps)(void *who); /* it holds SCL low for so long now */
+    struct hil_i2c_hold *hold;
 };
 
 struct hil_i2c_device {

@@ -165,12 +165,12 @@ static void fail_thermometer(struct hil_faults_device *dev, const struct hil_fau
                                         "holds SCL low at its next byte", "mended"};
     switch ((enum hil_thermometer_fault)fault->choice) {
     case HIL_THERMOMETER_DEAD: chip->dead = true; break;
-    case HIL_THERMOMETER_STUCK: chip->stuck = true; break;
-    case HIL_THERMOMETER_HANG: chip->hung_clocks = 9; break;
-    case HIL_THERMOMETER_STRETCH: chip->stretch_ps = fault->duration_ps; break;
+    case HIL_THERMOMETER_STUCK: chip->hold.stuck = true; break;
+    case HIL_THERMOMETER_HANG: chip->hold.hung_clocks = 9; break;
+    case HIL_THERMOMETER_STRETCH: chip->hold.stretch_ps = fault->duration_ps; break;
     case HIL_THERMOMETER_MEND:
-        chip->dead = chip->stuck = false;
-        chip->hung_clocks = 0;
+        chip->dead = chip->hold.stuck = false;
+        chip->hold.hung_clocks = 0;
         break;
     }
     tell(dev, fault, "thermometer %s", texts[fault->choice]);

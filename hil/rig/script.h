@@ -3,7 +3,11 @@
 #ifndef MATRIG_HIL_SCRIPT_H
 #define MATRIG_HIL_SCRIPT_H
 
+#include <stdbool.h>
 #include <stdint.h>
+
+#include "common/command.h"
+#include "common/status.h"
 
 struct hil_can_device;
 struct hil_core;
@@ -22,6 +26,12 @@ struct hil_script_device {
     struct hil_can_device *can;
     struct hil_usart_device *usart;
 };
+
+/* A command for the board, put on one of its links as a host sends it.
+ * `sequence`: the number of the next frame on serial. MR_OK; else too many wait for the board, and
+ * the command is lost. */
+enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart,
+                              uint16_t *sequence, const struct mr_command *message, bool serial);
 
 void hil_script_create(struct hil_script_device *dev);
 /* Begin the rig's run. */

@@ -61,8 +61,8 @@ static size_t take_pages(const struct hil_board *board, uint32_t from, uint16_t 
     memset(present, 0, sizeof present);
     for (; count < PAGES_MAX; count++) {
         struct mr_boxpage_header header;
-        assert_int_equal(hil_board_nor_peek(board, (uint32_t)(from + count) * MR_BOXPAGE,
-                                            pages[count], MR_BOXPAGE),
+        assert_int_equal(hil_w25q_peek(&board->w25q, (uint32_t)(from + count) * MR_BOXPAGE,
+                                       pages[count], MR_BOXPAGE),
                          MR_OK);
         if (mr_boxpage_check(pages[count], &header) != MR_OK || header.record != record)
             break;

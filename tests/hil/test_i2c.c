@@ -338,7 +338,7 @@ static void a_reset_in_mid_byte_leaves_it_hanging(void **state)
     pass_us(25);
     put(0x40023820u, 1u << 21);
     assert_int_equal(get(PORT_B + 0x10) & 0xc0u, 0x40);
-    assert_int_equal(board->state.tmp112.hung_clocks, 7);
+    assert_int_equal(board->state.tmp112.hold.hung_clocks, 7);
     put(CR1, 0);
     configure_i2c();
     assert_int_equal(get(SR2) & BUSY, BUSY);

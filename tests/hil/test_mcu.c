@@ -92,16 +92,6 @@ static bool never(const void *who)
     (void)who;
     return false;
 }
-static void ignore_hang(void *who, unsigned clocks)
-{
-    (void)who, (void)clocks;
-}
-static uint64_t no_stretch(void *who)
-{
-    (void)who;
-    return 0;
-}
-
 struct bare {
     struct hil_core core;
     struct hil_options options;
@@ -110,6 +100,7 @@ struct bare {
 };
 
 static struct bare *bare;
+static struct hil_i2c_hold hold;
 static struct hil_memory memory;
 
 static int power_on(void **state)
@@ -133,10 +124,7 @@ static int power_on(void **state)
         .read = give_byte,
         .stop = ignore,
         .speaks = never,
-        .holds_sda = never,
-        .hang = ignore_hang,
-        .clock = ignore,
-        .stretch_ps = no_stretch,
+        .hold = &hold,
     };
     hil_flash_create(&bare->mcu.flash);
     hil_mcu_reset(&bare->mcu, 0);

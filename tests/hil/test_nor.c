@@ -93,7 +93,7 @@ static void assert_cells(const struct hil_board *board, uint32_t at, const uint8
                          size_t n)
 {
     uint8_t cells[HIL_NOR_SECTOR];
-    assert_int_equal(hil_board_nor_peek(board, at, cells, n), MR_OK);
+    assert_int_equal(hil_w25q_peek(&board->w25q, at, cells, n), MR_OK);
     assert_memory_equal(cells, expected, n);
 }
 
@@ -262,7 +262,7 @@ static void test_erase(void **state)
             const uint32_t at[4] = {base - 1, base, base + cases[i].bytes - 1,
                                     base + cases[i].bytes};
             for (unsigned k = 0; k < 4; k++)
-                hil_board_nor_poke(board, at[k], &zero, 1);
+                hil_w25q_poke(&board->w25q, at[k], &zero, 1);
             addressed(board, cases[i].code, base + 0x321, NULL, 0);
             wait_ps(board, ms * HIL_MS_PS - 20 * HIL_US_PS);
             assert_int_equal(status(board, 0x05), 3);
@@ -274,7 +274,7 @@ static void test_erase(void **state)
         }
     }
     struct hil_board *board = nor_board();
-    hil_board_nor_poke(board, 0x777777, &zero, 1);
+    hil_w25q_poke(&board->w25q, 0x777777, &zero, 1);
     command(board, 0x06);
     command(board, 0xc7);
     wait_ps(board, 40 * HIL_SECOND_PS - HIL_MS_PS);
@@ -367,7 +367,7 @@ static void test_power_cut(void **state)
     assert_int_equal(hil_board_counters(board)->power_cuts, 1);
     assert_cells(board, 0, page, sizeof page);
     assert_cells(board, 256, page, sizeof page);
-    assert_int_equal(hil_board_nor_peek(board, 512, cells, 256), MR_OK);
+    assert_int_equal(hil_w25q_peek(&board->w25q, 512, cells, 256), MR_OK);
     for (unsigned i = 0; i < 256; i++) {
         assert_int_equal(cells[i] & 0x0f, 0x0f); /* only bits that were to change */
         changed += (unsigned)__builtin_popcount(cells[i] ^ 0xffu);
@@ -377,12 +377,12 @@ static void test_power_cut(void **state)
 
     board = nor_board();
     memset(cells, 0, sizeof cells);
-    hil_board_nor_poke(board, 0x5000, cells, sizeof cells);
+    hil_w25q_poke(&board->w25q, 0x5000, cells, sizeof cells);
     addressed(board, 0x20, 0x5000, NULL, 0);
     wait_ps(board, 9 * HIL_MS_PS); /* a fifth of 45 ms */
     hil_supply_cut(&board->supply);
     wait_ps(board, 50 * HIL_MS_PS);
-    assert_int_equal(hil_board_nor_peek(board, 0x5000, cells, sizeof cells), MR_OK);
+    assert_int_equal(hil_w25q_peek(&board->w25q, 0x5000, cells, sizeof cells), MR_OK);
     for (unsigned i = 0; i < sizeof cells; i++)
         ones += (unsigned)__builtin_popcount(cells[i]);
     assert_in_range(ones, 32768 / 5 - 600, 32768 / 5 + 600);
@@ -412,7 +412,7 @@ static void test_faults(void **state)
         hil_w25q_set_faults(&board->w25q, &(struct hil_w25q_faults){cases[i].kind, 0x2000, 0x3000});
         memset(before, program ? 0xff : 0x00, sizeof before);
         for (uint32_t at = 0x1000; at < 0x3000; at += 256)
-            hil_board_nor_poke(board, at, before, sizeof before);
+            hil_w25q_poke(&board->w25q, at, before, sizeof before);
         for (uint32_t at = 0x1000; at < 0x3000; at += 0x1000) {
             addressed(board, cases[i].code, at, zeroes, program ? 256 : 0);
             wait_ps(board, at == 0x1000 ? 46 * HIL_MS_PS : (cases[i].wait_ms - 1) * HIL_MS_PS);
@@ -420,7 +420,7 @@ static void test_faults(void **state)
                 assert_int_equal(status(board, 0x05) & 1u, 1);
             wait_ps(board, 2 * HIL_MS_PS);
             assert_int_equal(status(board, 0x05), 0);
-            hil_board_nor_peek(board, at, cells, sizeof cells);
+            hil_w25q_peek(&board->w25q, at, cells, sizeof cells);
             for (unsigned k = 0; k < 256; k++)
                 before[k] = (uint8_t)(program ? 0x00 : 0xff);
             if (at == 0x1000)
@@ -502,10 +502,10 @@ static void test_snapshot(void **state)
     static const uint8_t early = 0x12, late = 0x34, erased = 0xff;
     (void)state;
     struct hil_board *board = nor_board();
-    hil_board_nor_poke(board, 0xabcdef, &early, 1);
+    hil_w25q_poke(&board->w25q, 0xabcdef, &early, 1);
     struct snapshot *snapshot = snapshot_take(board);
-    hil_board_nor_poke(board, 0xabcdef, &late, 1);
-    hil_board_nor_poke(board, 0x100000, &late, 1);
+    hil_w25q_poke(&board->w25q, 0xabcdef, &late, 1);
+    hil_w25q_poke(&board->w25q, 0x100000, &late, 1);
     struct hil_board *copy = snapshot_fork(board);
     assert_cells(copy, 0xabcdef, &late, 1);
     assert_cells(copy, 0x100000, &late, 1);

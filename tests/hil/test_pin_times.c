@@ -89,7 +89,7 @@ static struct ear *work_the_black_box(const struct hil_options *options,
     struct ear *ear = ear_open(options, 5);
     memset(used, 0x5a, sizeof used);
     for (uint32_t sector = 0; sector < USED_SECTORS; sector++)
-        hil_board_nor_poke(ear->board, sector * HIL_NOR_SECTOR, used, sizeof used);
+        hil_w25q_poke(&ear->board->w25q, sector * HIL_NOR_SECTOR, used, sizeof used);
     if (times)
         hil_pin_times_watch(ear->board, times, rules, RULES);
     ear_until(ear, 1.0);

@@ -9,6 +9,7 @@
 #include "tests/hil/bench.h"
 
 #include "hil/board/cellfile.h"
+#include "hil/board/parts.h"
 #include "hil/chips/w25q.h"
 #include "hil/link/pty.h"
 
@@ -138,10 +139,10 @@ static void test_files(void **state)
     unlink(BENCH_SCRATCH "/nor");
     struct hil_board *board = hil_board_create(&options), *other = hil_board_create(&options);
     assert_int_equal(hil_board_load_nor(board, BENCH_SCRATCH "/nor"), MR_OK); /* none yet: erased */
-    assert_int_equal(hil_board_nor_poke(board, 0xfffffd, mark, 3), MR_OK);
+    assert_int_equal(hil_w25q_poke(&board->w25q, 0xfffffd, mark, 3), MR_OK);
     assert_int_equal(hil_board_save_nor(board, BENCH_SCRATCH "/nor"), MR_OK);
     assert_int_equal(hil_board_load_nor(other, BENCH_SCRATCH "/nor"), MR_OK);
-    assert_int_equal(hil_board_nor_peek(other, 0xfffffd, cells, 3), MR_OK);
+    assert_int_equal(hil_w25q_peek(&other->w25q, 0xfffffd, cells, 3), MR_OK);
     assert_memory_equal(cells, mark, 3);
     /* sixteen times too large */
     assert_int_equal(hil_board_load_flash(other, BENCH_SCRATCH "/nor"), MR_MALFORMED);

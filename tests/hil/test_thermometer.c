@@ -102,7 +102,7 @@ static void a_reset_while_it_is_read(void **state)
     hil_core_request_reset(&ear->board->core, 0);
     double t_s = (double)hil_board_now_ps(ear->board) * 1e-12;
     ear_until(ear, t_s + 0.001);
-    assert_true(ear->board->state.tmp112.hung_clocks > 0);
+    assert_true(ear->board->state.tmp112.hold.hung_clocks > 0);
     ear_until(ear, t_s + 2.9);
     assert_int_equal(ear->fault[MR_FAULT_THERMOMETER].detail, 2);
     assert_int_equal(ear->fault[MR_FAULT_THERMOMETER].count, 1);
