@@ -142,30 +142,19 @@ static uint32_t whole(float value)
     return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;
 }
 
+/* clang-format off */
+#define AS_KEPT(field, value) \
+    (__typeof__(field))_Generic((field), float: (value), default: whole(value))
+/* clang-format on */
+
 void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value)
 {
-    float real[MR_PREDICT_PLAIN_ITEMS];
-    for (unsigned i = 0; i < MR_PREDICT_PLAIN_ITEMS; i++)
-        real[i] = i == item ? value : mr_predict_item(config, i);
-    if (item >= MR_PREDICT_PLAIN_ITEMS) {
-        if (item < MR_PREDICT_ITEMS)
-            config->station_ft[item - MR_PREDICT_PLAIN_ITEMS] = value;
-        return;
-    }
-    const float *p = real;
-    config->chain = (struct mr_chain_params){.mats = (uint16_t)whole(p[0]),
-                                             .mat_length_ft = p[1],
-                                             .mass_slug = p[2],
-                                             .friction_lb = p[3],
-                                             .kl_lb_ft = p[4],
-                                             .cl_lb_s_ft = p[5],
-                                             .slack_ft = p[6],
-                                             .step_s = p[7]};
-    config->grit_lb = p[8];
-    config->thrust_lb_per_g = p[9];
-    config->deceleration_ft_s2 = p[10];
-    config->bump_ft = p[11];
-    config->mat_weight_lb = p[12];
-    config->updates_per_block = whole(p[13]);
-    config->level = (enum mr_predictor_level)whole(p[14]);
+    unsigned n = 0;
+#define ITEM(field, text, unit) \
+    if (item == n++)            \
+        config->field = AS_KEPT(config->field, value);
+    MR_PREDICT_ITEM_TABLE(ITEM)
+#undef ITEM
+    if (item - n < MR_TRANSDUCERS)
+        config->station_ft[item - n] = value;
 }

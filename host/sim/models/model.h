@@ -189,7 +189,6 @@ void model_sample(struct model *model, double t_s, const double *z);
 /* Outputs. Angle in degrees. */
 double model_lift_ft(const struct model *model, const double *z, int *node_from_1);
 double model_worst_angle_deg(const struct model *model, const double *z, int *mat_from_1);
-double model_energy_lb_ft(const struct model *model, const double *z);
 
 /* Largest rate of the linearised equations with every node in contact, /s (power iteration): what
  * limits explicit steps. MODEL_STAGGERED leaves out what staggered steps take implicitly or
