@@ -77,6 +77,8 @@ const char hil_help[] =
     "full speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 s.\n"
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
+#define refuse(...) (hil_complain(__VA_ARGS__), MR_USAGE)
+
 void hil_complain(const char *format, ...)
 {
     va_list arguments;
@@ -296,46 +298,30 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
     hil_options_default(&a->options);
     a->options.log = stderr;
     for (int i = 1; i < argc; i++) {
-        if (is_repeated(argv, i)) {
-            hil_complain("%s is given twice; give it once", argv[i]);
-            return MR_USAGE;
-        }
-        if (strncmp(argv[i], "--", 2) != 0) {
-            hil_complain("what is `%s`? Everything is given by options; see matrig-board --help",
-                         argv[i]);
-            return MR_USAGE;
-        }
-        if (i + 1 == argc && !takes_no_value(argv[i])) {
-            hil_complain("%s needs a value, or is no option; see matrig-board --help", argv[i]);
-            return MR_USAGE;
-        }
+        if (is_repeated(argv, i))
+            return refuse("%s is given twice; give it once", argv[i]);
+        if (strncmp(argv[i], "--", 2) != 0)
+            return refuse("what is `%s`? Everything is given by options; see matrig-board --help",
+                          argv[i]);
+        if (i + 1 == argc && !takes_no_value(argv[i]))
+            return refuse("%s needs a value, or is no option; see matrig-board --help", argv[i]);
         const struct option *option = find(argv[i]);
-        if (!option) {
-            hil_complain("unknown option %s; matrig-board --help lists them", argv[i]);
-            return MR_USAGE;
-        }
-        if (!set(a, option, argv[i + 1])) {
-            hil_complain("%s cannot be `%s`; see matrig-board --help", argv[i], argv[i + 1]);
-            return MR_USAGE;
-        }
+        if (!option)
+            return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
+        if (!set(a, option, argv[i + 1]))
+            return refuse("%s cannot be `%s`; see matrig-board --help", argv[i], argv[i + 1]);
         i += option->kind != FLAG;
     }
     a->options.trace = a->trace ? stderr : NULL;
-    if (argc == 1) {
-        hil_complain("nothing is asked: give a landing with --rig, links with --can and --serial, "
-                     "an image with --elf; see matrig-board --help");
-        return MR_USAGE;
-    }
-    if (!a->elf && !a->flash && !a->options.boot0 && !find_image(&a->elf)) {
-        hil_complain("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
-                     "--elf FILE");
-        return MR_USAGE;
-    }
-    if (a->rig && a->replay) {
-        hil_complain("--rig and --replay cannot be given together: the pins are either a rig's or "
-                     "a record's");
-        return MR_USAGE;
-    }
+    if (argc == 1)
+        return refuse("nothing is asked: give a landing with --rig, links with --can and --serial, "
+                      "an image with --elf; see matrig-board --help");
+    if (!a->elf && !a->flash && !a->options.boot0 && !find_image(&a->elf))
+        return refuse("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
+                      "--elf FILE");
+    if (a->rig && a->replay)
+        return refuse("--rig and --replay cannot be given together: the pins are either a rig's or "
+                      "a record's");
     if (!a->parity_given)
         a->options.host_parity_follows = strncmp(a->serial, "pty:", 4) == 0;
     return MR_OK;
@@ -391,18 +377,14 @@ enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
         if (!canonical(given[i].text, path[i]) || (stat(path[i], &st) == 0 && S_ISCHR(st.st_mode)))
             path[i][0] = '\0';
         for (unsigned k = 0; i >= READ_ONLY && k < i; k++) {
-            if (path[i][0] && path[k][0] && same_file(path[i], path[k])) {
-                hil_complain("%s and %s are both %s; give each its own", given[k].option,
-                             given[i].option, path[i]);
-                return MR_USAGE;
-            }
+            if (path[i][0] && path[k][0] && same_file(path[i], path[k]))
+                return refuse("%s and %s are both %s; give each its own", given[k].option,
+                              given[i].option, path[i]);
         }
         if ((given[i].text == a->vcd || given[i].text == a->profile) && path[i][0] &&
-            hil_is_precious(path[i])) {
-            hil_complain("%s would overwrite a database or a program: %s; give another file",
-                         given[i].option, path[i]);
-            return MR_USAGE;
-        }
+            hil_is_precious(path[i]))
+            return refuse("%s would overwrite a database or a program: %s; give another file",
+                          given[i].option, path[i]);
     }
     return MR_OK;
 }

@@ -50,6 +50,14 @@ static void on_signal(int number)
     stop_asked = 1;
 }
 
+/* Says why, if there is something to say. */
+static enum mr_status told(enum mr_status status, const char *why)
+{
+    if (status != MR_OK)
+        hil_complain("%s", why);
+    return status;
+}
+
 static void on_can_frame(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
 {
     struct session *session = ctx;
@@ -70,9 +78,7 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
                                            sizeof error);
     if (status == MR_OK)
         status = hil_link_flush(&session->serial, stall_ms, &stop_asked, error, sizeof error);
-    if (status != MR_OK && status != MR_CLOSED)
-        hil_complain("%s", error);
-    return status == MR_CLOSED ? MR_OK : status;
+    return status == MR_CLOSED ? MR_OK : told(status, error);
 }
 
 /* At full speed the board waits for whoever opens the other end of its pty: next, but not before it
@@ -88,9 +94,7 @@ static bool host_is_there(struct session *session, uint64_t t_ps)
         return true;
     enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error,
                                             sizeof error);
-    if (status != MR_OK && !stop_asked)
-        hil_complain("%s", error);
-    return status == MR_OK;
+    return stop_asked ? status == MR_OK : told(status, error) == MR_OK;
 }
 
 /* Run to t_ps or to where a debugger holds the board; the firmware must not hang then. */
@@ -208,8 +212,8 @@ static enum mr_status open_links(struct session *session, const struct hil_argum
     if (stop_asked == HIL_WALL_STOP)
         hil_complain("the limit of wall-clock time came while links were opened; is there a host? "
                      "--wall-limit S gives more");
-    else if (status != MR_OK && !stop_asked)
-        hil_complain("%s", error);
+    else if (!stop_asked)
+        told(status, error);
     return status;
 }
 
@@ -245,8 +249,7 @@ static enum mr_status save_memories(struct hil_board *board, const struct hil_ar
         saved = hil_board_save_flash(board, a->flash);
     if (a->nor && saved == MR_OK)
         saved = hil_board_save_nor(board, a->nor);
-    if (saved != MR_OK)
-        hil_complain("%s", hil_board_reason(board));
+    told(saved, hil_board_reason(board));
     return status == MR_OK ? saved : status;
 }
 
@@ -255,10 +258,8 @@ static enum mr_status order_faults(const struct hil_arguments *a, struct hil_boa
     static struct hil_fault_script script;
     char error[512];
     enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
-    if (status != MR_OK) {
-        hil_complain("%s", error);
+    if (told(status, error) != MR_OK)
         return status;
-    }
     status = hil_board_add_faults(board, &script);
     if (status != MR_OK)
         hil_complain("%s: %s", a->faults, hil_board_reason(board));
@@ -286,20 +287,16 @@ static enum mr_status open_records(struct session *session, const struct hil_arg
     }
     if (a->profile)
         hil_profile_begin(session->board);
-    enum mr_status status = a->vcd ? hil_vcd_open(session->board, a->vcd, a->vcd_functions,
-                                                  &session->symbols, error, sizeof error)
-                                   : MR_OK;
-    if (status != MR_OK)
-        hil_complain("%s", error);
-    return status;
+    return a->vcd ? told(hil_vcd_open(session->board, a->vcd, a->vcd_functions, &session->symbols,
+                                      error, sizeof error),
+                         error)
+                  : MR_OK;
 }
 
 static enum mr_status close_records(struct session *session, const struct hil_arguments *a)
 {
     char error[512];
-    enum mr_status status = hil_vcd_close(session->board, error, sizeof error);
-    if (status != MR_OK)
-        hil_complain("%s", error);
+    enum mr_status status = told(hil_vcd_close(session->board, error, sizeof error), error);
     if (!session->profile)
         return status;
     bool failed = hil_profile_print(session->board, &session->symbols, session->profile) != MR_OK;
@@ -316,26 +313,18 @@ static enum mr_status run(const struct hil_arguments *a, struct session *session
 {
     struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
     char error[512];
-    enum mr_status status = load_memories(session->board, a);
-    if (status != MR_OK) {
-        hil_complain("%s", hil_board_reason(session->board));
+    enum mr_status status = told(load_memories(session->board, a),
+                                 hil_board_reason(session->board));
+    if (status == MR_OK && a->elf)
+        status = told(hil_symbols_read(&session->symbols, a->elf, error, sizeof error), error);
+    if (status != MR_OK)
         return status;
-    }
-    if (a->elf)
-        status = hil_symbols_read(&session->symbols, a->elf, error, sizeof error);
-    if (status != MR_OK) {
-        hil_complain("%s", error);
-        return status;
-    }
     hil_board_set_callbacks(session->board, &callbacks);
     hil_board_attach_rig(session->board, a->rig ? rig : NULL);
     if (a->replay)
         hil_board_attach_replay(session->board, replay);
-    if (a->faults) {
-        status = order_faults(a, session->board);
-        if (status != MR_OK)
-            return status;
-    }
+    if (a->faults && (status = order_faults(a, session->board)) != MR_OK)
+        return status;
     hil_hang_start(&session->hang, a->hang_s);
     session->real = a->real;
     session->stall_ms = (int)(a->stall_s * 1e3);
@@ -393,19 +382,14 @@ int main(int argc, char **argv)
         }
     }
     enum mr_status status = hil_arguments_parse(&a, argc, argv);
+    if (status == MR_OK)
+        status = hil_arguments_check_paths(&a);
+    if (status == MR_OK && a.rig)
+        status = told(hil_run_read(a.rig, &rig, error, sizeof error), error);
+    else if (status == MR_OK && a.replay)
+        status = told(hil_replay_read(a.replay, &replay, error, sizeof error), error);
     if (status != MR_OK)
         return mr_status_exit_code(status);
-    status = hil_arguments_check_paths(&a);
-    if (status != MR_OK)
-        return mr_status_exit_code(status);
-    if (a.rig)
-        status = hil_run_read(a.rig, &rig, error, sizeof error);
-    else if (a.replay)
-        status = hil_replay_read(a.replay, &replay, error, sizeof error);
-    if (status != MR_OK) {
-        hil_complain("%s", error);
-        return mr_status_exit_code(status);
-    }
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
