@@ -277,10 +277,8 @@ static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, doub
     return true;
 }
 
-/* The search reaches one mean interval and a half beyond the gates on the side that lies outside
- * them. */
-static enum mr_status at_station(const struct mr_gates_fit *fit, double station_ft,
-                                 bool beyond_last, struct mr_motion_estimate *motion)
+enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft,
+                                   bool beyond_last, struct mr_motion_estimate *motion)
 {
     double first_s = fit->mid_s - fit->half_s, last_s = fit->mid_s + fit->half_s;
     double margin_s = 3.0 * fit->half_s / (double)(fit->count - 1);
@@ -300,12 +298,6 @@ static enum mr_status at_station(const struct mr_gates_fit *fit, double station_
         gradient[k] = basis.rate[k] - dot(fit, basis.curvature) * basis.value[k] / speed_ft_s;
     motion->speed_ft_s.error = error_of(fit, gradient);
     return MR_OK;
-}
-
-enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft,
-                                   struct mr_motion_estimate *motion)
-{
-    return at_station(fit, station_ft, false, motion);
 }
 
 /* Time and station of rest by extrapolation of a fit beyond its last gate. */
@@ -357,7 +349,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
         status = mr_gates_fit_best(gates + on_track, used, position_error_ft, &fit);
     }
     if (status == MR_OK)
-        status = at_station(&fit, touchdown_ft, on_track >= 2, &touchdown);
+        status = mr_gates_at_station(&fit, touchdown_ft, on_track >= 2, &touchdown);
     if (status != MR_OK)
         return status;
     summary->touchdown_speed_ft_s = touchdown.speed_ft_s;

@@ -77,10 +77,10 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
 /* Motion at a time. Outside the gates it extrapolates, and the errors say so by growing. */
 void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion);
 
-/* Time at which the fit is at `station_ft`, searched from one mean gate interval and a half before
- * the first gate to the last. MR_OK; MR_NUMERICS: the fit does not pass there. */
+/* Motion when the fit is at `station_ft`, searched among the gates and one mean interval and a half
+ * before the first or beyond the last. MR_OK; MR_NUMERICS: the fit does not pass there. */
 enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft,
-                                   struct mr_motion_estimate *motion);
+                                   bool beyond_last, struct mr_motion_estimate *motion);
 
 struct mr_gates_summary {
     struct mr_estimate touchdown_speed_ft_s;

@@ -27,11 +27,10 @@ enum hil_exception {
     HIL_EXC_SYSTICK = 15,
 };
 
-/* Interrupt numbers of the peripherals modelled (RM0090 table 62). */
+/* Interrupt numbers of the peripherals modelled (RM0090 table 62); of the streams of DMA: dma.c. */
 enum hil_irq {
     HIL_IRQ_FLASH = 4,
     HIL_IRQ_RCC = 5,
-    HIL_IRQ_DMA1_STREAM0 = 11, /* to stream 6: 17; stream 7: 47 */
     HIL_IRQ_ADC = 18,
     HIL_IRQ_CAN1_TX = 19,
     HIL_IRQ_CAN1_RX0 = 20,
@@ -43,9 +42,6 @@ enum hil_irq {
     HIL_IRQ_I2C1_ER = 32,
     HIL_IRQ_SPI2 = 36,
     HIL_IRQ_USART1 = 37,
-    HIL_IRQ_DMA1_STREAM7 = 47,
-    HIL_IRQ_DMA2_STREAM0 = 56, /* to stream 4: 60 */
-    HIL_IRQ_DMA2_STREAM5 = 68, /* to stream 7: 70 */
 };
 
 void hil_nvic_reset(struct hil_nvic *nvic);

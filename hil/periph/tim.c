@@ -19,7 +19,6 @@
 #define SR_CC1IF   2u
 #define SR_CC1OF   0x200u
 #define DIER_CC1DE 0x200u
-#define DIER_CC2DE 0x400u
 #define CR1        0x00u
 #define CR2        0x04u
 #define SMCR       0x08u

@@ -153,13 +153,13 @@ static void the_error_at_a_station_is_that_of_moved_switches(void **state)
     double square = 0.0;
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates) - 2;
     assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
-    assert_int_equal(mr_gates_at_station(&fit, station_ft, &there), MR_OK);
+    assert_int_equal(mr_gates_at_station(&fit, station_ft, false, &there), MR_OK);
     double braked_ft = 87.0 - 28.0 * DELAY_S + 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_near(there.speed_ft_s.value, sqrt(28.0 * 28.0 - 8.0 * braked_ft), 1e-7);
     for (size_t i = 0; i < count; i++) {
         gates[2 + i].station_ft += h_ft;
         assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
-        assert_int_equal(mr_gates_at_station(&fit, station_ft, &moved), MR_OK);
+        assert_int_equal(mr_gates_at_station(&fit, station_ft, false, &moved), MR_OK);
         gates[2 + i].station_ft -= h_ft;
         double slope = (moved.speed_ft_s.value - there.speed_ft_s.value) / h_ft;
         square += slope * slope;
@@ -245,8 +245,9 @@ static void the_lowest_order_that_is_enough_is_taken(void **state)
         assert_int_equal(mr_gates_fit_best(gates, 2, SWITCH_ERROR_FT, &fit), MR_OK);
         assert_int_equal(fit.order, 1);
         assert_int_equal(mr_gates_fit_best(gates, 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
-        assert_int_equal(mr_gates_at_station(&fit, 1e4, &motion), MR_NUMERICS); /* never there */
-        assert_int_equal(mr_gates_at_station(&fit, -1e4, &motion), MR_NUMERICS);
+        assert_int_equal(mr_gates_at_station(&fit, 1e4, false, &motion),
+                         MR_NUMERICS); /* never there */
+        assert_int_equal(mr_gates_at_station(&fit, -1e4, false, &motion), MR_NUMERICS);
         assert_int_equal(mr_gates_fit(gates, 20, 0, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
         assert_int_equal(mr_gates_fit(gates, 20, MR_GATES_ORDER_MAX + 1, SWITCH_ERROR_FT, &fit),
                          MR_TOO_FEW);
