@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/bands.h"
 #include "host/base/units.h"
 
 /* Block in which the board was armed for the next landing of the session; INT64_MAX: it was not. */

@@ -1,6 +1,5 @@
 #include "host/analyse/measured_moments.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 #define BLOCKS_PER_S 1000

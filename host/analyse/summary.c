@@ -1,17 +1,14 @@
 #include "host/analyse/summary.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/fault.h"
-#include "common/switches.h"
 #include "host/analyse/measured_source.h"
 #include "host/analyse/summary_held.h"
 #include "host/analyse/summary_links.h"
 #include "host/analyse/summary_missing.h"
 #include "host/analyse/summary_time.h"
-#include "host/collect/collect.h"
 #include "host/base/units.h"
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "common/catalogue.h"
 #include "host/link/timemap.h"
 #include "host/base/units.h"
 

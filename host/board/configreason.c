@@ -1,5 +1,4 @@
 #include <stdio.h>
-#include <string.h>
 
 #include "common/gain.h"
 #include "host/board/configplace.h"

@@ -1,7 +1,6 @@
 #include "host/board/crash.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #define ALL_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
 #define FLASH     0x08000000u

@@ -10,7 +10,6 @@
 #include "host/base/units.h"
 #include "host/board/ready_parts.h"
 #include "host/board/shunts.h"
-#include "host/store/store.h"
 
 #define MB 1e6
 /* Every rig has these to be tested; and these have a name of their own when they are good. */

@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "host/campaign/draw.h"
 #include "host/campaign/failures.h"

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/wire.h"
 #include "host/collect/collect_state.h"
 
 enum mr_status collector_open(struct store *store, const char *can_spec, const char *serial_spec,

@@ -2,7 +2,6 @@
  * are found before it. */
 #include <math.h>
 
-#include "common/switches.h"
 #include "host/collect/collect_state.h"
 
 static enum mr_status edge(struct collector *collector, struct side *side,

@@ -4,7 +4,6 @@
 
 #include "common/command.h"
 #include "host/board/armtalk.h"
-#include "host/collect/collect.h"
 #include "host/commands/commands.h"
 
 static json_t *to_json(const char *word, const struct armtalk *talk, const struct error *error)

@@ -5,7 +5,6 @@
 
 #include "host/analyse/film.h"
 #include "host/analyse/measured_source.h"
-#include "host/analyse/summary.h"
 #include "host/commands/commands.h"
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"

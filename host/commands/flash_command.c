@@ -8,7 +8,6 @@
 #include "common/command.h"
 #include "host/base/answer.h"
 #include "host/board/dialogue.h"
-#include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/flash/flash.h"
 #include "host/link/diagnose.h"

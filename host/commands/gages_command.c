@@ -9,7 +9,6 @@
 #include "common/command.h"
 #include "host/base/answer.h"
 #include "host/board/shunts.h"
-#include "host/analyse/bands.h"
 #include "host/board/gagetalk.h"
 #include "host/commands/commands.h"
 

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "host/base/answer.h"
-#include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/export/origin.h"
 #include "host/import/csv.h"

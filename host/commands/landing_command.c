@@ -5,14 +5,11 @@
 #include <string.h>
 
 #include "host/analyse/journal.h"
-#include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
 #include "host/base/run.h"
 #include "host/store/store_journal.h"
-#include "host/survey/show.h"
-#include "host/base/units.h"
 
 /* What can be corrected: texts, or numbers within limits. */
 static const struct field {

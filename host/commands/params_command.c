@@ -1,7 +1,6 @@
 /* matrig params: readings of section 3.4 to scene parameters. */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/analyse/params.h"

@@ -7,10 +7,8 @@
 #include <string.h>
 #include <sys/statvfs.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "common/channels.h"
-#include "common/switches.h"
 #include "host/board/configtext.h"
 #include "host/board/readykept.h"
 #include "host/board/readytalk.h"

@@ -1,10 +1,8 @@
 /* matrig sim SCENE: run a mat scene. */
-#include <errno.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "host/base/steady.h"
 #include "host/commands/commands.h"

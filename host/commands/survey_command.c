@@ -10,7 +10,6 @@
 #include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
-#include "host/base/run.h"
 #include "host/survey/load.h"
 #include "host/survey/sheet.h"
 #include "host/survey/show.h"

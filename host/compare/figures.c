@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/channels.h"
-
 /* Movement, or spread, of a row at a time; linear between samples, at rest after the last one, NaN
  * before the first. */
 static double at(const struct store_simulation *row, const float *values, double t_s)

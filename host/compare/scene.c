@@ -3,7 +3,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define IN_PER_FT     12.0
 #define SLOPE_S       0.005 /* half the span over which deceleration is taken from speed */

@@ -1,6 +1,5 @@
 /* Candump logs of matrig's own boards: through the collector, as matrig log takes them. */
 #include <stdio.h>
-#include <string.h>
 
 #include "host/collect/collect.h"
 #include "host/import/candump_log.h"

@@ -4,8 +4,6 @@
  * Without `:board` there is no receive filter: what others say on the bus is kept too. With it the
  * kernel passes the messages of the catalogue and error frames alone, on a bus that others fill. */
 #include <errno.h>
-#include <fcntl.h>
-#include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <linux/net_tstamp.h>
 #include <linux/sock_diag.h>
@@ -16,7 +14,6 @@
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "common/wire.h"

@@ -6,7 +6,6 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
-#include <unistd.h>
 
 enum mr_status pts_line(const char *spec, int fd, int baud, struct error *error)
 {

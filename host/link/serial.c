@@ -1,6 +1,5 @@
 /* serial:TTY[:BAUD|:find], a serial port of this computer. */
 #include <stdio.h>
-#include <string.h>
 
 #include "host/link/find_baud.h"
 #include "host/link/link_ops.h"

@@ -2,7 +2,6 @@
 
 #include <linux/can/error.h>
 #include <stdio.h>
-#include <string.h>
 
 #define BEL '\a'
 

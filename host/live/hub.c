@@ -9,7 +9,6 @@
 #include <sys/random.h>
 #include <time.h>
 
-#include "common/command.h"
 #include "host/board/armtalk.h"
 
 /* a minute: 20 of readings and 5 of state a second, and some at once */

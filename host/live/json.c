@@ -5,9 +5,7 @@
 #include <stdlib.h>
 
 #include "common/crash.h"
-#include "common/predictor.h"
 #include "host/base/cli.h"
-#include "host/collect/collect.h"
 #include "host/base/units.h"
 
 #define DISPLACEMENT_PER_IN 10000.0

@@ -5,12 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "common/bands.h"
 #include "common/command.h"
 #include "common/crash.h"
-#include "common/predictor.h"
 #include "common/series.h"
-#include "common/switches.h"
 #include "host/collect/collect.h"
 
 #define MISSING        ((float)NAN)

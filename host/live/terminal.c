@@ -5,8 +5,6 @@
 #include <string.h>
 #include <time.h>
 
-#include "common/predictor.h"
-#include "host/collect/collect.h"
 #include "host/base/units.h"
 
 #define COLUMNS_LEAST 40u

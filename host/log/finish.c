@@ -1,7 +1,6 @@
 /* The end of matrig log: no more is read, what is in the queues is written, the session is closed.
  * A campaign that still takes nothing is waited for a while; then what is left goes into files
  * beside it, which matrig log reads. */
-#include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
 #include <poll.h>

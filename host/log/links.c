@@ -1,5 +1,4 @@
 /* What comes over the links of matrig log, out of their queues into the collector. */
-#include <string.h>
 #include <time.h>
 
 #include "host/link/can_error.h"

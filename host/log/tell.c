@@ -1,10 +1,8 @@
 /* What the user of matrig log is told: troubles, landings, progress, and at the end what the
  * session came to. */
 #include <stdio.h>
-#include <string.h>
 
 #include "host/analyse/summary.h"
-#include "host/analyse/summary_links.h"
 #include "host/collect/doubt.h"
 #include "host/link/diagnose.h"
 #include "host/log/logger.h"

@@ -1,7 +1,6 @@
 /* A row for each landing. */
 #include <math.h>
 
-#include "host/collect/collect.h"
 #include "host/base/html.h"
 #include "host/report/report.h"
 #include "host/base/units.h"

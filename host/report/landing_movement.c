@@ -1,5 +1,4 @@
 /* Displacement of each station while the gear comes down the runway, measured and simulated. */
-#include <math.h>
 #include <stdlib.h>
 
 #include "host/report/chart.h"

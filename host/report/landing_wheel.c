@@ -1,6 +1,5 @@
 /* Displacement of each station against its distance from the front wheel of the main bogie (report
  * figs. 2.14 and 2.15). */
-#include <math.h>
 #include <stdlib.h>
 
 #include "host/report/chart.h"

@@ -1,5 +1,4 @@
 #include <stdlib.h>
-#include <string.h>
 
 #include "host/board/configtext.h"
 #include "host/report/report.h"

@@ -1,6 +1,5 @@
 #include "host/sim/sim.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "host/sim/solvers/fixed.h"

@@ -1,7 +1,6 @@
 #include "host/store/store_guard.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>

@@ -1,8 +1,6 @@
 /* matrig error SCENE: every solver's error against its run time. */
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
-#include <unistd.h>
 
 #include "host/commands/commands.h"
 #include "host/commands/error_command.h"

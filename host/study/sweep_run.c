@@ -1,6 +1,5 @@
 /* matrig sweep: studies over many scenes, in processes of their own. */
 #include <errno.h>
-#include <math.h>
 #include <sched.h>
 #include <signal.h>
 #include <stdio.h>

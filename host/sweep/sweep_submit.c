@@ -6,13 +6,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "host/base/output.h"
 #include "host/base/place.h"
-#include "host/sweep/sweep_share.h"
 
 /* As one word of a shell. */
 static void quote(FILE *file, const char *text)

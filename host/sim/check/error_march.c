@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "host/base/steady.h"
-#include "host/sim/solvers/pass.h"
 #include "host/sim/elements/span.h"
 #include "host/sim/scene/scene_keys.h"
 

@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
  * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in). */

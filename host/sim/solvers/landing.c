@@ -7,7 +7,6 @@
 #include "host/base/steady.h"
 #include "host/sim/solvers/landing_engine.h"
 #include "host/sim/elements/mods.h"
-#include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar.h"
 
 #define STEP_SHARE    0.25 /* of the stability limit, when the step is not given */

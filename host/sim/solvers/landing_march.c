@@ -4,7 +4,6 @@
 #include "host/base/steady.h"
 #include "host/sim/elements/soil.h"
 #include "host/sim/solvers/landing_engine.h"
-#include "host/sim/solvers/pass.h"
 
 #define FOLDED_DEG           85.0
 #define DEGREES              (180.0 / 3.14159265358979323846)

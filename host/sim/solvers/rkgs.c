@@ -5,7 +5,6 @@
  * step is halved and the pair done again; below 0.02 it is doubled for the next pair. One advance
  * here is such a pair. Gill's form carries q, the rounding of the last step. Switches are
  * sampled. */
-#include <math.h>
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
