@@ -12,11 +12,13 @@
  *
  *     #define VALUES struct request
  *     static const struct command_part parts[] = {
- *         HELP_ITEM("DB", "campaign database"), OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7,
- *         (double)INFINITY, "stop after S seconds; else on Ctrl-C"), HELP_EXAMPLE("matrig live
- *         campaign.db --terminal"),
- *     }; const struct command command_live = {"live", live_command, "DB [--for S]", "watch a
- *     board", COMMAND_PARTS(parts), {1, 1, "DB"}}; */
+ *         HELP_ITEM("DB", "campaign database"),
+ *         OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
+ *                       "stop after S seconds; else on Ctrl-C"),
+ *         HELP_EXAMPLE("matrig live campaign.db --terminal"),
+ *     };
+ *     const struct command command_live = {"live", live_command, "DB [--for S]", "watch a board",
+ *                                          COMMAND_PARTS(parts), {1, 1, "DB"}}; */
 #ifndef MATRIG_HOST_BASE_COMMAND_H
 #define MATRIG_HOST_BASE_COMMAND_H
 
@@ -111,105 +113,47 @@ struct command_table {
     (parts), sizeof(parts) / sizeof(parts)[0] + \
                  0 * sizeof(char[sizeof(parts) / sizeof(parts)[0] <= COMMAND_PARTS_MAX ? 1 : -1])
 
+/* clang-format off */
 /* An operand, or another thing to be explained, and its help. */
-#define HELP_ITEM(about, help)          \
-    {                                   \
-        .term = (about), .text = (help) \
-    }
+#define HELP_ITEM(about, help) {.term = (about), .text = (help)}
 /* A word of the command's own, that completion offers: "config set F". */
-#define HELP_WORD(about, help)                        \
-    {                                                 \
-        .term = (about), .text = (help), .word = true \
-    }
+#define HELP_WORD(about, help) {.term = (about), .text = (help), .word = true}
 /* Lines as they are. One that ends with a blank goes on in the same line with what follows. */
-#define HELP_NOTE(help) \
-    {                   \
-        .text = (help)  \
-    }
+#define HELP_NOTE(help) {.text = (help)}
 /* Lines that can be run; the first one stands after "Example: ". */
-#define HELP_EXAMPLE(lines)              \
-    {                                    \
-        .text = (lines), .example = true \
-    }
+#define HELP_EXAMPLE(lines) {.text = (lines), .example = true}
 /* The rows of another descriptor. */
-#define HELP_WITH(descriptor) \
-    {                         \
-        .with = &(descriptor) \
-    }
+#define HELP_WITH(descriptor) {.with = &(descriptor)}
 
 /* Offset of a member of VALUES. Does not compile when the member is of another type than its option
  * has. */
-#define OPTION_AT(member, type)                                                                \
-    (offsetof(VALUES, member) +                                                                \
-     0 * sizeof(char[__builtin_types_compatible_p(__typeof__(((VALUES *)0)->member), type) ? 1 \
-                                                                                           : -1]))
-#define OPTION_FLAG(option_name, member, help) \
-    {                                          \
-        .text = (help), .option = {            \
-            .name = (option_name),             \
-            .kind = OPTION_IS_FLAG,            \
-            .at = OPTION_AT(member, bool)      \
-        }                                      \
-    }
-#define OPTION_TEXT(option_name, of_value, member, help) \
-    {                                                    \
-        .text = (help), .option = {                      \
-            .name = (option_name),                       \
-            .argument = (of_value),                      \
-            .kind = OPTION_IS_TEXT,                      \
-            .at = OPTION_AT(member, const char *)        \
-        }                                                \
-    }
-/* A bare number is in `its_unit`, with --si in `si_unit`; a unit may follow it: 5mm, 2min. */
-#define OPTION_NUMBER_SI(option_name, of_value, member, its_unit, si_unit, least, most, otherwise, \
-                         help)                                                                     \
-    {                                                                                              \
-        .text = (help), .option = {                                                                \
-            .name = (option_name),                                                                 \
-            .argument = (of_value),                                                                \
-            .kind = OPTION_IS_NUMBER,                                                              \
-            .at = OPTION_AT(member, double),                                                       \
-            .unit = (its_unit),                                                                    \
-            .unit_si = (si_unit),                                                                  \
-            .low = (least),                                                                        \
-            .high = (most),                                                                        \
-            .standard = (otherwise)                                                                \
-        }                                                                                          \
-    }
-#define OPTION_NUMBER(option_name, of_value, member, its_unit, least, most, otherwise, help) \
-    OPTION_NUMBER_SI(option_name, of_value, member, its_unit, NULL, least, most, otherwise, help)
-#define OPTION_WHOLE(option_name, of_value, member, least, most, otherwise, help) \
-    {                                                                             \
-        .text = (help), .option = {                                               \
-            .name = (option_name),                                                \
-            .argument = (of_value),                                               \
-            .kind = OPTION_IS_WHOLE,                                              \
-            .at = OPTION_AT(member, int64_t),                                     \
-            .low = (least),                                                       \
-            .high = (most),                                                       \
-            .standard = (otherwise)                                               \
-        }                                                                         \
-    }
-#define OPTION_RUN(option_name, of_value, member, help) \
-    {                                                   \
-        .text = (help), .option = {                     \
-            .name = (option_name),                      \
-            .argument = (of_value),                     \
-            .kind = OPTION_IS_RUN,                      \
-            .at = OPTION_AT(member, int64_t)            \
-        }                                               \
-    }
-#define OPTION_CHOICE(option_name, of_value, member, of_what, values, help) \
-    {                                                                       \
-        .text = (help), .option = {                                         \
-            .name = (option_name),                                          \
-            .argument = (of_value),                                         \
-            .kind = OPTION_IS_CHOICE,                                       \
-            .at = OPTION_AT(member, const char *),                          \
-            .noun = (of_what),                                              \
-            .choices = (values)                                             \
-        }                                                                   \
-    }
+#define OPTION_IS_OF(member, type) \
+    __builtin_types_compatible_p(__typeof__(((VALUES *)0)->member), type)
+#define OPTION_AT(member, type) \
+    (offsetof(VALUES, member) + 0 * sizeof(char[OPTION_IS_OF(member, type) ? 1 : -1]))
+#define OPTION(its_name, its_kind, member, type, help, ...)                       \
+    {.text = (help), .option = {.name = (its_name), .kind = OPTION_IS_##its_kind, \
+                                .at = OPTION_AT(member, type), __VA_ARGS__}}
+#define OPTION_FLAG(its_name, member, help) \
+    OPTION(its_name, FLAG, member, bool, help, .argument = NULL)
+#define OPTION_TEXT(its_name, of_value, member, help) \
+    OPTION(its_name, TEXT, member, const char *, help, .argument = (of_value))
+/* A bare number is in `its_unit`, with --si `in_si`; a unit may follow it: 5mm, 2min. */
+#define OPTION_NUMBER_SI(its_name, of_value, member, its_unit, in_si, least, most, normal, help) \
+    OPTION(its_name, NUMBER, member, double, help, .argument = (of_value), .unit = (its_unit),   \
+           .unit_si = (in_si), .low = (least), .high = (most), .standard = (normal))
+#define OPTION_NUMBER(its_name, of_value, member, its_unit, least, most, otherwise, help) \
+    OPTION_NUMBER_SI(its_name, of_value, member, its_unit, NULL, least, most, otherwise, help)
+#define OPTION_WHOLE(its_name, of_value, member, least, most, otherwise, help)             \
+    OPTION(its_name, WHOLE, member, int64_t, help, .argument = (of_value), .low = (least), \
+           .high = (most), .standard = (otherwise))
+#define OPTION_RUN(its_name, of_value, member, help) \
+    OPTION(its_name, RUN, member, int64_t, help, .argument = (of_value))
+#define OPTION_CHOICE(its_name, of_value, member, of_what, values, help)         \
+    OPTION(its_name, CHOICE, member, const char *, help, .argument = (of_value), \
+           .noun = (of_what), .choices = (values))
+/* clang-format on */
+
 /* Of every command that writes a file (host/base/output.h). */
 #define OPTION_FORCE(member) \
     OPTION_FLAG("--force", member, "write also over a file that is not what matrig wrote there")

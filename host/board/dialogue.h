@@ -1,10 +1,13 @@
 /* The conversation with one board: who speaks, orders and their answers, waiting, and what else the
  * board says.
  *
- *     struct dialogue dialogue; struct mr_ack answer; status = dialogue_open(&dialogue, NULL,
- *     "serial:/dev/ttyUSB0", error); dialogue_subscribe(&dialogue, take, talk); status =
- *     dialogue_hello(&dialogue, NULL, NULL, error); status = dialogue_order(&dialogue, &(struct
- *     dialogue_order){.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3}, &answer, error);
+ *     struct dialogue dialogue;
+ *     struct mr_ack answer;
+ *     const struct dialogue_order order = {.code = MR_COMMAND_STATE, .answer_s = 2.0, .tries = 3};
+ *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
+ *     dialogue_subscribe(&dialogue, take, talk);
+ *     status = dialogue_hello(&dialogue, NULL, NULL, error);
+ *     status = dialogue_order(&dialogue, &order, &answer, error);
  *     dialogue_close(&dialogue);
  *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes

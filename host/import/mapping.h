@@ -1,12 +1,13 @@
 /* What the columns of another instrument's table, or the signals in its CAN frames, are to matrig:
  * a JSON file.
  *
- *     {"separator": ";", "decimal": ",", "header_lines": 2, "comment": "#", "missing": ["---",
- *     "NaN"], "last_line_open": true,
- *      "time": {"column": "Zeit", "unit": "ms", "shift_s": 0.25}, "align": {"column": "Trigger",
- *      "threshold": 2.5, "edge": "falling", "switch": 3}, "channels": [{"column": "Weg 1",
- *      "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1, "station_ft": 40, "error":
- *      0.05}], "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
+ *     {"separator": ";", "decimal": ",", "header_lines": 2, "comment": "#",
+ *      "missing": ["---", "NaN"], "last_line_open": true,
+ *      "time": {"column": "Zeit", "unit": "ms", "shift_s": 0.25},
+ *      "align": {"column": "Trigger", "threshold": 2.5, "edge": "falling", "switch": 3},
+ *      "channels": [{"column": "Weg 1", "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1,
+ *                    "station_ft": 40, "error": 0.05}],
+ *      "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
  *
  * `header_lines` counts the lines above the rows as an editor does, blank ones too, but no
  * comments. A column is named as the last of them names it, or counted from 1. A channel is d1 to
