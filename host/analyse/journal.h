@@ -9,8 +9,5 @@
 void journal_observation_answer(const struct store_observation *observation, struct answer *answer);
 /* A note, a correction, a landing that was voided. */
 void journal_change_answer(const struct store_change *change, struct answer *answer);
-/* A text; null for programs where nothing was said. */
-void journal_text_answer(struct answer *answer, const char *name, const char *label,
-                         const char *text);
 
 #endif

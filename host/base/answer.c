@@ -156,6 +156,15 @@ void answer_none(struct answer *answer, const char *name, const char *label, con
         answer->failed = true;
 }
 
+void answer_words_or_none(struct answer *answer, const char *name, const char *label,
+                          const char *text, const char *why)
+{
+    if (text && text[0])
+        answer_words(answer, name, label, "%s", text);
+    else
+        answer_none(answer, name, label, why);
+}
+
 void answer_json_value(struct answer *answer, const char *name, json_t *json)
 {
     if (answer && !json)
@@ -214,4 +223,12 @@ int answer_show(const struct cli *cli, struct answer *answer, int code)
     bool shown = answer_text(answer, stdout) && fflush(stdout) == 0;
     answer_free(answer);
     return shown ? code : cli_fail_output();
+}
+
+int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error)
+{
+    if (error->status == MR_OK)
+        return answer_show(cli, answer, code);
+    answer_free(answer);
+    return cli_fail(error);
 }

@@ -64,6 +64,9 @@ void answer_remark(struct answer *answer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* null; people read why. */
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
+/* The text; of nothing (NULL, "") as answer_none. */
+void answer_words_or_none(struct answer *answer, const char *name, const char *label,
+                          const char *text, const char *why);
 /* Of the JSON alone: any value. Takes `json`. */
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
@@ -90,5 +93,7 @@ json_t *answer_into_json(struct answer *answer);
 /* Text or, with --json, JSON to standard output; frees the answer. Returns `code`, or the exit code
  * of a failed output. */
 int answer_show(const struct cli *cli, struct answer *answer, int code);
+/* The same, or what `error` holds is told in its place, and its exit code returned. */
+int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error);
 
 #endif

@@ -58,10 +58,7 @@ void crash_answer(const struct crash_report *report, const struct mr_symbols *sy
     answer_sentence(answer, "text", "%s", text);
     answer_count(answer, "age", NULL, report->age);
     answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
-    if (at)
-        answer_words(answer, "function", NULL, "%s", at->name);
-    else
-        answer_none(answer, "function", NULL, NULL);
+    answer_words_or_none(answer, "function", NULL, at ? at->name : NULL, NULL);
     crash_place(report->word[MR_CRASH_LR], symbols, text, sizeof text);
     answer_words(answer, NULL, "called from", "%s", text);
     answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);

@@ -82,10 +82,7 @@ static int tell(const struct request *r, const struct calibrate_points *points,
         answer_close(answer);
     }
     answer_close(answer);
-    if (r->output)
-        answer_words(answer, "file", "written to", "%s", r->output);
-    else
-        answer_none(answer, "file", NULL, NULL);
+    answer_words_or_none(answer, "file", r->output ? "written to" : NULL, r->output, NULL);
     return answer_show(r->cli, answer, 0);
 }
 

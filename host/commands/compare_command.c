@@ -107,11 +107,11 @@ static enum mr_status write_file(const struct request *request,
     return output_end(&output, error);
 }
 
-/* The answer is shown; a limit that failed is the error. */
+/* The answer is shown, or what failed before; a limit that failed is an error, too. */
 static int conclude(const struct compare_verdict *verdict, struct answer *answer,
                     const struct cli *cli, struct error *error)
 {
-    int exit_code = answer_show(cli, answer, 0);
+    int exit_code = answer_end(cli, answer, 0, error);
     if (verdict->failed > 1)
         error_set(error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
                   verdict->failed - 1, verdict->checked);
@@ -135,10 +135,7 @@ static int compare_one(struct store *store, const struct request *request,
     }
     measured_aside_note(&landing.measured, cli);
     compare_landing_free(&landing);
-    if (error->status == MR_OK)
-        return conclude(&verdict, answer, cli, error);
-    answer_free(answer);
-    return cli_fail(error);
+    return conclude(&verdict, answer, cli, error);
 }
 
 static void progress(void *ctx, size_t done, size_t of)
@@ -160,10 +157,7 @@ static int compare_many(struct store *store, const struct request *request,
     if (status == MR_OK)
         compare_series_answer(&set, answer);
     compare_series_free(&set);
-    if (status == MR_OK)
-        return conclude(&verdict, answer, cli, error);
-    answer_free(answer);
-    return cli_fail(error);
+    return conclude(&verdict, answer, cli, error);
 }
 
 static int compare_command(int argc, char **argv, const struct cli *cli)

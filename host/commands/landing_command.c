@@ -175,10 +175,10 @@ static void journal_answer(const struct journal *j, struct answer *answer)
     answer_count(answer, "run", NULL, j->landing.id);
     answer_count(answer, "landing", NULL, j->landing.board_landing);
     answer_flag(answer, "void", NULL, j->is_void);
-    journal_text_answer(answer, "series", NULL, j->series.name);
-    journal_text_answer(answer, "runway", NULL, j->series.runway);
-    journal_text_answer(answer, "pattern", NULL, j->series.pattern);
-    journal_text_answer(answer, "modification", NULL, j->series.modification);
+    answer_words_or_none(answer, "series", NULL, j->series.name, NULL);
+    answer_words_or_none(answer, "runway", NULL, j->series.runway, NULL);
+    answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
+    answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
     answer_table(answer, "observations", "waves and breaks");
     for (size_t i = 0; i < j->observations; i++) {
         answer_open(answer, NULL, NULL);
@@ -270,10 +270,7 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
         status = show(&r, store, answer, &error);
     answer_close(answer);
     store_close(store);
-    if (status == MR_OK)
-        return answer_show(cli, answer, 0);
-    answer_free(answer);
-    return cli_fail(&error);
+    return answer_end(cli, answer, 0, &error);
 }
 
 #define VALUES struct request

@@ -334,10 +334,7 @@ static void again_answer(const struct predict_again *again, struct answer *answe
     answer_count(answer, "first_warning_block", NULL, again->warned_block);
     answer_count(answer, "lost", NULL, (int64_t)again->lost);
     answer_count(answer, "lacks_block", NULL, again->lacks_block);
-    if (again->lacks)
-        answer_words(answer, "lacks", NULL, "%s", again->lacks);
-    else
-        answer_none(answer, "lacks", NULL, "");
+    answer_words_or_none(answer, "lacks", NULL, again->lacks, NULL);
     if (again->differ) {
         answer_open(answer, "first", NULL);
         answer_count(answer, "block", NULL, again->first.block);
@@ -467,10 +464,7 @@ static int predict_command(int argc, char **argv, const struct cli *cli)
             status = predict_run(&predict, store, runs[i], answer, cli, &error);
     }
     store_close(store);
-    if (status == MR_OK)
-        return answer_show(cli, answer, predict.differ ? mr_status_exit_code(MR_LIMIT) : 0);
-    answer_free(answer);
-    return cli_fail(&error);
+    return answer_end(cli, answer, predict.differ ? mr_status_exit_code(MR_LIMIT) : 0, &error);
 }
 
 #define VALUES struct request

@@ -33,13 +33,13 @@ static enum mr_status list_series(struct store *store, const struct cli *cli, st
         answer_open(answer, NULL, NULL);
         answer_words(answer, "name", "series", "%s", rows[i].name);
         answer_words(answer, "begun", "begun", "%s", when);
-        said_answer(answer, "runway", "runway", rows[i].runway);
-        said_answer(answer, "pattern", "pattern", rows[i].pattern);
-        said_answer(answer, "modification", "modification", rows[i].modification);
+        answer_words_or_none(answer, "runway", "runway", rows[i].runway, "-");
+        answer_words_or_none(answer, "pattern", "pattern", rows[i].pattern, "-");
+        answer_words_or_none(answer, "modification", "modification", rows[i].modification, "-");
         answer_count(answer, "landings", "landings", its);
         if (rows[i].notes[0])
             answer_words(answer, NULL, "notes", "%s", rows[i].notes);
-        said_answer(answer, "who", NULL, rows[i].who);
+        answer_words_or_none(answer, "who", NULL, rows[i].who, "-");
         answer_close(answer);
     }
     answer_close(answer);
@@ -96,10 +96,7 @@ static int series_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = list_series(store, cli, answer, &error);
     store_close(store);
-    if (status == MR_OK)
-        return answer_show(cli, answer, 0);
-    answer_free(answer);
-    return cli_fail(&error);
+    return answer_end(cli, answer, 0, &error);
 }
 
 #define VALUES struct request

@@ -400,10 +400,7 @@ static int list(const struct request *request, struct store *store)
     }
     answer_close(answer);
     free(rows);
-    if (status == MR_OK)
-        return answer_show(request->cli, answer, 0);
-    answer_free(answer);
-    return cli_fail(&error);
+    return answer_end(request->cli, answer, 0, &error);
 }
 
 static enum mr_status write_sheet(const struct request *request, struct store *store,

@@ -317,14 +317,9 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
             "CAN in this session: %lld frames on the board's identifiers that are not the board's",
             (long long)p.strangers[LINK_CAN]);
     answer_json_value(answer, "landings", json_incref(logger->landings));
-    if (error->status != MR_OK)
-        answer_words(answer, "error", NULL, "%s", error->text);
-    else
-        answer_none(answer, "error", NULL, "");
-    if (p.hello)
-        answer_none(answer, "unheard", NULL, "");
-    else
-        answer_words(answer, "unheard", NULL, "%s", diagnosis_word(diagnose(logger, &link)));
+    answer_words_or_none(answer, "error", NULL, error->text, NULL);
+    answer_words_or_none(answer, "unheard", NULL,
+                         p.hello ? NULL : diagnosis_word(diagnose(logger, &link)), NULL);
     int shown = answer_show(logger->cli, answer, code);
     return logger->cli->json ? shown : code;
 }
