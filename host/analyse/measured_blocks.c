@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include "host/base/list.h"
+
 void measured_set_aside(struct measured_aside *aside, size_t *count, int64_t block)
 {
     if (aside->blocks + aside->messages + aside->edges + aside->readings == 0)
@@ -25,18 +27,10 @@ static enum mr_status keep_block(void *context, const uint8_t *record, size_t le
         list->skipped++;
         return MR_OK;
     }
-    if (list->count == list->room) {
-        size_t room = list->room ? 2 * list->room : 4096;
-        struct mr_block *larger = realloc(list->block, room * sizeof *larger);
-        uint8_t *sources = realloc(list->source, room);
-        size_t *rows = realloc(list->row, room * sizeof *rows);
-        list->block = larger ? larger : list->block;
-        list->source = sources ? sources : list->source;
-        list->row = rows ? rows : list->row;
-        if (!larger || !sources || !rows)
-            return MR_FULL;
-        list->room = room;
-    }
+    if (!list_grow(&list->block, list->count, sizeof *list->block) ||
+        !list_grow(&list->source, list->count, sizeof *list->source) ||
+        !list_grow(&list->row, list->count, sizeof *list->row))
+        return MR_FULL;
     list->row[list->count] = row;
     list->block[list->count++] = block;
     return MR_OK;

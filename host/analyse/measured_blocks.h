@@ -10,7 +10,6 @@ struct measured_blocks {
     struct mr_block *block;
     uint8_t *source; /* enum measured_source */
     size_t count;
-    size_t room;
     size_t *row;  /* in the campaign, counted from 0 */
     size_t rows;  /* seen, */
     size_t known; /* and of how many of those that were kept the source is, */

@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include "host/base/list.h"
+
 #define BLOCKS_PER_S 1000
 #define SHARE        100u /* less than a hundredth of the largest group is none of the landing, */
 #define LEAST        100u /* but with edges in it so many are enough: the link was down before */
@@ -16,16 +18,10 @@ static void add(struct moments *moments, int64_t second, size_t count, size_t ed
         last->edges += edges;
         return;
     }
-    if (moments->groups == moments->room) {
-        size_t room = moments->room ? 2 * moments->room : 64;
-        struct moments_group *larger = realloc(moments->group, room * sizeof *larger);
-        moments->full |= !larger;
-        if (!larger)
-            return;
-        moments->group = larger;
-        moments->room = room;
-    }
-    moments->group[moments->groups++] = (struct moments_group){second, second, count, edges};
+    if (list_grow(&moments->group, moments->groups, sizeof *moments->group))
+        moments->group[moments->groups++] = (struct moments_group){second, second, count, edges};
+    else
+        moments->full = true;
 }
 
 void moments_add(struct moments *moments, int64_t block)

@@ -19,7 +19,7 @@ struct moments {
         int64_t from_s, to_s; /* both in it */
         size_t count, edges;
     } * group;
-    size_t groups, room;
+    size_t groups;
     bool full; /* no memory */
 };
 

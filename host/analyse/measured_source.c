@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/list.h"
+
 static const struct {
     const char *name;
     char letter;
@@ -42,7 +44,6 @@ static enum measured_source source_of_block(const struct measured *measured, siz
 
 enum mr_status measured_find_stretches(struct measured *measured, struct error *error)
 {
-    size_t room = 0;
     for (size_t i = 0; i < measured->samples; i++) {
         enum measured_source source = source_of_block(measured, i);
         int64_t block = measured->first_block + (int64_t)i;
@@ -51,14 +52,9 @@ enum mr_status measured_find_stretches(struct measured *measured, struct error *
             measured->stretch[measured->stretches - 1].to_block = block;
             continue;
         }
-        if (measured->stretches == room) {
-            room = room ? 2 * room : 16;
-            struct measured_stretch *larger = realloc(measured->stretch, room * sizeof *larger);
-            if (!larger)
-                return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
-                                 (long long)measured->landing.id);
-            measured->stretch = larger;
-        }
+        if (!list_grow(&measured->stretch, measured->stretches, sizeof *measured->stretch))
+            return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
+                             (long long)measured->landing.id);
         measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
     }
     return MR_OK;

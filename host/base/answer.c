@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host/base/answer_items.h"
+#include "host/base/list.h"
 
 #define DIGITS 6
 #define WORDS  1200
@@ -56,13 +57,8 @@ static struct answer_item *add(struct answer *answer, enum answer_kind kind, con
 {
     static struct answer_item beyond;
     struct answer_item *item = &beyond;
-    if (answer && answer->count == answer->room && !answer->failed) {
-        size_t room = answer->room ? 2 * answer->room : 32;
-        struct answer_item *grown = realloc(answer->item, room * sizeof *grown);
-        answer->failed = !grown;
-        answer->item = grown ? grown : answer->item;
-        answer->room = grown ? room : answer->room;
-    }
+    if (answer && !answer->failed)
+        answer->failed = !list_grow(&answer->item, answer->count, sizeof *answer->item);
     bool kept = answer && !answer->failed;
     if (kept)
         item = &answer->item[answer->count++];

@@ -36,7 +36,7 @@ struct answer_item {
 
 struct answer {
     struct answer_item *item;
-    size_t count, room;
+    size_t count;
     bool si, as_given, failed; /* failed: memory ended */
 };
 

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/list.h"
+
 #define TERM_MOST 14 /* of an item whose text begins on the same line */
 
 void help_each_part(const struct command *command,
@@ -90,10 +92,8 @@ static void add_row(void *context, const struct command_part *part)
         last->text = both;
         return;
     }
-    struct help_row *grown = realloc(page->row, (page->rows + 1) * sizeof *grown);
-    if (!grown)
+    if (!list_grow(&page->row, page->rows, sizeof *page->row))
         abort();
-    page->row = grown;
     page->row[page->rows++] = (struct help_row){term, text};
 }
 

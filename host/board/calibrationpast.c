@@ -10,6 +10,7 @@
 #include "host/calibrate/jump.h"
 #include "host/base/cli.h"
 #include "host/store/store_readiness.h"
+#include "host/base/list.h"
 
 /* One moment of the past: a row of readiness, or a landing. */
 struct moment {
@@ -20,17 +21,13 @@ struct moment {
 
 struct moments {
     struct moment *list;
-    size_t count, room;
+    size_t count;
 };
 
 static struct moment *add_moment(struct moments *moments)
 {
-    if (moments->count == moments->room) {
-        moments->room = moments->room ? 2 * moments->room : 16;
-        moments->list = realloc(moments->list, moments->room * sizeof *moments->list);
-        if (!moments->list)
-            abort();
-    }
+    if (!list_grow(&moments->list, moments->count, sizeof *moments->list))
+        abort();
     struct moment *moment = &moments->list[moments->count++];
     memset(moment, 0, sizeof *moment);
     return moment;

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/base/list.h"
+
 /* of the integration of the path, with mats as long as the rig's; else by the root of the scale, */
 #define NODE_S       1e-3
 #define NODE_FT      (2.0 / 7.0) /* so that a scaled campaign is the same one */
@@ -54,18 +56,12 @@ static double profile_ft_s2(const struct campaign_landing *landing, double drawn
     return k[count - 1].deceleration_ft_s2;
 }
 
-static enum mr_status add_row(struct draw_path *path, size_t *room, struct sim_path_row row,
-                              struct error *error)
+static enum mr_status add_row(struct draw_path *path, struct sim_path_row row, struct error *error)
 {
-    if (path->count == *room) {
-        size_t more = *room ? 2 * *room : 1024;
-        struct sim_path_row *rows = realloc(path->rows, more * sizeof *rows);
-        if (!rows)
-            return error_set(error, MR_FULL,
-                             "out of memory: a path of %zu rows; give a shorter landing", more);
-        path->rows = rows;
-        *room = more;
-    }
+    if (!list_grow(&path->rows, path->count, sizeof row))
+        return error_set(error, MR_FULL,
+                         "out of memory: a path beyond %zu rows; give a shorter landing",
+                         path->count);
     path->rows[path->count++] = row;
     return MR_OK;
 }
@@ -82,7 +78,6 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
     double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, force_lb = 0.0;
     double node_s =
         NODE_S * sqrt(landing->scene.length_ft / NODE_FT * (NODE_G_FT_S2 / landing->scene.g_ft_s2));
-    size_t room = 0;
     draw_path_free(path);
     path->touchdown_ft = at_ft;
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
@@ -94,7 +89,7 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
             a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
         force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
         if (k % ROW_NODES == 0 &&
-            add_row(path, &room, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
+            add_row(path, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
             return error->status;
         if (t_s > MOST_S)
             return error_set(
@@ -111,9 +106,9 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
     path->stop_ft = at_ft;
     path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) /
                        (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
-    if (add_row(path, &room, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
+    if (add_row(path, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
         return error->status;
-    return add_row(path, &room, (struct sim_path_row){t_s, at_ft, 0.0}, error);
+    return add_row(path, (struct sim_path_row){t_s, at_ft, 0.0}, error);
 }
 
 void draw_path_free(struct draw_path *path)

@@ -9,6 +9,7 @@
 #include "common/boxread.h"
 #include "common/catalogue.h"
 #include "host/collect/collect_state.h"
+#include "host/base/list.h"
 
 /* Beside CAN and serial. */
 #define THE_BOX ((enum link_kind)STORE_LINK_BOX)
@@ -23,7 +24,7 @@ struct messages {
 
 struct known {
     uint32_t *index; /* of the blocks the database has, ascending */
-    size_t count, room;
+    size_t count;
 };
 
 static enum mr_status know_block(void *context, const uint8_t *record, size_t length)
@@ -32,12 +33,8 @@ static enum mr_status know_block(void *context, const uint8_t *record, size_t le
     struct mr_block block;
     if (mr_block_get(&block, record, length) != MR_OK)
         return MR_OK;
-    if (known->count == known->room) {
-        known->room = known->room ? 2 * known->room : 16384;
-        known->index = realloc(known->index, known->room * sizeof *known->index);
-        if (!known->index)
-            abort();
-    }
+    if (!list_grow(&known->index, known->count, sizeof *known->index))
+        abort();
     known->index[known->count++] = block.index;
     return MR_OK;
 }

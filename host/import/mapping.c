@@ -9,6 +9,7 @@
 
 #include "common/channels.h"
 #include "host/import/textfile.h"
+#include "host/base/list.h"
 
 #define FT_PER_M   (1.0 / 0.3048)
 #define IN_PER_M   (1.0 / 0.0254)
@@ -17,18 +18,9 @@
 
 enum mr_status series_add(struct series *series, double time_s, double value)
 {
-    if (series->count == series->room) {
-        size_t room = series->room ? 2 * series->room : 4096;
-        double *times = realloc(series->time_s, room * sizeof *times);
-        if (times)
-            series->time_s = times;
-        double *values = realloc(series->value, room * sizeof *values);
-        if (values)
-            series->value = values;
-        if (!times || !values)
-            return MR_FULL;
-        series->room = room;
-    }
+    if (!list_grow(&series->time_s, series->count, sizeof *series->time_s) ||
+        !list_grow(&series->value, series->count, sizeof *series->value))
+        return MR_FULL;
     series->time_s[series->count] = time_s;
     series->value[series->count++] = value;
     return MR_OK;

@@ -40,7 +40,7 @@
 /* Samples of one column as they come: those that are missing are not there. */
 struct series {
     double *time_s, *value; /* in the file's time, and in ft, in or lb */
-    size_t count, room;
+    size_t count;
 };
 
 enum mapping_role {

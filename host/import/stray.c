@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/list.h"
+
 #define FEW_ROWS 2u
 #define SHARE    100u /* more than a hundredth of the largest group is a part of the record */
 
@@ -15,14 +17,8 @@ enum mr_status stray_add(struct stray *stray, double time_s, size_t line)
         last->rows++;
         return MR_OK;
     }
-    if (stray->groups == stray->room) {
-        size_t room = stray->room ? 2 * stray->room : 16;
-        struct stray_group *larger = realloc(stray->group, room * sizeof *larger);
-        if (!larger)
-            return MR_FULL;
-        stray->group = larger;
-        stray->room = room;
-    }
+    if (!list_grow(&stray->group, stray->groups, sizeof *stray->group))
+        return MR_FULL;
     stray->group[stray->groups++] = (struct stray_group){time_s, time_s, time_s, line, 1};
     return MR_OK;
 }

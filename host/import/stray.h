@@ -16,7 +16,7 @@ struct stray {
         double before_s;   /* the last but one; first_s when there is one row alone */
         size_t line, rows; /* line: of the first row */
     } * group;
-    size_t groups, room;
+    size_t groups;
 };
 
 /* A row's time, later than that of the last one. MR_FULL. */

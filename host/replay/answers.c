@@ -3,12 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/list.h"
+
 struct loading {
     struct answers *answers;
     int link;
     /* block of the newest change of state on the link: while idle, little else tells the time */
     int64_t told;
-    size_t room;
+    size_t room; /* for blocks */
     int64_t run;
     const char *path;
     struct error *error;
@@ -30,14 +32,8 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
         return MR_OK; /* somebody else's, or a command */
-    if (*count == loading->room) {
-        size_t room = loading->room ? 2 * loading->room : 1024;
-        struct answer *grown = realloc(answers->message[loading->link], room * sizeof *grown);
-        if (!grown)
-            return no_memory(loading);
-        answers->message[loading->link] = grown;
-        loading->room = room;
-    }
+    if (!list_grow(&answers->message[loading->link], *count, sizeof(struct answer)))
+        return no_memory(loading);
     struct answer *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct answer){.info = info,
                               .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
@@ -100,7 +96,6 @@ enum mr_status answers_load(struct store *store, int64_t run, struct answers *an
     enum mr_status status = store_landing_get(store, run, &answers->landing, error);
     for (int link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         loading.link = link;
-        loading.room = 0;
         loading.told = -1;
         status = store_frames_each(store, run, link, take_frame, &loading, error);
     }

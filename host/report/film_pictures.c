@@ -7,6 +7,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/base/list.h"
+
 static bool is_picture(const char *name)
 {
     const char *dot = strrchr(name, '.');
@@ -37,11 +39,8 @@ static enum mr_status add(struct film_pictures *pictures, const char *folder, co
                           struct error *error)
 {
     size_t length = strlen(folder) + strlen(name) + 2;
-    struct film_picture *more = realloc(pictures->picture, (pictures->count + 1) * sizeof *more);
     char *path = malloc(length);
-    if (more)
-        pictures->picture = more;
-    if (!more || !path) {
+    if (!path || !list_grow(&pictures->picture, pictures->count, sizeof *pictures->picture)) {
         free(path);
         return error_set(error, MR_FULL, "no memory: pictures of %s; close other programs", folder);
     }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/list.h"
 #include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
@@ -252,16 +253,6 @@ enum mr_status store_number(struct store *store, struct error *error, enum store
     return MR_OK;
 }
 
-/* Room for one more behind `count` rows: full only at 0 and powers of two. */
-static bool grow(void **rows, size_t count, size_t size)
-{
-    void *larger = count & (count - 1) ? *rows : realloc(*rows, (count ? 2 * count : 1) * size);
-    if (!larger)
-        return false;
-    *rows = larger;
-    return true;
-}
-
 enum mr_status store_all(struct store *store, struct error *error, enum store_statement which,
                          void **rows, size_t *count, const struct store_value *values,
                          size_t values_count)
@@ -273,7 +264,7 @@ enum mr_status store_all(struct store *store, struct error *error, enum store_st
     *count = 0;
     enum mr_status status = store_query(store, error, which, &statement, values, values_count);
     while (status == MR_OK) {
-        if (!grow(rows, *count, size)) {
+        if (!list_grow(rows, *count, size)) {
             sqlite3_reset(statement);
             status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
                                store->path);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
+#include "host/base/list.h"
 
 enum mr_status store_frames_join(struct store *store, const struct store_frames_span *span,
                                  int64_t from_run, int64_t to_run, struct error *error)
@@ -15,24 +16,12 @@ enum mr_status store_frames_join(struct store *store, const struct store_frames_
                            : status;
 }
 
-static bool grow(struct store_kept_frame **frames, size_t *capacity)
-{
-    size_t more = *capacity ? 2 * *capacity : 256;
-    struct store_kept_frame *made = realloc(*frames, more * sizeof *made);
-    if (made) {
-        *frames = made;
-        *capacity = more;
-    }
-    return made != NULL;
-}
-
 enum mr_status store_frames_since(struct store *store, int64_t run, int link, int64_t mark,
                                   struct store_kept_frame **frames, size_t *count,
                                   struct error *error)
 {
     sqlite3_stmt *s;
     struct store_received_frame row;
-    size_t capacity = 0;
     *frames = NULL;
     *count = 0;
     enum mr_status status = STORE_QUERY(store, error, FRAMES_SINCE, &s, BIND(mark), BIND(run),
@@ -40,7 +29,7 @@ enum mr_status store_frames_since(struct store *store, int64_t run, int link, in
     while (status == MR_OK && (status = STORE_NEXT(store, error, FRAMES_SINCE, s, &row)) == MR_OK) {
         if (row.data.length > sizeof(*frames)->data)
             continue;
-        if (*count == capacity && !grow(frames, &capacity)) {
+        if (!list_grow(frames, *count, sizeof **frames)) {
             sqlite3_reset(s);
             return error_set(error, MR_FULL,
                              "no memory: frames of RUN %lld in %s; close other programs",

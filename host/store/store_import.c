@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
+#include "host/base/list.h"
 
 enum mr_status store_import_put(struct store *store, const struct store_import *import,
                                 struct error *error)
@@ -67,11 +68,8 @@ static enum mr_status take_row(struct store *store, const struct store_imported_
     size_t bytes = row->readings.length;
     if (bytes == 0 || bytes % sizeof(float) != 0)
         return MR_OK;
-    struct store_imported *larger = realloc(*rows, (*count + 1) * sizeof **rows);
     float *reading = malloc(bytes);
-    if (larger)
-        *rows = larger;
-    if (!larger || !reading) {
+    if (!reading || !list_grow(rows, *count, sizeof **rows)) {
         free(reading);
         return error_set(error, MR_FULL, "no memory: reading %s; close other programs",
                          store->path);

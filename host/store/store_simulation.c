@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
+#include "host/base/list.h"
 
 static enum mr_status put_channel(struct store *store, int64_t simulation,
                                   const struct store_simulation *from, struct error *error)
@@ -97,15 +98,13 @@ enum mr_status store_simulations(struct store *store, int64_t run, struct store_
     *count = 0;
     enum mr_status status = STORE_QUERY(store, error, SIMULATIONS, &s, BIND(run));
     while (status == MR_OK && (status = STORE_NEXT(store, error, SIMULATIONS, s, &row)) == MR_OK) {
-        struct store_simulation *larger = realloc(*rows, (*count + 1) * sizeof **rows);
-        if (!larger) {
+        if (!list_grow(rows, *count, sizeof **rows)) {
             sqlite3_reset(s);
             status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
                                store->path);
             break;
         }
-        *rows = larger;
-        larger[(*count)++] = simulation_of(&row);
+        (*rows)[(*count)++] = simulation_of(&row);
     }
     if (status == MR_TOO_FEW)
         return MR_OK;

@@ -7,11 +7,11 @@
 
 #include "host/sweep/sweep_results.h"
 #include "host/sweep/sweep_share.h"
+#include "host/base/list.h"
 
 struct loading {
     struct sweep_table *table;
     const char *path;
-    size_t room;
 };
 
 const json_t *sweep_table_value(const struct table_row *row, const char *key)
@@ -50,15 +50,9 @@ static enum mr_status add_line(void *ctx, size_t number, uint64_t id, const json
                          "results of another sweep: %s line %zu: a case that is not in the sweep "
                          "beside it; move that one away",
                          l->path, number);
-    if (t->count == l->room) {
-        size_t room = l->room ? 2 * l->room : 1024;
-        struct table_row *larger = realloc(t->rows, room * sizeof *larger);
-        if (!larger)
-            return error_set(error, MR_FULL, "out of memory: %s: %zu cases; report fewer", l->path,
-                             room);
-        t->rows = larger;
-        l->room = room;
-    }
+    if (!list_grow(&t->rows, t->count, sizeof *t->rows))
+        return error_set(error, MR_FULL, "out of memory: %s: beyond %zu cases; report fewer",
+                         l->path, t->count);
     t->rows[t->count++] = (struct table_row){json_incref((json_t *)(uintptr_t)line), index};
     return MR_OK;
 }

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/base/list.h"
+
 #define EDGE 1e-12 /* a wheel at x = n L is on mat n + 1 */
 #define MOST 1000000u
 
@@ -14,13 +16,9 @@ static enum mr_status push(struct span_list *list, const struct span *span, stru
         return error_set(
             error, MR_USAGE,
             "too many hops: the aircraft crosses more than %u mats; give an earlier tend", MOST);
-    if ((list->count & (list->count + 1)) == 0) { /* room for 2^k - 1 */
-        struct span *more = realloc(list->spans, (2 * list->count + 1) * sizeof *more);
-        if (!more)
-            return error_set(error, MR_FULL, "out of memory: %zu hops; give an earlier tend",
-                             list->count);
-        list->spans = more;
-    }
+    if (!list_grow(&list->spans, list->count, sizeof *list->spans))
+        return error_set(error, MR_FULL, "out of memory: %zu hops; give an earlier tend",
+                         list->count);
     list->spans[list->count++] = *span;
     return MR_OK;
 }

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/list.h"
+
 #define IN_PER_FT       12.0
 #define SAMPLE_S        0.002
 #define END_S           0.2
@@ -152,14 +154,11 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
                          "no transducer has enough valid samples: RUN %lld; fit other landings",
                          (long long)landing->run);
     add_segments(landing, measured);
-    struct fit_landing *more = realloc(list->landing, (list->count + 1) * sizeof *more);
-    if (more)
-        list->landing = more;
     double *values = realloc(list->measured,
                              (list->statistics + landing->windows) * sizeof *values);
     if (values)
         list->measured = values;
-    if (!more || !values)
+    if (!values || !list_grow(&list->landing, list->count, sizeof *list->landing))
         return error_set(error, MR_FULL, "no memory: RUN %lld; fit fewer landings",
                          (long long)landing->run);
     landing->first = list->statistics;
