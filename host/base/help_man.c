@@ -13,6 +13,9 @@
  * shell. Blanks become one. */
 static void text(const char *from, size_t length)
 {
+    static const char special[] = "\\-'\"^~`";
+    static const char *const written[] = {"\\e",   "\\-",   "\\(aq", "\\(dq",
+                                          "\\(ha", "\\(ti", "\\(ga"};
     bool blank = false, begun = false;
     for (size_t i = 0; i < length; i++) {
         char c = from[i];
@@ -26,20 +29,9 @@ static void text(const char *from, size_t length)
             fputs("\\&", stdout);
         blank = false;
         begun = true;
-        if (c == '\\')
-            fputs("\\e", stdout);
-        else if (c == '-')
-            fputs("\\-", stdout);
-        else if (c == '\'')
-            fputs("\\(aq", stdout);
-        else if (c == '"')
-            fputs("\\(dq", stdout);
-        else if (c == '^')
-            fputs("\\(ha", stdout);
-        else if (c == '~')
-            fputs("\\(ti", stdout);
-        else if (c == '`')
-            fputs("\\(ga", stdout);
+        const char *at = c ? strchr(special, c) : NULL;
+        if (at)
+            fputs(written[at - special], stdout);
         else
             putchar(c);
     }

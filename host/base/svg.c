@@ -127,126 +127,96 @@ static void print_decade(FILE *out, int exponent)
             exponent < 0 ? "\xe2\x88\x92" : "", exponent < 0 ? -exponent : exponent);
 }
 
-/* Twos to nines between decades: where they stand apart. */
-static void minor_lines(const struct svg_plot *plot, bool vertical)
+/* A line of the grid through the plot at a value. `to`: V or H, or with the length alone v or h. */
+static void line_at(const struct svg_plot *plot, bool is_x, double value, char to)
 {
-    const struct svg_axis *axis = vertical ? &plot->x : &plot->y;
+    double end = (is_x ? plot->height : plot->width) + (to == 'V'   ? plot->top
+                                                        : to == 'H' ? plot->left
+                                                                    : 0.0);
+    fprintf(plot->out, "M%.1f %.1f%c%.1f", is_x ? svg_x(plot, value) : plot->left,
+            is_x ? plot->top : svg_y(plot, value), to, end);
+}
+
+/* Begins the number at a value, `below` the plot or left of it. */
+static void begin_number(const struct svg_plot *plot, bool is_x, double value, double below,
+                         const char *attributes)
+{
+    fprintf(plot->out, "<text%s x=\"%.1f\" y=\"%.1f\">", attributes,
+            is_x ? svg_x(plot, value) : plot->left - 5.0,
+            is_x ? plot->top + plot->height + below : svg_y(plot, value) + 4.0);
+}
+
+/* Twos to nines between decades: where they stand apart. */
+static void minor_lines(const struct svg_plot *plot, bool is_x)
+{
+    const struct svg_axis *axis = is_x ? &plot->x : &plot->y;
     double decades = log10(axis->high / axis->low);
-    if ((vertical ? plot->width : plot->height) / decades < 60.0)
+    if ((is_x ? plot->width : plot->height) / decades < 60.0)
         return;
     for (int e = (int)floor(log10(axis->low)); e <= (int)ceil(log10(axis->high)); e++) {
         for (int digit = 2; digit < 10; digit++) {
             double value = digit * pow(10.0, e);
             if (value <= axis->low || value >= axis->high)
                 continue;
-            if (vertical)
-                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fv%.1f\"/>",
-                        svg_x(plot, value), plot->top, plot->height);
-            else
-                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fh%.1f\"/>", plot->left,
-                        svg_y(plot, value), plot->width);
+            fputs("<path class=\"minor\" d=\"", plot->out);
+            line_at(plot, is_x, value, is_x ? 'v' : 'h');
+            fputs("\"/>", plot->out);
         }
     }
 }
 
-static void log_x_ticks(const struct svg_plot *plot)
+static void log_ticks(const struct svg_plot *plot, bool is_x)
 {
-    double bottom = plot->top + plot->height;
-    struct decades d = decades_of(&plot->x, (unsigned)(plot->width / 40.0) + 1);
-    minor_lines(plot, true);
+    const struct svg_axis *axis = is_x ? &plot->x : &plot->y;
+    struct decades d = decades_of(axis,
+                                  (unsigned)(is_x ? plot->width / 40.0 : plot->height / 18.0) + 1);
+    minor_lines(plot, is_x);
     for (int e = d.first; e <= d.last; e += d.every) {
-        double x = svg_x(plot, pow(10.0, e));
-        fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x, plot->top, bottom);
-        if (!plot->x.ticks)
+        double value = pow(10.0, e);
+        fputs("<path class=\"grid\" d=\"", plot->out);
+        line_at(plot, is_x, value, is_x ? 'V' : 'H');
+        fputs("\"/>", plot->out);
+        if (!axis->ticks)
             continue;
-        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", x,
-                bottom + 16.0);
+        begin_number(plot, is_x, value, 16.0,
+                     is_x ? " class=\"tick\" text-anchor=\"middle\""
+                          : " class=\"tick\" text-anchor=\"end\"");
         print_decade(plot->out, e);
     }
 }
 
-static void log_y_ticks(const struct svg_plot *plot)
+static struct svg_ticks ticks_of(const struct svg_plot *plot, bool is_x)
 {
-    struct decades d = decades_of(&plot->y, (unsigned)(plot->height / 18.0) + 1);
-    minor_lines(plot, false);
-    for (int e = d.first; e <= d.last; e += d.every) {
-        double y = svg_y(plot, pow(10.0, e));
-        fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", plot->left, y,
-                plot->left + plot->width);
-        if (!plot->y.ticks)
-            continue;
-        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" y=\"%.1f\">",
-                plot->left - 5.0, y + 4.0);
-        print_decade(plot->out, e);
-    }
+    const struct svg_axis *axis = is_x ? &plot->x : &plot->y;
+    double most = is_x ? plot->width * TICKS_PER_PX_X : plot->height * TICKS_PER_PX_Y;
+    return svg_choose_ticks(axis->low, axis->high, (unsigned)most + 2);
 }
 
 /* Lines of the grid at the ticks, in one path, and the numbers beside them, in one group. */
-static void linear_x_ticks(const struct svg_plot *plot)
+static void linear_ticks(const struct svg_plot *plot, bool is_x)
 {
     FILE *out = plot->out;
-    double bottom = plot->top + plot->height;
-    struct svg_ticks ticks = svg_choose_ticks(plot->x.low, plot->x.high,
-                                              (unsigned)(plot->width * TICKS_PER_PX_X) + 2);
+    struct svg_ticks ticks = ticks_of(plot, is_x);
     fputs("<path class=\"grid\" d=\"", out);
     for (unsigned i = 0; i < ticks.count; i++)
-        fprintf(out, "M%.1f %.1fV%.1f", svg_x(plot, ticks.first + (double)i * ticks.step),
-                plot->top, bottom);
+        line_at(plot, is_x, ticks.first + (double)i * ticks.step, is_x ? 'V' : 'h');
     fputs("\"/>", out);
-    if (!plot->x.ticks)
+    if (!(is_x ? plot->x.ticks : plot->y.ticks))
         return;
-    fputs("<g class=\"tick\" text-anchor=\"middle\">", out);
+    fprintf(out, "<g class=\"tick\" text-anchor=\"%s\">", is_x ? "middle" : "end");
     for (unsigned i = 0; i < ticks.count; i++) {
         double value = ticks.first + (double)i * ticks.step;
-        fprintf(out, "<text x=\"%.1f\" y=\"%.1f\">", svg_x(plot, value), bottom + 14.0);
+        begin_number(plot, is_x, value, 14.0, "");
         print_tick(out, value, ticks.decimals);
         fputs("</text>", out);
     }
     fputs("</g>", out);
-}
-
-static void linear_y_ticks(const struct svg_plot *plot)
-{
-    FILE *out = plot->out;
-    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high,
-                                              (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
-    fputs("<path class=\"grid\" d=\"", out);
-    for (unsigned i = 0; i < ticks.count; i++)
-        fprintf(out, "M%.1f %.1fh%.1f", plot->left,
-                svg_y(plot, ticks.first + (double)i * ticks.step), plot->width);
-    fputs("\"/>", out);
-    if (!plot->y.ticks)
-        return;
-    fputs("<g class=\"tick\" text-anchor=\"end\">", out);
-    for (unsigned i = 0; i < ticks.count; i++) {
-        double value = ticks.first + (double)i * ticks.step;
-        fprintf(out, "<text x=\"%.1f\" y=\"%.1f\">", plot->left - 5.0, svg_y(plot, value) + 4.0);
-        print_tick(out, value, ticks.decimals);
-        fputs("</text>", out);
-    }
-    fputs("</g>", out);
-}
-
-static void x_axis(const struct svg_plot *plot)
-{
-    FILE *out = plot->out;
-    if (plot->log_x)
-        log_x_ticks(plot);
-    else
-        linear_x_ticks(plot);
-    if (plot->x.label) {
-        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">",
-                plot->left + plot->width / 2, plot->top + plot->height + 32.0);
-        html_text(out, plot->x.label);
-        fputs("</text>", out);
-    }
 }
 
 /* How far left of the axis its label stands: beyond the numbers, and inside the picture. */
 static double y_label_px(const struct svg_plot *plot)
 {
-    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high,
-                                              (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
+    struct svg_ticks ticks = ticks_of(plot, false);
     double widest = 0.0;
     for (unsigned i = 0; i < ticks.count && plot->y.ticks && !plot->log_y; i++) {
         char text[40];
@@ -256,27 +226,31 @@ static double y_label_px(const struct svg_plot *plot)
     return fmin(fmax(plot->log_y ? 46.0 : 40.0, widest + 10.0), plot->left - 11.0);
 }
 
-static void y_axis(const struct svg_plot *plot)
+static void axis(const struct svg_plot *plot, bool is_x)
 {
     FILE *out = plot->out;
-    if (plot->log_y)
-        log_y_ticks(plot);
+    const char *label = is_x ? plot->x.label : plot->y.label;
+    if (is_x ? plot->log_x : plot->log_y)
+        log_ticks(plot, is_x);
     else
-        linear_y_ticks(plot);
-    if (plot->y.label) {
-        fprintf(out,
-                "<text class=\"label\" text-anchor=\"middle\" transform=\"translate(%.1f %.1f) "
-                "rotate(-90)\">",
+        linear_ticks(plot, is_x);
+    if (!label)
+        return;
+    fputs("<text class=\"label\" text-anchor=\"middle\" ", out);
+    if (is_x)
+        fprintf(out, "x=\"%.1f\" y=\"%.1f\">", plot->left + plot->width / 2,
+                plot->top + plot->height + 32.0);
+    else
+        fprintf(out, "transform=\"translate(%.1f %.1f) rotate(-90)\">",
                 plot->left - y_label_px(plot), plot->top + plot->height / 2);
-        html_text(out, plot->y.label);
-        fputs("</text>", out);
-    }
+    html_text(out, label);
+    fputs("</text>", out);
 }
 
 void svg_axes(const struct svg_plot *plot)
 {
-    x_axis(plot);
-    y_axis(plot);
+    axis(plot, true);
+    axis(plot, false);
     fprintf(plot->out,
             "<rect class=\"frame\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n",
             plot->left, plot->top, plot->width, plot->height);

@@ -34,45 +34,28 @@ static enum mr_status switch_event(struct collector *collector, const struct sid
 
 /* Motion and its errors are two messages with the same block; the first is stored at once, the
  * second completes it. So are a zone and its lead. */
-static enum mr_status motion(struct collector *collector, struct side *side,
-                             const struct mr_message *m, struct error *error)
-{
-    struct store_motion *row = &side->motion;
-    if (m->place == MR_PLACE_MOTION) {
-        *row = store_blank_motion;
-        side->motion16 = m->block16;
-        collect_motion_row(row, &m->as.motion);
-    } else if (m->block16 == side->motion16) {
-        collect_motion_error_row(row, &m->as.motion_error);
-    } else {
-        return MR_OK;
+#define TWO_HALVES(name, NAME, second)                                                     \
+    static enum mr_status name(struct collector *collector, struct side *side,             \
+                               const struct mr_message *m, struct error *error)            \
+    {                                                                                      \
+        struct store_##name *row = &side->name;                                            \
+        if (m->place == MR_PLACE_##NAME) {                                                 \
+            *row = store_blank_##name;                                                     \
+            side->name##16 = m->block16;                                                   \
+            collect_##name##_row(row, &m->as.name);                                        \
+        } else if (m->block16 == side->name##16) {                                         \
+            collect_##second##_row(row, &m->as.second);                                    \
+        } else {                                                                           \
+            return MR_OK;                                                                  \
+        }                                                                                  \
+        row->block = collect_block(side, m);                                               \
+        row->links = collect_link_bit(side);                                               \
+        return side->current && row->block >= 0                                            \
+                 ? store_##name##_put(collector->store, side->current->row.id, row, error) \
+                 : MR_OK;                                                                  \
     }
-    row->block = collect_block(side, m);
-    row->links = collect_link_bit(side);
-    return side->current && row->block >= 0
-             ? store_motion_put(collector->store, side->current->row.id, row, error)
-             : MR_OK;
-}
-
-static enum mr_status zone(struct collector *collector, struct side *side,
-                           const struct mr_message *m, struct error *error)
-{
-    struct store_zone *row = &side->zone;
-    if (m->place == MR_PLACE_ZONE) {
-        *row = store_blank_zone;
-        side->zone16 = m->block16;
-        collect_zone_row(row, &m->as.zone);
-    } else if (m->block16 == side->zone16) {
-        collect_zone_lead_row(row, &m->as.zone_lead);
-    } else {
-        return MR_OK;
-    }
-    row->block = collect_block(side, m);
-    row->links = collect_link_bit(side);
-    return side->current && row->block >= 0
-             ? store_zone_put(collector->store, side->current->row.id, row, error)
-             : MR_OK;
-}
+TWO_HALVES(motion, MOTION, motion_error)
+TWO_HALVES(zone, ZONE, zone_lead)
 
 /* Touchdown and stop are of one row, and come in any order. */
 static enum mr_status result(struct collector *collector, const struct side *side,
