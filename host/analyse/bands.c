@@ -184,7 +184,7 @@ static void band_answer(const struct store_band *band, const struct measured *me
                                  band->most_lb,   band->most_error_lb, band->most_gage,
                                  band->most_block};
     double recovered = band->before_lb > 0.0 ? band->after_lb / band->before_lb : (double)NAN;
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, "band", "band", band->band);
     answer_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb,
                     band->before_error_lb, 1)
@@ -198,12 +198,11 @@ static void band_answer(const struct store_band *band, const struct measured *me
         ->digits = 7;
     answer_value(answer, "recovered", NULL, UNIT_NUMBER, recovered, 2)->digits = 5;
     answer_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
-    answer_close(answer);
 }
 
 static void event_answer(const struct store_band_event *event, struct answer *answer)
 {
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, "band", "band", event->band);
     answer_words(answer, "text", "finding", "%s", mr_band_reason_text((unsigned)event->reason));
     answer_count(answer, "gage", "at gage", event->gage);
@@ -211,12 +210,11 @@ static void event_answer(const struct store_band_event *event, struct answer *an
     answer_value(answer, "value", "by", UNIT_TENSION, event->value_lb, 1)->digits = 7;
     answer_count(answer, "reason", NULL, event->reason);
     answer_count(answer, "block", "in block", event->block);
-    answer_close(answer);
 }
 
 static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
 {
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, "gage", "gage", s->gage);
     answer_value(answer, "expected", "shunt", UNIT_TENSION, s->expected_lb, 2)->digits = 7;
     answer_value(answer, "span_before", "found before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
@@ -224,7 +222,6 @@ static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
     answer_value(answer, "drift", "drift", UNIT_TENSION, s->after_lb - s->before_lb, 2)->digits = 7;
     answer_words(answer, "before", "before", "%s", shunts_verdict_text(s->before_verdict));
     answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->after_verdict));
-    answer_close(answer);
 }
 
 void bands_answer(const struct bands_summary *bands, const struct measured *measured,

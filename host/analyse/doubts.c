@@ -188,12 +188,11 @@ void doubts_answer(const struct doubts *doubts, struct answer *answer)
     answer_flag(answer, "torn", NULL, doubts->torn);
     answer_table(answer, "strangers", NULL);
     for (size_t i = 0; told_at(doubts, i, &told); i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, "what", NULL, "%s", doubt_text(told.cause));
         answer_words(answer, "message", NULL, "%s", told.message ? told.message : "");
         answer_count(answer, "count", NULL, told.count);
         answer_flag(answer, "obeyed", NULL, told.obeyed);
-        answer_close(answer);
     }
     answer_close(answer);
     answer_close(answer);

@@ -1,4 +1,4 @@
-/* What people said of a landing: facts of a row for each, to be opened and closed by the caller. */
+/* What people said of a landing: the facts of a row for each. */
 #ifndef MATRIG_HOST_ANALYSE_JOURNAL_H
 #define MATRIG_HOST_ANALYSE_JOURNAL_H
 

@@ -126,13 +126,12 @@ static void channel_events_answer(const struct summary *summary, struct answer *
     answer_table(answer, "channel_events", NULL);
     for (size_t i = 0; i < summary->channel_events; i++) {
         const struct store_fault *event = &summary->channel_event[i];
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "channel", NULL, event->detail);
         answer_count(answer, "validity", NULL, event->code);
         answer_words(answer, "text", NULL, "%s", mr_validity_text((unsigned)event->code));
         answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, event), 3)
             ->digits = 9;
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -142,12 +141,11 @@ static void switch_events_answer(const struct summary *summary, struct answer *a
     answer_table(answer, "switch_events", NULL);
     for (size_t i = 0; i < summary->switch_events; i++) {
         const struct store_fault *event = &summary->switch_event[i];
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "switch", NULL, event->detail);
         answer_count(answer, "reason", NULL, event->code);
         answer_words(answer, "text", NULL, "%s", mr_switch_reason_text((unsigned)event->code));
         answer_count(answer, "count", NULL, event->count);
-        answer_close(answer);
     }
     answer_close(answer);
     for (size_t i = 0; i < summary->switch_events; i++) {
@@ -258,9 +256,8 @@ void summary_channels_answer(const struct measured *measured, enum mr_channel_ki
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (measured->channel[c].config.kind != kind)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         summary_channel_answer(measured, &measured->channel[c], answer);
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -283,12 +280,11 @@ static void faults_answer(const struct summary *summary, struct answer *answer)
     answer_table(answer, "faults", "faults");
     for (size_t i = 0; i < summary->faults; i++) {
         const struct store_fault *fault = &summary->fault[i];
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "code", NULL, fault->code);
         answer_words(answer, "text", "fault", "%s", mr_fault_text((unsigned)fault->code));
         answer_count(answer, "detail", "[detail]", fault->detail);
         answer_count(answer, "count", "times", fault->count);
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -318,12 +314,11 @@ static void source_answer(const struct measured *measured, struct answer *answer
     answer_words(answer, "source", NULL, "%s", measured_source_name(measured->source));
     answer_table(answer, "stretches", NULL);
     for (size_t i = 0; i < measured->stretches; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, "source", NULL, "%s",
                      measured_source_name(measured->stretch[i].source));
         answer_count(answer, "from_block", NULL, measured->stretch[i].from_block);
         answer_count(answer, "to_block", NULL, measured->stretch[i].to_block);
-        answer_close(answer);
     }
     answer_close(answer);
     answer_json_value(answer, "set_aside", measured_aside_json(measured));

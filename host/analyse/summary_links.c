@@ -103,7 +103,7 @@ static const char *gap_reason(const char *cause)
 
 static void gap_answer(const struct store_gap *gap, struct answer *answer)
 {
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
     answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
     answer_count(answer, "count", "count", gap->count);
@@ -113,7 +113,6 @@ static void gap_answer(const struct store_gap *gap, struct answer *answer)
     answer_words(answer, "cause", NULL, "%s", gap->cause);
     answer_count(answer, "from_block", "from block", gap->from_block);
     answer_count(answer, "to_block", "to block", gap->to_block);
-    answer_close(answer);
 }
 
 static void link_answer(const struct summary_link *link, int kind, struct answer *answer)

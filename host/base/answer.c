@@ -172,24 +172,56 @@ void answer_json_value(struct answer *answer, const char *name, json_t *json)
         json_decref(json);
 }
 
+static void open_group(struct answer *answer, enum answer_kind kind, const char *name,
+                       const char *label)
+{
+    add(answer, kind, name, label);
+    if (answer)
+        answer->rows &= ~(1ull << ++answer->depth);
+}
+
+static void close_group(struct answer *answer)
+{
+    add(answer, ANSWER_CLOSE, NULL, NULL);
+    if (answer)
+        answer->depth--;
+}
+
 void answer_open(struct answer *answer, const char *name, const char *label)
 {
-    add(answer, ANSWER_OPEN, name, label);
+    open_group(answer, ANSWER_OPEN, name, label);
 }
 
 void answer_list(struct answer *answer, const char *name, const char *label)
 {
-    add(answer, ANSWER_LIST, name, label);
+    open_group(answer, ANSWER_LIST, name, label);
 }
 
 void answer_table(struct answer *answer, const char *name, const char *label)
 {
-    add(answer, ANSWER_TABLE, name, label);
+    open_group(answer, ANSWER_TABLE, name, label);
+}
+
+/* What is open: a row, of the group around it. */
+static bool in_row(const struct answer *answer)
+{
+    return answer && answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
+}
+
+void answer_row(struct answer *answer)
+{
+    if (in_row(answer))
+        close_group(answer);
+    if (answer)
+        answer->rows |= 1ull << answer->depth;
+    open_group(answer, ANSWER_OPEN, NULL, NULL);
 }
 
 void answer_close(struct answer *answer)
 {
-    add(answer, ANSWER_CLOSE, NULL, NULL);
+    if (in_row(answer))
+        close_group(answer);
+    close_group(answer);
 }
 
 size_t answer_after(const struct answer *answer, size_t i)

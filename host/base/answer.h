@@ -76,11 +76,14 @@ void answer_json_value(struct answer *answer, const char *name, json_t *json);
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* An array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
-/* An array of objects, which people see as a table: rows are opened and closed in it, and labels of
+/* An array of objects, which people see as a table: each begins with answer_row, and labels of
  * their facts, also of those in groups, head its columns: each label once in a row. People do not
  * see a row without labels. A label that only some rows have stands after the one before it there.
  * `|` begins a new line of the head. What is too wide goes on below, the first column again. */
 void answer_table(struct answer *answer, const char *name, const char *label);
+/* A row of the table, or an object of the list, that is open: until the next one, or answer_close of
+ * the table. */
+void answer_row(struct answer *answer);
 void answer_close(struct answer *answer);
 
 /* False: memory had ended, or `out` cannot be written. */

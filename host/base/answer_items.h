@@ -38,6 +38,8 @@ struct answer {
     struct answer_item *item;
     size_t count;
     bool si, as_given, failed; /* failed: memory ended */
+    unsigned depth;            /* of groups that are open */
+    uint64_t rows;             /* bit d: the group at depth d has a row open, at depth d + 1 */
 };
 
 static inline bool answer_is_group(enum answer_kind kind)

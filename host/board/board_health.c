@@ -36,14 +36,13 @@ static void faults_answer(const struct healthtalk *talk, struct answer *answer)
                                                     : "";
         if (!fault->count)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "code", NULL, i);
         answer_words(answer, "text", "fault", "%s", mr_fault_text(i));
         answer_count(answer, "detail", "detail", fault->detail);
         answer_count(answer, "count", "times", fault->count);
         if (*which)
             answer_words(answer, NULL, "which", "%s", which);
-        answer_close(answer);
     }
     answer_close(answer);
 }

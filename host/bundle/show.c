@@ -71,7 +71,7 @@ static void parts_answer(const struct bundle_check *check, const bool saved[BUND
     answer_list(answer, "parts", NULL);
     for (size_t i = 0; i < check->parts; i++) {
         const struct bundle_part *part = &check->part[i];
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, "name", NULL, "%s", part->name);
         answer_words(answer, "kind", NULL, "%s", part->kind);
         answer_words(answer, "state", NULL, "%s", states[part->state]);
@@ -81,7 +81,6 @@ static void parts_answer(const struct bundle_check *check, const bool saved[BUND
             answer_words(answer, "why", NULL, "%s", part->why);
         if (saved)
             answer_flag(answer, "saved", NULL, was_saved(part, saved));
-        answer_close(answer);
     }
     answer_close(answer);
     for (size_t i = 0; i < check->parts; i++) {

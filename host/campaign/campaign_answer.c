@@ -51,7 +51,7 @@ static void add_landing(struct answer *answer, const struct campaign *c,
                         const struct campaign_landing_summary *s, size_t number)
 {
     bool shown = s->played > 0;
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
     answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->played);
     add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
@@ -72,7 +72,6 @@ static void add_landing(struct answer *answer, const struct campaign *c,
         answer_words(answer, NULL, "before it", "modified");
     answer_json_value(answer, "movement_in", spreads_json(s->movement_in, c->station_count));
     answer_json_value(answer, "total_in", spreads_json(s->total_in, c->station_count));
-    answer_close(answer);
 }
 
 static void add_stations(struct answer *answer, const struct campaign *c,
@@ -85,7 +84,7 @@ static void add_stations(struct answer *answer, const struct campaign *c,
              station->text);
     answer_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s->landing[i].played > 0; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
         for (size_t k = 0; k < c->station_count; k++) {
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
@@ -93,7 +92,6 @@ static void add_stations(struct answer *answer, const struct campaign *c,
                          movement->factor * s->landing[i].total_in[k].middle,
                          unit_decimals(UNIT_DISPLACEMENT, answer_in_si(answer), 2));
         }
-        answer_close(answer);
     }
     answer_close(answer);
 }

@@ -52,9 +52,8 @@ static int list(const struct request *request, const struct boxtalk *talk)
     answer_value(answer, "wait", NULL, UNIT_TIME, (double)talk->state.wait_s, 1);
     answer_table(answer, "records", "");
     for (size_t i = 0; i < talk->count; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         record_answer(&talk->records[i], answer);
-        answer_close(answer);
     }
     answer_close(answer);
     return answer_show(request->cli, answer, 0);

@@ -73,13 +73,12 @@ static int tell(const struct request *r, const struct calibrate_points *points,
     answer_count(answer, "table_points", NULL, channel->points);
     answer_table(answer, "points", "");
     for (size_t i = 0; i < points->count; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_value(answer, "value", unit, UNIT_NUMBER, points->point[i].value, 4)->digits = 8;
         answer_value(answer, "code", "codes", UNIT_NUMBER, points->point[i].code, 3)->digits = 9;
         answer_value(answer, "residual", "residual", UNIT_NUMBER, fit->residual[i], 5)->plus = true;
         if (i == fit->worst_point)
             answer_words(answer, NULL, " ", "worst");
-        answer_close(answer);
     }
     answer_close(answer);
     answer_words_or_none(answer, "file", r->output ? "written to" : NULL, r->output, NULL);

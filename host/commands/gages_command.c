@@ -20,7 +20,7 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
     for (unsigned i = 0; i < talk->shunts.count; i++) {
         const struct mr_shunt_result *r = &talk->shunts.result[i];
         const struct mr_shunt_check *c = &talk->shunts.check[i];
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "gage", "gage", r->gage);
         answer_value(answer, "span", "found", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
         answer_value(answer, "expected", "of", UNIT_TENSION, (double)c->expected_lb, 2);
@@ -30,7 +30,6 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
         answer_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)->plus =
             true;
         answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -48,7 +47,7 @@ static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
     for (unsigned i = 0; i < talk->zeros; i++) {
         const struct mr_zero_result *z = &talk->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
                      tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
         answer_count(answer, "channel", NULL, z->index);
@@ -57,7 +56,6 @@ static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
         answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes,
                      2);
         answer_words(answer, "verdict", "verdict", "%s", zero_text(z->verdict));
-        answer_close(answer);
     }
     answer_close(answer);
 }

@@ -181,16 +181,14 @@ static void journal_answer(const struct journal *j, struct answer *answer)
     answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
     answer_table(answer, "observations", "waves and breaks");
     for (size_t i = 0; i < j->observations; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         journal_observation_answer(&j->observation[i], answer);
-        answer_close(answer);
     }
     answer_close(answer);
     answer_table(answer, "changes", "notes and corrections");
     for (size_t i = 0; i < j->changes; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         journal_change_answer(&j->change[i], answer);
-        answer_close(answer);
     }
     answer_close(answer);
     answer_close(answer);

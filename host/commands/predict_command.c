@@ -138,7 +138,7 @@ static void tell(const struct predict *predict, double t_s, const struct mr_pred
                  struct answer *answer)
 {
     const bool si = answer_in_si(answer); /* to a newton and a tenth of a metre: the columns fit */
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_value(answer, "t", "time", UNIT_TIME, t_s, 3)->digits = DIGITS;
     answer_value(answer, "wheel", "wheel", UNIT_STATION, (double)predict->predictor.wheel_ft, 1)
         ->digits = DIGITS;
@@ -162,7 +162,6 @@ static void tell(const struct predict *predict, double t_s, const struct mr_pred
                                                                          : "");
     answer_count(answer, "level", NULL, zone->level);
     answer_count(answer, "basis", NULL, zone->basis);
-    answer_close(answer);
 }
 
 /* All blocks from arming on; the block of the first warning, STORE_NONE: none. Looks fall into the

@@ -72,14 +72,13 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
     answer_close(answer);
     answer_table(answer, NULL, "openings of ten joints in a row, from the first that is named on");
     for (unsigned s = 0; 10 * s <= state->mats; s += ACROSS) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, NULL, "joint", 10 * s + 1);
         for (unsigned i = 0; i < ACROSS && 10 * (s + i) <= state->mats; i++) {
             char label[12];
             snprintf(label, sizeof label, "+%u", 10 * i);
             answer_value(answer, NULL, label, UNIT_DISPLACEMENT, sum_in(state, s + i), 4);
         }
-        answer_close(answer);
     }
     answer_close(answer);
     return answer_show(cli, answer, 0);

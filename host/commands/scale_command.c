@@ -52,14 +52,13 @@ static int show_ratios(const struct scale_request *request, const struct cli *cl
         const struct mr_quantity *quantity = &mr_quantities[i];
         char power[16];
         power_text(mr_similitude_half_powers(request->rule, quantity->dimension), power);
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, "name", "quantity", "%s", quantity->name);
         answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
         answer_words(answer, "power", "power", "%s", power);
         answer_value(answer, "ratio", "ratio", UNIT_NUMBER,
                      mr_similitude_ratio(request->rule, request->n, quantity->dimension), -6)
             ->digits = 12;
-        answer_close(answer);
     }
     answer_close(answer);
     return answer_show(cli, answer, 0);

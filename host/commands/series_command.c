@@ -30,7 +30,7 @@ static enum mr_status list_series(struct store *store, const struct cli *cli, st
             its += of.id == rows[i].id;
         }
         survey_time_text(rows[i].made_us, when, sizeof when);
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, "name", "series", "%s", rows[i].name);
         answer_words(answer, "begun", "begun", "%s", when);
         answer_words_or_none(answer, "runway", "runway", rows[i].runway, "-");
@@ -40,7 +40,6 @@ static enum mr_status list_series(struct store *store, const struct cli *cli, st
         if (rows[i].notes[0])
             answer_words(answer, NULL, "notes", "%s", rows[i].notes);
         answer_words_or_none(answer, "who", NULL, rows[i].who, "-");
-        answer_close(answer);
     }
     answer_close(answer);
     free(rows);

@@ -384,7 +384,7 @@ static int list(const struct request *request, struct store *store)
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
         status = survey_get(store, rows[i].id, &survey, &error);
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "survey", "survey", rows[i].id);
         answer_words(answer, "begun", "begun", "%s", when);
         answer_words(answer, "pattern", "pattern", "%s", rows[i].pattern);
@@ -396,7 +396,6 @@ static int list(const struct request *request, struct store *store)
                      : rows[i].note[0] ? "goes on; "
                                        : "goes on",
                      rows[i].note);
-        answer_close(answer);
     }
     answer_close(answer);
     free(rows);

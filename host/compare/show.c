@@ -30,7 +30,7 @@ static void peak_time(struct answer *answer, bool is_measured, const struct sign
 static void channel_answer(const struct compare_channel *c, struct answer *answer)
 {
     const struct signal_figures *f = &c->f;
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, "number", "no", c->number);
     answer_flag(answer, "compared", NULL, c->compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
@@ -70,7 +70,6 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
         answer_value(answer, "alignment", "alignment's|part", UNIT_DISPLACEMENT, c->alignment_in,
                      4);
     }
-    answer_close(answer);
 }
 
 /* An error is that of the readings that there are: it does not know of a peak that fell between
@@ -166,14 +165,13 @@ void compare_zones_answer(const struct compare_zones *zones, struct answer *answ
         answer_value(answer, "wheel", "wheel at", UNIT_STATION, m->wheel_ft, 1);
         answer_table(answer, NULL, "");
         for (size_t source = 0; source < COMPARE_SOURCES; source++) {
-            answer_open(answer, NULL, NULL);
+            answer_row(answer);
             answer_words(answer, NULL, "as", "%s", names[source]);
             zone_answer(names[source], &m->zone[source], answer);
             if (source == COMPARE_BOARD)
                 overlap_answer("overlap_board", &m->board, answer);
             else if (source == COMPARE_SIMULATED)
                 overlap_answer("overlap_simulated", &m->simulated, answer);
-            answer_close(answer);
         }
         answer_close(answer);
         answer_close(answer);
@@ -286,7 +284,7 @@ static void landing_row(const struct compare_series_landing *landing, struct ans
     const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false),
                                      *rest = compare_moment_of(&figures->zones, true);
     const struct compare_mean mean = compare_mean_of(figures);
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
     if (landing->compared) {
         answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, figures->channels);
@@ -304,7 +302,6 @@ static void landing_row(const struct compare_series_landing *landing, struct ans
                      : landing->verdict.failed     ? "FAIL"
                                                    : "pass");
     }
-    answer_close(answer);
 }
 
 static void landings_answer(const struct compare_series *set, struct answer *answer)
@@ -312,14 +309,13 @@ static void landings_answer(const struct compare_series *set, struct answer *ans
     answer_list(answer, "landings", NULL);
     for (size_t i = 0; i < set->count; i++) {
         const struct compare_series_landing *l = &set->landing[i];
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         if (l->compared)
             compare_answer(&l->figures, &l->verdict, answer);
         else
             answer_count(answer, "run", NULL, l->run);
         if (!l->compared)
             answer_words(answer, "not_compared", NULL, "%s", l->why);
-        answer_close(answer);
     }
     answer_close(answer);
     for (size_t i = 0; i < set->count; i++) {
@@ -339,13 +335,12 @@ static void channels_answer(const struct compare_series *set, struct answer *ans
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
         if (set->channel[c].landings == 0)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, "number", "no", set->channel[c].number);
         answer_value(answer, "station", "at", UNIT_STATION, set->channel[c].station_ft, 1);
         answer_count(answer, "landings", "landings", (int64_t)set->channel[c].landings);
         answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, set->channel[c].bias_in, 4);
         answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, set->channel[c].rms_in, 4);
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -366,7 +361,7 @@ static void moved_answer(const struct compare_moved *moved, struct answer *answe
         answer_words(answer, NULL, "not compared", "a landing between them was not simulated");
     answer_table(answer, "points", "");
     for (size_t p = 0; p < SURVEY_POINTS && moved->simulated; p++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_value(answer, "station", "at", UNIT_STATION, (double)p * SURVEY_SPAN_FT, 1);
         answer_estimate(answer, "measured", "measured", UNIT_DISPLACEMENT,
                         moved->point[p].measured_in, moved->point[p].error_in, 4);
@@ -376,7 +371,6 @@ static void moved_answer(const struct compare_moved *moved, struct answer *answe
                      moved->point[p].spread_in, 4);
         answer_value(answer, NULL, "difference", UNIT_DISPLACEMENT,
                      moved->point[p].measured_in - moved->point[p].simulated_in, 4);
-        answer_close(answer);
     }
     answer_close(answer);
     answer_close(answer);

@@ -418,7 +418,7 @@ static void row_answer(const struct diff_row *row, struct answer *answer)
 {
     bool differs = row->differ + row->only_recorded + row->only_replayed > 0;
     char text[300];
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
     answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
     answer_count(answer, "compared", differs ? "compared" : NULL, row->pairs);
@@ -431,7 +431,6 @@ static void row_answer(const struct diff_row *row, struct answer *answer)
         difference_text(&row->first, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
-    answer_close(answer);
 }
 
 static void uncompared(struct answer *answer, const char *name, int64_t messages, const char *label,

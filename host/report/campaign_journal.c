@@ -20,7 +20,7 @@ static enum mr_status series_answer(struct store *store, const struct store_land
     if (status != MR_OK || (!series.name[0] && !series.pattern[0] && !series.runway[0] &&
                             !series.modification[0] && !is_void && !recalibrated))
         return status;
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->id);
     answer_count(answer, NULL, "landing", landing->board_landing);
     answer_words(answer, NULL, "series", "%s", series.name);
@@ -32,7 +32,6 @@ static enum mr_status series_answer(struct store *store, const struct store_land
     else
         answer_words(answer, NULL, "counts",
                      recalibrated ? "yes; with a corrected calibration" : "yes");
-    answer_close(answer);
     return status;
 }
 
@@ -45,10 +44,9 @@ static enum mr_status observations_answer(struct store *store, const struct stor
     for (size_t i = 0; i < count; i++) {
         if (rows[i].withdrawn)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, NULL, "RUN", landing->id);
         journal_observation_answer(&rows[i], answer);
-        answer_close(answer);
     }
     free(rows);
     return status;
@@ -61,10 +59,9 @@ static enum mr_status changes_answer(struct store *store, const struct store_lan
     size_t count = 0;
     enum mr_status status = store_changes(store, landing->id, &rows, &count, error);
     for (size_t i = 0; i < count; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, NULL, "RUN", landing->id);
         journal_change_answer(&rows[i], answer);
-        answer_close(answer);
     }
     free(rows);
     return status;

@@ -20,13 +20,12 @@ static void movements_answer(const struct report_landing *landing, struct answer
             row = landing->simulation[i].number == number ? &landing->simulation[i] : row;
         if (c < 0)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         summary_channel_answer(measured, &measured->channel[c], answer);
         answer_estimate(answer, NULL, "peak simulated", UNIT_DISPLACEMENT, row->peak_simulated_in,
                         row->peak_simulated_error_in, 4);
         answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, row->rms_in, 4);
         answer_value(answer, NULL, "end simulated", UNIT_DISPLACEMENT, row->end_simulated_in, 4);
-        answer_close(answer);
     }
     answer_close(answer);
 }

@@ -52,11 +52,10 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
             int mat = sim_shown_mat(scene, i);
             if (every > 1 && (mat - 1) % every != 0)
                 continue;
-            answer_open(answer, NULL, NULL);
+            answer_row(answer);
             answer_count(answer, NULL, "mat", mat);
             answer_value(answer, NULL, "station", UNIT_STATION, (mat - 1) * scene->length_ft, 2);
             answer_value(answer, NULL, "movement", UNIT_MOVEMENT, result->outputs[k].u_ft[mat], 6);
-            answer_close(answer);
         }
         answer_close(answer);
     }

@@ -37,7 +37,7 @@ static void add_run(struct answer *answer, const struct error_study *study,
                     const struct error_run *run)
 {
     bool fixed = run->dt_s > 0.0;
-    answer_open(answer, NULL, NULL);
+    answer_row(answer);
     answer_words(answer, "solver", "solver", "%s", run->solver);
     answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e",
                  fixed ? run->dt_s : run->rtol);
@@ -60,7 +60,6 @@ static void add_run(struct answer *answer, const struct error_study *study,
                  or_null(run->status == SIM_OK && study->lifts, run->max_lift_ft), 0)
         ->digits = 9;
     answer_flag(answer, "beyond_limit", NULL, run->beyond);
-    answer_close(answer);
 }
 
 static void add_runs(struct answer *answer, const struct error_study *study)
@@ -128,7 +127,7 @@ static void add_cheapest(struct answer *answer, const struct error_study *study)
     answer_list(answer, "cheapest", NULL);
     for (size_t i = 0; i < error_level_count; i++) {
         const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[i]);
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_value(answer, study->lifts ? "err_lift" : "err_u", NULL, UNIT_NUMBER,
                      error_levels_ft[i], 0);
         if (run) {
@@ -139,7 +138,6 @@ static void add_cheapest(struct answer *answer, const struct error_study *study)
             answer_value(answer, "run_ms", NULL, UNIT_NUMBER, run->ms, 0);
         } else
             answer_none(answer, "solver", NULL, NULL);
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -154,7 +152,7 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
                               : "least ms for an error of u of at most (fixed steps: of the step "
                                 "and both its neighbours)");
     for (size_t i = 0; i <= count; i++) {
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
         for (size_t k = 0; k < error_level_count; k++) {
             const struct error_run *run = error_study_cheapest(study, i < count ? names[i] : NULL,
@@ -166,7 +164,6 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
             else
                 answer_words(answer, NULL, level, "%s", run ? run->solver : "none");
         }
-        answer_close(answer);
     }
     answer_close(answer);
 }

@@ -68,7 +68,7 @@ static void spans(const struct survey *survey, const struct survey_found *found,
             any |= !isnan(survey->readings.gap_in[line][k]);
         if (!any)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             double gap_in = (changed ? found->since_previous.change.gap_in
@@ -78,7 +78,6 @@ static void spans(const struct survey *survey, const struct survey_found *found,
         }
         answer_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT,
                         found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
-        answer_close(answer);
     }
     answer_close(answer);
     if (changed)
@@ -96,7 +95,7 @@ static void stations(const struct survey_found *found, struct answer *answer)
             double error_in = found->since_previous.station_error_in;
             if (isnan(moved_in) && isnan(away_in))
                 continue;
-            answer_open(answer, NULL, NULL);
+            answer_row(answer);
             answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_STATION_FT * s, 1);
             answer_words(answer, NULL, "of", "%s", line_names[line]);
             answer_estimate(answer, NULL, "downfield", UNIT_DISPLACEMENT, moved_in, error_in, 3)
@@ -104,7 +103,6 @@ static void stations(const struct survey_found *found, struct answer *answer)
             if (!isnan(away_in))
                 answer_estimate(answer, NULL, "across", UNIT_DISPLACEMENT, away_in, error_in, 3)
                     ->plus = true;
-            answer_close(answer);
         }
     }
     answer_close(answer);
@@ -119,13 +117,12 @@ static void diagonals(const struct survey_found *found, struct answer *answer)
             any |= !isnan(found->since_previous.change.diagonal_in[line][k]);
         if (!any)
             continue;
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_count(answer, NULL, "ten mats", k + 1);
         for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
             answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
                          found->since_previous.change.diagonal_in[line][k], 4)
                 ->plus = true;
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -137,7 +134,7 @@ static void movement(const struct survey_found *found, struct answer *answer)
                  "movement downfield since the survey before, and bow since the first");
     for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.moved[line][k];
@@ -147,7 +144,6 @@ static void movement(const struct survey_found *found, struct answer *answer)
         }
         answer_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in, 3)
             ->plus = true;
-        answer_close(answer);
     }
     answer_close(answer);
 }

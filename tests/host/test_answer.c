@@ -124,6 +124,37 @@ static void programs_get_values_as_they_are_given(void **unused)
     }
 }
 
+/* A row ends where the next one begins, or its table; groups and tables in a row do not end it. */
+static void rows_end_by_themselves(void **state)
+{
+    (void)state;
+    struct answer *answer = answer_new(false);
+    answer_list(answer, "landings", NULL);
+    for (int landing = 0; landing < 2; landing++) {
+        answer_row(answer);
+        answer_open(answer, "wheel", NULL);
+        answer_count(answer, "at", NULL, landing);
+        answer_close(answer);
+        answer_table(answer, "zones", NULL);
+        for (int zone = 0; zone < landing + 1; zone++) {
+            answer_row(answer);
+            answer_count(answer, "mats", NULL, zone);
+        }
+        answer_close(answer);
+        answer_count(answer, "run", NULL, landing + 1);
+    }
+    answer_close(answer);
+    answer_table(answer, "none", NULL);
+    answer_close(answer);
+    answer_count(answer, "last", NULL, 9);
+    expect_json(answer, "{\"landings\":[{\"wheel\":{\"at\":0},\"zones\":[{\"mats\":0}],\"run\":1},"
+                        "{\"wheel\":{\"at\":1},\"zones\":[{\"mats\":0},{\"mats\":1}],\"run\":2}],"
+                        "\"none\":[],\"last\":9}");
+    answer_free(answer);
+    answer_row(NULL); /* when memory has ended */
+    answer_close(NULL);
+}
+
 static struct answer *channels(size_t columns)
 {
     struct answer *answer = answer_new(false);
@@ -331,6 +362,7 @@ int main(void)
         cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
         cmocka_unit_test(no_answer_is_no_crash),
         cmocka_unit_test(programs_get_values_as_they_are_given),
+        cmocka_unit_test(rows_end_by_themselves),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -254,7 +254,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
     for (size_t i = 0; i < count; i++) {
         const char *unit;
         double factor = shown_unit(row[i].key, si, &unit);
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, "name", NULL, "%s", fit_names[row[i].key].key);
         answer_words(answer, NULL, "parameter", "%-5s %s", fit_names[row[i].key].key,
                      fit_names[row[i].key].words);
@@ -269,7 +269,6 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
                      row[i].narrowed, 2)
             ->digits = 4;
         answer_value(answer, "bias_of_prior", NULL, UNIT_NUMBER, fit->bias[i], 2)->digits = 4;
-        answer_close(answer);
     }
     answer_close(answer);
 }
@@ -288,7 +287,7 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
     answer_table(answer, NULL, "correlation of the estimates");
     for (size_t i = 0; i < count; i++) {
         json_t *row = json_array(), *information = json_array();
-        answer_open(answer, NULL, NULL);
+        answer_row(answer);
         answer_words(answer, NULL, "of", "%s", fit_names[key[i]].key);
         for (size_t k = 0; k < count; k++) {
             answer_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER, correlation(fit, i, k),
@@ -296,7 +295,6 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
             json_array_append_new(row, cli_json_number(correlation(fit, i, k), 6));
             json_array_append_new(information, cli_json_number(fit->information[i][k], 6));
         }
-        answer_close(answer);
         json_array_append_new(correlations, row);
         json_array_append_new(informations, information);
     }
@@ -314,7 +312,7 @@ static void add_residuals(struct answer *answer, const struct fit_landings *list
         for (size_t w = 0; w < landing->windows; w++) {
             const struct fit_window *window = &landing->window[w];
             size_t s = landing->first + w;
-            answer_open(answer, NULL, NULL);
+            answer_row(answer);
             answer_count(answer, "run", NULL, landing->run);
             answer_words(answer, "statistic", NULL, "%s", window->name);
             answer_value(answer, "measured", NULL, UNIT_NUMBER, list->measured[s], 3);
@@ -323,7 +321,6 @@ static void add_residuals(struct answer *answer, const struct fit_landings *list
                 ->digits = 4;
             if (window->channel != SIZE_MAX)
                 answer_count(answer, "transducer", NULL, landing->channel[window->channel].number);
-            answer_close(answer);
         }
     }
     answer_close(answer);
