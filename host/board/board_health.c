@@ -7,22 +7,14 @@
 #include "host/board/healthtalk.h"
 #include "host/board/image_symbols.h"
 
-static const char *const brown_out[] = {"off", "2.2 V", "2.5 V", "2.8 V"};
-
-static const char *brown_out_text(unsigned level)
-{
-    return level < sizeof brown_out / sizeof brown_out[0] ? brown_out[level] : "unknown";
-}
-
 static void cause_text(unsigned cause, char *out, size_t size)
 {
-    static const char *const names[] = {"power",    "pin",       "software",
-                                        "watchdog", "low power", "brown-out"};
     size_t n = 0;
     out[0] = '\0';
-    for (unsigned i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (cause >> i & 1u && n < size)
-            n += (size_t)snprintf(out + n, size - n, "%s%s", n ? ", " : "", names[i]);
+    for (unsigned bit = MR_RESET_POWER; bit <= MR_RESET_BROWN_OUT; bit <<= 1) {
+        if (cause & bit && n < size)
+            n += (size_t)snprintf(out + n, size - n, "%s%s", n ? ", " : "",
+                                  mr_reset_cause_text(bit));
     }
 }
 
@@ -65,7 +57,8 @@ static void health_answer(const struct healthtalk *talk, const struct mr_symbols
                      "%s did not run in its time; the processor was at %s",
                      mr_task_text(talk->restarts.late_task), text);
     }
-    answer_words(answer, "brown_out", "brown-out", "%s", brown_out_text(talk->restarts.brown_out));
+    answer_words(answer, "brown_out", "brown-out", "%s",
+                 mr_brown_out_text(talk->restarts.brown_out));
     answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end =
         " bytes at most";
     answer_count(answer, "stack_size", "stack", talk->upkeep.stack_size)->end = " bytes";

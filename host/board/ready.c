@@ -109,14 +109,13 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
                "try again; is the serial link sound?");
         return;
     }
-    static const char *const sources[] = {"built in", "copy A", "copy B"};
-    unsigned source = f->config_state.source < 3 ? f->config_state.source : 0;
     enum ready_verdict verdict = !compared               ? READY_NOT_DONE
                                : wanted == f->config_crc ? READY_GO
                                                          : READY_NO_GO;
-    struct ready_check *c = ready_add(report, verdict, "configuration", "CRC %08x, revision %u, %s",
-                                      (unsigned)f->config_crc, (unsigned)f->config.site[0].revision,
-                                      f->config_state_known ? sources[source] : "source not told");
+    struct ready_check *c = ready_add(
+        report, verdict, "configuration", "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
+        (unsigned)f->config.site[0].revision,
+        f->config_state_known ? mr_config_source_text(f->config_state.source) : "source not told");
     if (f->crc_expected)
         snprintf(c->limit, sizeof c->limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)
@@ -132,11 +131,9 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
 
 static void judge_clock(const struct ready_facts *f, struct ready_report *report)
 {
-    static const char *const sources[] = {"crystal", "internal oscillator and PLL",
-                                          "internal oscillator alone"};
     unsigned source = f->identity.hello.clock_source;
     struct ready_check *c = ready_add(report, source == 0 ? READY_GO : READY_NO_GO, "clock", "%s",
-                                      source < 3 ? sources[source] : "unknown");
+                                      mr_clock_source_text(source));
     limit(c, "crystal");
     advise(c, "speeds are 1 % uncertain, CAN is silent: reset the board; change its crystal");
     const struct timemap_fit *t = &f->time;
@@ -361,8 +358,6 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
 
 static void judge_box(const struct ready_facts *f, struct ready_report *report)
 {
-    static const char *const states[] = {"no memory answers", "being looked through", "ready",
-                                         "recording",         "closing a record",     "failed"};
     struct ready_check *c;
     if (f->config_known && !f->config.site[0].black_box) {
         advise(ready_add(report, READY_NOT_DONE, "black box", "none, by the configuration"), "");
@@ -373,7 +368,8 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
                "try again; is the serial link sound?");
         return;
     }
-    const char *state = f->box.state < 6 ? states[f->box.state] : "unknown";
+    const char *state = f->box.state == MR_BOX_MISSING ? "no memory answers"
+                                                       : mr_box_condition_text(f->box.state);
     bool good = f->box.state == MR_BOX_READY && f->box.wait_s == 0.0f;
     char wait[60] = "";
     if (isnan(f->box.wait_s))

@@ -27,7 +27,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
         talk->said_hello = true;
     } else if (message->id == MR_ID_RUNWAY_STORE) {
         talk->stored_known |= mr_runway_store_get(&talk->stored, bytes, length) == MR_OK;
-        talk->looked = talk->stored_known && talk->stored.copy_a != RUNWAYTALK_NOT_READ_YET;
+        talk->looked = talk->stored_known && talk->stored.copy_a != MR_RUNWAY_UNREAD;
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
         talk->state = (struct mr_predictor_state){
             .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};

@@ -6,8 +6,6 @@
 #include "common/runway.h"
 #include "host/board/dialogue.h"
 
-#define RUNWAYTALK_NOT_READ_YET 253 /* a copy, of the message runway_store */
-
 struct runwaytalk {
     struct dialogue *dialogue;
     bool said_hello, stored_known, looked, whole;

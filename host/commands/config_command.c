@@ -25,12 +25,6 @@ struct session {
     uint32_t crc;
 };
 
-static const char *source_text(unsigned source)
-{
-    static const char *const text[] = {"built in", "copy A", "copy B"};
-    return source < sizeof text / sizeof text[0] ? text[source] : "unknown";
-}
-
 static const char *copy_text(unsigned copy)
 {
     return copy == 0   ? "whole"
@@ -87,13 +81,14 @@ static int get(const struct request *request, struct error *error)
         if (request->cli->json)
             exit_code = cli_print_json(
                 json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision,
-                          "crc", (json_int_t)session.crc, "source", source_text(state->source),
-                          "copy_a", copy_text(state->copy_a), "copy_b", copy_text(state->copy_b),
-                          "text", text),
+                          "crc", (json_int_t)session.crc, "source",
+                          mr_config_source_text(state->source), "copy_a", copy_text(state->copy_a),
+                          "copy_b", copy_text(state->copy_b), "text", text),
                 0);
         else if (request->output)
             printf("%s: revision %u, CRC %08x, %s\n", request->output,
-                   session.config.site[0].revision, session.crc, source_text(state->source));
+                   session.config.site[0].revision, session.crc,
+                   mr_config_source_text(state->source));
         else
             fputs(text, stdout);
     } else {

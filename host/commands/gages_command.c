@@ -34,13 +34,6 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static const char *zero_text(unsigned verdict)
-{
-    static const char *const text[] = {"good", "not valid", "it moves",
-                                       "far from the configured zero: is its band tensioned?"};
-    return verdict < 4 ? text[verdict] : "unknown";
-}
-
 static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
 {
     answer_table(answer, "zeros", "");
@@ -55,7 +48,7 @@ static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
             ->digits = 7;
         answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes,
                      2);
-        answer_words(answer, "verdict", "verdict", "%s", zero_text(z->verdict));
+        answer_words(answer, "verdict", "verdict", "%s", mr_zero_verdict_text(z->verdict));
     }
     answer_close(answer);
 }

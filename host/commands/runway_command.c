@@ -20,14 +20,8 @@
 
 static const char *copy_text(unsigned copy, char out[40])
 {
-    if (copy == 255)
-        return "blank";
-    if (copy == 254)
-        return "no memory";
-    if (copy == RUNWAYTALK_NOT_READ_YET)
-        return "not read yet";
-    if (copy == 0)
-        return "whole";
+    if (copy == MR_RUNWAY_WHOLE || copy >= MR_RUNWAY_UNREAD)
+        return mr_runway_copy_text(copy);
     snprintf(out, 40, "damaged (%s)", mr_status_text((enum mr_status) - (int)copy));
     return out;
 }
