@@ -5,10 +5,10 @@
 #include <math.h>
 #include <poll.h>
 #include <string.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "host/link/diagnose.h"
+#include "host/base/steady.h"
 
 #define SERIAL_BYTES 16384u
 #define CAN_FRAMES   64 /* of one turn */
@@ -16,16 +16,9 @@
 
 /* ---- links ---- */
 
-static double monotonic_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial)
 {
-    *dialogue = (struct dialogue){.now_s = monotonic_s,
+    *dialogue = (struct dialogue){.now_s = steady_s,
                                   .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
     dialogue->kind = serial ? LINK_SERIAL : LINK_CAN;
     dialogue->tag = (uint16_t)(link_now_us() / 1000u); /* not that of who else asks */

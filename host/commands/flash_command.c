@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "host/base/answer.h"
@@ -12,6 +11,7 @@
 #include "host/flash/flash.h"
 #include "host/link/diagnose.h"
 #include "host/link/tty.h"
+#include "host/base/steady.h"
 
 #define BAUD_LEAST    9600.0
 #define BAUD_MOST     460800.0
@@ -40,13 +40,6 @@ struct session {
     unsigned told_quarter[3]; /* and the quarter that the lines came to */
 };
 
-static uint64_t now_us(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
-}
-
 /* ---- the line to the boot ROM is a link ---- */
 
 static enum mr_status line_send(void *context, const uint8_t *bytes, size_t count,
@@ -61,7 +54,7 @@ static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeou
 {
     struct session *session = context;
     struct link *link = dialogue_link(&session->dialogue);
-    uint64_t host_us, until_us = now_us() + 1000u * timeout_ms;
+    uint64_t host_us, until_us = steady_us() + 1000u * timeout_ms;
     while (session->start == session->end) {
         enum mr_status status = link_receive_bytes(
             link, session->received, sizeof session->received, &session->end, &host_us, error);
@@ -80,7 +73,7 @@ static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeou
                 error, MR_IO,
                 "the device went away: %s; plug it in and run it again: it goes on where it was",
                 session->spec);
-        uint64_t now = now_us();
+        uint64_t now = steady_us();
         if (now >= until_us)
             return MR_TIMEOUT;
         struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};

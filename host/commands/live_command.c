@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <sys/ioctl.h>
 #include <sys/signalfd.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "host/commands/commands.h"
@@ -14,6 +13,7 @@
 #include "host/live/server.h"
 #include "host/live/terminal.h"
 #include "host/store/store_follow.h"
+#include "host/base/steady.h"
 
 #define LOOK_MS       25 /* between two looks into the database */
 /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
@@ -33,16 +33,9 @@ struct watch {
     struct live_hub *hub;
     struct live_server *server;
     bool terminal;
-    uint64_t shown_ms;
+    int64_t shown_ms;
     bool rang; /* for the warning that is on */
 };
-
-static uint64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000u + (uint64_t)now.tv_nsec / 1000000u;
-}
 
 static void take_frame(void *context, const struct store_frame *frame)
 {
@@ -121,9 +114,9 @@ static void show(struct watch *watch, struct live_model *model)
         return;
     live_hub_look(watch->hub, model);
     bool at_once = model->warning.on && !watch->rang;
-    if (!at_once && now_ms() - watch->shown_ms < (screen ? DRAW_MS : LINE_MS))
+    if (!at_once && steady_ms() - watch->shown_ms < (screen ? DRAW_MS : LINE_MS))
         return;
-    watch->shown_ms = now_ms();
+    watch->shown_ms = steady_ms();
     if (screen) {
         draw(watch, model);
     } else {
@@ -145,10 +138,10 @@ static enum mr_status run(struct watch *watch, double for_s, struct error *error
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};
     struct live_model *model = malloc(sizeof *model);
-    uint64_t until_ms = isinf(for_s) ? UINT64_MAX : now_ms() + (uint64_t)(1e3 * for_s);
+    int64_t until_ms = isinf(for_s) ? INT64_MAX : steady_ms() + (int64_t)(1e3 * for_s);
     enum mr_status status =
         model ? MR_OK : error_set(error, MR_FULL, "no memory: the live view; close other programs");
-    while (status == MR_OK && !ferror(stdout) && now_ms() < until_ms) {
+    while (status == MR_OK && !ferror(stdout) && steady_ms() < until_ms) {
         status = look(watch, error);
         if (status == MR_OK)
             show(watch, model);

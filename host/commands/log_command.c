@@ -14,6 +14,7 @@
 #include "host/link/diagnose.h"
 #include "host/log/logger.h"
 #include "host/base/output.h"
+#include "host/base/steady.h"
 
 #define CLOCK_JUMP_US  50000   /* within a turn; one that is slewed goes 500 ppm of it */
 #define TURN_US        250000u /* what is due is looked for at least this often */
@@ -26,7 +27,7 @@
  * from when on stamps are others. */
 static void watch_clock(struct logger *logger)
 {
-    int64_t ahead_us = (int64_t)(link_now_us() - logger_now_us());
+    int64_t ahead_us = (int64_t)(link_now_us() - steady_us());
     int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
     logger->clock_ahead_us = ahead_us;
     if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)
@@ -47,13 +48,13 @@ static void watch_clock(struct logger *logger)
 /* The campaign takes nothing for now. */
 static bool is_held(const struct logger *logger)
 {
-    return logger_now_us() < logger->again_us;
+    return steady_us() < logger->again_us;
 }
 
 /* How long nothing is due. */
 static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
 {
-    uint64_t now_us = logger_now_us(), until_us = now_us + TURN_US;
+    uint64_t now_us = steady_us(), until_us = now_us + TURN_US;
     if (logger->in_transaction && logger->begun_us + TRANSACTION_US < until_us)
         until_us = logger->begun_us + TRANSACTION_US;
     if (is_held(logger) && logger->again_us < until_us)
@@ -117,7 +118,7 @@ static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KI
 
 static enum mr_status collect(struct logger *logger, int signals, double for_s, struct error *error)
 {
-    uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : logger_now_us() + (uint64_t)(for_s * 1e6);
+    uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : steady_us() + (uint64_t)(for_s * 1e6);
     while (!logger->ended_by) {
         bool ready[LINK_KINDS] = {false, false};
         bool signalled = false;
@@ -143,7 +144,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
             logger->ended_by = "signal";
         else if (!logger->open[LINK_CAN] && !logger->open[LINK_SERIAL])
             logger->ended_by = "end";
-        else if (logger_now_us() >= deadline_us)
+        else if (steady_us() >= deadline_us)
             logger->ended_by = "time";
     }
     return MR_OK;

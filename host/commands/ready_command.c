@@ -17,6 +17,7 @@
 #include "host/commands/commands.h"
 #include "host/flash/imagefile.h"
 #include "host/store/store_readiness.h"
+#include "host/base/steady.h"
 
 /* of campaign, links and talk; the last order and saving take the rest of 20 s */
 #define LIMIT_S     16.0
@@ -47,13 +48,6 @@ static void note_signal(int number)
 {
     (void)number;
     interrupted = 1;
-}
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* ---- what the campaign and this computer say ---- */
@@ -165,14 +159,14 @@ static int ready(const struct request *request, struct ready_facts *f)
     struct readytalk *talk = calloc(1, sizeof *talk);
     struct ready_report *report = calloc(1, sizeof *report);
     int64_t made_us = (int64_t)link_now_us();
-    double begun_s = now_s();
+    double begun_s = steady_s();
     if (!talk || !report)
         abort();
     enum mr_status status = open_campaign(request, f, &store, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
     if (status == MR_OK) {
-        readytalk_begin(talk, &dialogue, f, LIMIT_S - (now_s() - begun_s));
+        readytalk_begin(talk, &dialogue, f, LIMIT_S - (steady_s() - begun_s));
         status = examine(request, store, talk, f, &error);
     }
     if (status == MR_OK)
@@ -180,7 +174,7 @@ static int ready(const struct request *request, struct ready_facts *f)
     if (status == MR_OK && f->hello && !f->database[0])
         status = readykept_save(store, &f->identity, "ready", report, f, made_us, &error);
     int exit_code = status == MR_OK
-                      ? tell(request, "ready", report, &f->identity, made_us, now_s() - begun_s)
+                      ? tell(request, "ready", report, &f->identity, made_us, steady_s() - begun_s)
                       : cli_fail(&error);
     /* no-go is of a board that was looked at */
     if (status == MR_OK && !f->hello && dialogue_no_hello(&dialogue, &error) != MR_OK)
@@ -324,13 +318,13 @@ static enum mr_status wanted_kinds(const char *of, bool wanted[WALK_KINDS], stru
 static enum mr_status go_along(struct readytalk *talk, struct walk *walk, double for_s,
                                struct error *error)
 {
-    double until_s = now_s() + for_s, renew_s = 0.0;
+    double until_s = steady_s() + for_s, renew_s = 0.0;
     /* of the board: one that is emulated is faster than the clock on the wall */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
     bool over = false;
-    while (status == MR_OK && !over && !interrupted && now_s() < until_s) {
-        if (now_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
+    while (status == MR_OK && !over && !interrupted && steady_s() < until_s) {
+        if (steady_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
             enum mr_status live = readytalk_live(talk, LIVE_S, error);
             if (error->status != MR_OK)
                 return error->status;
@@ -339,7 +333,7 @@ static enum mr_status go_along(struct readytalk *talk, struct walk *walk, double
                     error, live,
                     "the board does not let itself be walked (%s): %s; it must be idle",
                     mr_status_text(live), dialogue_spec(talk->dialogue));
-            renew_s = now_s() + RENEW_S;
+            renew_s = steady_s() + RENEW_S;
             renew_ms = talk->newest_clock + (uint32_t)(1000.0 * RENEW_S);
         }
         status = dialogue_turn(talk->dialogue, DIALOGUE_TURN_S, error);
@@ -389,7 +383,7 @@ static int walk_along(const struct request *request, struct ready_facts *f,
     struct walk *walk = calloc(1, sizeof *walk);
     struct ready_report *report = calloc(1, sizeof *report);
     int64_t made_us = (int64_t)link_now_us();
-    double begun_s = now_s();
+    double begun_s = steady_s();
     if (!talk || !walk || !report)
         abort();
     enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error);
@@ -427,7 +421,7 @@ static int walk_along(const struct request *request, struct ready_facts *f,
     if (status == MR_OK)
         status = readykept_save(store, &f->identity, "walk", report, NULL, made_us, &error);
     int exit_code = status == MR_OK
-                      ? tell(request, "walk", report, &f->identity, made_us, now_s() - begun_s)
+                      ? tell(request, "walk", report, &f->identity, made_us, steady_s() - begun_s)
                       : cli_fail(&error);
     dialogue_close(&dialogue);
     store_close(store);

@@ -19,6 +19,7 @@
 #include "common/wire.h"
 #include "host/link/can_control.h"
 #include "host/link/link_ops.h"
+#include "host/base/steady.h"
 
 /* A full bus of 1 Mbit/s brings up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes
  * of queue: this is more than half a second even when the kernel counts each twice. */
@@ -212,14 +213,14 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
 {
     struct can_frame raw = {.can_id = mr_get_u32(&bytes), .can_dlc = *bytes};
     struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
-    uint64_t until_us = link_monotonic_us() + SEND_WAIT_MS * 1000u;
+    uint64_t until_us = steady_us() + SEND_WAIT_MS * 1000u;
     (void)length;
     memcpy(raw.data, bytes + 4, sizeof raw.data);
     while (write(link->fd, &raw, sizeof raw) != (ssize_t)sizeof raw) {
         if (errno != EAGAIN && errno != EINTR && errno != ENOBUFS)
             return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show",
                              strerror(errno), link->spec);
-        if (link_monotonic_us() > until_us)
+        if (steady_us() > until_us)
             return error_set(error, MR_TIMEOUT,
                              "the bus takes nothing: %s; is the board on, and the bus terminated?",
                              link->spec);

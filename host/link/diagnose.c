@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "host/link/link_ops.h"
+#include "host/base/steady.h"
 
 const char *diagnosis_word(enum diagnosis diagnosis)
 {
@@ -122,7 +123,7 @@ enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
     struct link_counters counters;
     struct error away;
     link_heard(link, &counters, &away);
-    double since_s = (double)(link_monotonic_us() - counters.hearing.begun_us) / 1e6;
+    double since_s = (double)(steady_us() - counters.hearing.begun_us) / 1e6;
     if (away.status != MR_OK) {
         snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);
         return DIAGNOSIS_SILENT;

@@ -9,6 +9,7 @@
 
 #include "host/link/candump.h"
 #include "host/link/link_ops.h"
+#include "host/base/steady.h"
 
 static enum mr_status file_open(struct link *link, const char *path, struct error *error)
 {
@@ -121,7 +122,7 @@ static ssize_t paced_read(struct link *link, uint8_t *bytes, size_t size)
 static enum mr_status paced_receive_frame(struct link *link, struct link_frame *frame,
                                           struct error *error)
 {
-    uint64_t now_us = link_monotonic_us();
+    uint64_t now_us = steady_us();
     if (!link->frame_waits) {
         enum mr_status status = file_receive_frame(link, &link->waiting, error);
         if (status != MR_OK)

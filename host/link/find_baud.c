@@ -7,6 +7,7 @@
 #include "host/link/diagnose.h"
 #include "host/link/hearing.h"
 #include "host/link/link_ops.h"
+#include "host/base/steady.h"
 
 /* a clock every 0.1 s, and what is needed to find the beginning of a frame */
 #define LISTEN_US 700000u
@@ -16,11 +17,11 @@ static enum mr_status listen(struct tty *tty, int baud, uint64_t *heard, struct 
 {
     struct hearing hearing;
     uint8_t bytes[4096];
-    uint64_t until_us = link_monotonic_us() + LISTEN_US;
+    uint64_t until_us = steady_us() + LISTEN_US;
     hearing_start(&hearing, 0, baud);
-    while (hearing.frames == 0 && link_monotonic_us() < until_us) {
+    while (hearing.frames == 0 && steady_us() < until_us) {
         struct pollfd ready = {.fd = tty_fd(tty), .events = POLLIN};
-        uint64_t left_us = until_us - link_monotonic_us();
+        uint64_t left_us = until_us - steady_us();
         if (poll(&ready, 1, left_us > LISTEN_US ? 0 : (int)(left_us / 1000 + 1)) <= 0)
             continue;
         ssize_t count = tty_read(tty, bytes, sizeof bytes);

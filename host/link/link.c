@@ -12,6 +12,7 @@
 #include "common/wire.h"
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
+#include "host/base/steady.h"
 
 #define FORMS_TEXT   200u
 #define RETRY_US     250000u
@@ -150,25 +151,16 @@ const struct link_counters *link_counters(const struct link *link)
     return &link->counters;
 }
 
-static uint64_t time_us(clockid_t clock)
-{
-    struct timespec now;
-    clock_gettime(clock, &now);
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
-}
-
 uint64_t link_now_us(void)
 {
-    return time_us(CLOCK_REALTIME);
-}
-uint64_t link_monotonic_us(void)
-{
-    return time_us(CLOCK_MONOTONIC);
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
 uint64_t link_ahead_us(struct link *link)
 {
-    uint64_t ahead_us = link_now_us() - link_monotonic_us();
+    uint64_t ahead_us = link_now_us() - steady_us();
     int64_t off_us = (int64_t)(ahead_us - link->ahead_us);
     if (off_us > AHEAD_US || off_us < -AHEAD_US)
         link->ahead_us = ahead_us;
@@ -186,7 +178,7 @@ void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
 void link_hear_anew(struct link *link, int baud)
 {
     pthread_mutex_lock(&link->heard);
-    hearing_start(&link->counters.hearing, link_monotonic_us(), baud);
+    hearing_start(&link->counters.hearing, steady_us(), baud);
     pthread_mutex_unlock(&link->heard);
 }
 
@@ -216,7 +208,7 @@ static void go_away(struct link *link, const struct error *why)
     release(link);
     set_away(link, why);
     pthread_mutex_unlock(&link->device);
-    link->away_since_us = link_monotonic_us();
+    link->away_since_us = steady_us();
     link->retry_us = link->away_since_us + RETRY_US;
     link->start = link->end = 0;
     link_trouble(link, LINK_AWAY, 1);
@@ -247,7 +239,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
 
 enum mr_status link_service(struct link *link, struct error *error)
 {
-    uint64_t now_us = link_monotonic_us();
+    uint64_t now_us = steady_us();
     if (link->away.status != MR_OK)
         return come_back(link, now_us, error);
     /* While something is sent, which may take a second, what comes is read; service is for the next
@@ -290,7 +282,7 @@ enum mr_status link_fill(struct link *link, struct error *error)
     if (count > 0) {
         link->end += (size_t)count;
         link->read_us = link_now_us();
-        link->read_monotonic_us = link_monotonic_us();
+        link->read_monotonic_us = steady_us();
         return MR_OK;
     }
     /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us

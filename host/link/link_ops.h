@@ -89,7 +89,4 @@ void link_heard(const struct link *link, struct link_counters *counters, struct 
  * both takes. */
 uint64_t link_ahead_us(struct link *link);
 
-/* For deadlines: never jumps. */
-uint64_t link_monotonic_us(void);
-
 #endif

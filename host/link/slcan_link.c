@@ -8,6 +8,7 @@
 #include "host/link/link_ops.h"
 #include "host/link/slcan.h"
 #include "host/link/tty.h"
+#include "host/base/steady.h"
 
 #define ANSWER_US 500000u
 
@@ -37,9 +38,9 @@ static enum slcan_kind next_item(struct link *link, enum mr_status *status, stru
  * still open, and are passed over. SLCAN_MORE: no answer in time. */
 static enum slcan_kind command(struct link *link, const char *text, struct error *error)
 {
-    uint64_t until_us = link_monotonic_us() + ANSWER_US;
+    uint64_t until_us = steady_us() + ANSWER_US;
     enum mr_status status = tty_write(link->tty, (const uint8_t *)text, strlen(text), error);
-    while (status == MR_OK && link_monotonic_us() < until_us) {
+    while (status == MR_OK && steady_us() < until_us) {
         enum slcan_kind kind = next_item(link, &status, error);
         if (kind == SLCAN_DONE || kind == SLCAN_REFUSED || kind == SLCAN_STATUS)
             return kind;

@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "host/board/armtalk.h"
+#include "host/base/steady.h"
 
 /* a minute: 20 of readings and 5 of state a second, and some at once */
 #define EVENTS           1600u
@@ -48,13 +49,6 @@ struct live_hub {
     uint16_t tag;
 };
 
-static int64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
 static struct timespec after_ms(int wait_ms)
 {
     struct timespec until;
@@ -85,7 +79,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     made->tag = FIRST_TAG;
     made->configured = UINT64_MAX;
     if (getrandom(&made->run, sizeof made->run, GRND_NONBLOCK) != (ssize_t)sizeof made->run)
-        made->run = (uint32_t)now_ms();
+        made->run = (uint32_t)steady_ms();
     live_model_start(&made->model, source->can != NULL, source->serial != NULL);
     *hub = made;
     return MR_OK;
@@ -147,14 +141,14 @@ static void publish_readings(struct live_hub *hub)
 {
     struct live_bucket buckets[BUCKETS_AN_EVENT];
     unsigned count;
-    hub->readings_ms = now_ms();
+    hub->readings_ms = steady_ms();
     while ((count = live_model_take(&hub->model, buckets, BUCKETS_AN_EVENT)) > 0)
         publish(hub, EVENT_READINGS, live_json_buckets(hub->run, hub->restarts, buckets, count));
 }
 
 static void publish_state(struct live_hub *hub)
 {
-    hub->state_ms = now_ms();
+    hub->state_ms = steady_ms();
     hub->changes = hub->model.changes;
     hub->warned = hub->model.warning.on;
     publish(hub, EVENT_STATE, dumped(live_json_state(&hub->model, (int64_t)link_now_us())));
@@ -163,7 +157,7 @@ static void publish_state(struct live_hub *hub)
 /* What is due. Locked by the caller. */
 static void turn(struct live_hub *hub)
 {
-    int64_t now = now_ms();
+    int64_t now = steady_ms();
     bool warning = hub->model.warning.on != hub->warned;
     if (hub->model.restarts != hub->restarts) {
         /* what was read before belongs to the boot before */

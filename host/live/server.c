@@ -10,12 +10,12 @@
 #include <strings.h>
 #include <sys/random.h>
 #include <sys/socket.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "host/board/armtalk.h"
 #include "host/live/assets.h"
 #include "host/live/seats.h"
+#include "host/base/steady.h"
 
 /* one that nothing happens on for so long is ended, whatever its seat says */
 #define CONNECTION_S  30u
@@ -127,13 +127,6 @@ static bool token_is(const struct live_server *server, const char *given)
 
 /* ---- seats ---- */
 
-static int64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
 static void connection_changes(void *context, struct MHD_Connection *connection, void **seat,
                                enum MHD_ConnectionNotificationCode what)
 {
@@ -146,7 +139,7 @@ static void connection_changes(void *context, struct MHD_Connection *connection,
     const int send_bytes = SEND_BYTES;
     int fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     (void)setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &send_bytes, sizeof send_bytes);
-    *seat = seats_take(server->seats, fd, now_ms());
+    *seat = seats_take(server->seats, fd, steady_ms());
     if (!*seat)
         shutdown(fd, SHUT_RDWR);
 }
@@ -163,7 +156,7 @@ static void *sweep(void *context)
 {
     struct live_server *server = context;
     while (!live_hub_wait_end(server->hub, SWEEP_MS))
-        seats_sweep(server->seats, now_ms());
+        seats_sweep(server->seats, steady_ms());
     return NULL;
 }
 
@@ -173,7 +166,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
 {
     struct stream *stream = context;
     (void)position;
-    if (!seats_taken(stream->seats, stream->seat, now_ms()))
+    if (!seats_taken(stream->seats, stream->seat, steady_ms()))
         return MHD_CONTENT_READER_END_WITH_ERROR;
     if (!stream->text) {
         stream->sent = 0;
@@ -204,7 +197,7 @@ static void stream_free(void *context)
 
 static enum MHD_Result events(struct live_server *server, struct MHD_Connection *connection)
 {
-    if (!seats_read(server->seats, seat_of(connection), now_ms()))
+    if (!seats_read(server->seats, seat_of(connection), steady_ms()))
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
                    "all places for viewers without the token are taken: open the address that "
                    "matrig printed, with what follows #\n");
@@ -325,7 +318,8 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     if (!request) { /* the headers are here, the body is not */
         *kept = seat_of(connection) ? calloc(1, sizeof *request) : NULL;
         if (*kept)
-            seats_ask(server->seats, seat_of(connection), has_token(server, connection), now_ms());
+            seats_ask(server->seats, seat_of(connection), has_token(server, connection),
+                      steady_ms());
         return *kept ? MHD_YES : MHD_NO;
     }
     if (*size > 0) {
@@ -349,7 +343,7 @@ static void request_over(void *context, struct MHD_Connection *connection, void 
     struct live_server *server = context;
     (void)why;
     if (*kept)
-        seats_answered(server->seats, seat_of(connection), now_ms());
+        seats_answered(server->seats, seat_of(connection), steady_ms());
     free(*kept);
     *kept = NULL;
 }

@@ -11,6 +11,7 @@
 
 #include "host/link/candump.h"
 #include "host/log/logger.h"
+#include "host/base/steady.h"
 
 /* for a campaign that takes nothing, at the end of the links or of --for; */
 #define WAIT_US       60000000u
@@ -25,7 +26,7 @@ bool logger_signalled(struct logger *logger, int signals)
     struct signalfd_siginfo info;
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
         return false;
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     logger->hurried = logger->ended_by &&
                       (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
     if (!logger->signalled_us)
@@ -176,7 +177,7 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
 
 static bool waited_enough(struct logger *logger, uint64_t began_us)
 {
-    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = logger_now_us();
+    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = steady_us();
     uint64_t since_us = refused_us > began_us ? refused_us : began_us;
     bool asked = strcmp(logger->ended_by, "signal") == 0;
     return logger->hurried || (refused_us && now_us - since_us > (asked ? WAIT_ASKED_US : WAIT_US));
@@ -213,7 +214,7 @@ static enum mr_status settle(struct logger *logger, struct error *error)
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
 {
     char reason[sizeof error->text] = "ended in a hurry";
-    uint64_t began_us = logger_now_us();
+    uint64_t began_us = steady_us();
     const bool failed = strcmp(logger->ended_by, "error") == 0;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         link_reader_stop(logger->reader[kind]);
@@ -225,7 +226,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
         if (status != MR_OK)
             return status;
         bool went_wrong = failed && !logger->refilled;
-        if (logger_now_us() >= logger->again_us) {
+        if (steady_us() >= logger->again_us) {
             status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
             if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
                 status = settle(logger, error);

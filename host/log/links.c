@@ -3,16 +3,10 @@
 
 #include "host/link/can_error.h"
 #include "host/log/logger.h"
+#include "host/base/steady.h"
 
 #define FRAMES_PER_TURN READER_FRAMES
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
-
-uint64_t logger_now_us(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
-}
 
 /* The link is over, for whatever reason; a broken one is remembered, and the other one goes on. */
 static enum mr_status end_link(struct logger *logger, enum link_kind kind,

@@ -75,8 +75,6 @@ struct logger {
     struct typed typed;    /* commands on standard input */
 };
 
-uint64_t logger_now_us(void); /* for deadlines: never jumps */
-
 /* ---- links.c ---- */
 
 /* A signal that asks for the end came; the second one hurries it. */

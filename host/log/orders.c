@@ -1,6 +1,8 @@
 /* What matrig log asks of the board by itself, and for the viewers of the live page. */
 #include "host/log/logger.h"
 
+#include "host/base/steady.h"
+
 #define ASK_US        1000000u /* between two requests for the configuration */
 /* for the same; a board that does not answer, or of another table, is left alone then */
 #define ASKS          5u
@@ -29,7 +31,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
 void logger_ask_for_configuration(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     if (!collector_lacks_configuration(logger->collector)) {
         struct collector_progress p;
         collector_progress(logger->collector, &p);
@@ -51,7 +53,7 @@ static void keep_it_live(struct logger *logger)
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
     struct collector_progress p;
     collector_progress(logger->collector, &p);
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     if (logger->open[LINK_CAN] || p.run || !p.hello ||
         (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
         return;
@@ -65,7 +67,7 @@ static void ask_for_channels(struct logger *logger)
 {
     const struct mr_command command = {.code = MR_COMMAND_STATE};
     struct collector_progress p;
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     collector_progress(logger->collector, &p);
     if (!p.hello || logger->channel_asks == ASKS ||
         (logger->channel_asks && now_us - logger->channels_us < ASK_US) ||

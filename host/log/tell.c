@@ -6,6 +6,7 @@
 #include "host/collect/doubt.h"
 #include "host/link/diagnose.h"
 #include "host/log/logger.h"
+#include "host/base/steady.h"
 
 #define PROGRESS_US          200000u
 #define QUEUE_SHOWN_PERMILLE 10u
@@ -21,7 +22,7 @@ void logger_clear_progress(const struct logger *logger)
 void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text)
 {
     const struct link_counters *counters = &logger->counters[kind];
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     bool told = false;
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         uint64_t more = counters->trouble[i] - logger->noted[kind][i];
@@ -47,7 +48,7 @@ void logger_note_troubles(struct logger *logger, enum link_kind kind, const char
 void logger_note_strangers(struct logger *logger)
 {
     struct collector_progress progress;
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
         return;
     collector_progress(logger->collector, &progress);
@@ -120,7 +121,7 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     struct summary summary;
     collector_progress(logger->collector, &progress);
     quicklook_service(&logger->look, false);
-    if (!quicklook_silent(&logger->look, &progress, logger_now_us()))
+    if (!quicklook_silent(&logger->look, &progress, steady_us()))
         return MR_OK;
     cli_note(logger->cli,
              "nothing comes any more of RUN %lld: are board and cables in order? What came until "
@@ -164,14 +165,14 @@ void logger_note_health(struct logger *logger)
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) ||
-        (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
+    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, steady_us()) ||
+        (!last && steady_us() - logger->shown_us < PROGRESS_US))
         return;
     struct collector_progress p;
     char queue[40] = "", strangers[50] = "";
     unsigned permille = watch_permille(&logger->watch);
     collector_progress(logger->collector, &p);
-    logger->shown_us = logger_now_us();
+    logger->shown_us = steady_us();
     if (permille >= QUEUE_SHOWN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
     if (p.strangers[LINK_CAN] > 0)
@@ -230,7 +231,7 @@ void logger_note_unheard(struct logger *logger)
 {
     struct collector_progress p;
     char text[DIAGNOSIS_TEXT];
-    uint64_t now_us = logger_now_us();
+    uint64_t now_us = steady_us();
     if (logger->unheard_us == 0)
         logger->unheard_us = now_us + UNHEARD_US;
     if (now_us < logger->unheard_us || logger->unheard_told)

@@ -8,6 +8,7 @@
 
 #include "host/board/armtalk.h"
 #include "host/log/logger.h"
+#include "host/base/steady.h"
 
 #define ANSWER_US (1000000u * ARMTALK_ANSWER_S)
 #define ASKED_US  30000000u /* a question that nobody answers is over */
@@ -88,7 +89,7 @@ static void send_it(struct logger *logger)
     typed->hold_us = 0;
     (void)collector_take_answer(logger->collector); /* one that came before is of another */
     typed->sent = logger_send(logger, &typed->command, false);
-    typed->until_us = logger_now_us() + ANSWER_US;
+    typed->until_us = steady_us() + ANSWER_US;
     if (!typed->sent)
         say(logger, "%s: cannot be sent, no link takes it\n", mr_command_name(typed->command.code));
 }
@@ -113,7 +114,7 @@ static void take_command(struct logger *logger, const char *line)
     struct collector_progress p;
     collector_progress(logger->collector, &p);
     if (line[strspn(line, " \t\r")] == '\0') {
-        typed->hold_us = logger_now_us() + TYPING_US;
+        typed->hold_us = steady_us() + TYPING_US;
         say(logger, "%s: ", HELP);
         return;
     }
@@ -132,7 +133,7 @@ static void take_command(struct logger *logger, const char *line)
         return;
     }
     typed->asked = true;
-    typed->until_us = typed->hold_us = logger_now_us() + ASKED_US;
+    typed->until_us = typed->hold_us = steady_us() + ASKED_US;
     if (!arm)
         say(logger, "disarm? What the board records, it is %s, ends there. yes: ",
             mr_landing_state_text(p.state));
@@ -158,7 +159,7 @@ static void take_answer(struct logger *logger)
             say(logger, "%sed\n", name);
         else
             say(logger, "%s refused: %s\n", name, armtalk_refusal((enum mr_status)answer->status));
-    } else if (logger_now_us() > typed->until_us) {
+    } else if (steady_us() > typed->until_us) {
         typed->sent = false;
         say(logger,
             "the board did not answer `%s` within 3 s; look what state it is in before trying "
@@ -175,10 +176,10 @@ void typed_turn(struct logger *logger)
     if (!typed->on)
         return;
     if (typed->sent && watch_refused_us(&logger->watch)) /* the answer waits in the queue */
-        typed->until_us = logger_now_us() + ANSWER_US;
+        typed->until_us = steady_us() + ANSWER_US;
     if (typed->sent)
         take_answer(logger);
-    if (typed->asked && logger_now_us() > typed->until_us)
+    if (typed->asked && steady_us() > typed->until_us)
         take_reply(logger, "");
     collector_progress(logger->collector, &p);
     /* a script's commands wait for the board; who types is told */

@@ -6,6 +6,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "host/base/steady.h"
+
 #define LOOK_MS            200
 #define TELL_US            700000u  /* what lasts so long is told, */
 #define TELL_AGAIN_US      5000000u /* and so often */
@@ -15,13 +17,6 @@
 #define CAUGHT_UP_PERMILLE 5u
 /* a call of the store that is not waited for any longer once the end was asked for */
 #define HANG_US            10000000u
-
-static uint64_t now_us(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
-}
 
 static unsigned permille(const struct watch *watch)
 {
@@ -96,7 +91,7 @@ enum link_trouble watch_blame(void *context)
     struct watch *watch = context;
     uint64_t since_us;
     pthread_mutex_lock(&watch->lock);
-    enum watch_cause cause = cause_of(watch, now_us(), &since_us);
+    enum watch_cause cause = cause_of(watch, steady_us(), &since_us);
     pthread_mutex_unlock(&watch->lock);
     switch (cause) {
     case WATCH_LOCK: return LINK_LOST_LOCK;
@@ -245,7 +240,7 @@ static void *look_on(void *context)
         if (watch->stop)
             break;
         char line[sizeof watch->path + 700] = "";
-        uint64_t at_us = now_us();
+        uint64_t at_us = steady_us();
         look(watch, at_us, line, sizeof line);
         pthread_mutex_unlock(&watch->lock);
         note(watch, line);
@@ -261,7 +256,7 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    *watch = (struct watch){.cli = cli, .told = WATCH_NONE, .caught_up_us = now_us()};
+    *watch = (struct watch){.cli = cli, .told = WATCH_NONE, .caught_up_us = steady_us()};
     pthread_mutex_init(&watch->lock, NULL);
     pthread_cond_init(&watch->wake, &monotonic);
     pthread_condattr_destroy(&monotonic);
@@ -313,13 +308,13 @@ enum store_place watch_place(struct watch *watch)
 
 enum store_place watch_place_now(struct watch *watch)
 {
-    look_for_file(watch, now_us(), true);
+    look_for_file(watch, steady_us(), true);
     return watch_place(watch);
 }
 
 void watch_call(struct watch *watch, bool begins)
 {
-    uint64_t at_us = now_us();
+    uint64_t at_us = steady_us();
     pthread_mutex_lock(&watch->lock);
     if (!begins) {
         watch->call_took_us = at_us - watch->call_us;
@@ -331,7 +326,7 @@ void watch_call(struct watch *watch, bool begins)
 
 void watch_refused(struct watch *watch, enum store_refusal refused, const char *reason)
 {
-    uint64_t at_us = now_us();
+    uint64_t at_us = steady_us();
     pthread_mutex_lock(&watch->lock);
     if (watch->refused != refused) {
         if (watch->refused == STORE_TAKES)
@@ -345,7 +340,7 @@ void watch_refused(struct watch *watch, enum store_refusal refused, const char *
 struct watch_hold watch_written(struct watch *watch)
 {
     char line[400] = "";
-    uint64_t at_us = now_us(), since_us;
+    uint64_t at_us = steady_us(), since_us;
     struct watch_hold hold = {.cause = WATCH_NONE};
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
@@ -394,7 +389,7 @@ void watch_end(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
     if (watch->end_us == 0)
-        watch->end_us = now_us();
+        watch->end_us = steady_us();
     pthread_mutex_unlock(&watch->lock);
 }
 

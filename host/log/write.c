@@ -2,6 +2,7 @@
  * while. What a transaction held stays in the queues until it is on disk; one that failed is taken
  * back, collector and all, and is written again when it can be. */
 #include "host/log/logger.h"
+#include "host/base/steady.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow
  * disk. */
@@ -36,7 +37,7 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     store_patience(logger->store, READ_WAIT_MS);
     watch_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
-    logger->begun_us = logger_now_us();
+    logger->begun_us = steady_us();
     if (status == MR_OK && logger->collector)
         status = look_for_session(logger, error);
     if (status == MR_OK && logger->collector)
@@ -59,7 +60,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     if (status != MR_OK)
         return status;
     watch_call(&logger->watch, true);
-    uint64_t from_us = logger_now_us();
+    uint64_t from_us = steady_us();
     status = store_commit(logger->store, error);
     watch_call(&logger->watch, false);
     if (status == MR_OK) {
@@ -72,7 +73,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
                 link_queue_release(link_reader_queue(logger->reader[kind]));
         }
     }
-    logger->commit_us = logger_now_us() - from_us;
+    logger->commit_us = steady_us() - from_us;
     if (status == MR_OK && !logger->followed) /* now there is a journal, too */
         watch_follow(&logger->watch, store_path(logger->store));
     logger->followed |= status == MR_OK;
@@ -86,7 +87,7 @@ bool logger_commit_due(struct logger *logger)
     uint64_t after_us = COMMIT_US;
     if (logger->commit_us > COMMIT_US && watch_permille(&logger->watch) > MUCH_PERMILLE)
         after_us = logger->commit_us > COMMIT_MOST_US ? COMMIT_MOST_US : logger->commit_us;
-    return logger->in_transaction && logger_now_us() - logger->begun_us >= after_us;
+    return logger->in_transaction && steady_us() - logger->begun_us >= after_us;
 }
 
 void logger_take_back(struct logger *logger)
@@ -115,7 +116,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
         return MR_OK;
     }
     watch_refused(&logger->watch, refused, error->text);
-    logger->again_us = logger_now_us() + (refused == STORE_LOCKED ? AGAIN_LOCKED_US : AGAIN_US);
+    logger->again_us = steady_us() + (refused == STORE_LOCKED ? AGAIN_LOCKED_US : AGAIN_US);
     *error = (struct error){0};
     return MR_OK;
 }

@@ -3,10 +3,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
+#include "host/base/steady.h"
 
 #define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */
 
@@ -94,21 +94,14 @@ void store_wait(struct store *store, double most_s)
     sqlite3_busy_timeout(store->database, (int)(1000.0 * most_s));
 }
 
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static int too_late(void *until_s)
 {
-    return now_s() > *(double *)until_s;
+    return steady_s() > *(double *)until_s;
 }
 
 enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error)
 {
-    double until_s = now_s() + most_s;
+    double until_s = steady_s() + most_s;
     sqlite3_stmt *s = NULL;
     enum mr_status status = MR_OK;
     *whole = false;

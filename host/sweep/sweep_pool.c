@@ -9,8 +9,9 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "host/base/steady.h"
 
 #define JOBS_MAX 1024
 #define SYNC_S   1.0
@@ -25,13 +26,6 @@ struct worker {
     size_t length, room;
     double cpu_ms; /* when it has ended */
 };
-
-static double clock_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* ---- in the child ---- */
 
@@ -90,7 +84,7 @@ static enum mr_status start(const struct sweep_pool *pool, struct worker *worker
     close(ends[1]);
     fcntl(ends[0], F_SETFL, O_NONBLOCK);
     *worker =
-        (struct worker){.process = process, .pipe = ends[0], .index = index, .begun_s = clock_s()};
+        (struct worker){.process = process, .pipe = ends[0], .index = index, .begun_s = steady_s()};
     return MR_OK;
 }
 
@@ -192,7 +186,7 @@ static enum mr_status finish(struct sweep_pool *pool, struct worker *worker, boo
 
 static int wait_ms(const struct sweep_pool *pool, const struct worker *workers)
 {
-    double wait_s = WAKE_MS / 1000.0, now_s = clock_s();
+    double wait_s = WAKE_MS / 1000.0, now_s = steady_s();
     for (unsigned i = 0; i < pool->jobs; i++) {
         if (workers[i].process)
             wait_s = fmin(wait_s, workers[i].begun_s + pool->timeout_s - now_s);
@@ -211,7 +205,7 @@ static enum mr_status serve(struct sweep_pool *pool, struct worker *workers, str
         if (!workers[i].process)
             continue;
         bool ended = (polled[i].revents & (POLLIN | POLLHUP | POLLERR)) && listen_to(&workers[i]);
-        bool late = !ended && clock_s() - workers[i].begun_s >= pool->timeout_s;
+        bool late = !ended && steady_s() - workers[i].begun_s >= pool->timeout_s;
         if ((ended || late) && finish(pool, &workers[i], late, error) != MR_OK)
             break;
     }
@@ -234,7 +228,7 @@ static enum mr_status run(struct sweep_pool *pool, struct worker *workers, struc
                           struct error *error)
 {
     size_t next = 0, done_before = pool->done;
-    double synced_s = clock_s();
+    double synced_s = steady_s();
     while (!*pool->stop && error->status == MR_OK && pool->done - done_before < pool->count) {
         for (unsigned i = 0; i < pool->jobs && next < pool->count && error->status == MR_OK; i++) {
             if (!workers[i].process && start(pool, &workers[i], pool->todo[next], error) == MR_OK)
@@ -242,9 +236,9 @@ static enum mr_status run(struct sweep_pool *pool, struct worker *workers, struc
         }
         if (error->status == MR_OK)
             serve(pool, workers, polled, error);
-        if (error->status == MR_OK && clock_s() - synced_s >= SYNC_S) {
+        if (error->status == MR_OK && steady_s() - synced_s >= SYNC_S) {
             sweep_results_sync(pool->results, error);
-            synced_s = clock_s();
+            synced_s = steady_s();
         }
     }
     end_all(workers, pool->jobs);

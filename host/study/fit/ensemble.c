@@ -6,8 +6,9 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "host/base/steady.h"
 
 #define THREADS_MAX  64u
 #define FAILED_SHARE 0.1
@@ -23,13 +24,6 @@ struct work {
     atomic_size_t next, done;
     atomic_bool stop;
 };
-
-double ensemble_now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
 {
@@ -62,7 +56,7 @@ static void simulate_some(struct work *work, bool first)
                                               ensemble->statistic + i * ensemble->statistics);
         size_t done = atomic_fetch_add(&work->done, 1) + 1;
         const struct fit_options *options = work->options;
-        if (ensemble_now_s() > work->until_s ||
+        if (steady_s() > work->until_s ||
             (first && options->go_on &&
              !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
             atomic_store(&work->stop, true);

@@ -20,12 +20,9 @@ struct ensemble {
     size_t failed;     /* left out of the rows */
 };
 
-/* Monotonic clock, s. */
-double ensemble_now_s(void);
-
 /* `round` keeps the draws of one ensemble apart from those of the next. `until_s`: by
- * ensemble_now_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed),
- * MR_FULL. Released with ensemble_free, also after an error. */
+ * steady_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed), MR_FULL.
+ * Released with ensemble_free, also after an error. */
 enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
                              const struct fit_options *options, unsigned round, double until_s,
                              struct ensemble *ensemble, struct error *error);
