@@ -57,8 +57,8 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
     }
 }
 
-static enum mr_status execute(struct store *store, const char *sql, const char *doing,
-                              struct error *error)
+enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
+                             struct error *error)
 {
     store_guard_renew(store);
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
@@ -87,7 +87,7 @@ static enum mr_status create_tables(struct store *store, struct error *error)
     int64_t tables = 0;
     snprintf(numbers, sizeof numbers, "PRAGMA application_id=%d; PRAGMA user_version=%d;",
              STORE_APPLICATION, STORE_VERSION);
-    enum mr_status status = execute(store, "BEGIN IMMEDIATE", "set up", error);
+    enum mr_status status = store_execute(store, "BEGIN IMMEDIATE", "set up", error);
     if (status == MR_OK)
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
     if (status == MR_OK && tables == 0)
@@ -95,9 +95,9 @@ static enum mr_status create_tables(struct store *store, struct error *error)
                    ? MR_OK
                    : store_failed(store, "set up", error);
     if (status == MR_OK && tables == 0)
-        status = execute(store, numbers, "set up", error);
+        status = store_execute(store, numbers, "set up", error);
     if (status == MR_OK)
-        status = execute(store, "COMMIT", "set up", error);
+        status = store_execute(store, "COMMIT", "set up", error);
     return status;
 }
 
@@ -135,7 +135,7 @@ struct header {
 /* In one transaction: what another log has set up meanwhile is seen whole or not at all. */
 static enum mr_status read_header(struct store *store, struct header *header, struct error *error)
 {
-    enum mr_status status = execute(store, "BEGIN", "read", error);
+    enum mr_status status = store_execute(store, "BEGIN", "read", error);
     if (status != MR_OK)
         return status;
     status = pragma(store, "PRAGMA application_id", &header->application, error);
@@ -203,12 +203,12 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, status != MR_OK, NULL);
     }
     if (status == MR_OK && mode == STORE_READ)
-        status = execute(made, "PRAGMA query_only=1", "open", error);
+        status = store_execute(made, "PRAGMA query_only=1", "open", error);
     /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that
      * refuses writing leaves the journal as it is; reading goes on. */
     if (status == MR_OK && mode == STORE_CREATE)
-        status = execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up",
-                         error);
+        status = store_execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up",
+                               error);
     if (status != MR_OK) {
         store_close(made);
         return status;
@@ -259,13 +259,13 @@ int64_t store_version(const struct store *store, bool *older)
 
 enum mr_status store_begin(struct store *store, struct error *error)
 {
-    return execute(store, "BEGIN IMMEDIATE", "write", error);
+    return store_execute(store, "BEGIN IMMEDIATE", "write", error);
 }
 
 enum mr_status store_commit(struct store *store, struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error);
-    return status == MR_OK ? execute(store, "COMMIT", "write", error) : status;
+    return status == MR_OK ? store_execute(store, "COMMIT", "write", error) : status;
 }
 
 /* A value of another kind than matrig writes there is absent, as one that was never written. It is

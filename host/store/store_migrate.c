@@ -49,10 +49,9 @@ static enum mr_status execute(struct store *store, struct error *error, const ch
     va_end(values);
     if (!sql)
         abort();
-    store_guard_renew(store);
-    int code = sqlite3_exec(store->database, sql, NULL, NULL, NULL);
+    enum mr_status status = store_execute(store, sql, "bring forward", error);
     sqlite3_free(sql);
-    return code == SQLITE_OK ? MR_OK : store_failed(store, "bring forward", error);
+    return status;
 }
 
 /* First column of the first row as text, NULL when there is none; the caller frees it. */

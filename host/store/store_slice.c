@@ -6,14 +6,7 @@
 #include "host/store/store_sql.h"
 
 #define SQL_MAX 4000
-
-static enum mr_status execute(struct store *store, const char *sql, struct error *error)
-{
-    store_guard_renew(store);
-    return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
-             ? MR_OK
-             : store_failed(store, "copy the landing from", error);
-}
+#define DOING   "copy the landing from"
 
 /* a day of the slow log before the landing, and an hour after */
 #define SLOW_BEFORE_US "86400000000"
@@ -76,7 +69,7 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
     sqlite3_stmt *statement;
     if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?, 'main')", -1,
                            &statement, NULL) != SQLITE_OK)
-        return store_failed(store, "copy the landing from", error);
+        return store_failed(store, DOING, error);
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     bool fits = true;
     while (sqlite3_step(statement) == SQLITE_ROW) {
@@ -116,7 +109,7 @@ static enum mr_status copy_table(struct store *store, const char *table,
     if (status != MR_OK)
         return status;
     if (sqlite3_prepare_v2(store->database, sql, -1, &statement, NULL) != SQLITE_OK)
-        return store_failed(store, "copy the landing from", error);
+        return store_failed(store, DOING, error);
     int parameters = sqlite3_bind_parameter_count(statement);
     if (parameters >= 1)
         sqlite3_bind_int64(statement, 1, landing->id);
@@ -125,7 +118,7 @@ static enum mr_status copy_table(struct store *store, const char *table,
     if (parameters >= 3)
         sqlite3_bind_int64(statement, 3, landing->boot);
     if (sqlite3_step(statement) != SQLITE_DONE)
-        status = store_failed(store, "copy the landing from", error);
+        status = store_failed(store, DOING, error);
     sqlite3_finalize(statement);
     return status;
 }
@@ -144,7 +137,7 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
             " AND name NOT LIKE 'bundle%'" /* of a bundle that is made of a bundle */
             " ORDER BY rowid",
             -1, &tables, NULL) != SQLITE_OK)
-        return store_failed(store, "copy the landing from", error);
+        return store_failed(store, DOING, error);
     while (status == MR_OK && sqlite3_step(tables) == SQLITE_ROW)
         status = copy_table(store, (const char *)sqlite3_column_text(tables, 0), landing, error);
     sqlite3_finalize(tables);
@@ -157,20 +150,20 @@ static enum mr_status fill(struct store *store, const struct store_landing *land
     char *attach = sqlite3_mprintf("ATTACH %Q AS bundle", path);
     if (!attach)
         return error_set(error, MR_FULL, "no memory: bundle %s; close other programs", path);
-    enum mr_status status = execute(store, attach, error);
+    enum mr_status status = store_execute(store, attach, DOING, error);
     sqlite3_free(attach);
     if (status != MR_OK)
         return status;
-    status = execute(store, "BEGIN", error);
+    status = store_execute(store, "BEGIN", DOING, error);
     if (status == MR_OK)
         status = copy_tables(store, landing, error);
     if (status == MR_OK)
-        status = execute(store, "COMMIT", error);
+        status = store_execute(store, "COMMIT", DOING, error);
     else
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
     /* One file, whole without a log beside it, to be sent or put where nothing can be written. */
     if (status == MR_OK)
-        status = execute(store, "PRAGMA bundle.journal_mode=DELETE", error);
+        status = store_execute(store, "PRAGMA bundle.journal_mode=DELETE", DOING, error);
     sqlite3_exec(store->database, "DETACH bundle", NULL, NULL, NULL);
     return status;
 }

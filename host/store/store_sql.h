@@ -58,6 +58,9 @@ struct store {
 
 /* Sets the error from SQLite's last one. Returns its status. */
 enum mr_status store_failed(struct store *store, const char *doing, struct error *error);
+/* Statements of which no row is wanted. `doing` as above. */
+enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
+                             struct error *error);
 
 /* Writes the frames that wait; before anything is read, and before a commit. */
 enum mr_status store_frames_flush(struct store *store, struct error *error);

@@ -11,6 +11,13 @@ const char *sim_status_name(enum sim_status status)
     return names[status];
 }
 
+void sim_result_end(struct sim_result *result, enum sim_status status, int mat, double t_s)
+{
+    result->status = status;
+    result->mat = mat;
+    result->t_s = t_s;
+}
+
 void sim_result_leave_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {

@@ -84,6 +84,9 @@ struct sim_result {
 /* "ok", "unstable", "folded", "step_underflow", "interrupted". */
 const char *sim_status_name(enum sim_status status);
 
+/* How a run ended that did not come to its end, at which mat and when. */
+void sim_result_end(struct sim_result *result, enum sim_status status, int mat, double t_s);
+
 /* Adds to a list; what does not fit is dropped (the lists hold all that the code can say). */
 void sim_result_leave_out(struct sim_result *result, const char *what);
 void sim_result_note(struct sim_result *result, const char *format, ...)

@@ -263,13 +263,6 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     return sim_record_deliver(&pass->record, result, error);
 }
 
-static void fail(struct sim_result *result, enum sim_status status, int mat, double t_s)
-{
-    result->status = status;
-    result->mat = mat;
-    result->t_s = t_s;
-}
-
 /* The finer pass is the coarser one of the next pair. */
 static void take_over(struct pass *to, struct pass *from)
 {
@@ -288,7 +281,7 @@ static enum mr_status run_single(struct chain *chain, const struct sim_scene *sc
     if (start_pass(&only, chain, scene, options, steps, result, error) != MR_OK)
         return error->status;
     if (only.failed || only.interrupted)
-        fail(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
+        sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
     answer(chain, &only, &only, result, error);
     sim_record_free(&only.record);
     return error->status;
@@ -323,7 +316,7 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         }
         if (coarse.failed || fine.failed) {
             const struct pass *failed = fine.failed ? &fine : &coarse;
-            fail(result, SIM_UNSTABLE, failed->mat, failed->t_s);
+            sim_result_end(result, SIM_UNSTABLE, failed->mat, failed->t_s);
             break;
         }
         apart = sim_record_difference(&coarse.record, &fine.record);
@@ -332,17 +325,17 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         if (result->error_u_ft <= tolerance * peak_ft)
             break;
         if (!refine) {
-            fail(result, SIM_UNSTABLE, apart.mat, apart.t_s);
+            sim_result_end(result, SIM_UNSTABLE, apart.mat, apart.t_s);
             break;
         }
         if (halvings == MOST_HALVINGS || 4 * coarse.steps > MOST_STEPS) {
-            fail(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
+            sim_result_end(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
             break;
         }
         take_over(&coarse, &fine);
     }
     if (fine.interrupted) {
-        fail(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
+        sim_result_end(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
         coarser_answers = false;
     }
     if (error->status == MR_OK)
@@ -383,7 +376,7 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
     bool coarser_answers = given && options->rtol == 0.0 && 2.0 * h > 0.95 * result->dt_limit_s;
     if (h > result->dt_limit_s) {
         result->dt_s = h;
-        fail(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+        sim_result_end(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
     } else if (!(steps <= MOST_STEPS)) {
         error_set(error, MR_USAGE,
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",

@@ -122,13 +122,6 @@ static void state_error(const struct landing *l, const struct march *rough,
     result->error_lift_ft = fmax(result->error_lift_ft, before.lift_ft);
 }
 
-static void fail(struct sim_result *result, enum sim_status status, int mat, double t_s)
-{
-    result->status = status;
-    result->mat = mat;
-    result->t_s = t_s;
-}
-
 static void drop(struct march *march)
 {
     sim_record_free(&march->record);
@@ -148,7 +141,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
         return error->status;
     for (int halvings = 0;; halvings++) {
         if (coarse.status == SIM_INTERRUPTED) {
-            fail(result, coarse.status, coarse.mat, coarse.t_s);
+            sim_result_end(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
             coarse.record = (struct sim_record){0};
             coarse.mods = NULL;
@@ -157,14 +150,14 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
         if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
             break;
         if (fine.status == SIM_INTERRUPTED) {
-            fail(result, fine.status, fine.mat, fine.t_s);
+            sim_result_end(result, fine.status, fine.mat, fine.t_s);
             break;
         }
         const struct march *failed = fine.status != SIM_OK   ? &fine
                                    : coarse.status != SIM_OK ? &coarse
                                                              : NULL;
         if (fine.status != SIM_OK && fine.status == coarse.status) {
-            fail(result, fine.status, fine.mat, fine.t_s);
+            sim_result_end(result, fine.status, fine.mat, fine.t_s);
             break;
         }
         apart = failed ? apart : apart_of(&coarse, &fine);
@@ -175,8 +168,8 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
         if (options->dt_s > 0.0 || halvings == MOST_HALVINGS ||
             4.0 * (double)coarse.steps > MOST_STEPS) {
             enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
-            fail(result, failed ? failed->status : status, failed ? failed->mat : apart.u.mat,
-                 failed ? failed->t_s : apart.u.t_s);
+            sim_result_end(result, failed ? failed->status : status,
+                           failed ? failed->mat : apart.u.mat, failed ? failed->t_s : apart.u.t_s);
             break;
         }
         drop(rough);
@@ -201,7 +194,7 @@ static enum mr_status run_checked(struct landing *l, const struct sim_options *o
     bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
     if (!stable || start_march(l, &rough, options, fewest, result, error) == MR_OK) {
         if (rough.status == SIM_INTERRUPTED) {
-            fail(result, rough.status, rough.mat, rough.t_s);
+            sim_result_end(result, rough.status, rough.mat, rough.t_s);
             answer(l, &rough, &rough, result, error);
         } else {
             run_pairs(l, options, steps, &rough, result, error);
@@ -237,7 +230,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
-        fail(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+        sim_result_end(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
         return MR_OK;
     }
     if (!(steps <= MOST_STEPS))
@@ -253,7 +246,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
         result->first_crest = only.first_crest;
         result->first_crest_wheel = only.first_crest_wheel;
         if (only.status != SIM_OK)
-            fail(result, only.status, only.mat, only.t_s);
+            sim_result_end(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
         answer(l, &only, &only, result, error);
         sim_record_free(&only.record);
