@@ -50,11 +50,3 @@ enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t 
     const struct store_gage_load_row row = {.made_us = made_us, .link = link, .segments = segments};
     return STORE_PUT(store, error, gage_load_row, &row, survey);
 }
-
-enum mr_status store_gage_load_get(struct store *store, int64_t survey,
-                                   struct store_gage_load *load, struct error *error)
-{
-    *load = (struct store_gage_load){.made_us = STORE_NONE};
-    enum mr_status status = STORE_ONE(store, error, GAGE_LOAD_GET, load, BIND(survey));
-    return status == MR_TOO_FEW ? MR_OK : status;
-}

@@ -22,9 +22,6 @@ enum mr_status store_gage_readings(struct store *store, int64_t survey,
 /* That a board was given the survey. */
 enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
                                    const char *link, int64_t segments, struct error *error);
-/* The newest; made_us STORE_NONE: never. */
-enum mr_status store_gage_load_get(struct store *store, int64_t survey,
-                                   struct store_gage_load *load, struct error *error);
 /* From now on a commit is on disk when it returns, also for a campaign that was not opened to be
  * created. */
 enum mr_status store_durable(struct store *store, struct error *error);
