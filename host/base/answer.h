@@ -81,8 +81,8 @@ void answer_list(struct answer *answer, const char *name, const char *label);
  * see a row without labels. A label that only some rows have stands after the one before it there.
  * `|` begins a new line of the head. What is too wide goes on below, the first column again. */
 void answer_table(struct answer *answer, const char *name, const char *label);
-/* A row of the table, or an object of the list, that is open: until the next one, or answer_close of
- * the table. */
+/* A row of the table, or an object of the list, that is open: until the next one, or answer_close
+ * of the table. */
 void answer_row(struct answer *answer);
 void answer_close(struct answer *answer);
 
