@@ -135,8 +135,8 @@ static void fit_gear(struct measured *measured)
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
     /* A stop that nobody watched is a guess that looks like a measurement: a record that ends
-     * before it has none. */
-    if (measured->samples == 0 ||
+     * before it has none. Nor has one without the last edges: the gear seems to roll on. */
+    if (measured->unheard_edges > 0 || measured->samples == 0 ||
         measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value)
         measured->fit_status = MR_TRUNCATED;
 }
@@ -369,6 +369,17 @@ static enum mr_status load_gates(struct store *store, int64_t run, struct measur
     return status;
 }
 
+static enum mr_status count_unheard_edges(struct store *store, int64_t run,
+                                          struct measured *measured, struct error *error)
+{
+    struct store_result result;
+    bool found;
+    enum mr_status status = store_result_get(store, run, &result, &found, error);
+    if (status == MR_OK && found && result.switches > (int64_t)measured->gates)
+        measured->unheard_edges = (size_t)result.switches - measured->gates;
+    return status;
+}
+
 static enum mr_status load_configuration(struct store *store, int64_t run,
                                          struct measured *measured, struct error *error)
 {
@@ -389,6 +400,8 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
         status = load_configuration(store, run, measured, error);
     if (status == MR_OK)
         status = load_gates(store, run, measured, error);
+    if (status == MR_OK)
+        status = count_unheard_edges(store, run, measured, error);
     if (status == MR_OK)
         status = doubts_load(store, run, &measured->doubts, error);
     if (status == MR_OK)

@@ -105,9 +105,11 @@ struct measured {
     size_t switches; /* in the board's table, and fitted */
     uint64_t fitted; /* which: bit p-1: switch p */
     uint64_t seen;   /* bit p-1: switch p */
+    /* that the board named and the record lacks, as far as the board's own result tells */
+    size_t unheard_edges;
     /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends while the gear
-     * moves, so only the touchdown of the summary is known; MR_TOO_FEW also of a landing that is
-     * torn: its first edges never came */
+     * moves, or lacks edges, so only the touchdown of the summary is known; MR_TOO_FEW also of a
+     * landing that is torn: its first edges never came */
     enum mr_status fit_status;
     /* times as t_s; errors include the clock's when it is not the crystal */
     struct mr_gates_summary summary;

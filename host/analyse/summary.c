@@ -82,7 +82,8 @@ static void switches_text(const struct measured *measured, char *out, size_t siz
         before = ", ";
     }
     if (beyond && length > 0 && (size_t)length < size)
-        length += snprintf(out + length, size - (size_t)length, ", not reached from %d on",
+        length += snprintf(out + length, size - (size_t)length, ", %s from %d on",
+                           measured->fit_status == MR_TRUNCATED ? "none heard" : "not reached",
                            __builtin_ctzll(beyond) + 1);
     if (measured->edges > seen && length > 0 && (size_t)length < size)
         snprintf(out + length, size - (size_t)length, "; %zu edges not named",
@@ -185,7 +186,11 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
         motion_estimate(summary, "touchdown_speed", "touchdown", UNIT_SPEED,
                         fit->touchdown_speed_ft_s, 4, answer);
-    if (measured->fit_status == MR_TRUNCATED) {
+    if (measured->fit_status == MR_TRUNCATED && measured->unheard_edges > 0) {
+        answer_words(answer, NULL, "stop",
+                     "not known: the board named %zu switches, of which the record lacks %zu",
+                     measured->gates + measured->unheard_edges, measured->unheard_edges);
+    } else if (measured->fit_status == MR_TRUNCATED) {
         answer_words(answer, NULL, "stop", "not known: the record ends while the gear moves");
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",

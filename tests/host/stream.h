@@ -314,8 +314,8 @@ static inline void stream_landing(struct stream *stream, struct stream_truth *tr
                 .deceleration_error_ft_s2 = 0.01f);
     STREAM_BOTH(stream, stop, STOP, .station_ft = (float)stream_station_ft(truth, 1e9),
                 .station_error_ft = 0.01f,
-                .after_touchdown_s = (float)(truth->v0_ft_s / truth->a_ft_s2), .switches = 20,
-                .used = 8);
+                .after_touchdown_s = (float)(truth->v0_ft_s / truth->a_ft_s2),
+                .switches = (uint8_t)(next - 1), .used = 8);
     stream_state(stream, 3, 3, number, stream->block);
     stream_state(stream, 4, 4, number, stream->block);
 }
