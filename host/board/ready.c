@@ -265,7 +265,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
             "the board must be idle; try again");
         return;
     }
-    char text[130] = "", is[UNIT_TEXT], of[UNIT_TEXT];
+    char text[READY_VALUE - 40] = "", is[UNIT_TEXT], of[UNIT_TEXT];
     unsigned bad = 0, compared = 0;
     float worst = 0.0f;
     for (unsigned i = 0; i < f->shunts.count; i++) {
@@ -433,7 +433,7 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
 
 static void judge_faults(const struct ready_facts *f, struct ready_report *report)
 {
-    char text[130] = "";
+    char text[READY_VALUE - 40] = "";
     unsigned rising = 0, count = 0;
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         /* self-test and channels have checks of their own */

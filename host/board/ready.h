@@ -34,10 +34,12 @@
 
 enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
 
+#define READY_VALUE 500u /* bytes: of several faults, all are told */
+
 struct ready_check {
     char name[20];
     enum ready_verdict verdict;
-    char value[160];
+    char value[READY_VALUE];
     char limit[80];   /* empty: none */
     char advice[160]; /* empty unless no-go or not done */
 };
