@@ -57,6 +57,10 @@ bool store_written_over(struct store *store)
 {
     struct store_file_look *look = &store->look;
     struct stat info;
+    int code = sqlite3_errcode(store->database) & 0xff;
+    /* It was whole when it was opened. A copy that lands in a checkpoint of our own passes for one;
+     * what is read of it then is no campaign. */
+    look->written_over |= look->on && (code == SQLITE_CORRUPT || code == SQLITE_NOTADB);
     if (!look->on || look->written_over || fstat(store->alone, &info) != 0)
         return look->written_over;
     /* after the file: a checkpoint is told before it writes */
