@@ -62,6 +62,7 @@ enum campaign_quantity {
     CAMPAIGN_MOVED_IN,  /* sum of the movements */
     CAMPAIGN_EACH_IN,   /* their mean */
     CAMPAIGN_MOST_IN,   /* their largest */
+    CAMPAIGN_MEAN_IN,   /* their mean, of the mean over all stations */
     CAMPAIGN_ZONE_MATS, /* longest closed zone */
     CAMPAIGN_WAVES,     /* landings with a wave */
     CAMPAIGN_SLACK,     /* landings in which a band went slack */
@@ -127,9 +128,18 @@ enum mr_status campaign_load(struct campaign *campaign, const char *path, struct
  * beside the file `where`. */
 enum mr_status campaign_from_json(struct campaign *campaign, const char *where, const json_t *root,
                                   struct error *error);
+/* The same on this ground, "weightless" or "elastic", whatever the file says; NULL: as it says. */
+enum mr_status campaign_load_on(struct campaign *campaign, const char *path, const char *ground,
+                                struct error *error);
 void campaign_free(struct campaign *campaign);
 /* The scene of a campaign that was read from `file`: what it holds, or what the file holds that it
- * names beside itself. The caller owns the reference; NULL: absent, or as the error says. */
+ * names beside itself; on elastic ground with that ground's keys. The caller owns the reference;
+ * NULL: absent, or as the error says. */
 json_t *campaign_scene_json(const char *file, const json_t *root, struct error *error);
+/* Likewise the scene keys that elastic ground adds. */
+json_t *campaign_elastic_json(const char *file, const json_t *root, struct error *error);
+
+/* Which ground the first landing is on, in words for one line. */
+void campaign_ground_text(const struct campaign *campaign, char *text, size_t size);
 
 #endif

@@ -212,9 +212,11 @@ static void add_facts(struct answer *answer, const struct campaign *c,
             snprintf(value, sizeof value, "%.3g (%.3g-%.3g)", found->value.middle, found->value.low,
                      found->value.high);
         answer_open(answer, NULL, "");
-        answer_sentence(answer, NULL, "%s %s: seen %s, predicted %s; %zu of %zu runways agree",
+        struct campaign_interval w = campaign_wilson(found->agree, s->runways);
+        answer_sentence(answer, NULL,
+                        "%s %s: seen %s, predicted %s; %zu of %zu runways agree (%.0f-%.0f %%)",
                         found->enough ? "agrees" : "DIFFERS", fact->says, range, value,
-                        found->agree, s->runways);
+                        found->agree, s->runways, 100.0 * w.low, 100.0 * w.high);
         answer_words(answer, "says", NULL, "%s", fact->says);
         answer_words(answer, "unit", NULL, "%s", facts_unit(fact));
         answer_value(answer, "at_least", NULL, UNIT_NUMBER, fact->low, 0);
@@ -272,6 +274,9 @@ void campaign_answer_outcome(struct answer *answer, const struct campaign *c,
             answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
                          (unsigned long long)runs[i].seed, runs[i].played + 1, runs[i].error.text);
     }
+    char ground[200];
+    campaign_ground_text(c, ground, sizeof ground);
+    answer_words(answer, "ground", "ground", "%s", ground);
     add_buckled(answer, c, s);
     add_told(answer, "observed", c->observed);
     add_told(answer, "parameters", c->basis);

@@ -3,8 +3,9 @@
 #include <math.h>
 #include <stdio.h>
 
-static const char *const quantities[] = {"moved_in", "each_in", "most_in",  "zone_mats", "waves",
-                                         "slack",    "torn",    "failures", "apart_ft",  NULL};
+static const char *const quantities[] = {"moved_in",  "each_in",  "most_in", "mean_in",
+                                         "zone_mats", "waves",    "slack",   "torn",
+                                         "failures",  "apart_ft", NULL};
 
 /* [first, last], both from 1. */
 static void read_landings(const struct keys *keys, const char *where, const char *key,
@@ -36,9 +37,10 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
         return;
     keys_text(keys, where, entry, "says", fact->says, sizeof fact->says);
     if (!json_object_get(entry, "quantity"))
-        keys_wrong(keys, where, "quantity",
-                   "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack, torn, "
-                   "failures or apart_ft");
+        keys_wrong(
+            keys, where, "quantity",
+            "what was seen: moved_in, each_in, most_in, mean_in, zone_mats, waves, slack, torn, "
+            "failures or apart_ft");
     fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
     if (json_is_string(landings))
         fact->when = CAMPAIGN_BEFORE_BUCKLING +
@@ -96,6 +98,14 @@ static double moved_in(const struct campaign *c, const struct campaign_fact *fac
                                    : fabs(o->movement_in[station_of(c, fact->station_ft)]);
 }
 
+static double mean_in(const struct campaign *c, const struct campaign_outcome *o)
+{
+    double sum = 0.0;
+    for (size_t k = 0; k < c->station_count; k++)
+        sum += fabs(o->movement_in[k]) / (double)c->station_count;
+    return sum;
+}
+
 /* Sum of the movements from landing `first` to `last`, at the fact's station or the one that it is
  * largest at. */
 static double sum_in(const struct campaign *c, const struct campaign_fact *fact,
@@ -118,6 +128,7 @@ static double of_landing(const struct campaign *c, const struct campaign_fact *f
                          const struct campaign_outcome *o)
 {
     switch (fact->quantity) {
+    case CAMPAIGN_MEAN_IN: return mean_in(c, o);
     case CAMPAIGN_ZONE_MATS: return o->zone_mats;
     case CAMPAIGN_WAVES: return o->waves > 0;
     case CAMPAIGN_SLACK: return o->band_slack > 0;
@@ -147,7 +158,8 @@ static double over(const struct campaign *c, const struct campaign_fact *fact,
         return (double)NAN;
     switch (fact->quantity) {
     case CAMPAIGN_MOVED_IN: return sum_in(c, fact, run, first, last);
-    case CAMPAIGN_EACH_IN: return sum / (double)count;
+    case CAMPAIGN_EACH_IN:
+    case CAMPAIGN_MEAN_IN: return sum / (double)count;
     case CAMPAIGN_MOST_IN:
     case CAMPAIGN_ZONE_MATS:
     case CAMPAIGN_FAILURES:
@@ -194,8 +206,8 @@ struct campaign_fact_summary facts_summarise(const struct campaign *c,
 
 const char *facts_unit(const struct campaign_fact *fact)
 {
-    static const char *const units[] = {"in",       "in",       "in",       "mats", "landings",
-                                        "landings", "landings", "stations", "ft"};
+    static const char *const units[] = {"in",       "in",       "in",       "in",       "mats",
+                                        "landings", "landings", "landings", "stations", "ft"};
     return fact->against_first > 0 ? "times" : units[fact->quantity];
 }
 

@@ -9,6 +9,7 @@
 #include "host/campaign/campaign.h"
 #include "host/campaign/facts.h"
 #include "host/campaign/keys.h"
+#include "host/sim/scene/scene_keys.h"
 
 #define IN_PER_FT 12.0
 
@@ -290,25 +291,56 @@ static json_t *load_json(const struct keys *r, const char *path)
     return NULL;
 }
 
+/* A key's object, or the one that the file holds that it names beside `file`. A new reference. */
+static json_t *object_or_file(const struct keys *r, const char *file, const json_t *value)
+{
+    char path[1024];
+    if (!json_is_string(value))
+        return json_incref((json_t *)value);
+    const char *slash = strrchr(file, '/');
+    int folder = slash && json_string_value(value)[0] != '/' ? (int)(slash - file) + 1 : 0;
+    snprintf(path, sizeof path, "%.*s%s", folder, file, json_string_value(value));
+    return load_json(r, path);
+}
+
+json_t *campaign_elastic_json(const char *file, const json_t *root, struct error *error)
+{
+    const struct keys r = {file, error};
+    const json_t *value = json_object_get(root, "elastic");
+    json_t *elastic = value ? object_or_file(&r, file, value) : NULL;
+    if (value && !keys_failed(&r) && !json_is_object(elastic))
+        keys_wrong(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
+    return elastic;
+}
+
 json_t *campaign_scene_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
-    json_t *scene = json_object_get(root, "scene");
-    char path[1024];
-    if (!json_is_string(scene))
-        return json_incref(scene);
-    const char *slash = strrchr(file, '/');
-    int folder = slash && json_string_value(scene)[0] != '/' ? (int)(slash - file) + 1 : 0;
-    snprintf(path, sizeof path, "%.*s%s", folder, file, json_string_value(scene));
-    return load_json(&r, path);
+    const json_t *value = json_object_get(root, "scene");
+    const char *ground = json_string_value(json_object_get(root, "ground"));
+    json_t *scene = value ? object_or_file(&r, file, value) : NULL;
+    if (!scene || !ground || strcmp(ground, "elastic") != 0)
+        return scene;
+    json_t *elastic = campaign_elastic_json(file, root, error), *both = json_deep_copy(scene);
+    if (!elastic && !keys_failed(&r))
+        error_set(error, MR_MALFORMED,
+                  "no elastic ground: %s: ground is elastic and nothing says what that is; give "
+                  "elastic, an object of scene keys with gear_k_lb_ft",
+                  file);
+    if (elastic && !keys_failed(&r))
+        json_object_update(both, elastic);
+    json_decref(elastic);
+    json_decref(scene);
+    return both;
 }
 
 static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {
-        "name",  "scene",       "runway",   "aircraft",         "engine", "landings",
-        "seeds", "stations_ft", "observed", "observed_landing", "within", "needed",
-        "facts", "awaits",      "basis",    "afterwards",       NULL};
+        "name",        "scene",      "runway",           "aircraft", "engine", "landings", "seeds",
+        "stations_ft", "observed",   "observed_landing", "within",   "needed", "facts",    "awaits",
+        "basis",       "afterwards", "ground",           "elastic",  NULL};
+    static const char *const grounds[] = {"weightless", "elastic", NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
         return;
@@ -317,6 +349,7 @@ static void read_root(const struct keys *r, const json_t *root, struct campaign 
     keys_text(r, "", root, "awaits", c->awaits, sizeof c->awaits);
     keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
     keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
+    keys_choice(r, "", root, "ground", grounds, 0); /* campaign_scene_json looks at it */
     double landing = 0.0, within = 0.0;
     keys_number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
     c->observed_landing = (int)landing;
@@ -374,13 +407,40 @@ enum mr_status campaign_from_json(struct campaign *c, const char *where, const j
 
 enum mr_status campaign_load(struct campaign *c, const char *path, struct error *error)
 {
+    return campaign_load_on(c, path, NULL, error);
+}
+
+enum mr_status campaign_load_on(struct campaign *c, const char *path, const char *ground,
+                                struct error *error)
+{
     const struct keys r = {path, error};
     *c = (struct campaign){0};
     json_t *root = load_json(&r, path);
+    if (root && ground)
+        json_object_set_new(root, "ground", json_string(ground));
     if (root)
         campaign_from_json(c, path, root, error);
     json_decref(root);
     return error->status;
+}
+
+void campaign_ground_text(const struct campaign *c, char *text, size_t size)
+{
+    const struct sim_scene *s = &c->landings[0].scene;
+    const struct sim_key *key = sim_key_find("gear_k_lb_ft");
+    double k = *(const double *)((const char *)s + key->offset), axles = 0.0;
+    size_t lines = s->gear.lines_ft.count > 0 ? s->gear.lines_ft.count : 1;
+    for (size_t i = 0; i < lines; i++)
+        axles += s->gear.axles.count > 0 ? s->gear.axles.values[i] : 1.0;
+    if (k > 0.0)
+        snprintf(text, size,
+                 "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb an axle, "
+                 "%g axles in %zu line%s",
+                 k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s");
+    else if (s->wheel_load_lb > 0.0)
+        snprintf(text, size, "Coulomb's law under one axle of %.6g lb", s->wheel_load_lb);
+    else
+        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses");
 }
 
 void campaign_free(struct campaign *campaign)

@@ -174,3 +174,28 @@ struct campaign_difference campaign_compare(const struct campaign *campaign,
     most.times = b_ms / a_ms;
     return most;
 }
+
+struct campaign_interval campaign_wilson(size_t count, size_t of)
+{
+    const double z = 1.959963984540054; /* of the normal distribution, 2.5 % beyond */
+    if (of == 0)
+        return (struct campaign_interval){0.0, 1.0};
+    double n = (double)of, p = (double)count / n, z2 = z * z / n;
+    double middle = (p + z2 / 2.0) / (1.0 + z2),
+           half = z / (1.0 + z2) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n));
+    return (struct campaign_interval){fmax(0.0, middle - half), fmin(1.0, middle + half)};
+}
+
+double campaign_log_score_bits(const struct campaign *c, const struct campaign_run *runs)
+{
+    size_t runways = 0, same = 0;
+    int seen = c->observed_landing < 0 ? 0 : c->observed_landing;
+    if (c->observed_landing == 0)
+        return (double)NAN;
+    for (size_t i = 0; i < c->seeds; i++) {
+        runways += runs[i].error.status == MR_OK;
+        same += runs[i].error.status == MR_OK && runs[i].buckled == seen;
+    }
+    double outcomes = (double)c->landing_count + 1.0;
+    return -log2(((double)same + 1.0 / outcomes) / ((double)runways + 1.0));
+}

@@ -73,17 +73,13 @@ static enum mr_status set_gaps(const struct zones_closure *survey, struct sim_sc
 enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
                              struct sim_scene *scene, struct error *error)
 {
-    if (measured->fit_status == MR_TRUNCATED && measured->unheard_edges > 0)
-        return error_set(
-            error, MR_TRUNCATED,
-            "the record lacks %zu switches that the board named: RUN %lld; complete it "
-            "from the black box, or compare another landing",
-            measured->unheard_edges, (long long)measured->landing.id);
-    if (measured->fit_status == MR_TRUNCATED)
+    if (measured->fit_status == MR_TRUNCATED) {
+        char reason[MEASURED_REASON];
+        measured_no_stop_text(measured, reason);
         return error_set(error, MR_TRUNCATED,
-                         "the record ends while the gear moves: RUN %lld; compare a landing that "
-                         "was logged to its end",
-                         (long long)measured->landing.id);
+                         "%s: RUN %lld; complete it from the black box, or compare another landing",
+                         reason, (long long)measured->landing.id);
+    }
     if (measured->fit_status != MR_OK)
         return error_set(
             error, MR_TOO_FEW,

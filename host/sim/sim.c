@@ -55,6 +55,13 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
                   result->t_s, result->t_end_s);
+    else if (result->status == SIM_UNPREDICTABLE)
+        error_set(error, MR_NUMERICS,
+                  "unpredictable: %s: beyond %.6g s, first at mat %d: %d runs that should be alike "
+                  "part there, by up to %.2g ft of movement and %.2g ft of lift; no finer step "
+                  "helps; give an earlier tend",
+                  name, result->t_s, result->mat, result->spread_runs, result->error_u_ft,
+                  result->error_lift_ft);
     else if (result->status == SIM_FOLDED)
         error_set(error, MR_NUMERICS,
                   "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an "

@@ -64,7 +64,8 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
 /* NaN, null: a failed run that has none. */
 static double estimate(const struct sim_result *result, double error)
 {
-    return result->status == SIM_OK || (result->status != SIM_INTERRUPTED && error > 0.0)
+    return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
+                   (result->status != SIM_INTERRUPTED && error > 0.0)
              ? error
              : (double)NAN;
 }
@@ -75,17 +76,26 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
                          const struct sim_result *result)
 {
     bool interrupted = result->status == SIM_INTERRUPTED,
-         seen = result->status == SIM_OK || interrupted;
+         unsure = result->status == SIM_UNPREDICTABLE,
+         seen = result->status == SIM_OK || interrupted || unsure;
     bool lifts = scene->model != SIM_CHAIN;
     answer_value(answer, NULL, "largest movement", UNIT_MOVEMENT, result->peak_u_ft, 4);
     answer_remark(answer, ", of mat %d", result->peak_mat);
     answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
                  seen ? result->max_lift_ft : (double)NAN, 4)
         ->digits = 12;
-    if (result->status == SIM_OK || (interrupted && result->bow_wave))
+    bool alike = unsure &&
+                 (result->spread_waves == 0 || result->spread_waves == result->spread_runs);
+    if (result->status == SIM_OK || alike || (interrupted && result->bow_wave))
         answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
-        answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL, "none yet");
+        answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL,
+                    unsure ? "in some of the runs" : "none yet");
+    if (unsure) {
+        answer_count(answer, "spread_runs", "runs", result->spread_runs);
+        answer_count(answer, "spread_waves", lifts ? "of them with a bow wave" : NULL,
+                     result->spread_waves);
+    }
     answer_open(answer, "error_estimate", interrupted ? NULL : "");
     answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
                  estimate(result, result->error_u_ft), -2);
@@ -129,6 +139,11 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
     answer_words(answer, "status", "status", "%s", sim_status_name(result->status));
     if (result->status == SIM_INTERRUPTED)
         answer_remark(answer, " at %.6g s: what follows is unchecked and goes that far only",
+                      result->t_s);
+    if (result->status == SIM_UNPREDICTABLE)
+        answer_remark(answer,
+                      " beyond %.6g s: from then on the errors are the spread of runs that "
+                      "should be alike",
                       result->t_s);
     if (result->status != SIM_OK) {
         answer_count(answer, "mat", NULL, result->mat);

@@ -123,7 +123,7 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     struct progress progress = {
         .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        campaign_load(&campaign, request.path, &error) != MR_OK)
+        campaign_load_on(&campaign, request.path, request.ground, &error) != MR_OK)
         return cli_fail(&error);
     if (request.seeds)
         campaign.seeds = (size_t)request.seeds;

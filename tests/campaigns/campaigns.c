@@ -1,6 +1,8 @@
-/* campaigns FOLDER SERIES...: the scoreboard of the series of the report: observed | predicted |
- * verdict | where the parameters come from, a row each on stdout, a page of each in FOLDER. SEEDS=n
- * plays so many runways (the files' number else). A series that awaits something is not played.
+/* campaigns FOLDER SERIES...: the scoreboard of the series of the report on both grounds: observed
+ * | weightless gear | elastic ground, a row each for the series and for each of its facts on
+ * stdout, then where the parameters come from; a page of each in FOLDER. SEEDS=n plays so many
+ * runways (the files' number else), FIRST=n from that seed on: fresh ones. A series that awaits
+ * something is not played.
  *
  * Exit: 0, whatever the verdicts are; 3 files; 5 a runway could not be played to its end. */
 #include <stdio.h>
@@ -72,131 +74,190 @@ static void print_predicted(const struct campaign *c, const struct campaign_summ
     print_torn(c, s);
 }
 
-static void print_verdict(const struct campaign *c, const struct campaign_run *runs,
-                          const struct campaign_summary *s)
+/* A series on one ground. */
+struct played {
+    struct campaign campaign;
+    struct campaign_run *runs;
+    struct campaign_summary summary;
+    double cpu_s;
+};
+
+/* "yes: 30 of 32 (80 to 98 %)". */
+static void print_share(size_t agree, size_t runways, double needed)
 {
-    size_t agree = campaign_agree(c, runs);
-    if (c->observed_landing == 0)
-        printf("nothing to compare with");
-    else if (s->runways < LEAST_SEEDS)
-        printf("too few runways: %zu of %zu agree", agree, s->runways);
+    struct campaign_interval w = campaign_wilson(agree, runways);
+    if (runways < LEAST_SEEDS)
+        printf("few runways: ");
     else
-        printf("%s: %zu of %zu agree (%s%s), %.0f needed",
-               (double)agree >= c->needed * (double)s->runways ? "yes" : "NO", agree, s->runways,
-               c->observed_landing < 0 ? "never" : "landing",
-               c->observed_landing < 0 ? ""
-               : c->within > 0         ? " within one"
-                                       : "",
-               c->needed * (double)s->runways);
-    if (c->afterwards[0])
-        printf("; with what was put in afterwards");
+        printf((double)agree >= needed * (double)runways ? "yes: " : "**NO**: ");
+    printf("%zu of %zu (%.0f to %.0f %%)", agree, runways, 100.0 * w.low, 100.0 * w.high);
 }
 
-/* What the report tells besides: a row each below the series. */
-static void print_facts(const struct campaign *c, const struct campaign_summary *s)
+static void print_outcome(const struct played *p)
 {
+    const struct campaign *c = &p->campaign;
+    double bits = campaign_log_score_bits(c, p->runs);
+    print_predicted(c, &p->summary);
+    if (c->observed_landing == 0) {
+        printf("; nothing to compare with");
+        return;
+    }
+    printf("; ");
+    print_share(campaign_agree(c, p->runs), p->summary.runways, c->needed);
+    printf(", %.2g bits", bits);
+}
+
+static void print_fact(const struct played *p, size_t i)
+{
+    const struct campaign_fact_summary *fact = &p->summary.fact[i];
+    if (fact->value.count == 0)
+        printf("none has it");
+    else
+        printf("%.3g (%.3g to %.3g)%s", fact->value.middle, fact->value.low, fact->value.high,
+               fact->value.count < p->summary.runways ? " of those that have it" : "");
+    printf("; ");
+    print_share(fact->agree, p->summary.runways, p->campaign.facts[i].needed);
+}
+
+static void print_rows(const struct played *weightless, const struct played *elastic)
+{
+    const struct campaign *c = &weightless->campaign;
+    printf("| %s | %s | ", c->name, c->observed);
+    print_outcome(weightless);
+    printf(" | ");
+    print_outcome(elastic);
+    puts(" |");
     for (size_t i = 0; i < c->fact_count; i++) {
-        const struct campaign_fact_summary *fact = &s->fact[i];
         char range[64];
         facts_range_text(&c->facts[i], range, sizeof range);
-        printf("| - %s | %s: %s | ", c->name, c->facts[i].says, range);
-        if (fact->value.count == 0)
-            printf("none has it | ");
-        else
-            printf("%.3g (%.3g to %.3g)%s | ", fact->value.middle, fact->value.low,
-                   fact->value.high,
-                   fact->value.count < s->runways ? ", of those that have it" : "");
-        if (s->runways < LEAST_SEEDS)
-            printf("too few runways: %zu of %zu agree | |\n", fact->agree, s->runways);
-        else
-            printf("%s: %zu of %zu agree, %.0f needed | |\n", fact->enough ? "yes" : "NO",
-                   fact->agree, s->runways, c->facts[i].needed * (double)s->runways);
+        printf("| - | %s: %s | ", c->facts[i].says, range);
+        print_fact(weightless, i);
+        printf(" | ");
+        print_fact(elastic, i);
+        puts(" |");
     }
 }
 
-static enum mr_status write_page(const char *folder, const char *path, const struct campaign *c,
-                                 const struct campaign_run *runs, const struct campaign_summary *s,
-                                 struct error *error)
+static enum mr_status write_page(const char *folder, const char *path, const char *ground,
+                                 const struct played *p, struct error *error)
 {
     char name[1024];
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path,
                *dot = strrchr(base, '.');
-    snprintf(name, sizeof name, "%s/%.*s.html", folder,
-             (int)(dot ? dot - base : (long)strlen(base)), base);
+    snprintf(name, sizeof name, "%s/%.*s_%s.html", folder,
+             (int)(dot ? dot - base : (long)strlen(base)), base, ground);
     struct output output;
     if (output_begin(&output, name, true, error) != MR_OK)
         return error->status;
-    campaign_page(output.file, c, runs, s);
+    campaign_page(output.file, &p->campaign, p->runs, &p->summary);
     return output_end(&output, error);
 }
 
-static int score(const char *folder, const char *path)
+static size_t number_of(const char *name, size_t otherwise, long most)
+{
+    const char *text = getenv(name);
+    long number = text ? atol(text) : 0;
+    return number > 0 && number <= most ? (size_t)number : otherwise;
+}
+
+static int play(struct played *p, const char *folder, const char *path, const char *ground)
 {
     struct error error = {0};
-    struct campaign campaign;
-    struct campaign_summary summary = {0};
-    if (campaign_load(&campaign, path, &error) != MR_OK) {
+    *p = (struct played){0};
+    if (campaign_load_on(&p->campaign, path, ground, &error) != MR_OK) {
         fprintf(stderr, "campaigns: %s\n", error.text);
         return 3;
     }
-    if (campaign.awaits[0]) {
-        printf("| %s | %s | not run | awaits %s | %s |\n", campaign.name, campaign.observed,
-               campaign.awaits, campaign.basis);
-        campaign_free(&campaign);
-        return 0;
-    }
-    const char *seeds = getenv("SEEDS");
-    if (seeds && atoi(seeds) > 0 && atoi(seeds) <= CAMPAIGN_SEEDS_MAX)
-        campaign.seeds = (size_t)atoi(seeds);
-    struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
+    struct campaign *c = &p->campaign;
+    c->seeds = number_of("SEEDS", c->seeds, CAMPAIGN_SEEDS_MAX);
+    c->first_seed = number_of("FIRST", (size_t)c->first_seed, 1000000000);
+    p->runs = calloc(c->seeds, sizeof *p->runs);
     double begin_s = clock_s(CLOCK_MONOTONIC), begin_cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
-    if (!runs)
-        error_set(&error, MR_FULL, "out of memory: %zu seeds", campaign.seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    if (runs &&
-        campaign_ensemble(&campaign, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, &error) ==
-            MR_OK &&
-        campaign_summarise(&summary, &campaign, runs, &error) == MR_OK) {
-        printf("| %s | %s | %zu runways: ", campaign.name, campaign.observed, summary.runways);
-        print_predicted(&campaign, &summary);
-        printf(" | ");
-        print_verdict(&campaign, runs, &summary);
-        printf(" | %s%s%s |\n", campaign.basis, campaign.afterwards[0] ? "; AFTERWARDS: " : "",
-               campaign.afterwards);
-        print_facts(&campaign, &summary);
-        fprintf(stderr, "%s: %zu runways, %.1f s, %.1f s of processor time\n", campaign.name,
-                campaign.seeds, clock_s(CLOCK_MONOTONIC) - begin_s,
-                clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s);
-        write_page(folder, path, &campaign, runs, &summary, &error);
-    }
-    int code = error.status != MR_OK ? 3 : summary.failed > 0 ? 5 : 0;
-    for (size_t i = 0; runs && i < campaign.seeds; i++) {
-        if (runs[i].error.status != MR_OK)
+    if (!p->runs)
+        error_set(&error, MR_FULL, "out of memory: %zu seeds", c->seeds);
+    else if (campaign_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, p->runs, &error) ==
+             MR_OK)
+        campaign_summarise(&p->summary, c, p->runs, &error);
+    p->cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s;
+    fprintf(stderr, "%s, %s: %zu runways from seed %llu, %.1f s, %.1f s of processor time\n",
+            c->name, ground, c->seeds, (unsigned long long)c->first_seed,
+            clock_s(CLOCK_MONOTONIC) - begin_s, p->cpu_s);
+    if (error.status == MR_OK)
+        write_page(folder, path, ground, p, &error);
+    for (size_t i = 0; p->runs && i < c->seeds; i++) {
+        if (p->runs[i].error.status != MR_OK)
             fprintf(stderr, "campaigns: %s: seed %llu: %s\n", path,
-                    (unsigned long long)runs[i].seed, runs[i].error.text);
-        campaign_run_free(&runs[i]);
+                    (unsigned long long)p->runs[i].seed, p->runs[i].error.text);
     }
     if (error.status != MR_OK)
         fprintf(stderr, "campaigns: %s\n", error.text);
-    campaign_summary_free(&summary);
-    free(runs);
-    campaign_free(&campaign);
-    return code;
+    return error.status != MR_OK ? 3 : p->summary.failed > 0 ? 5 : 0;
+}
+
+static void drop(struct played *p)
+{
+    for (size_t i = 0; p->runs && i < p->campaign.seeds; i++)
+        campaign_run_free(&p->runs[i]);
+    free(p->runs);
+    campaign_summary_free(&p->summary);
+    campaign_free(&p->campaign);
+}
+
+/* Where the parameters come from, kept until the table is out. */
+static void note_basis(FILE *notes, const struct played *weightless, const struct played *elastic)
+{
+    const struct campaign *c = &weightless->campaign;
+    fprintf(notes, "| %s | %s%s%s | %zu from %llu | %.0f, %.0f |\n", c->name, c->basis,
+            c->afterwards[0] ? "; AFTERWARDS: " : "", c->afterwards, c->seeds,
+            (unsigned long long)c->first_seed, weightless->cpu_s, elastic->cpu_s);
+}
+
+static int score(const char *folder, const char *path, FILE *notes)
+{
+    struct played weightless, elastic = {0};
+    int code = play(&weightless, folder, path, "weightless"), other = 0;
+    if (code != 3 && weightless.campaign.awaits[0]) {
+        printf("| %s | %s | not run: awaits %s | |\n", weightless.campaign.name,
+               weightless.campaign.observed, weightless.campaign.awaits);
+    } else if (code != 3) {
+        other = play(&elastic, folder, path, "elastic");
+        if (other != 3) {
+            print_rows(&weightless, &elastic);
+            note_basis(notes, &weightless, &elastic);
+        }
+        drop(&elastic);
+    }
+    drop(&weightless);
+    return code > other ? code : other;
 }
 
 int main(int argc, char **argv)
 {
     int code = 0;
+    char text[512];
     if (argc < 3) {
         fputs("usage: campaigns FOLDER SERIES.json...\n", stderr);
         return 2;
     }
-    puts("| series | observed | predicted: median (5 to 95 %) | verdict | parameters "
-         "|\n|---|---|---|---|---|");
+    FILE *notes = tmpfile();
+    if (!notes) {
+        perror("campaigns: no temporary file");
+        return 3;
+    }
+    puts("| series | observed, with the report's section | weightless gear: median (5 to 95 %); "
+         "agree (95 % interval), log score | elastic ground, AFTERWARDS: likewise |\n"
+         "|---|---|---|---|");
     for (int i = 2; i < argc; i++) {
-        int one = score(argv[1], argv[i]);
+        int one = score(argv[1], argv[i], notes);
         code = one > code ? one : code;
         fflush(stdout);
     }
+    puts("\n| series | parameters | seeds | processor s, weightless and elastic "
+         "|\n|---|---|---|---|");
+    rewind(notes);
+    while (fgets(text, sizeof text, notes))
+        fputs(text, stdout);
+    fclose(notes);
     return code;
 }

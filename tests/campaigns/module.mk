@@ -1,11 +1,11 @@
 # The report's series of landings.
-series := $(addprefix host/campaign/series/,$(addsuffix .json,standard friction control_mild control_fresh bands_preliminary \
+series := $(addprefix host/campaign/series/,$(addsuffix .json,standard standard_stop friction control_mild control_fresh bands_preliminary \
 	bands_detailed diagonal cleats stiffeners dyess))
 $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(wildcard tests/campaigns/*.c)) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
 test-programs: $(B)/tests/campaigns/campaigns
 
 .PHONY: campaigns
-campaigns: $(B)/tests/campaigns/campaigns ## longer | SEEDS=16: the report's series of landings, observed | predicted | verdict: build/campaigns/table.md
+campaigns: $(B)/tests/campaigns/campaigns ## longer | SEEDS=16 FIRST=1: the report's series of landings, observed | weightless | elastic ground: build/campaigns/table.md
 	@mkdir -p $(B)/campaigns
-	SEEDS=$(SEEDS) $(B)/tests/campaigns/campaigns $(B)/campaigns $(series) | tee $(B)/campaigns/table.md
+	SEEDS=$(SEEDS) FIRST=$(FIRST) $(B)/tests/campaigns/campaigns $(B)/campaigns $(series) | tee $(B)/campaigns/table.md

@@ -33,6 +33,7 @@ CREATE TABLE slow_log(id INTEGER PRIMARY KEY, board_uid TEXT NOT NULL, seq INTEG
 CREATE TABLE time_maps(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id), boot INTEGER NOT NULL, link INTEGER NOT NULL, landing INTEGER REFERENCES landings(id), refusal INTEGER NOT NULL, pairs INTEGER NOT NULL, from_us INTEGER, to_us INTEGER, spread_us REAL, fast_ppm REAL, fast_half_ppm REAL, board_us INTEGER, host_us INTEGER, host_half_us REAL);
 CREATE TABLE frames_film(landing INTEGER NOT NULL REFERENCES landings(id), number INTEGER NOT NULL, tick INTEGER NOT NULL, board_us REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, number)) WITHOUT ROWID;
 CREATE TABLE readiness(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, board_uid TEXT NOT NULL, kind TEXT NOT NULL, verdict TEXT NOT NULL, checks TEXT NOT NULL);
+CREATE TABLE bringups(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, board_uid TEXT NOT NULL, section TEXT NOT NULL, verdict TEXT NOT NULL, text TEXT NOT NULL);
 CREATE TABLE gage_surveys(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, ended_us INTEGER, pattern TEXT NOT NULL, edges TEXT NOT NULL, who TEXT, error_in REAL NOT NULL, closed_in REAL, note TEXT);
 CREATE TABLE gage_readings(id INTEGER PRIMARY KEY, survey INTEGER NOT NULL REFERENCES gage_surveys(id), kind TEXT NOT NULL, line INTEGER NOT NULL, place INTEGER NOT NULL, value_in REAL, skipped INTEGER NOT NULL, confirmed INTEGER NOT NULL, taken_us INTEGER NOT NULL, source TEXT NOT NULL, note TEXT);
 CREATE INDEX gage_readings_by_survey ON gage_readings(survey, id);

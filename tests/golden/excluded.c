@@ -13,6 +13,7 @@ static const struct {
     {"hello", "minor", "which image answers"},
     {"hello", "patch", "which image answers"},
     {"board_image", "image_crc", "which image answers"},
+    {"config_state", "board", "which board answers"},
     {"board_config", "config_crc",
      "a checksum over the configuration's layout; its values are told and compared"},
     {"runway_store", "crc",

@@ -98,7 +98,8 @@ static double next_break(const struct ref_scene *s, double t)
     return next;
 }
 
-static double lift_of(const struct ref_scene *s, const struct state *state, int *node)
+static double lift_of(const struct ref_scene *s, const struct state *state, int *node,
+                      double *rising)
 {
     double y[REF_NODES], rate[REF_NODES];
     ref_heights(s, state->q, state->v, y, rate);
@@ -107,7 +108,17 @@ static double lift_of(const struct ref_scene *s, const struct state *state, int 
         if (y[j] < y[*node])
             *node = j;
     }
+    *rising = -rate[*node];
     return fmax(0, -y[*node]);
+}
+
+/* The largest lift within a step that a node begins rising and ends falling lies between them. */
+static double top_of(double from_ft, double rising, double to_ft, double falling, double h)
+{
+    double ends = fmax(from_ft, to_ft);
+    if (!(rising > 0 && falling < 0))
+        return ends;
+    return fmax(ends, from_ft + 0.5 * h * rising * rising / (rising - falling));
 }
 
 static void note(const struct ref_scene *s, double t, const struct state *state,
@@ -117,8 +128,9 @@ static void note(const struct ref_scene *s, double t, const struct state *state,
         if (fabs(s->t_out[i] - t) > 1e-13 * (1 + t))
             continue;
         struct ref_output *output = &run->output[i];
+        double rising;
         output->t_s = t;
-        output->lift_ft = lift_of(s, state, &output->lift_node);
+        output->lift_ft = lift_of(s, state, &output->lift_node, &rising);
         output->lift_node++;
         for (int n = 0; n < s->mats; n++)
             output->u_ft[n] = state->q[ref_u(s, n)];
@@ -159,10 +171,11 @@ bool ref_march(const struct ref_scene *s, double h_s, struct ref_run *run)
     struct state state;
     struct ref_regime regime = {0};
     double th[REF_MATS], rate[REF_MATS], t = 0;
+    double lift_ft, rising;
     int node;
     *run = (struct ref_run){0};
     ref_start(s, state.q, state.v);
-    run->max_lift_ft = lift_of(s, &state, &node);
+    run->max_lift_ft = lift_ft = lift_of(s, &state, &node, &rising);
     note(s, t, &state, run);
     while (t < s->tend) {
         double t1 = next_break(s, t);
@@ -172,7 +185,11 @@ bool ref_march(const struct ref_scene *s, double h_s, struct ref_run *run)
             double h = fmin(h_s, t1 - t);
             double done = piece(s, &regime, &wheel, t, h, &state, run);
             t = t1 - t <= done ? t1 : t + done;
-            run->max_lift_ft = fmax(run->max_lift_ft, lift_of(s, &state, &node));
+            double before_ft = lift_ft, rose = rising;
+            int same = node;
+            lift_ft = lift_of(s, &state, &node, &rising);
+            double top_ft = node == same ? top_of(before_ft, rose, lift_ft, rising, done) : lift_ft;
+            run->max_lift_ft = fmax(run->max_lift_ft, top_ft);
             ref_angles(s, state.q, state.v, th, rate);
             for (int n = 0; n < s->mats; n++) {
                 if (!(fabs(th[n]) < FOLD_RAD)) {

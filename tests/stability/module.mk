@@ -9,3 +9,8 @@ stability: $(B)/tests/stability/stability ## longer | 2,000 scenes and 5,000 lan
 	@mkdir -p $(B)/stability
 	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
 	$(B)/tests/stability/stability --fixed $(B)/stability | tee $(B)/stability/landings.txt
+
+.PHONY: error-bars
+error-bars: $(B)/tests/stability/stability ## longer | 5,000 scenes, true errors of every solver over those that it states: build/stability/bars.csv (20 min)
+	@mkdir -p $(B)/stability
+	$(B)/tests/stability/stability --bars --minutes 60 $(B)/stability | tee $(B)/stability/bars.txt

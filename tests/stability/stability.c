@@ -1,4 +1,4 @@
-/* stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J]
+/* stability [--fixed | --bars] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J]
  * [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv (with --fixed: landings.csv)
  * and prints a summary; exits with 1 when an answer is contradicted, a solver crashed, or too many
  * answers of fixed are overconfident. README.md. */
@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "tests/stability/bars.h"
 #include "tests/stability/bins.h"
 #include "tests/stability/confidence.h"
 #include "tests/stability/study.h"
@@ -20,10 +21,12 @@
 #define JOBS_MAX             64u
 #define LANDINGS             5000u
 #define OVERCONFIDENT_ONE_IN 100u /* twice what LANDINGS.md has */
+#define BARS_BEYOND_1_ONE_IN 200u
 
 struct plan {
     size_t scenes, from, every, only, jobs, minutes;
     uint64_t seed;
+    bool bars;  /* every solver against its stated errors */
     bool fixed; /* the landing engine against its stated errors, instead of auto against others */
     const char *folder;
     double (*exponents)[DRAW_KEYS];
@@ -40,8 +43,9 @@ static const struct study_limits limits = {.auto_s = 6.0, .other_s = 0.5};
 static enum mr_status draw(const struct plan *plan, size_t index, struct sim_scene *scene)
 {
     struct error error = {0};
-    return (plan->fixed ? draw_landing : draw_scene)(scene, plan->exponents[index], index,
-                                                     plan->seed, &error);
+    bool landing = plan->fixed || (plan->bars && index % 2 == 1);
+    return (landing ? draw_landing : draw_scene)(scene, plan->exponents[index], index, plan->seed,
+                                                 &error);
 }
 
 static void work(const struct plan *plan, struct shared *shared)
@@ -55,7 +59,9 @@ static void work(const struct plan *plan, struct shared *shared)
             return;
         if (draw(plan, i, &scene) != MR_OK)
             _exit(3);
-        if (plan->fixed)
+        if (plan->bars)
+            study_bars(&scene, i, &limits, shared->answers[i]);
+        else if (plan->fixed)
             study_fixed(&scene, &limits, shared->answers[i]);
         else
             study_scene(&scene, i, &limits, shared->answers[i]);
@@ -224,16 +230,21 @@ static void write_head(FILE *table)
 }
 
 static bool tabulate(const struct plan *plan, const struct shared *shared, struct summary *summary,
-                     struct confidence *confidence)
+                     struct confidence *confidence, struct bars *bars)
 {
     char path[4096];
-    snprintf(path, sizeof path, "%s/%s", plan->folder, plan->fixed ? "landings.csv" : "table.csv");
+    snprintf(path, sizeof path, "%s/%s", plan->folder,
+             plan->bars    ? "bars.csv"
+             : plan->fixed ? "landings.csv"
+                           : "table.csv");
     FILE *table = fopen(path, "w");
     if (!table) {
         fprintf(stderr, "stability: cannot write %s; make the folder\n", path);
         return false;
     }
-    if (plan->fixed)
+    if (plan->bars)
+        bars_head(table);
+    else if (plan->fixed)
         confidence_head(table);
     else
         write_head(table);
@@ -246,6 +257,9 @@ static bool tabulate(const struct plan *plan, const struct shared *shared, struc
         if (shared->answers[at][0].solver[0] == '\0') { /* time was up */
             summary->not_run++;
             confidence->not_run++;
+            bars->not_run++;
+        } else if (plan->bars) {
+            bars_add(bars, table, at, plan->exponents[at], &scene, shared->answers[at]);
         } else if (plan->fixed) {
             confidence_add(confidence, table, at, plan->exponents[at], &scene, shared->answers[at]);
         } else {
@@ -261,15 +275,17 @@ static bool tabulate(const struct plan *plan, const struct shared *shared, struc
 
 static bool parse(struct plan *plan, int count, char **words)
 {
-    *plan = (struct plan){.every = 1, .only = SIZE_MAX, .jobs = 2, .minutes = 30, .seed = SEED};
+    *plan = (struct plan){.every = 1, .only = SIZE_MAX, .jobs = 2, .minutes = 30};
     for (int i = 1; i < count; i++) {
         char *end;
         if (words[i][0] != '-') {
             plan->folder = words[i];
             continue;
         }
-        if (strcmp(words[i], "--fixed") == 0) {
-            plan->fixed = true;
+        bool bars = strcmp(words[i], "--bars") == 0;
+        if (bars || strcmp(words[i], "--fixed") == 0) {
+            plan->bars = bars;
+            plan->fixed = !bars;
             continue;
         }
         if (i + 1 >= count)
@@ -296,7 +312,9 @@ static bool parse(struct plan *plan, int count, char **words)
         i++;
     }
     if (plan->scenes == 0)
-        plan->scenes = plan->fixed ? LANDINGS : SCENES;
+        plan->scenes = plan->bars ? BARS_SCENES : plan->fixed ? LANDINGS : SCENES;
+    if (plan->seed == 0)
+        plan->seed = plan->bars ? BARS_SEED : SEED;
     return plan->folder && plan->from < plan->scenes && plan->every > 0 && plan->jobs > 0 &&
            plan->jobs <= JOBS_MAX;
 }
@@ -306,23 +324,33 @@ int main(int count, char **words)
     struct plan plan;
     struct summary summary = {0};
     struct confidence confidence = {0};
+    struct bars bars;
     if (!parse(&plan, count, words)) {
-        fprintf(stderr, "usage: stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] "
-                        "[--seed S] [--jobs J] [--minutes M] FOLDER\n");
+        fprintf(
+            stderr,
+            "usage: stability [--fixed | --bars] [--scenes N] [--from I] [--every K] [--only I] "
+            "[--seed S] [--jobs J] [--minutes M] FOLDER\n");
         return 2;
     }
     plan.exponents = draw_table(plan.scenes, plan.seed);
     struct shared *shared = mmap(NULL, sizeof *shared + plan.scenes * sizeof shared->answers[0],
                                  PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (!plan.exponents || shared == MAP_FAILED) {
+    if (!plan.exponents || shared == MAP_FAILED || !bars_make(&bars, plan.scenes)) {
         fprintf(stderr, "stability: out of memory: %zu scenes; give fewer\n", plan.scenes);
         return 3;
     }
     shared->begin = time(NULL);
-    bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary, &confidence);
+    bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary, &confidence, &bars);
     free(plan.exponents);
     if (!good)
         return 3;
+    if (plan.bars) {
+        bars_print(&bars);
+        good = bars_good(&bars, BARS_BEYOND_1_ONE_IN);
+        bars_free(&bars);
+        return !good;
+    }
+    bars_free(&bars);
     if (plan.fixed) {
         confidence_print(&confidence);
         return !confidence_good(&confidence, OVERCONFIDENT_ONE_IN);

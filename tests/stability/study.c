@@ -37,7 +37,8 @@ static void solve(const struct sim_scene *scene, const struct task *task,
     struct sim_result result;
     struct error error = {0};
     enum mr_status status = sim_run(scene, &options, &result, &error);
-    answer->end = status == MR_OK       ? STUDY_OK
+    bool given = status == MR_OK || result.status == SIM_UNPREDICTABLE;
+    answer->end = given                 ? STUDY_OK
                 : status == MR_NUMERICS ? (enum study_end)result.status
                                         : STUDY_REFUSED;
     snprintf(answer->solver, sizeof answer->solver, "%s", result.solver ? result.solver : "-");
@@ -45,12 +46,13 @@ static void solve(const struct sim_scene *scene, const struct task *task,
     answer->rate = 2.785 / result.dt_limit_s;
     answer->steps = result.steps;
     answer->events = result.events;
-    if (status == MR_OK) {
+    if (given) {
         answer->error_u_ft = result.error_u_ft;
         answer->error_lift_ft = result.error_lift_ft;
         answer->peak_u_ft = result.peak_u_ft;
         answer->max_lift_ft = result.max_lift_ft;
         answer->bow_wave = result.bow_wave;
+        answer->unsure_s = status == MR_OK ? 0.0 : result.t_s;
         for (size_t i = 0; i < DRAW_OUTPUTS; i++) {
             answer->lift_ft[i] = result.outputs[i].lift_ft;
             memcpy(answer->u_ft[i], result.outputs[i].u_ft,
@@ -235,6 +237,88 @@ void study_fixed(const struct sim_scene *scene, const struct study_limits *limit
             fmax(d.ratio_u, d.ratio_lift) <= STUDY_DOUBT)
             break;
     }
+}
+
+/* Grit and ground are not drawn; friction tanh and sign are not for fixed. */
+static bool fixed_has(const struct sim_scene *scene)
+{
+    return scene->model == SIM_CONSISTENT &&
+           (scene->friction_law == SIM_STICK || scene->friction_law == SIM_NONE);
+}
+
+const char *study_bars_solver(const struct sim_scene *scene, size_t index)
+{
+    static const char *const turns[] = {"rk4", "event", "cvode", "implicit", "rkgs", "hamming"};
+    return fixed_has(scene) && index % 4 == 1 ? "fixed" : turns[index / 2 % 6];
+}
+
+/* Whether `a` is more than STUDY_DOUBT of its stated errors from this answer. */
+static bool doubtful(const struct sim_scene *scene, const struct study_answer *a,
+                     const struct study_answer *b)
+{
+    if (a->end != STUDY_OK || b->end != STUDY_OK)
+        return false;
+    struct study_difference d = study_compare(scene, a, b);
+    return d.verdict || fmax(d.ratio_u, d.ratio_lift) > STUDY_DOUBT;
+}
+
+void study_bars(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
+                struct study_answer *answers)
+{
+    struct study_answer *first = &answers[STUDY_BARS_AUTO], *other = &answers[STUDY_BARS_OTHER],
+                        *event = &answers[STUDY_BARS_EVENT],
+                        *implicit = &answers[STUDY_BARS_IMPLICIT];
+    for (int i = 0; i < STUDY_METHODS; i++)
+        answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
+    run(scene, (struct task){"auto", 0.0, STUDY_LATE_S, 0.0}, first);
+    if (scene->friction_law == SIM_SIGN)
+        return;
+    const char *name = study_bars_solver(scene, index);
+    run(scene, (struct task){name, 0.0, limits->other_s, 0.0}, other);
+    if (other->solver[0] == '-')
+        snprintf(other->solver, sizeof other->solver, "%s", name);
+    run(scene, (struct task){"event", STUDY_TRUTH_RTOL, limits->other_s, 0.0}, event);
+    bool known = event->end == STUDY_OK && !doubtful(scene, first, event) &&
+                 !doubtful(scene, other, event);
+    if (!known || strcmp(first->solver, "event") == 0 || strcmp(other->solver, "event") == 0)
+        run(scene, (struct task){"implicit", STUDY_TRUTH_RTOL, limits->other_s, 0.0}, implicit);
+    bool second = implicit->end == STUDY_OK && event->end == STUDY_OK;
+    if (!second && scene->path_count == 0 && first->rate > 0.0 &&
+        first->rate * scene->t_end_s / REFERENCE_REACH < REFERENCE_STEPS)
+        run(scene, (struct task){"reference", 0.0, limits->other_s, first->rate},
+            &answers[STUDY_BARS_REFERENCE]);
+}
+
+struct study_truth study_truth(const struct sim_scene *scene, const struct study_answer *answers,
+                               const struct study_answer *of)
+{
+    struct study_truth truth = {0};
+    const struct study_answer *same = NULL;
+    for (int i = STUDY_BARS_EVENT; i <= STUDY_BARS_REFERENCE; i++) {
+        const struct study_answer *a = &answers[i];
+        if (a->end != STUDY_OK)
+            continue;
+        if (strcmp(a->solver, of->solver) == 0) {
+            same = a;
+            continue;
+        }
+        if (!truth.is) {
+            truth.is = a;
+            continue;
+        }
+        bool beyond = doubtful(scene, of, truth.is);
+        truth.other_alone = beyond && !doubtful(scene, of, a) &&
+                            study_compare(scene, a, truth.is).contradicts;
+        if (truth.other_alone)
+            truth.is = a;
+    }
+    /* a second method, at odds with this one at both of its tolerances */
+    if (truth.is && same && doubtful(scene, of, truth.is) && !doubtful(scene, of, same) &&
+        study_compare(scene, same, truth.is).contradicts)
+        truth.contested = true;
+    if (!truth.is && same)
+        truth = (struct study_truth){.is = same, .by_itself = true};
+    return truth;
 }
 
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,

@@ -9,15 +9,18 @@
 #include "host/sim/sim.h"
 #include "tests/stability/draw.h"
 
-#define STUDY_MATS     16
+#define STUDY_MATS 16
+
+#define STUDY_OVERCONFIDENT 3.0 /* stated errors */
 /* of both error estimates together: beyond that, two answers contradict each other */
-#define STUDY_MULTIPLE 10.0
-#define STUDY_PART     1e-6 /* and of the largest movement (of the largest lift) */
-#define STUDY_LEAST_FT 1e-9 /* and this */
+#define STUDY_MULTIPLE      STUDY_OVERCONFIDENT
+#define STUDY_PART          1e-6 /* and of the largest movement (of the largest lift) */
+#define STUDY_LEAST_FT      1e-9 /* and this */
 
 #define STUDY_TRUTH_RTOL    1e-11 /* of those that fixed is held against */
 #define STUDY_DOUBT         1.0   /* beyond so many stated errors another method is asked too */
 #define STUDY_FIXED_METHODS 3
+#define STUDY_LATE_S        60.0 /* of processor time for auto */
 
 enum study_method {
     STUDY_AUTO,
@@ -51,6 +54,7 @@ struct study_answer {
     double rate; /* fastest of the linearised equations, /s */
     uint64_t steps, events;
     double error_u_ft, error_lift_ft, peak_u_ft, max_lift_ft;
+    double unsure_s; /* from then on the answer is said to be not predictable; 0: it is */
     bool bow_wave;
     bool alone; /* contradicts auto, which the remaining solver confirms */
     double u_ft[DRAW_OUTPUTS][STUDY_MATS + 1]; /* by mat, from 1 */
@@ -81,6 +85,34 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
  * does not answer or says something else, implicit in answers[2]. */
 void study_fixed(const struct sim_scene *scene, const struct study_limits *limits,
                  struct study_answer *answers);
+
+/* What study_bars leaves where. */
+enum study_bar {
+    STUDY_BARS_AUTO,
+    STUDY_BARS_OTHER,
+    STUDY_BARS_EVENT,
+    STUDY_BARS_IMPLICIT,
+    STUDY_BARS_REFERENCE
+};
+
+/* auto; another solver, taking turns; and, at a tolerance of 1e-11, event, and implicit where event
+ * does not answer, was asked itself, or says something else. Where they leave an answer of event or
+ * implicit without a second method: the reference of tests/sim_reference. */
+void study_bars(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
+                struct study_answer *answers);
+/* Whose turn it is. */
+const char *study_bars_solver(const struct sim_scene *scene, size_t index);
+
+/* The answer that says how it is: another method's than `of`; with two of them at odds the one that
+ * sides with `of`. NULL: nobody knows. */
+struct study_truth {
+    const struct study_answer *is;
+    bool other_alone; /* another one at odds with this and with `of` */
+    bool contested;   /* `of`'s own method at a finer tolerance sides with `of` */
+    bool by_itself;   /* the same method at a finer tolerance, as there is no other */
+};
+struct study_truth study_truth(const struct sim_scene *scene, const struct study_answer *answers,
+                               const struct study_answer *of);
 
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
                                       const struct study_answer *b);

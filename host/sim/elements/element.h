@@ -7,8 +7,10 @@
  * their memory (mods.h) are not in the table: they are inlined, or called, where engines have their
  * loops. law.h says what all of them have in common.
  *
- * An element has no state but its parameter. Engines of fixed steps integrate it exactly where it
- * is linear in the speed (element_kick), so it sets them no step limit. Units ft, lb, s, slug. */
+ * An element has no state but its parameter, or it `remembers`: then its row brings its key and its
+ * place in the engines' loops, and the memory is a file's beside it. Engines of fixed steps
+ * integrate one without state exactly where it is linear in the speed (element_kick), so it sets
+ * them no step limit. Units ft, lb, s, slug. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 #define MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 
@@ -43,6 +45,9 @@ struct element {
      * mat. 0: a mat at rest may be left out of a scene */
     double (*push_at_rest_lb)(double value);
     void (*describe)(double value, struct sim_result *result); /* for people */
+    /* it has a memory, which a file of its own steps (gear.h): here it does nothing, and engines
+     * that choose their steps refuse it */
+    bool remembers;
 };
 
 #define ELEMENT_FIELD(name) (offsetof(struct sim_scene, element) + ELEMENT_##name * sizeof(double))
@@ -55,6 +60,8 @@ struct element_set {
 };
 
 struct element_set element_set_of(const struct sim_scene *scene);
+/* Those of them that do not remember. */
+struct element_set element_set_plain(const struct element_set *set);
 
 /* Sums over a set. */
 double element_force_lb(const struct element_set *set, struct element_mat mat);

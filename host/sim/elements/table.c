@@ -24,6 +24,18 @@ struct element_set element_set_of(const struct sim_scene *scene)
     return set;
 }
 
+struct element_set element_set_plain(const struct element_set *set)
+{
+    struct element_set plain = {0};
+    for (int i = 0; i < set->count; i++) {
+        if (set->at[i]->remembers)
+            continue;
+        plain.at[plain.count] = set->at[i];
+        plain.value[plain.count++] = set->value[i];
+    }
+    return plain;
+}
+
 double element_force_lb(const struct element_set *set, struct element_mat mat)
 {
     double sum = 0.0;

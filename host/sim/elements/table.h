@@ -4,6 +4,6 @@
 #ifndef MATRIG_HOST_SIM_ELEMENTS_TABLE_H
 #define MATRIG_HOST_SIM_ELEMENTS_TABLE_H
 
-#define ELEMENT_TABLE(ROW) ROW(ground_damping)
+#define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
 #endif

@@ -32,6 +32,16 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->mats = scene->mats;
     wheel->force_stop_s = scene->force_stop_s;
     wheel->thrust = scene->thrust;
+    wheel->from_s = wheel->rows[0].t_s;
+    wheel->instead = NULL;
+    wheel->rider = NULL;
+}
+
+void sim_wheel_yield(struct sim_wheel *wheel, sim_wheel_span_fn *instead, void *rider)
+{
+    wheel->from_s = (double)INFINITY;
+    wheel->instead = instead;
+    wheel->rider = rider;
 }
 
 /* Row c such that t is within row c..c+1; moves forward only. */
@@ -94,11 +104,10 @@ static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count
     return count + 1;
 }
 
-int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s,
-                   struct sim_touch touch[SIM_TOUCH_MAX])
+int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
-    if (t1_s <= wheel->rows[0].t_s)
-        return 0;
+    if (t1_s <= wheel->from_s)
+        return wheel->instead ? wheel->instead(wheel, t0_s, t1_s, touch) : 0;
     size_t c0 = seek(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
     double x0_ft = t0_s == wheel->at_s

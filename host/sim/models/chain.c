@@ -62,7 +62,8 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
     chain->joints = joint_law(scene->slack_ft, grit);
     chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0;
-    if (mods_make(&chain->mods, scene, error) != MR_OK) {
+    if (mods_make(&chain->mods, scene, error) != MR_OK ||
+        gear_make(&chain->gear, scene, error) != MR_OK) {
         chain_free(chain);
         return error->status;
     }
@@ -98,8 +99,14 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene)
 void chain_free(struct chain *chain)
 {
     mods_free(chain->mods);
+    gear_free(chain->gear);
     free(chain->storage);
     *chain = (struct chain){0};
+}
+
+void chain_mount(struct chain *chain, struct sim_wheel *wheel, double h_s)
+{
+    gear_start(chain->gear, wheel, h_s);
 }
 
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
@@ -285,17 +292,54 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     }
 }
 
+/* Each mat under the gear again, from its speed before the kick, with the ground that holds it in
+ * Coulomb's place. */
+static void ride(const struct chain *chain, double h_s)
+{
+    struct gear *gear = chain->gear;
+    for (int i = 0; i < gear->loaded_count; i++) {
+        int n = gear->loaded[i];
+        double v_ft_s = chain->before_ft_s[n];
+        struct element_step step = {1.0, h_s, 0.0};
+        if (gear->others.count > 0)
+            step = element_step(&gear->others, (struct element_mat){v_ft_s, true}, h_s,
+                                chain->mass_slug);
+        double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
+        chain->v_ft_s[n] = gear_speed_ft_s(
+            gear, n, step.keep * v_ft_s, push_lb(chain, n) + step.push_lb, limit_lb, step.as_if_s);
+    }
+}
+
+/* Gear and nothing else beside friction: all mats as ever, then those under the gear. */
+static unsigned kick_gear(const struct chain *chain, double h_s, int first, int last)
+{
+    int block = block_of(first);
+    struct stops stops = stick_mats(chain, h_s, block, (size_t)(block_of(last) + BLOCK - block));
+    for (int n = first; stops.thrown_back > 0 && n <= last; n++) {
+        double v_ft_s = chain->before_ft_s[n];
+        unsigned again = 0;
+        if (v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0))
+            chain->v_ft_s[n] = friction_speed_ft_s(v_ft_s, push_lb(chain, n), chain->limit_lb[n],
+                                                   h_s, chain->mass_slug, &again);
+    }
+    ride(chain, h_s);
+    return (unsigned)stops.all;
+}
+
 /* With elements: every mat by itself. */
 static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
                                                         int first, int last)
 {
     double *v = chain->v_ft_s, mass = chain->mass_slug;
     unsigned stops = 0;
+    const struct element_set *set = chain->gear ? &chain->gear->others : &chain->elements;
+    if (chain->gear && set->count == 0 && chain->friction == SIM_STICK)
+        return kick_gear(chain, h_s, first, last);
     for (int n = first; n <= last; n++) {
-        struct element_step step = element_step(&chain->elements, (struct element_mat){v[n], true},
-                                                h_s, mass);
+        struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
         double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        chain->before_ft_s[n] = v[n];
         if (chain->friction == SIM_STICK)
             v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
         else
@@ -303,6 +347,8 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
                    (x_lb - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
                        (step.as_if_s / mass);
     }
+    if (chain->gear)
+        ride(chain, h_s);
     return stops;
 }
 

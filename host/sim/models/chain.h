@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "host/sim/elements/element.h"
+#include "host/sim/elements/gear.h"
 #include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/scene/result.h"
@@ -49,6 +50,7 @@ struct chain {
     double *pull_lb;
     struct mods *mods; /* NULL when the scene has none */
     struct element_set elements;
+    struct gear *gear; /* NULL: the wheel has one axle, and its ground slides or holds */
 };
 
 /* MR_FULL when memory is short. first_mat: under the wheel at t = 0. */
@@ -57,6 +59,9 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
 
 /* Back to t = 0. */
 void chain_reset(struct chain *chain, const struct sim_scene *scene);
+
+/* With gear only: at t = 0 of a run in steps of h_s; the wheel's spans are then the gear's. */
+void chain_mount(struct chain *chain, struct sim_wheel *wheel, double h_s);
 
 /* Put the wheel's parts on the mats; chain_release takes the same parts away. */
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count);

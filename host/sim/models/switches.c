@@ -41,6 +41,12 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
     return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
 }
 
+/* In the air under the soil's normal force nothing rubs: a mat there neither stops nor sticks. */
+static inline bool afloat(const struct model *m, int mat)
+{
+    return m->soil_normal && !m->contact[mat] && !m->contact[mat + 1];
+}
+
 /* Positive where the soil acts. The consistent model's does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
@@ -179,7 +185,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
         for (int n = first; n <= last; n++) {
             double tension_r = tension_lb(m, z, n + 1);
             if (m->slide[n] != 0) {
-                if (m->slide[n] * v[2 * n + 1] < 0.0)
+                if (m->slide[n] * v[2 * n + 1] < 0.0 && !afloat(m, n))
                     note(&found, MODEL_SLIDE, n);
             } else {
                 double rate, push = tension_r - tension_l;
@@ -256,7 +262,8 @@ static void settle_slide(struct model *m, double t_s, const double *z)
             m->slide[n] = v > 0.0 ? 1 : -1;
         else {
             double push = model_push_lb(m, t_s, z, n);
-            m->slide[n] = fabs(push) <= model_limit_lb(m, z, n) ? 0 : push > 0.0 ? 1 : -1;
+            bool rests = fabs(push) <= model_limit_lb(m, z, n) && !afloat(m, n);
+            m->slide[n] = rests ? 0 : push > 0.0 ? 1 : -1;
         }
     }
 }

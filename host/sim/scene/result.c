@@ -6,8 +6,8 @@
 
 const char *sim_status_name(enum sim_status status)
 {
-    static const char *const names[] = {"ok", "unstable", "folded", "step_underflow",
-                                        "interrupted"};
+    static const char *const names[] = {"ok",          "unstable",     "folded", "step_underflow",
+                                        "interrupted", "unpredictable"};
     return names[status];
 }
 
@@ -21,6 +21,8 @@ void sim_result_end(struct sim_result *result, enum sim_status status, int mat, 
 void sim_result_leave_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
+        if (result->left_out[i] == what) /* a second solver of the same scene */
+            return;
         if (!result->left_out[i]) {
             result->left_out[i] = what;
             return;

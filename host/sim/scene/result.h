@@ -2,7 +2,9 @@
  *
  * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK holds no
  * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL; but one that was
- * interrupted holds what there was by then. Units ft, s. No array ever holds a NaN. */
+ * interrupted holds what there was by then. One that is SIM_UNPREDICTABLE holds one run of several
+ * that part at t_s: from then on its numbers hold within the error estimates only, which are the
+ * spread of those runs. Units ft, s. No array ever holds a NaN. */
 #ifndef MATRIG_HOST_SIM_SCENE_RESULT_H
 #define MATRIG_HOST_SIM_SCENE_RESULT_H
 
@@ -10,7 +12,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW, SIM_INTERRUPTED };
+enum sim_status {
+    SIM_OK,
+    SIM_UNSTABLE,
+    SIM_FOLDED,
+    SIM_STEP_UNDERFLOW,
+    SIM_INTERRUPTED,
+    SIM_UNPREDICTABLE
+};
 
 #define SIM_LEFT_OUT_MAX 12
 #define SIM_NOTES_MAX    8
@@ -43,6 +52,8 @@ struct sim_result {
     uint64_t events;     /* mats brought to rest within a step, in that pass */
     double error_u_ft;   /* estimate: largest over all mats at 64 even times, t_out and samples */
     double error_lift_ft;
+    /* SIM_UNPREDICTABLE: runs that the estimates are the spread of, and those with a bow wave */
+    int spread_runs, spread_waves;
     double peak_u_ft; /* largest |u| at the same times */
     int peak_mat;
     double speed_end_ft_s; /* fastest mat at the end; 0 when all are at rest */
@@ -81,7 +92,7 @@ struct sim_result {
     char notes[SIM_NOTES_MAX][160];         /* empty text at the end of the list */
 };
 
-/* "ok", "unstable", "folded", "step_underflow", "interrupted". */
+/* "ok", "unstable", "folded", "step_underflow", "interrupted", "unpredictable". */
 const char *sim_status_name(enum sim_status status);
 
 /* How a run ended that did not come to its end, at which mat and when. */

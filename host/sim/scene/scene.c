@@ -40,6 +40,7 @@ void sim_scene_defaults(struct sim_scene *scene)
         .v0_ft_s = 2.0,
         .mats_crossed = 3.0,
         .t_dwell_s = -1.0,
+        .gear = {.damping = 0.5, .unloading = 1.0, .axle_law = 1.0},
     };
     mods_defaults(&scene->mods);
 }
@@ -52,6 +53,8 @@ void sim_scene_free(struct sim_scene *scene)
     free(scene->gap0_ft.values);
     free(scene->grit_lb.values);
     free(scene->ground_ft.values);
+    free(scene->gear.lines_ft.values);
+    free(scene->gear.axles.values);
     free(scene->path);
     mods_free_lists(&scene->mods);
     sim_scene_defaults(scene);
@@ -198,6 +201,39 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     return MR_OK;
 }
 
+/* The stiffness is an element's key, so its place is known by name alone here. */
+static bool stands_on_ground(const struct sim_scene *scene)
+{
+    const struct sim_key *key = sim_key_find("gear_k_lb_ft");
+    return key && *(const double *)((const char *)scene + key->offset) > 0.0;
+}
+
+static enum mr_status check_gear(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
+    size_t count = lines->count > 0 ? lines->count : 1;
+    if (count > SIM_GEAR_LINES_MAX)
+        return error_set(error, MR_MALFORMED,
+                         "list too long: %s: gear_lines_ft has %zu axle lines; give at most %d",
+                         where, count, SIM_GEAR_LINES_MAX);
+    if (axles->count > 0 && axles->count != count)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: gear_axles has %zu values; give %zu, one "
+                         "per axle line",
+                         where, axles->count, count);
+    if (scene->gear.foot_ft > 4.0 * scene->length_ft)
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
+                         where, scene->gear.foot_ft, 4.0 * scene->length_ft);
+    if ((lines->count > 0 || axles->count > 0) && !stands_on_ground(scene))
+        return error_set(error, MR_MALFORMED,
+                         "axle lines without ground: %s: gear_lines_ft or gear_axles without "
+                         "gear_k_lb_ft; give the stiffness of the ground, or leave them out",
+                         where);
+    return MR_OK;
+}
+
 static enum mr_status check_path(const struct sim_scene *scene, const char *where,
                                  struct error *error)
 {
@@ -254,7 +290,7 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
             error, MR_MALFORMED,
             "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)",
             where, scene->ground_ft.count, scene->mats + 1);
-    if (mods_check(scene, where, error) != MR_OK)
+    if (mods_check(scene, where, error) != MR_OK || check_gear(scene, where, error) != MR_OK)
         return error->status;
     double end_s = sim_scene_end_s(scene);
     if (!(end_s > 0.0 && end_s <= SIM_LARGEST))

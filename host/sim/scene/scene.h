@@ -17,8 +17,9 @@
 #include "common/status.h"
 #include "host/base/error.h"
 
-#define SIM_MATS_MAX     100000
-#define SIM_ELEMENTS_MAX 8
+#define SIM_MATS_MAX       100000
+#define SIM_ELEMENTS_MAX   8
+#define SIM_GEAR_LINES_MAX 8
 
 enum sim_model { SIM_REPORT, SIM_CONSISTENT, SIM_CHAIN };
 enum sim_tad_mode { SIM_DEADBAND, SIM_SWITCHED };
@@ -91,6 +92,16 @@ struct sim_mods {
     struct sim_list torn;
 };
 
+/* How the gear stands on an elastic ground (elements/gear.h); its stiffness is the element's. */
+struct sim_gear {
+    double damping;           /* of a loaded mat, share of critical */
+    double unloading;         /* rho: share of the way that springs back */
+    double axle_law;          /* stiffness grows with axles to this power */
+    double foot_ft;           /* length along the runway that an axle presses evenly */
+    struct sim_list lines_ft; /* behind the lead axle; empty: that one alone */
+    struct sim_list axles;    /* on each line; empty: one */
+};
+
 struct sim_scene {
     char name[80];
     enum sim_model model;
@@ -143,6 +154,7 @@ struct sim_scene {
     struct sim_list ground_ft;
     double t_dwell_s; /* negative: not given */
     struct sim_mods mods;
+    struct sim_gear gear;
     /* by place in elements/table.h: parameter of each element; 0: absent */
     double element[SIM_ELEMENTS_MAX];
 };

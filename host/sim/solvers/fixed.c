@@ -53,7 +53,7 @@ struct pass {
 };
 
 /* Nothing in the window has moved for a while. */
-static bool asleep(const struct window *window)
+LAW_INLINE bool asleep(const struct window *window)
 {
     return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
            window->quiet_last >= QUIET_STEPS;
@@ -61,8 +61,8 @@ static bool asleep(const struct window *window)
 
 /* Take in the mats under the wheel. A window in which all have rested for a while goes there
  * instead of stretching. */
-static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch,
-                  int count)
+LAW_INLINE void cover(struct window *window, const struct chain *chain,
+                      const struct sim_touch *touch, int count)
 {
     if (count > 0 && asleep(window))
         window->first = window->last = touch[0].mat;
@@ -76,7 +76,7 @@ static void cover(struct window *window, const struct chain *chain, const struct
 
 /* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
  * a mat waits a little. */
-static void follow(struct window *window, const struct chain *chain)
+LAW_INLINE void follow(struct window *window, const struct chain *chain)
 {
     const double *v = chain->v_ft_s;
     if (v[window->first] != 0.0 && window->first > 1)
@@ -98,7 +98,7 @@ static void follow(struct window *window, const struct chain *chain)
 }
 
 /* The first kick has been given to all: whoever is still at rest sleeps. */
-static void settle(struct window *window, const struct chain *chain)
+LAW_INLINE void settle(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
     while (first < chain->mats && chain->v_ft_s[first] == 0.0)
@@ -123,12 +123,12 @@ static int fastest(const struct chain *chain)
     return mat;
 }
 
-static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                     const struct sim_options *options)
+/* `touch`: room for the wheel's parts. */
+LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                         const struct sim_options *options, struct sim_touch *touch)
 {
     bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
     struct sim_wheel wheel;
-    struct sim_touch touch[SIM_TOUCH_MAX];
     struct window window = {1, chain->mats, 0, 0};
     double h = pass->h_s;
     double begin_s = steady_s();
@@ -138,6 +138,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     chain_reset(chain, scene);
     put_in_lb_ft = chain_energy_lb_ft(chain, 1, chain->mats);
     sim_wheel_start(&wheel, scene);
+    if (chain->gear)
+        chain_mount(chain, &wheel, h);
     sim_record_take(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
@@ -204,6 +206,21 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     pass->ms = 1e3 * (steady_s() - begin_s);
 }
 
+/* A gear of several axle lines gets a loop of its own. */
+static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                     const struct sim_options *options)
+{
+    struct sim_touch touch[SIM_WHEEL_TOUCHES];
+    run_with(pass, chain, scene, options, touch);
+}
+
+static void run_gear_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                          const struct sim_options *options)
+{
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    run_with(pass, chain, scene, options, touch);
+}
+
 static enum mr_status start_pass(struct pass *pass, struct chain *chain,
                                  const struct sim_scene *scene, const struct sim_options *options,
                                  uint64_t steps, struct sim_result *result, struct error *error)
@@ -212,7 +229,7 @@ static enum mr_status start_pass(struct pass *pass, struct chain *chain,
         .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
     if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
-    run_pass(pass, chain, scene, options);
+    (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
     if (chain->mods && !pass->mods)
         return error_set(error, MR_FULL,
                          "out of memory: the modifications of %d mats; use a smaller N",

@@ -8,17 +8,31 @@
 #include "host/sim/solvers/landing_engine.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/solvers/planar.h"
+#include "host/sim/solvers/spread.h"
 
-#define STEP_SHARE    0.25 /* of the stability limit, when the step is not given */
-#define HOP_SHARE     0.25 /* of a mat the aircraft may cross in a step */
+#define STEP_SHARE          0.25 /* of the stability limit, when the step is not given */
+#define HOP_SHARE           0.25 /* of a mat the aircraft may cross in a step */
 /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
-#define STABLE        1.8
-#define LEAST_STEPS   1000.0
-#define MOST_STEPS    1e8
-#define MOST_HALVINGS 4
-#define DISAGREEMENT  0.2
+#define STABLE              1.8
+#define LEAST_STEPS         1000.0
+#define MOST_STEPS          1e8
+#define MOST_SHORTENED      4
+#define PLANAR_DISAGREEMENT 0.2
 /* times the difference of two marches: of first order the finer one's error is as large as that */
-#define CAUTION       2.0
+#define CAUTION             2.0
+/* between steps of two marches. Not 2: the shorter steps would end wherever the longer ones do, and
+ * every other switch would be sampled at the same moment in both */
+#define STEP_RATIO          1.9
+#define BESIDE_RATIO        1.37 /* the same, of one march more */
+#define SENSITIVE           1e-3 /* an estimate of so much of the largest movement or lift */
+#define DOUBT               1.5  /* times what four marches are apart by, where chance decides it */
+
+static void drop(struct march *march)
+{
+    sim_record_free(&march->record);
+    free(march->mods);
+    *march = (struct march){0};
+}
 
 static enum mr_status start_march(struct landing *l, struct march *march,
                                   const struct sim_options *options, uint64_t steps,
@@ -99,20 +113,22 @@ static bool agree(const struct landing *l, const struct march *coarse, const str
 {
     double threshold = planar_bow_threshold_ft(l->scene),
            lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
-    return apart.u.u_ft <=
-               DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
-           apart.lift_ft <= DISAGREEMENT * fmax(lift, threshold) &&
+    return apart.u.u_ft <= PLANAR_DISAGREEMENT * sim_record_peak(&fine->record).u_ft +
+                               1e-9 * l->model.length_ft &&
+           apart.lift_ft <= PLANAR_DISAGREEMENT * fmax(lift, threshold) &&
            (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
 }
 
 /* Sampled switches fall differently at every step, so two marches can be as close as they like by
- * chance, twice as many steps never are: where the march before those two says the same, its
- * difference counts as well. */
+ * chance; where the march before those two says the same, its difference counts as well. */
 static void state_error(const struct landing *l, const struct march *rough,
-                        const struct march *coarse, struct apart apart, struct sim_result *result)
+                        const struct march *coarse, const struct march *fine, struct apart apart,
+                        struct sim_result *result)
 {
     result->error_u_ft = CAUTION * apart.u.u_ft;
-    result->error_lift_ft = CAUTION * apart.lift_ft;
+    /* a node that lands has done so up to a step before it is seen to: that far it is off, whatever
+     * the marches say of each other */
+    result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (rough->done == 0 || rough->status != SIM_OK)
         return;
     struct apart before = apart_of(rough, coarse);
@@ -122,24 +138,72 @@ static void state_error(const struct landing *l, const struct march *rough,
     result->error_lift_ft = fmax(result->error_lift_ft, before.lift_ft);
 }
 
-static void drop(struct march *march)
+/* Where the estimate is not small beside what moves, switches decide much, and a march more, at
+ * another step, says how much. What the march before left in `l` is the answer's, and stays. */
+static enum mr_status doubt(struct landing *l, const struct sim_options *options,
+                            const struct march *fine, struct sim_result *result,
+                            struct error *error)
 {
-    sim_record_free(&march->record);
-    free(march->mods);
-    *march = (struct march){0};
+    struct march beside = {0};
+    if (result->error_u_ft <= SENSITIVE * sim_record_peak(&fine->record).u_ft &&
+        result->error_lift_ft <= SENSITIVE * fine->max_lift_ft)
+        return MR_OK;
+    double *kept = malloc(l->stored * sizeof *kept);
+    if (!kept)
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", l->model.mats);
+    memcpy(kept, l->z, l->stored * sizeof *kept);
+    uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
+    if (start_march(l, &beside, options, steps, result, error) == MR_OK &&
+        beside.status == SIM_OK) {
+        struct apart apart = apart_of(&beside, fine);
+        result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
+        result->error_lift_ft = DOUBT * fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
+    }
+    memcpy(l->z, kept, l->stored * sizeof *kept);
+    free(kept);
+    drop(&beside);
+    return error->status;
 }
 
-/* Marches at a step and at half of it until two say the same. `rough` has been run before them, or
- * is empty. */
+/* No shorter step decides: the marches are the runs of the spread. */
+static void state_spread(const struct landing *l, const struct march *rough,
+                         const struct march *coarse, const struct march *fine,
+                         struct sim_result *result)
+{
+    const struct march *others[] = {coarse, rough};
+    double threshold = planar_bow_threshold_ft(l->scene);
+    double most_u_ft = PLANAR_DISAGREEMENT * sim_record_peak(&fine->record).u_ft,
+           most_lift_ft = PLANAR_DISAGREEMENT * fmax(fine->max_lift_ft, threshold);
+    result->spread_runs = 1;
+    result->spread_waves = fine->max_lift_ft > threshold;
+    for (int i = 0; i < 2; i++) {
+        if (others[i]->done == 0 || others[i]->status != SIM_OK)
+            continue;
+        struct apart apart = apart_of(fine, others[i]);
+        spread_part(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
+        result->error_u_ft = fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
+        result->error_lift_ft = fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
+        result->spread_runs++;
+        result->spread_waves += others[i]->max_lift_ft > threshold;
+    }
+}
+
+static uint64_t fewer(uint64_t steps)
+{
+    return (uint64_t)ceil((double)steps / STEP_RATIO);
+}
+
+/* Marches at a step and at a longer one, with shorter ones until two say the same. `rough` has been
+ * run before them, or is empty. */
 static enum mr_status run_pairs(struct landing *l, const struct sim_options *options,
                                 uint64_t steps, struct march *rough, struct sim_result *result,
                                 struct error *error)
 {
     struct march coarse = {0}, fine = {0};
     struct apart apart = {0};
-    if (start_march(l, &coarse, options, steps, result, error) != MR_OK)
+    if (start_march(l, &coarse, options, fewer(steps), result, error) != MR_OK)
         return error->status;
-    for (int halvings = 0;; halvings++) {
+    for (int shortened = 0;; shortened++) {
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_end(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
@@ -147,7 +211,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             coarse.mods = NULL;
             break;
         }
-        if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
+        if (start_march(l, &fine, options, steps, result, error) != MR_OK)
             break;
         if (fine.status == SIM_INTERRUPTED) {
             sim_result_end(result, fine.status, fine.mat, fine.t_s);
@@ -162,19 +226,24 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
         }
         apart = failed ? apart : apart_of(&coarse, &fine);
         if (!failed && agree(l, &coarse, &fine, apart)) {
-            state_error(l, rough, &coarse, apart, result);
+            state_error(l, rough, &coarse, &fine, apart, result);
+            doubt(l, options, &fine, result, error);
             break;
         }
-        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS ||
-            4.0 * (double)coarse.steps > MOST_STEPS) {
-            enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
-            sim_result_end(result, failed ? failed->status : status,
-                           failed ? failed->mat : apart.u.mat, failed ? failed->t_s : apart.u.t_s);
+        if (options->dt_s > 0.0 || shortened == MOST_SHORTENED ||
+            STEP_RATIO * (double)steps > MOST_STEPS) {
+            if (failed)
+                sim_result_end(result, failed->status, failed->mat, failed->t_s);
+            else if (options->dt_s > 0.0)
+                sim_result_end(result, SIM_UNSTABLE, apart.u.mat, apart.u.t_s);
+            else
+                state_spread(l, rough, &coarse, &fine, result);
             break;
         }
         drop(rough);
         *rough = coarse;
         coarse = fine;
+        steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
         fine.record = (struct sim_record){0};
         fine.mods = NULL;
     }
@@ -185,12 +254,12 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
     return error->status;
 }
 
-/* The step, the steps twice and four times as long; the longest only where that is stable. */
+/* The step and two longer ones; the longest only where that is stable. */
 static enum mr_status run_checked(struct landing *l, const struct sim_options *options,
                                   uint64_t steps, struct sim_result *result, struct error *error)
 {
     struct march rough = {0};
-    uint64_t fewest = (steps + 1) / 2;
+    uint64_t fewest = fewer(fewer(steps));
     bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
     if (!stable || start_march(l, &rough, options, fewest, result, error) == MR_OK) {
         if (rough.status == SIM_INTERRUPTED) {
@@ -253,7 +322,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
         return error->status;
     }
     bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
-    return run_checked(l, options, (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
+    return run_checked(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
 }
 
 static void lay_ground(struct landing *l)
@@ -273,7 +342,8 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    double *storage = calloc(2 * length + 15 * joints, sizeof *storage);
+    l->stored = 2 * length + 15 * joints;
+    double *storage = calloc(l->stored, sizeof *storage);
     if (!storage)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
     l->z = storage;
@@ -292,7 +362,9 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->tilt_ft = l->rise_ft + joints;
     l->rest_cos = l->tilt_ft + joints;
     lay_ground(l);
-    if (l->mods && (l->mods->banded || l->mods->stiffened)) {
+    bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
+    if (braced || l->gear) {
+        l->brace_heaves = l->gear ? landing_load_heaves : landing_brace_heaves;
         l->brace_lb = l->rest_cos + joints;
         l->brace_lb_ft = l->brace_lb + joints;
         model_brace(m, l->brace_lb, l->brace_lb_ft);
@@ -329,15 +401,16 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     result->t_end_s = sim_scene_end_s(scene);
     model_describe(&l.model, result);
     sim_result_note(result, "error estimate: the larger of twice the difference to the run at "
-                            "double the step and that run's difference to "
-                            "the run at four times the step");
-    if (mods_make(&l.mods, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
+                            "1.9 times the step and that run's difference to one at 3.6 times");
+    if (mods_make(&l.mods, scene, error) == MR_OK && gear_make(&l.gear, scene, error) == MR_OK &&
+        lay_out(&l, error) == MR_OK) {
         if (l.mods)
             mods_describe(l.mods, result);
         run_with(&l, options, result, error);
     }
     result->run_ms = 1e3 * (steady_s() - begin_s);
     mods_free(l.mods);
+    gear_free(l.gear);
     model_free(&l.model);
     free(l.z);
     return error->status;

@@ -19,16 +19,18 @@
  * sqrt(g L), as under compression it rests off its settled height; between 1e-7 and 1e-5 the lifts
  * of landings without a wave differ by less than 1e-7 in.
  *
- * Checks: a step beyond the stability limit is refused. Every run is done at the step, at double
- * the step and, where that is stable, at four times the step. The error estimate is the larger of
- * twice the difference of the first two and the difference of the last two, if those say the same:
- * sampled switches fall differently at every step, and two runs alone can agree by chance
- * (tests/stability/README.md has how often a true error is beyond the estimate). The difference of
- * the first two must stay below a fifth of the largest movement, the lifts within a fifth of the
- * bow wave's threshold or of each other, and both must agree on whether there is a bow wave; else
- * the step is halved, 4 times at most, then `step_underflow` (`unstable` when dt was given). An
- * angle beyond 85 degrees ends `folded`. With options->single one march answers, unchecked
- * (sim.h). */
+ * Checks: a step beyond the stability limit is refused. Every run is done at the step, at 1.9
+ * times the step and, where that is stable, at 3.6 times the step: not at 2 and 4, as the ends of
+ * the shorter steps would then be those of the longer ones too, and every other switch would be
+ * sampled at the same moment in both. The error estimate is the larger of twice the difference of
+ * the first two and the difference of the last two, if those say the same; for lifts no less than
+ * what a node that lands moves in a step. Where that is more than 1e-3 of what moves, switches
+ * decide much: a run more, at 1.37 times the step, joins, and the largest counts 1.5 times. The
+ * difference of the first two must stay below a fifth of the largest movement, the lifts within a
+ * fifth of the bow wave's threshold or of each other, and both must agree on whether there is a
+ * bow wave; else the step is shortened, 4 times at most, then the result is `unpredictable`
+ * (spread.h; `unstable` when dt was given). An angle beyond 85 degrees ends `folded`. With
+ * options->single one march answers, unchecked (sim.h). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H
 

@@ -8,6 +8,7 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 
+#include "host/sim/elements/gear.h"
 #include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/models/model.h"
@@ -23,13 +24,15 @@ struct part {
 struct landing {
     struct model model; /* its window is the part that heaves */
     const struct sim_scene *scene;
-    double *z; /* every mat's, all the time */
+    size_t stored; /* values from z on: all that a march leaves in this */
+    double *z;     /* every mat's, all the time */
     double *accel, *u, *v, *height;
     double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/joint.h */
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
-    /* what modifications press nodes down with and bend joints by; NULL: nothing */
+    /* what modifications and the gear press nodes down with and bend joints by; NULL: nothing */
     double *brace_lb, *brace_lb_ft;
-    double *push_lb, *pull_lb, *rise_ft; /* per joint and node: most so far */
+    void (*brace_heaves)(struct landing *l); /* puts it there; NULL: nothing */
+    double *push_lb, *pull_lb, *rise_ft;     /* per joint and node: most so far */
     /* per joint; between mats at rest that of the last step in which one of them moved */
     double *tension_lb;
     double slack_ft;
@@ -37,6 +40,7 @@ struct landing {
     struct part slides; /* mats that move along the runway, and one at rest on either side */
     struct part heaves; /* mats whose nodes are not at rest */
     struct mods *mods;  /* NULL when the scene has none */
+    struct gear *gear;  /* likewise */
 };
 
 struct march {
@@ -46,6 +50,7 @@ struct march {
     int mat;
     double t_s;
     double max_lift_ft;
+    double jolt_ft_s; /* the soil's largest: what a node's speed has changed by in a step */
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
@@ -83,9 +88,16 @@ void landing_stretch_joints(struct landing *l);
  * the heaving part. */
 void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s);
 void landing_brace_heaves(struct landing *l);
+
+/* With gear (landing_gear.c): at the start of a run in steps of h_s; its spans are then the
+ * wheel's, and what it loads is taken in. */
+void landing_mount(struct landing *l, struct sim_wheel *wheel, double h_s);
+/* The gear's weight on the nodes of the heaving part, beside what modifications do. */
+void landing_load_heaves(struct landing *l);
 /* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
  * that step. Slides say how many mats came to rest within the step. */
-void landing_kick_heaves(struct landing *l, double h_s);
+/* The largest change of a node's speed by the soil. */
+double landing_kick_heaves(struct landing *l, double h_s);
 unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count,
                              double h_s);
 

@@ -58,8 +58,23 @@ static double soil_limit_lb(const struct model *m, const double *z, int n)
            (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
 }
 
+/* A mat under the gear: the ground holds it, up to the Coulomb limit of its load beside its own. */
+static void ride(struct landing *l, int n, double thrust_lb, double limit_lb, double h_s)
+{
+    const struct model *m = &l->model;
+    const struct gear *gear = l->gear;
+    double *v = &l->z[m->size + 2 * n + 1];
+    bool grounded = n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1];
+    struct element_step step = element_step(&gear->others, (struct element_mat){*v, grounded}, h_s,
+                                            m->mass_slug);
+    if (!m->soil_normal && m->law != SIM_NONE)
+        limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
+    *v = gear_speed_ft_s(l->gear, n + 1, step.keep * *v, thrust_lb + step.push_lb, limit_lb,
+                         step.as_if_s);
+}
+
 KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s,
-                            bool cleated, bool elements)
+                            bool cleated, bool elements, bool geared)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
@@ -83,10 +98,13 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
             limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
-        if (elements) {
+        if (geared && l->gear->share[n + 1] > 0.0) {
+            ride(l, n, thrust[n], limit, h_s);
+        } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
-            struct element_step step = element_step(&m->elements, mat, h_s, m->mass_slug);
+            struct element_step step = element_step(geared ? &l->gear->others : &m->elements, mat,
+                                                    h_s, m->mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
                                                limit, step.as_if_s, m->mass_slug, &stops);
         } else {
@@ -97,16 +115,30 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
     return stops;
 }
 
+static __attribute__((noinline)) unsigned kick_geared(struct landing *l,
+                                                      const struct sim_touch *touch, int count,
+                                                      double h_s, bool cleated)
+{
+    model_ride(&l->model, l->gear->lead_mat - 1); /* whose waves are noted */
+    if (l->gear->others.count > 0)
+        return cleated ? kick(l, touch, count, h_s, true, true, true)
+                       : kick(l, touch, count, h_s, false, true, true);
+    return cleated ? kick(l, touch, count, h_s, true, false, true)
+                   : kick(l, touch, count, h_s, false, false, true);
+}
+
 /* Runways without cleats get a loop without, and so do those without elements. */
 unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count,
                              double h_s)
 {
     bool cleated = l->mods && l->mods->cleated;
+    if (l->model.elements.count > 0 && l->gear)
+        return kick_geared(l, touch, count, h_s, cleated);
     if (l->model.elements.count > 0)
-        return cleated ? kick(l, touch, count, h_s, true, true)
-                       : kick(l, touch, count, h_s, false, true);
-    return cleated ? kick(l, touch, count, h_s, true, false)
-                   : kick(l, touch, count, h_s, false, false);
+        return cleated ? kick(l, touch, count, h_s, true, true, false)
+                       : kick(l, touch, count, h_s, false, true, false);
+    return cleated ? kick(l, touch, count, h_s, true, false, false)
+                   : kick(l, touch, count, h_s, false, false, false);
 }
 
 /* The soil pushes and never pulls, at the end of the step: let go of nodes that it would pull, hold
@@ -125,13 +157,19 @@ static bool settle_contacts(struct landing *l, double h_s)
     return changed;
 }
 
-void landing_kick_heaves(struct landing *l, double h_s)
+double landing_kick_heaves(struct landing *l, double h_s)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size;
     consistent_heave(m, h_s, l->z, l->accel);
     for (int i = 0; i < MOST_CONTACTS && settle_contacts(l, h_s); i++)
         consistent_heave(m, h_s, l->z, l->accel);
-    for (int j = m->first; j <= m->last + 1; j++)
-        v[2 * j] += h_s * l->accel[2 * j];
+    double jolt_ft_s = 0.0;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        double change_ft_s = h_s * l->accel[2 * j];
+        v[2 * j] += change_ft_s;
+        if (m->contact[j] && fabs(change_ft_s) > jolt_ft_s)
+            jolt_ft_s = fabs(change_ft_s);
+    }
+    return jolt_ft_s;
 }

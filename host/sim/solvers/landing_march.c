@@ -11,7 +11,7 @@
 #define OFF_WAVE_SHARE       0.5
 #define SLIGHT_TURN          0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
-#define LOOK_STEPS           4    /* between looks at the angles */
+#define LOOK_STEPS           4    /* between looks at lifts and angles */
 
 /* The mat that carries most of the wheel; -1: none. */
 static int under_wheel(const struct sim_touch *touch, int count)
@@ -60,6 +60,7 @@ static void take(struct landing *l, struct march *march, double t_s)
         }
         march->record.height_ft = l->height;
         march->record.lift_ft = lift_ft(l, back_s, &march->record.lift_node);
+        march->max_lift_ft = fmax(march->max_lift_ft, march->record.lift_ft);
         sim_record_take(&march->record, at_s, l->u, l->v);
     }
 }
@@ -118,7 +119,7 @@ static void note_overrun(const struct landing *l, struct march *march, double li
                      (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
 }
 
-static bool sound(struct landing *l, struct march *march, double t_s)
+LAW_INLINE bool sound(struct landing *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
     int mat = l->slides.first + 1, node;
@@ -165,16 +166,19 @@ static void begin(struct landing *l, bool prunes)
     }
 }
 
-void landing_march(struct landing *l, struct march *march, const struct sim_options *options)
+/* `touch`: room for the wheel's parts. */
+LAW_INLINE void march_with(struct landing *l, struct march *march,
+                           const struct sim_options *options, struct sim_touch *touch)
 {
     bool prunes = !options->no_prune && element_rests(&l->model.elements);
     struct model *m = &l->model;
     struct sim_wheel wheel;
-    struct sim_touch touch[SIM_TOUCH_MAX];
     double h = march->h_s, begin_s = steady_s();
     double *p = l->z, *v = l->z + m->size;
     begin(l, prunes);
     sim_wheel_start(&wheel, l->scene);
+    if (l->gear)
+        landing_mount(l, &wheel, h);
     take(l, march, 0.0);
     for (uint64_t i = 0; i < march->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h, to_s = ((double)i + 0.5) * h;
@@ -193,11 +197,11 @@ void landing_march(struct landing *l, struct march *march, const struct sim_opti
         if (heaves) {
             model_look_at(m, l->heaves.first, l->heaves.last);
             model_sample_shape(m, l->z);
-            if (l->brace_lb)
-                landing_brace_heaves(l);
+            if (l->brace_heaves)
+                l->brace_heaves(l);
         }
         if (heaves)
-            landing_kick_heaves(l, to_s - from_s);
+            march->jolt_ft_s = fmax(march->jolt_ft_s, landing_kick_heaves(l, to_s - from_s));
         march->events += landing_kick_slides(l, touch, count, to_s - from_s);
         for (int n = l->slides.first; n <= l->slides.last; n++)
             p[2 * n + 1] += h * v[2 * n + 1];
@@ -207,7 +211,7 @@ void landing_march(struct landing *l, struct march *march, const struct sim_opti
         march->awake_s += live * h;
         march->mats_max = live > march->mats_max ? live : march->mats_max;
         march->done = i + 1;
-        if (i % LOOK_STEPS == 0 && !sound(l, march, t_s))
+        if ((i % LOOK_STEPS == 0 || i + 1 == march->steps) && !sound(l, march, t_s))
             break;
         if (i % LOOK_STEPS == 0 && options->overrun_ft > 0.0)
             note_overrun(l, march, options->overrun_ft);
@@ -228,4 +232,22 @@ void landing_march(struct landing *l, struct march *march, const struct sim_opti
         march->mods = mods_finish(l->mods, &view);
     }
     march->ms = 1e3 * (steady_s() - begin_s);
+}
+
+/* A gear of several axle lines gets a loop of its own. */
+static void march_gear(struct landing *l, struct march *march, const struct sim_options *options)
+{
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    march_with(l, march, options, touch);
+}
+
+static void march_wheel(struct landing *l, struct march *march, const struct sim_options *options)
+{
+    struct sim_touch touch[SIM_WHEEL_TOUCHES];
+    march_with(l, march, options, touch);
+}
+
+void landing_march(struct landing *l, struct march *march, const struct sim_options *options)
+{
+    (l->gear ? march_gear : march_wheel)(l, march, options);
 }

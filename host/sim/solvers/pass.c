@@ -232,6 +232,16 @@ static bool flips_back(const struct pass *p, double at, const struct model_switc
     return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
 }
 
+/* A number that belongs to a switch; their sum does not depend on the order of those that fall
+ * together. Finalizer of splitmix64 (S. Vigna, public domain). */
+static uint64_t mark(struct model_switch flip)
+{
+    uint64_t x = ((uint64_t)flip.kind << 32) + (uint64_t)(flip.index + 1);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+}
+
 /* Go back to the first event of the last step, if there was one. */
 static bool handle_events(struct pass *p, bool *event)
 {
@@ -324,8 +334,10 @@ static bool handle_events(struct pass *p, bool *event)
     top(p, at, p->z_event, p->z_until);
     stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
-    for (int i = 0; i < flips; i++)
+    for (int i = 0; i < flips; i++) {
         model_flip(m, at, s->z_new, together[i]);
+        p->out->switched += mark(together[i]);
+    }
     model_settle(m, at, s->z_new);
     p->flipped = together[0];
     p->flipped_s = at;

@@ -19,6 +19,7 @@ struct pass_outcome {
     int mat; /* where it failed, from 1 */
     double t_s;
     uint64_t rhs, steps, rejected, events;
+    uint64_t switched; /* a sum over all switches: passes that differ in it switched otherwise */
     double ms;
     double max_lift_ft;
     double speed_end_ft_s;

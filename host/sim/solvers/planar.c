@@ -7,9 +7,9 @@
 #include "host/base/steady.h"
 #include "host/sim/solvers/landing.h"
 #include "host/sim/solvers/pass.h"
+#include "host/sim/solvers/spread.h"
 
 #define CHECK_FACTOR     30.0
-#define DISAGREEMENT     0.2
 #define TIGHTEN          0.01
 #define MOST_TIGHTENINGS 2
 #define LEAST_RTOL       1e-13
@@ -20,6 +20,7 @@
 #define MOST_AUTO        300000u /* of implicit, when there is nothing else */
 #define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
+#define MOST_LEFT_STEPS  500000.0 /* of the longest, of rk4 when nothing else is left */
 /* where the negative real axis leaves the classical method's stability region */
 #define RK4_REAL         2.785
 #define EXPLICIT_REACH   6.0      /* the same of the order 8 method, about */
@@ -27,6 +28,16 @@
 #define EXPLICIT_MOST    500000.0 /* more are not tried */
 #define STEP_RATIO       4.0      /* a step of implicit costs as much as so many of event */
 #define BOW_WAVE_FT      0.05
+/* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
+ * every other switch would be sampled at the same moment in both. */
+/* An estimate beyond so many tolerances: errors grow on the way, and chance decides how much. */
+#define SENSITIVE        1000.0
+#define GRID_RATIO       1.9
+/* Times the difference of two passes that sample their switches: of first order the finer one's
+ * error is as large as that. */
+#define CAUTION          2.0
+#define FINER_CAUTION    1.2 /* to a finer one */
+#define LONGER_CAUTION   4.0 /* the same where the coarser one answers: twice as far off */
 
 bool planar_has_solver(const char *name)
 {
@@ -124,7 +135,8 @@ enum mr_status planar_deliver(const struct model *m, const double *z, struct sim
                               struct error *error)
 {
     size_t mats = (size_t)m->mats;
-    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
+        result->status != SIM_UNPREDICTABLE)
         return MR_OK;
     struct sim_difference peak = sim_record_peak(record);
     result->peak_u_ft = peak.u_ft;
@@ -156,70 +168,187 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass,
                           result, error);
 }
 
-/* Compare two complete passes; false when they contradict each other. */
-static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
-                  double rtol, struct sim_result *result, struct sim_difference *where)
+/* How far two complete passes are apart. */
+struct apart {
+    struct sim_difference u;
+    double lift_ft;
+};
+
+static struct apart apart_of(const struct pass_outcome *a, const struct pass_outcome *b)
 {
-    /* two passes can agree more closely than either is right */
-    double least_ft = rtol * m->length_ft;
-    double threshold = planar_bow_threshold_ft(m->scene);
-    *where = sim_record_difference(&a->record, &b->record);
-    result->error_u_ft = where->u_ft;
-    result->error_lift_ft = fmax(sim_record_lift_difference(&a->record, &b->record),
-                                 fabs(a->max_lift_ft - b->max_lift_ft));
-    double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
-    double lift = fmin(a->max_lift_ft, b->max_lift_ft);
-    bool same = result->error_u_ft <= DISAGREEMENT * peak + 1e-9 * m->length_ft &&
-                result->error_lift_ft <= DISAGREEMENT * lift + 0.01 * threshold &&
-                (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
-    if (peak > 0.0)
-        result->error_u_ft = fmax(result->error_u_ft, least_ft);
-    if (lift > 0.0)
-        result->error_lift_ft = fmax(result->error_lift_ft, least_ft);
-    return same;
+    return (struct apart){sim_record_difference(&a->record, &b->record),
+                          fmax(sim_record_lift_difference(&a->record, &b->record),
+                               fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
-/* Run coarse and fine; the answer is `coarse` when coarse_answers. */
-static enum mr_status run_pair(struct model *m, const struct sim_options *options,
-                               struct pass_request request, bool coarse_answers, bool *contradicted,
-                               struct sim_result *result, struct error *error)
+/* False when two passes contradict each other. */
+static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
+                  struct apart apart)
 {
-    struct pass_outcome coarse = {0}, fine = {0};
+    double threshold = planar_bow_threshold_ft(m->scene);
+    double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
+    double lift = fmin(a->max_lift_ft, b->max_lift_ft);
+    return apart.u.u_ft <= PLANAR_DISAGREEMENT * peak + 1e-9 * m->length_ft &&
+           apart.lift_ft <= PLANAR_DISAGREEMENT * lift + 0.01 * threshold &&
+           (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
+}
+
+static void widen(struct sim_result *result, struct apart apart, double factor)
+{
+    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
+}
+
+static bool samples(const struct stepper_kind *kind)
+{
+    return kind->samples || kind->samples_shape;
+}
+
+/* The runs of one scene with one solver. */
+struct runs {
+    struct pass_outcome coarse, fine, third;
+    struct pass_request check, request; /* of coarse and fine */
+    bool coarse_answers;
+};
+
+/* Two passes can be as close as they like by chance where their switches are sampled or are not the
+ * same: then a third says how far they can be apart. With a fixed step it has a longer one, where
+ * that is stable; else a tolerance between the two. One that fails says nothing. */
+static enum mr_status doubt(struct model *m, const struct sim_options *options, struct runs *runs,
+                            struct sim_result *result, struct error *error)
+{
+    const struct stepper_kind *kind = runs->request.kind;
+    struct pass_request request = runs->request;
+    if (!samples(kind) && runs->coarse.switched == runs->fine.switched)
+        return MR_OK;
+    request.number = ++result->passes;
+    request.rtol *= sqrt(CHECK_FACTOR);
+    request.dt_s = GRID_RATIO * runs->check.dt_s;
+    bool longer = request.dt_s <= result->dt_limit_s;
+    if (!longer)
+        request.dt_s = runs->request.dt_s / GRID_RATIO;
+    if (pass_run(&runs->third, m, &request, options, error) != MR_OK)
+        return error->status;
+    cost(result, &runs->third);
+    if (runs->third.status != SIM_OK)
+        return MR_OK;
+    double share = CAUTION;
+    widen(result, apart_of(&runs->coarse, &runs->fine), share);
+    struct apart coarse = apart_of(&runs->coarse, &runs->third),
+                 fine = apart_of(&runs->fine, &runs->third);
+    if (!kind->fixed) {
+        widen(result, coarse, share);
+        widen(result, fine, share);
+    } else if (!longer) {
+        widen(result, fine, share);
+        widen(result, coarse, runs->coarse_answers ? share : 1.0);
+    } else if (agree(m, &runs->coarse, &runs->third, coarse)) {
+        widen(result, coarse, share / GRID_RATIO);
+    }
+    return MR_OK;
+}
+
+/* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
+static enum mr_status feel(struct model *m, const struct sim_options *options,
+                           const struct runs *runs, struct sim_result *result, struct error *error)
+{
+    double least_ft = runs->request.rtol * m->length_ft;
+    if (runs->request.kind->fixed ||
+        fmax(result->error_u_ft, result->error_lift_ft) <= SENSITIVE * least_ft)
+        return MR_OK;
+    sim_result_note(
+        result,
+        "sensitive: errors grow more than %.0f-fold; a finer run and %d with stiffnesses "
+        "that differ by %g are in the error estimate",
+        SENSITIVE, SPREAD_RUNS, SPREAD_PART);
+    struct pass_request finer = runs->request;
+    finer.rtol = fmax(LEAST_RTOL, finer.rtol / CHECK_FACTOR);
+    finer.number = ++result->passes;
+    for (int run = -1; run < SPREAD_RUNS && error->status == MR_OK; run++) {
+        struct pass_outcome pass = {0};
+        if (run < 0 && pass_run(&pass, m, &finer, options, error) == MR_OK)
+            cost(result, &pass);
+        if (run >= 0)
+            spread_nudged(m, &runs->request, options, run, &pass, result, error);
+        if (error->status == MR_OK && pass.status == SIM_OK)
+            widen(result, apart_of(&runs->fine, &pass), run < 0 ? FINER_CAUTION : CAUTION);
+        pass_free(&pass);
+    }
+    return error->status;
+}
+
+/* The error estimate; false when two complete passes contradict each other. */
+static bool weigh(struct model *m, const struct sim_options *options, struct runs *runs,
+                  struct sim_result *result, struct sim_difference *where, struct error *error)
+{
+    const struct stepper_kind *kind = runs->request.kind;
+    const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
+    struct apart apart = apart_of(a, b);
+    /* two passes can agree more closely than either is right */
+    double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
+    *where = apart.u;
+    result->error_u_ft = result->error_lift_ft = 0.0;
+    widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
+    if (!agree(m, a, b, apart))
+        return false;
+    if (doubt(m, options, runs, result, error) != MR_OK ||
+        feel(m, options, runs, result, error) != MR_OK)
+        return false;
+    if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
+        result->error_u_ft = fmax(result->error_u_ft, least_ft);
+    if (fmin(a->max_lift_ft, b->max_lift_ft) > 0.0)
+        result->error_lift_ft = fmax(result->error_lift_ft, least_ft);
+    return true;
+}
+
+/* Run coarse and fine; the answer is `coarse` when coarse_answers. With `last`, what contradicts
+ * itself is unpredictable. */
+static enum mr_status run_pair(struct model *m, const struct sim_options *options,
+                               struct pass_request request, bool coarse_answers, bool last,
+                               bool *contradicted, struct sim_result *result, struct error *error)
+{
+    struct runs runs = {.check = request, .request = request, .coarse_answers = coarse_answers};
+    struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
-    struct pass_request check = request;
-    if (request.kind->fixed)
-        request.dt_s *= 0.5;
+    if (request.kind->fixed && coarse_answers)
+        runs.request.dt_s /= GRID_RATIO;
+    else if (request.kind->fixed)
+        runs.check.dt_s = GRID_RATIO * (runs.request.dt_s *= 0.5);
     else
-        check.rtol = fmin(1e-2, check.rtol * CHECK_FACTOR);
+        runs.check.rtol = fmin(1e-2, request.rtol * CHECK_FACTOR);
     *contradicted = false;
-    check.number = ++result->passes;
-    request.number = check.number + 1;
-    if (pass_run(&coarse, m, &check, options, error) == MR_OK) {
-        cost(result, &coarse);
-        if (coarse.status == SIM_INTERRUPTED) {
-            refuse(result, coarse.status, coarse.mat, coarse.t_s);
-            answer(m, &coarse, &coarse, result, error);
-        } else if (result->passes++, pass_run(&fine, m, &request, options, error) == MR_OK) {
-            cost(result, &fine);
-            const struct pass_outcome *failed = fine.status != SIM_OK   ? &fine
-                                              : coarse.status != SIM_OK ? &coarse
-                                                                        : NULL;
+    runs.check.number = ++result->passes;
+    if (pass_run(coarse, m, &runs.check, options, error) == MR_OK) {
+        cost(result, coarse);
+        runs.request.number = result->passes + 1;
+        if (coarse->status == SIM_INTERRUPTED) {
+            refuse(result, coarse->status, coarse->mat, coarse->t_s);
+            answer(m, coarse, coarse, result, error);
+        } else if (result->passes++, pass_run(fine, m, &runs.request, options, error) == MR_OK) {
+            cost(result, fine);
+            const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
+                                              : coarse->status != SIM_OK ? coarse
+                                                                         : NULL;
             if (failed) {
                 refuse(result, failed->status, failed->mat, failed->t_s);
-                *contradicted = fine.status == SIM_OK;
-            } else if (!agree(m, &coarse, &fine, request.kind->fixed ? 0.0 : request.rtol, result,
-                              &where)) {
+                *contradicted = fine->status == SIM_OK;
+            } else if (!weigh(m, options, &runs, result, &where, error)) {
                 refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
                 *contradicted = true;
+                if (last && error->status == MR_OK)
+                    spread_run(m, &runs.request, options, fine, coarse, result, error);
             }
-            if (coarse_answers)
-                answer(m, &coarse, &fine, result, error);
+            if (error->status != MR_OK)
+                ;
+            else if (coarse_answers)
+                answer(m, coarse, fine, result, error);
             else
-                answer(m, &fine, &coarse, result, error);
+                answer(m, fine, coarse, result, error);
         }
     }
-    pass_free(&coarse);
-    pass_free(&fine);
+    pass_free(coarse);
+    pass_free(fine);
+    pass_free(&runs.third);
     return error->status;
 }
 
@@ -237,14 +366,15 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
             "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
             "or solver implicit",
             m->scene->name[0] ? m->scene->name : "scene", end, dt);
-    sim_result_note(result,
-                    "error estimate: largest difference to the same run with half the step");
+    sim_result_note(
+        result, "error estimate: from the largest differences to runs with 1.9 times and, where "
+                "that is stable, 3.6 times the step");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
         refuse(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
         return MR_OK;
     }
-    return run_pair(m, options, request, given, &contradicted, result, error);
+    return run_pair(m, options, request, given, false, &contradicted, result, error);
 }
 
 static enum mr_status run_adaptive(struct model *m, const struct sim_options *options,
@@ -261,7 +391,8 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
         "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
-        if (run_pair(m, options, request, false, &contradicted, result, error) != MR_OK)
+        if (run_pair(m, options, request, false, !given && i == MOST_TIGHTENINGS, &contradicted,
+                     result, error) != MR_OK)
             break;
         if (!contradicted || i == MOST_TIGHTENINGS || given)
             break;
@@ -269,6 +400,35 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
         sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
     }
     return error->status;
+}
+
+/* What is left where both make no progress, as switches pile up: methods that sample them. */
+static enum mr_status run_left(struct model *m, const struct sim_options *options,
+                               struct sim_result *result, struct error *error)
+{
+    struct sim_options fixed = *options;
+    fixed.solver = NULL;
+    fixed.rtol = 0.0;
+    double steps = sim_scene_end_s(m->scene) / result->dt_limit_s;
+    bool lands = m->consistent && (m->law == SIM_STICK || m->law == SIM_NONE);
+    for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
+        const char *next = i == 0 ? stepper_hamming.name : lands ? "fixed" : stepper_rk4.name;
+        if (i == 1 && !lands && !(steps <= MOST_LEFT_STEPS))
+            continue;
+        sim_result_note(result, "auto: %s came to %.9g s only; %s instead", result->solver,
+                        result->t_s, next);
+        result->status = SIM_OK;
+        result->solver = next;
+        if (i == 0)
+            run_adaptive(m, options, &stepper_hamming, true, result, error);
+        else if (lands)
+            landing_run(m->scene, &fixed, result, error);
+        else
+            run_fixed(m, &fixed, &stepper_rk4, result, error);
+        if (error->status != MR_OK)
+            return error->status;
+    }
+    return MR_OK;
 }
 
 /* Auto: the other solver, where the first makes no progress. */
@@ -279,28 +439,26 @@ static enum mr_status run_auto(struct model *m, const struct sim_options *option
     const struct stepper_kind *other = kind == &stepper_event ? &stepper_implicit : &stepper_event;
     bool last = other == &stepper_event && explicit_steps(m, result) > EXPLICIT_MOST;
     if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
-        result->status != SIM_STEP_UNDERFLOW || m->law == SIM_SIGN || last)
+        result->status != SIM_STEP_UNDERFLOW || m->law == SIM_SIGN)
         return error->status;
-    result->status = SIM_OK;
-    result->solver = other->name;
-    sim_result_note(result, "auto: %s came to %.9g s only; %s instead", kind->name, result->t_s,
-                    other->name);
-    return run_adaptive(m, options, other, true, result, error);
+    if (!last) {
+        result->status = SIM_OK;
+        result->solver = other->name;
+        sim_result_note(result, "auto: %s came to %.9g s only; %s instead", kind->name, result->t_s,
+                        other->name);
+        if (run_adaptive(m, options, other, true, result, error) != MR_OK ||
+            result->status != SIM_STEP_UNDERFLOW)
+            return error->status;
+    }
+    return options->rtol > 0.0 ? MR_OK : run_left(m, options, result, error);
 }
 
-enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
-                          struct sim_result *result, struct error *error)
+/* Run with the solvers that are not `fixed`. */
+static enum mr_status run_planar(const struct sim_scene *scene, const struct sim_options *options,
+                                 struct sim_result *result, struct error *error)
 {
     struct model model;
     double begin_s = steady_s();
-    bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
-    if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
-                                                                 : landing && automatic(options)) {
-        if (automatic(options))
-            sim_result_note(result,
-                            "auto: fixed; a whole landing has too many switches to locate each");
-        return landing_run(scene, options, result, error);
-    }
     if (options->solver && strcmp(options->solver, "fixed") == 0)
         return error_set(error, MR_USAGE,
                          "solver not available: fixed for model %s; give rk4, or model consistent",
@@ -338,4 +496,45 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     model_free(&model);
     free(z);
     return error->status;
+}
+
+static bool undecided(const struct sim_result *result)
+{
+    return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
+}
+
+/* A landing that no step of `fixed` decides: solvers that locate their switches may, where they
+ * have the scene's laws. The result is theirs if it is an answer. */
+static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
+                                  struct sim_result *result, struct error *error)
+{
+    struct sim_result other = {0};
+    struct error not_theirs = {0};
+    if (run_planar(scene, options, &other, &not_theirs) != MR_OK || other.status != SIM_OK) {
+        sim_result_free(&other);
+        return MR_OK;
+    }
+    other.run_ms += result->run_ms;
+    other.rhs += result->rhs;
+    sim_result_note(&other, "auto: fixed could not say beyond %.6g s", result->t_s);
+    sim_result_free(result);
+    *result = other;
+    return error->status;
+}
+
+enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
+                          struct sim_result *result, struct error *error)
+{
+    bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
+    if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
+                                                                 : landing && automatic(options)) {
+        if (automatic(options))
+            sim_result_note(result,
+                            "auto: fixed; a whole landing has too many switches to locate each");
+        if (landing_run(scene, options, result, error) != MR_OK || !automatic(options) ||
+            !undecided(result) || options->dt_s > 0.0 || options->single)
+            return error->status;
+        return run_located(scene, options, result, error);
+    }
+    return run_planar(scene, options, result, error);
 }

@@ -2,20 +2,32 @@
  * answer.
  *
  * Every scene is run twice. A solver that chooses its step: at its tolerance, and at 30 times that;
- * the answer is the finer one. A fixed step: at dt and at dt/2; the answer is the one at dt when dt
- * was given, else the finer. The error estimate is the largest difference of the two, over all mats
- * at 64 even times and t_out for u, over the same and the run's largest lift for lift; never less
- * than the tolerance times L for what moves at all. They have to agree within a fifth (of the
- * largest movement, of the lift) and on whether there is a bow wave; else a chosen tolerance is
- * tightened a hundredfold, twice at most, and then, or when the step or tolerance was given, the
- * run is `unstable`. A fixed step beyond the stability limit of the equations with every node on
- * the ground is refused before it runs: what it would return can look right. */
+ * the answer is the finer one. A fixed step: at dt and at dt/1.9; the answer is the one at dt when
+ * dt was given, else the finer. (Not dt/2: ends of steps that fall together sample switches alike.)
+ * The error estimate is the largest difference of the two, over all mats at 64 even times and t_out
+ * for u, over the same and the run's largest lift for lift; never less than the tolerance times L
+ * for what moves at all. Two runs can agree by chance. Where switches are sampled, or were not the
+ * same in both, a third run joins, and twice the largest difference of any two counts. Where the
+ * estimate is more than 1000 tolerances the answer is sensitive: a finer run and four with
+ * stiffnesses that differ by 1e-9 join too.
+ *
+ * The first two have to agree within a fifth (of the largest movement, of the lift) and on whether
+ * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then
+ * the run is `unpredictable` (spread.h); `unstable` when the step or tolerance was given. A fixed
+ * step beyond the stability limit of the equations with every node on the ground is refused before
+ * it runs: what it would return can look right.
+ *
+ * auto: where its first solver makes no progress the other one takes over, then hamming, then fixed
+ * (rk4 for the report model): methods that sample what piles up. A landing that no step of fixed
+ * decides goes to event and implicit, where they have its laws. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
 #include "host/sim/models/model.h"
 #include "host/sim/scene/options.h"
 #include "host/sim/solvers/record.h"
+
+#define PLANAR_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
 
 /* Whether sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);

@@ -1,0 +1,237 @@
+#include "host/sim/elements/gear.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double value_of(const struct sim_scene *scene)
+{
+    return scene->element[ELEMENT_gear_ground];
+}
+
+enum mr_status gear_make(struct gear **made, const struct sim_scene *scene, struct error *error)
+{
+    const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
+    size_t mats = (size_t)scene->mats + 2;
+    *made = NULL;
+    if (!(value_of(scene) > 0.0))
+        return MR_OK;
+    struct gear *gear = calloc(1, sizeof *gear);
+    double *storage = calloc(3 * mats, sizeof *storage);
+    size_t count = lines->count > 0 ? lines->count : 1;
+    struct sim_path_row *rows = calloc(count * (scene->path_count + 1), sizeof *rows);
+    if (!gear || !storage || !rows) {
+        free(gear);
+        free(storage);
+        free(rows);
+        return error_set(error, MR_FULL, "out of memory: the gear on %d mats; use a smaller N",
+                         scene->mats);
+    }
+    struct element_set all = element_set_of(scene);
+    *gear = (struct gear){.scene = scene,
+                          .k_lb_ft = value_of(scene),
+                          .mass_slug = scene->weight_lb / scene->g_ft_s2,
+                          .others = element_set_plain(&all),
+                          .lines = (int)count,
+                          .rows = rows,
+                          .storage = storage,
+                          .share = storage,
+                          .touching = storage + mats,
+                          .hold_lb = storage + 2 * mats};
+    for (size_t i = 0; i < count; i++)
+        gear->axles[i] = axles->count > 0 ? axles->values[i] : 1.0;
+    *made = gear;
+    return MR_OK;
+}
+
+void gear_free(struct gear *gear)
+{
+    if (!gear)
+        return;
+    free(gear->rows);
+    free(gear->storage);
+    free(gear);
+}
+
+static int span_of_rider(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
+{
+    return gear_span(wheel->rider, t0_s, t1_s, touch);
+}
+
+void gear_start(struct gear *gear, struct sim_wheel *wheel, double drift_s)
+{
+    const struct sim_scene *scene = gear->scene;
+    gear->drift_s = drift_s;
+    gear->loaded_count = gear->lead_mat = 0;
+    memset(gear->storage, 0, 3 * ((size_t)scene->mats + 2) * sizeof *gear->storage);
+    for (int i = 0; i < gear->lines; i++) {
+        struct sim_wheel *line = &gear->line[i];
+        double behind_ft = scene->gear.lines_ft.count > 0 ? scene->gear.lines_ft.values[i] : 0.0;
+        struct sim_path_row *rows = gear->rows + (size_t)i * scene->path_count;
+        sim_wheel_start(line, scene);
+        for (size_t r = 0; r < 2; r++)
+            line->straight[r].x_ft -= behind_ft;
+        for (size_t r = 0; r < scene->path_count; r++) {
+            rows[r] = scene->path[r];
+            rows[r].x_ft -= behind_ft;
+        }
+        if (scene->path_count > 0)
+            line->rows = rows;
+    }
+    sim_wheel_yield(wheel, span_of_rider, gear);
+}
+
+static double stiffness_lb_ft(const struct gear *gear, double touching)
+{
+    double power = gear->scene->gear.axle_law;
+    if (touching == 1.0 || power == 0.0)
+        return touching > 0.0 ? gear->k_lb_ft : 0.0;
+    return gear->k_lb_ft * (power == 1.0 ? touching : pow(touching, power));
+}
+
+void gear_press(struct gear *gear, int mat, double touching)
+{
+    double before = gear->touching[mat];
+    if (touching < before)
+        gear->hold_lb[mat] *= stiffness_lb_ft(gear, touching) / stiffness_lb_ft(gear, before);
+    gear->touching[mat] = touching;
+}
+
+/* A foot instead of a point: the thrust of `parts` is that of one axle in the middle, at x_ft.
+ * Returns how many mats it touches. */
+static int spread(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
+{
+    double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.foot_ft, thrust_lb = 0.0;
+    double from_ft = x_ft - 0.5 * foot_ft, to_ft = x_ft + 0.5 * foot_ft;
+    int count = 0, mats = gear->scene->mats;
+    for (int i = 0; i < parts; i++)
+        thrust_lb += touch[i].thrust_lb;
+    int first = (int)fmax(1.0, floor(from_ft / length_ft) + 1.0);
+    for (int n = first; parts > 0 && n <= mats && (n - 1) * length_ft < to_ft; n++) {
+        double part = (fmin(to_ft, n * length_ft) - fmax(from_ft, (n - 1) * length_ft)) / foot_ft;
+        if (part > 0.0 && count < SIM_WHEEL_TOUCHES)
+            touch[count++] = (struct sim_touch){n, part * thrust_lb, part};
+    }
+    return count;
+}
+
+/* The parts of one line, an axle's each times its axles. */
+static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct sim_touch *touch)
+{
+    struct sim_wheel *line = &gear->line[i];
+    double x0_ft = line->at_ft, foot_ft = gear->scene->gear.foot_ft;
+    bool follows = line->at_s == t0_s;
+    int parts = sim_wheel_span(line, t0_s, t1_s, touch);
+    if (foot_ft > 0.0)
+        parts = spread(gear, follows ? 0.5 * (x0_ft + line->at_ft) : line->at_ft, touch, parts);
+    for (int k = 0; k < parts; k++) {
+        touch[k].thrust_lb *= gear->axles[i];
+        touch[k].load_share *= gear->axles[i];
+    }
+    return parts;
+}
+
+/* What has a mat touched by so many axles, each with a share of it. */
+struct pressed {
+    int mat;
+    double share, touching;
+};
+
+static int add(struct pressed *pressed, int found, const struct sim_touch *touch, double touching)
+{
+    int at = 0;
+    if (!(touch->load_share > 0.0))
+        return found;
+    while (at < found && pressed[at].mat != touch->mat)
+        at++;
+    if (at == found)
+        pressed[at] = (struct pressed){touch->mat, 0.0, 0.0};
+    pressed[at].share += touch->load_share;
+    pressed[at].touching += touching;
+    return at == found ? found + 1 : found;
+}
+
+static void press_all(struct gear *gear, const struct pressed *pressed, int found)
+{
+    for (int k = 0; k < gear->loaded_count; k++) {
+        int at = 0;
+        while (at < found && pressed[at].mat != gear->loaded[k])
+            at++;
+        if (at < found)
+            continue;
+        gear_press(gear, gear->loaded[k], 0.0);
+        gear->share[gear->loaded[k]] = 0.0;
+    }
+    for (int at = 0; at < found; at++) {
+        gear_press(gear, pressed[at].mat, pressed[at].touching);
+        gear->share[pressed[at].mat] = pressed[at].share;
+        gear->loaded[at] = pressed[at].mat;
+    }
+    gear->loaded_count = found;
+}
+
+int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch)
+{
+    struct pressed pressed[SIM_TOUCH_MAX];
+    bool foot = gear->scene->gear.foot_ft > 0.0;
+    int count = 0, found = 0;
+    double most = 0.0;
+    gear->lead_mat = 0;
+    for (int i = 0; i < gear->lines; i++) {
+        int parts = span_line(gear, i, t0_s, t1_s, touch + count);
+        for (int k = count; k < count + parts; k++) {
+            found = add(pressed, found, &touch[k], foot ? gear->axles[i] : touch[k].load_share);
+            if (i == 0 && touch[k].load_share > most) {
+                most = touch[k].load_share;
+                gear->lead_mat = touch[k].mat;
+            }
+        }
+        count += parts;
+    }
+    press_all(gear, pressed, found);
+    return count;
+}
+
+/* One piece of the ground's law: q = at + slope v. The speed at the end of a step, and q there. */
+struct piece {
+    double v_ft_s, q_lb;
+};
+
+static struct piece follow(double free_ft_s, double per_lb, double damping, double at_lb,
+                           double slope_lb_s_ft)
+{
+    double v = (free_ft_s - per_lb * at_lb) / (1.0 + damping + per_lb * slope_lb_s_ft);
+    return (struct piece){v, at_lb + slope_lb_s_ft * v};
+}
+
+double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
+                       double as_if_s)
+{
+    double rho = gear->scene->gear.unloading, k = stiffness_lb_ft(gear, gear->touching[mat]);
+    double per_lb = as_if_s / gear->mass_slug;
+    double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
+    double load = k * gear->drift_s, q = gear->hold_lb[mat];
+    double free_ft_s = v_ft_s + per_lb * x_lb; /* without the ground */
+    if (fabs(q) > limit_lb)
+        q = copysign(limit_lb, q);
+    /* q grows with the speed in pieces: which one, the speed at q itself tells */
+    bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
+    struct piece end = follow(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
+    if (!loads && end.q_lb * q < 0.0) /* through 0, and it loads the other way */
+        end = follow(free_ft_s, per_lb, damping, rho * q, load);
+    if (fabs(end.q_lb) > limit_lb)
+        end = follow(free_ft_s, per_lb, damping, copysign(limit_lb, end.q_lb), 0.0);
+    gear->hold_lb[mat] = end.q_lb;
+    return end.v_ft_s;
+}
+
+double gear_energy_lb_ft(const struct gear *gear)
+{
+    double sum = 0.0;
+    for (int i = 0; i < gear->loaded_count; i++) {
+        double q = gear->hold_lb[gear->loaded[i]];
+        sum += gear->scene->gear.unloading * q * q /
+               (2.0 * stiffness_lb_ft(gear, gear->touching[gear->loaded[i]]));
+    }
+    return sum;
+}
