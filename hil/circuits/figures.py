@@ -1,0 +1,147 @@
+"""The figures: measured by the simulations, kept in figures.def, held against the kept ones and against what others assume."""
+import math
+import os
+import re
+
+import sim_bridge
+import sim_lamp
+import sim_power
+import sim_staircase
+import sim_transducer
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.normpath(os.path.join(HERE, "..", ".."))
+KEPT = os.path.join(HERE, "figures.def")
+BLOCKS = {"power": sim_power, "transducer": sim_transducer, "bridge": sim_bridge, "staircase": sim_staircase, "lamp": sim_lamp}
+ROW = re.compile(r'FIGURE\((\w+), (-?[\d.]+(?:e[-+]?\d+)?), "([^"]*)", "([^"]*)", "([^"]*)"\)')
+
+HEAD = """/* What the reference electronics do: simulated from the schematics of this folder. Made by
+ * `make circuits-figures`; `make circuits` fails when a simulation says something else. Do not edit.
+ *
+ *     FIGURE(name, value, "unit", "block", "what, and how it was found")
+ *
+ * `sd`: standard deviation over copies with drawn tolerances. `rel`: relative; `part`: of all.
+ * Include after defining FIGURE; it is undefined at the end. */
+"""
+
+
+def measure(parts, work, block):
+    """{name: (value, unit, block, what)} of a block."""
+    return {name: (value, unit, "converter" if name.startswith("adc_") else block, what)
+            for name, value, unit, what in BLOCKS[block].figures(parts, work)}
+
+
+def number(value):
+    """Four digits, as a C constant of type double."""
+    text = f"{value:.4g}"
+    return text if re.search(r"[.en]", text) else text + ".0"
+
+
+def as_text(figures):
+    rows = [f'FIGURE({name}, {number(value)}, "{unit}", "{block}",\n       "{what}")\n' for name, (value, unit, block, what) in figures.items()]
+    return HEAD + "".join(rows) + "#undef FIGURE\n"
+
+
+def kept(path=KEPT):
+    text = re.sub(r",\n\s+", ", ", open(path).read())
+    return {m[1]: (float(m[2]), m[3], m[4], m[5]) for m in ROW.finditer(text)}
+
+
+def slack(name):
+    """How far a figure may lie from the kept one: (relative, absolute). Draws have their seeds; what is left is that a part
+    more or less makes other draws: a standard deviation of 40 copies is good to 11 %, twice that and more is a change."""
+    if re.search(r"_sd_|_left_|drift|error|_most_|_least_|noise|spread", name):
+        return 0.3, 1e-12
+    if "_part" in name:
+        return 0.0, 0.08
+    if name.endswith(("_reference_rel", "_vdda_rel")):
+        return 0.0, 1e-4
+    if "ripple" in name or "late" in name:
+        return 0.5, 1e-9
+    return 0.02, 1e-12
+
+
+def differences(measured, known):
+    said = []
+    for name, (value, unit, _, _) in measured.items():
+        if name not in known:
+            said.append(f"figures: {name} is not in figures.def; run: make circuits-figures")
+            continue
+        relative, absolute = slack(name)
+        was = known[name][0]
+        if not abs(value - was) <= relative * abs(was) + absolute:
+            said.append(f"figures: {name} is {number(value)} {unit} by the simulation, {number(was)} in figures.def")
+    return said
+
+
+# What must hold whatever is kept: (figure, least, most, why).
+LIMITS = [
+    ("gage_reference_rel", -3e-4, 3e-4, "rule 1"), ("gage_vdda_rel", -3e-4, 3e-4, "rule 1"),
+    ("transducer_reference_rel", -3e-4, 3e-4, "rule 2"), ("transducer_vdda_rel", -3e-4, 3e-4, "rule 2"),
+    ("staircase_vdda_rel", -1e-4, 1e-4, "rule 3"),
+    ("gage_v_per_lb", 0.00495, 0.00505, "5 mV/lb within 1 %, as config.c and the rig have it"),
+    ("gage_zero_v", 0.396, 0.404, "the 0.4 V that stands for no tension"),
+    ("gage_trim_beyond_part", 0, 0, "every bridge can be balanced"),
+    ("gage_trim_left_lb", 0, 1, "config.c says 1 lb"),
+    ("gage_shunt_lb", 39.2, 40.8, "the shunt stands for 40 lb"),
+    ("transducer_mid_v", 1.32, 1.98, "channels.h calls a common mode beyond a fifth open or shorted"),
+    ("transducer_settle_us", 0, 4, "28 us are 7 time constants"),
+    ("transducer_late_rel", -0.001, 0.001, "eight channels read alike"),
+    ("staircase_opened_right", 1, 1, "switches name themselves"),
+    ("staircase_step_most_codes", 0, 2, "half of the 4 codes are left to the converter"),
+    ("staircase_wrong_part", 0, 0, "no switch misnamed at a linearity of 1.5 LSB"),
+    ("staircase_top_codes", 0, 4080, "all switches open stay inside the converter"),
+    ("one_shot_least_us", 10, 30, "an edge that TIM2 sees, and no two in one"),
+    ("one_shot_most_us", 10, 30, "the same"),
+    ("gage_supply_short_a", 0, 0.6, "R813 limits what a shorted lead takes from 5 V"),
+    ("lamp_undriven_a", 0.35, 0.5, "a dead board warns"),
+    ("lamp_told_right", 1, 1, "PE3 says whether the lamp draws current"),
+    ("lamp_sense_threshold_a", 0.1, 0.3, "between nothing and a hot lamp"),
+]
+
+
+def beyond(measured):
+    return [f"limits: {name} is {number(measured[name][0])}, wanted {least:g} to {most:g}: {why}"
+            for name, least, most, why in LIMITS if name in measured and not least <= measured[name][0] <= most]
+
+
+# What firmware and emulator assume: figure, file, pattern of the number, factor to the figure's unit, relation, what.
+# "near x": within x of it; "below": no more than it; "above": no less.
+ASSUMED = [
+    ("transducer_settle_us", "hil/rig/rig.c", r"TRANSDUCER_TAU_S +([\d.e-]+)", 1e6, "below", "the emulated transducer follows with"),
+    ("transducer_mid_v", "hil/rig/rig.c", r"TRANSDUCER_MID_V +([\d.]+)", 1, 0.02, "its common mode"),
+    ("transducer_top_in", "firmware/config.c", r"\.low = -0\.5f, \.high = ([\d.]+)f", 1, "above", "the firmware reads up to"),
+    ("transducer_gain_sd_rel", "firmware/config.c", r"TRANSDUCER_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "its error of a gain that nobody calibrated"),
+    ("gage_v_per_lb", "hil/rig/rig.c", r"GAGE_V_PER_LB +([\d.]+)", 1, 0.01, "the emulated gage gives"),
+    ("gage_v_per_lb", "firmware/config.c", r"LB_PER_CODE +\(3\.3f / 4096\.0f / ([\d.]+)f", 1, 0.01, "the firmware takes"),
+    ("gage_zero_v", "hil/rig/rig.c", r"GAGE_ZERO_V +([\d.]+)", 1, 0.005, "the emulated gage at no tension"),
+    ("gage_zero_v", "firmware/config.c", r"TENSION_ZERO_CODE +\(([\d.]+)f", 1, 0.005, "the firmware takes"),
+    ("gage_zero_sd_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below",
+     "its error of a zero, before trimming"),
+    ("gage_trim_left_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below", "the same, after trimming"),
+    ("gage_gain_sd_rel", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "its error of a gain"),
+    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "its drift in an hour that warms by 5 K, a kelvin"),
+    ("gage_shunt_lb", "hil/rig/rig.h", r"HIL_RIG_SHUNT_LB +([\d.]+)", 1, 0.01, "the emulated shunt"),
+    ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "the firmware takes"),
+    ("staircase_settle_us", "hil/rig/rig.c", r"STAIRCASE_TAU_S +([\d.e-]+)", 1e6, 0.05, "the emulated staircase follows with"),
+    ("staircase_settle_us", "common/staircase.h", r"SETTLE_TICKS +(\d+)u", 1 / 84 / 8, "below", "an eighth of the time that the firmware waits"),
+    ("staircase_step_most_codes", "common/staircase.h", r"TOLERANCE_CODES +([\d.]+)", 0.5, "below", "half of what the firmware allows a step to be off"),
+    ("one_shot_least_us", "hil/rig/rig.h", r"PULSE_PS +(\d+)ull", 1e-6, 0.15, "the emulated edge lasts"),
+    ("one_shot_most_us", "hil/rig/rig.h", r"PULSE_PS +(\d+)ull", 1e-6, 0.15, "the same"),
+    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "what the wheel at 20 ft/s takes for the error of a switch"),
+    ("reference_read_sd_rel", "firmware/config.c", r"REFERENCE_GAIN_ERROR +([\d.]+)", 1.1, "below", "its error of the reference, and a tenth"),
+    ("gage_noise_lsb", "common/staircase.h", r"noise of (\d+) codes", 1, "below", "noise that the estimators assume"),
+]
+
+
+def beside(figures):
+    """Rows of (figure, value, unit, file, what, assumed or None, holds)."""
+    rows = []
+    for name, path, pattern, factor, relation, what in ASSUMED:
+        value, unit = figures[name][:2]
+        found = re.search(pattern, open(os.path.join(ROOT, path)).read())
+        assumed = float(found.group(1)) * factor if found else None
+        holds = assumed is None or (value <= assumed if relation == "below" else value >= assumed if relation == "above"
+                                    else abs(value / assumed - 1) <= relation)
+        rows.append((name, value, unit, path, what, assumed, holds and not math.isnan(value)))
+    return rows

@@ -1,0 +1,221 @@
+"""The staircase: its steps over many boards, how it settles, and the one-shot."""
+import math
+
+from deck import Deck, Draw, at
+from measure import LSB_V, VDDA, deviation, kick, rails, source_ohm
+
+BOARDS = 1000
+ONE_SHOTS = 60
+# Most that a step between two codes is off: STM32F407 data sheet, ADC accuracy, ED.
+JUMP_LSB = 2.0
+
+
+def steps_codes():
+    """As common/config.def's built-in gates have them (firmware/config.c)."""
+    return [64 + 8 * (7 * p % 24) for p in range(24)]
+
+
+def summing(parts):
+    """The resistors and the capacitor at the staircase, without the switches' inputs."""
+    return [p for p in parts.values() if p.refdes.split("/")[0] in {f"R{n}" for n in range(301, 365)} | {"C301"}]
+
+
+def drives(deck, copy, parts, draw):
+    """Each inverter as its output's resistance to a source that all boards share: open is 3.3 V, closed 0 V."""
+    for p in range(1, 25):
+        step = parts[f"S{p}/U1"].net("Y")
+        deck.add(f"Rdrive{copy}_{p} drive{p} {deck.node(copy, step)} {draw.between(8, 16):.9g}")
+
+
+def chunk_steps(parts, work, boards):
+    deck = Deck(work, "staircase-steps")
+    deck.add(*[f"Vdrive{p} drive{p} 0 0" for p in range(1, 25)], f"Vdda vdda 0 {VDDA}")
+    for board in boards:
+        draw = Draw(f"staircase {board}")
+        deck.place(board, summing(parts), draw)
+        drives(deck, board, parts, draw)
+        deck.add(f"Rsupply{board} vdda {deck.node(board, 'VDDA')} 1m")
+    control = ["op", "WRITE"]
+    for p in range(1, 25):
+        control += [f"alter Vdrive{p} = {VDDA}", "op", "WRITE", f"alter Vdrive{p} = 0"]
+    nodes = [f"v({deck.node(b, 'STAIRCASE')})" for b in boards]
+    plots = deck.run(control, nodes, 120)
+    zero = [plots[0][n][0] / LSB_V for n in nodes]
+    return zero, [[plots[p][n][0] / LSB_V - z for p in range(1, 25)] for n, z in zip(nodes, zero)]
+
+
+def board_steps(parts, work, boards=BOARDS, chunk=50):
+    """Zero and steps of each board, codes; 25 operating points each. In parts: ngspice's time grows with the square."""
+    zero, steps = [], []
+    for first in range(0, boards, chunk):
+        more = chunk_steps(parts, work, range(first, min(first + chunk, boards)))
+        zero += more[0]
+        steps += more[1]
+    return zero, steps
+
+
+def linearity(most_lsb, draw):
+    """Errors of the codes of a converter by successive approximation, from the straight line between their ends. Each of its
+    eight upper bits weighs a little more or less than it should, so that no code is off from the one before by more than
+    JUMP_LSB; a smooth bow makes up the rest until the largest error is most_lsb."""
+    weights = [draw.random.gauss(0, math.sqrt(2 ** -n)) for n in range(8)]
+    curve = [sum(w for n, w in enumerate(weights) if code >> (7 - n) & 1) for code in range(256)]
+    curve = [c - curve[0] - (curve[255] - curve[0]) * i / 255 for i, c in enumerate(curve)]
+    scale = min(most_lsb / max(abs(c) for c in curve), JUMP_LSB / max(abs(b - a) for a, b in zip(curve, curve[1:])))
+    curve = [scale * c for c in curve]
+    way = draw.random.choice((-1, 1))
+    bow = [way * math.sin(math.pi * i / 255) for i in range(256)]
+    low, high = 0.0, 2 * most_lsb
+    for _ in range(30):
+        by = (low + high) / 2
+        if max(abs(c + by * b) for c, b in zip(curve, bow)) > most_lsb:
+            high = by
+        else:
+            low = by
+    curve = [c + low * b for c, b in zip(curve, bow)]
+    return lambda code: curve[min(max(int(code) // 16, 0), 255)]
+
+
+def misnamed(zero, steps, inl_lsb, draw):
+    """Part of the boards of which a switch is unnamed, and named wrongly, when 1 to 24 open in turn: common/staircase.h takes
+    the nearest step that is left, within 4 codes."""
+    wanted = steps_codes()
+    unnamed = wrong = 0
+    for start, board in zip(zero, steps):
+        error, level, left, kinds = linearity(inl_lsb, draw), start, set(range(24)), set()
+        for p in range(24):
+            seen = board[p] + error(level + board[p]) - error(level)
+            level += board[p]
+            best = min(left, key=lambda q: abs(seen - wanted[q]))
+            kinds.add("unnamed" if abs(seen - wanted[best]) > 4 else "right" if best == p else "wrong")
+            left.discard(p)
+        unnamed += "unnamed" in kinds
+        wrong += "wrong" in kinds
+    return unnamed / len(steps), wrong / len(steps)
+
+
+def line_of(parts, p):
+    return parts[f"S{p}/J1"].net("2")
+
+
+def opening(parts, work):
+    """The whole circuit of one board: switches 1 to 4 open 300 us apart. Staircase, edge and their times."""
+    deck = Deck(work, "staircase-opening")
+    mine = [p for r, p in parts.items() if r.split("/")[0] in {f"S{n}" for n in range(1, 25)} or
+            r in {f"R{n}" for n in range(301, 368)} | {"C301", "C302", "U301"}]
+    deck.place(0, mine, Draw(0, 0))
+    rails(deck, 0, {"VDDA": VDDA, "3V3": 3.3, "VSW": 3.3})
+    vsw = deck.node(0, "VSW")
+    for p in range(1, 25):
+        opens = 200e-6 + (p - 1) * 300e-6 if p <= 4 else 1
+        deck.add(f"Sswitch{p} {vsw} {deck.node(0, line_of(parts, p))} closed{p} 0 contact",
+                 f"Vclosed{p} closed{p} 0 pwl(0 1 {opens} 1 {opens + 1e-7} 0)", f"Ccable{p} {deck.node(0, line_of(parts, p))} 0 3.5n")
+    deck.add(".model contact sw vt=0.5 vh=0.1 ron=0.1 roff=1g")
+    stair, edge = f"v({deck.node(0, 'STAIRCASE')})", f"v({deck.node(0, 'EDGE')})"
+    deck.add(f"Redge {deck.node(0, 'EDGE')} 0 1meg")
+    plot = deck.run(["tran 0.3u 1.4m 0 0.3u", "WRITE"], [stair, edge], 90)[0]
+    return plot["time"], plot[stair], plot[edge]
+
+
+def crossings(times, values, level, rising=True):
+    found = []
+    for i in range(1, len(values)):
+        a, b = values[i - 1], values[i]
+        if (a < level <= b) if rising else (a >= level > b):
+            found.append(times[i - 1] + (level - a) / (b - a) * (times[i] - times[i - 1]))
+    return found
+
+
+def one_shots(parts, work, copies=ONE_SHOTS):
+    """Widths of the pulse and delays after the contact opens, of switch 1, over tolerances; microseconds."""
+    deck = Deck(work, "staircase-one-shot")
+    mine = [p for r, p in parts.items() if r.startswith("S1/") or r.endswith(("/D2", "/R3")) and r.startswith("S") or
+            r in {"R365", "R366", "R367", "C302", "U301"}]
+    for copy in range(copies):
+        deck.place(copy, mine, Draw(f"one-shot {copy}"))
+        rails(deck, copy, {"VDDA": VDDA, "3V3": 3.3, "VSW": 3.3})
+        line = deck.node(copy, line_of(parts, 1))
+        deck.add(f"Sswitch{copy} {deck.node(copy, 'VSW')} {line} closed 0 contact", f"Ccable{copy} {line} 0 3.5n",
+                 f"Redge{copy} {deck.node(copy, 'EDGE')} 0 1meg")
+    deck.add(".model contact sw vt=0.5 vh=0.1 ron=0.1 roff=1g", "Vclosed closed 0 pwl(0 1 50u 1 50.1u 0)")
+    names = [f"v({deck.node(c, 'EDGE')})" for c in range(copies)]
+    plot = deck.run(["tran 0.2u 120u 0 0.2u", "WRITE"], names, 90)[0]
+    widths, delays = [], []
+    for name in names:
+        up = crossings(plot["time"], plot[name], 1.65)
+        down = crossings(plot["time"], plot[name], 1.65, False)
+        if len(up) != 1 or len(down) != 1:
+            return [], []
+        widths.append((down[0] - up[0]) * 1e6)
+        delays.append((up[0] - 50e-6) * 1e6)
+    return widths, delays
+
+
+def surround(parts):
+    def add(deck, copy):
+        rails(deck, copy, {"VDDA": VDDA})
+        drives_at = Draw(0, 0)
+        drives(deck, copy, parts, drives_at)
+        if copy == 0:
+            deck.add(*[f"Vdrive{p} drive{p} 0 {VDDA if p % 2 else 0}" for p in range(1, 25)])
+    return add
+
+
+def reference_rule(parts, work):
+    """Rule 3: the volts follow VDDA, and nothing else is there to follow. Relative departure when VDDA is 2 % low."""
+    deck = Deck(work, "staircase-rule")
+    for copy, volt in ((0, VDDA), (1, VDDA * 0.98)):
+        deck.place(copy, summing(parts), Draw(0, 0))
+        rails(deck, copy, {"VDDA": volt})
+        for p in range(1, 25):
+            drive = f"own{copy}_{p}"
+            deck.add(f"V{drive} {drive} 0 {volt if p % 2 else 0}", f"R{drive} {drive} {deck.node(copy, parts[f'S{p}/U1'].net('Y'))} 12")
+    names = [f"v({deck.node(copy, 'STAIRCASE')})" for copy in (0, 1)]
+    plot = deck.run(["op", "WRITE"], names)[0]
+    return plot[names[1]][0] / plot[names[0]][0] / 0.98 - 1
+
+
+def figures(parts, work):
+    zero, steps = board_steps(parts, work)
+    wanted = steps_codes()
+    errors = [board[p] - wanted[p] for board in steps for p in range(24)]
+    draw = Draw("linearity")
+    inside = misnamed(zero, steps, 1.5, draw)
+    most = misnamed(zero, steps, 3.0, draw)
+    times, stair, edge = opening(parts, work)
+    rises = crossings(times, edge, 1.65)
+    settle_us = math.nan
+    found = [round((at(times, stair, 200e-6 + n * 300e-6 + 280e-6) - at(times, stair, 200e-6 + n * 300e-6)) / LSB_V) for n in range(4)]
+    if len(rises) == 4:
+        # the inverter switches within 0.1 us of the edge; the step is 63 % there a time constant later
+        before, after = at(times, stair, 190e-6), at(times, stair, 480e-6)
+        whole = crossings(times, stair, before + (after - before) * (1 - math.exp(-1)))
+        start = crossings(times, stair, before + (after - before) * 0.01)
+        settle_us = (whole[0] - start[0]) / (1 + math.log(0.99)) * 1e6
+    widths, delays = one_shots(parts, work)
+    part = summing(parts)
+    around = surround(parts)
+    largest = max(zero) + 3744 + max(sum(b) - 3744 for b in steps)
+    tolerance = max(parts[f"R{n}"].tolerance() for n in [*range(301, 325), *range(331, 355)])
+    return [
+        ("staircase_resistor_tol_rel", tolerance, "1", "tolerance of a step's two resistors, from the parts list"),
+        ("staircase_step_sd_codes", deviation(errors), "codes", f"standard deviation of a step from its code, {BOARDS} boards"),
+        ("staircase_step_most_codes", max(abs(e) for e in errors), "codes", "largest of these errors"),
+        ("staircase_zero_sd_codes", deviation(zero), "codes", "standard deviation of the level with all switches closed"),
+        ("staircase_top_codes", largest, "codes", "most with all switches open; 4095 is the end"),
+        ("staircase_vdda_rel", reference_rule(parts, work), "1", "rule 3: what is left when VDDA is 2 % low and the code is taken raw"),
+        ("staircase_wrong_part", inside[1], "1", "part of the boards with a misnamed switch, linearity +-1.5 LSB"),
+        ("staircase_unnamed_part", inside[0], "1", "part of the boards with an unnamed switch, the same"),
+        ("staircase_wrong_part_most", most[1], "1", "misnamed, linearity +-3 LSB"),
+        ("staircase_unnamed_part_most", most[0], "1", "unnamed, linearity +-3 LSB"),
+        ("staircase_opened_right", float(found == wanted[:4] and len(rises) == 4), "1",
+         f"1: switches 1 to 4 opened one after the other gave their steps ({' '.join(map(str, found))}) and an edge each"),
+        ("staircase_settle_us", settle_us, "us", "time constant of a step"),
+        ("staircase_source_ohm", source_ohm(work, "staircase", part, "STAIRCASE", around), "Ohm", "what the converter sees"),
+        ("staircase_kick_rel", kick(work, "staircase", part, "STAIRCASE", around), "1",
+         "part of the difference to the channel before that is left"),
+        ("edge_delay_us", sum(delays) / len(delays) if delays else math.nan, "us", "from the contact's opening to the edge, mean"),
+        ("edge_delay_spread_us", (max(delays) - min(delays)) / 2 if delays else math.nan, "us", "half width of that over tolerances"),
+        ("one_shot_least_us", min(widths, default=math.nan), "us", f"least width of the edge's pulse, {ONE_SHOTS} copies"),
+        ("one_shot_most_us", max(widths, default=math.nan), "us", "most"),
+    ]

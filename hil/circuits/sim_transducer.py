@@ -1,0 +1,137 @@
+"""A transducer: what its drive and reading make of a cell, at the instants at which the converter samples."""
+import math
+
+from deck import Deck, Draw, at
+from measure import (CONVERT_S, LSB_V, SAMPLE_S, SCAN_S, TRIGGER_S, VDDA, corner_hz, deviation, kick, mean, noise_lsb, rails,
+                     source_ohm)
+
+COPIES = 40
+CELL_OHM = 2000.0
+TRAVEL = 0.6  # of the cell's half travel: about 2 in
+RAILS = {"2V5T": 2.5, "VDDA": VDDA, "MID": VDDA / 2}
+
+
+def cell(deck, copy, parts, share, ohm=CELL_OHM):
+    """An electrolytic cell at the connector: its centre stands at `share`, -1 to 1, towards the plus electrode."""
+    plus, minus, centre = (deck.node(copy, parts["T1/J1"].net(n)) for n in "123")
+    deck.add(f"Rcellp{copy} {plus} {centre} {ohm * (1 - share) / 2}", f"Rcellm{copy} {centre} {minus} {ohm * (1 + share) / 2}")
+
+
+def drive(deck):
+    """PD12 and PD13: at first in the middle, so that the coupling capacitors have the charge of a long run; then 4 kHz in
+    antiphase."""
+    for name, levels in (("drivep", (3.3, 0)), ("drivem", (0, 3.3))):
+        points = ["0 1.25", "1u 1.25", f"1.05u {levels[0]}"]
+        for n in range(1, 5):
+            points += [f"{n * SCAN_S} {levels[(n + 1) % 2]}", f"{n * SCAN_S + 50e-9} {levels[n % 2]}"]
+        deck.add(f"V{name} {name} 0 pwl({' '.join(points)})")
+
+
+def connect(deck, copy, parts):
+    for pin, source in (("1A", "drivep"), ("2A", "drivem")):
+        deck.add(f"Rdrive{copy}{pin} {source} {deck.node(copy, parts['T1/U1'].net(pin))} 1")
+
+
+def block(parts):
+    return [p for r, p in parts.items() if r.startswith("T1/")]
+
+
+def codes(times, volts, first_s=SCAN_S * 2):
+    """Half difference and mean of the two polarities at the end of each of the eight sampling times, volts."""
+    half, middle = [], []
+    for i in range(8):
+        end = TRIGGER_S + i * CONVERT_S + SAMPLE_S
+        forward, backward = at(times, volts, first_s + end), at(times, volts, first_s + SCAN_S + end)
+        half.append((forward - backward) / 2)
+        middle.append((forward + backward) / 2)
+    return half, middle
+
+
+def time_constant_us(times, volts, start_s):
+    """Between a half and a twentieth of what is left of a reversal."""
+    end = at(times, volts, start_s + 40e-6)
+    begin = at(times, volts, start_s)
+    crossed = []
+    for left in (0.5, 0.05):
+        crossed.append(next(t for t, v in zip(times, volts) if t > start_s and abs(v - end) < left * abs(begin - end)))
+    return (crossed[1] - crossed[0]) / math.log(10) * 1e6
+
+
+def transient(parts, work, copies, spread, share, name="transducer-transient", ohm=CELL_OHM, supplies=None):
+    deck = Deck(work, name)
+    drive(deck)
+    for copy in range(copies):
+        deck.place(copy, block(parts), Draw(f"transducer {copy}", spread))
+        rails(deck, copy, {**RAILS, **(supplies or {})})
+        connect(deck, copy, parts)
+        cell(deck, copy, parts, share, ohm)
+    out = [f"v({deck.node(c, 'TRANSDUCER_1')})" for c in range(copies)]
+    plot = deck.run([f"tran 0.25u {SCAN_S * 4} 0 0.25u", "WRITE"], out, 120)[0]
+    return plot["time"], [plot[name] for name in out]
+
+
+def small_signal(parts, work):
+    """Corner and noise, from the cell's centre to the converter."""
+    deck = Deck(work, "transducer-ac")
+    deck.place(0, block(parts), Draw(0, 0))
+    rails(deck, 0, RAILS)
+    deck.add("Vp drivep 0 3.3", "Vm drivem 0 0")
+    connect(deck, 0, parts)
+    cell(deck, 0, parts, 0)
+    centre = deck.node(0, parts["T1/J1"].net("3"))
+    deck.add(f"Iin 0 {centre} dc 0 ac 1")
+    out = f"v({deck.node(0, 'TRANSDUCER_1')})"
+    response = deck.run(["ac dec 20 100 10meg", "WRITE"], [out])[0]
+    noise = deck.run([f"noise {out} Iin dec 10 1 10meg", "setplot noise2", "WRITE"], ["onoise_total", "all"])[-1]
+    return corner_hz([abs(f) for f in response["frequency"]], response[out]), noise_lsb(noise)
+
+
+def surround(parts):
+    def add(deck, copy):
+        rails(deck, copy, RAILS)
+        if copy == 0:
+            deck.add("Vp drivep 0 3.3", "Vm drivem 0 0")
+        connect(deck, copy, parts)
+        cell(deck, copy, parts, 0)
+    return add
+
+
+def reference_rule(parts, work, usual_v):
+    """Rule 2: the amplitude follows the reference and not VDDA. Relative departures when the one is 1 % low, the other 2 %."""
+    def amplitude(**supplies):
+        times, volts = transient(parts, work, 1, 0, TRAVEL, "transducer-rule", supplies=supplies)
+        return mean(codes(times, volts[0])[0])
+    return amplitude(**{"2V5T": 2.475}) / usual_v / 0.99 - 1, amplitude(VDDA=VDDA * 0.98, MID=VDDA * 0.49) / usual_v - 1
+
+
+def figures(parts, work):
+    times, nominal = transient(parts, work, 1, 0, TRAVEL)
+    half, middle = codes(times, nominal[0])
+    # ready: what one inch is, by the rig's 0.5 V/in, and what of the cell's half travel that takes
+    gain_v = mean(half) / TRAVEL
+    times_mc, volts = transient(parts, work, COPIES, 1, TRAVEL, "transducer-tolerance")
+    read = [codes(times_mc, v) for v in volts]
+    gains = [mean(h) for h, _ in read]
+    _, warm = transient(parts, work, 1, 0, TRAVEL, "transducer-warm", CELL_OHM * 0.98)
+    warmer = mean(codes(times, nominal[0])[0]), mean(codes(_, warm[0])[0])
+    corner, noise = small_signal(parts, work)
+    around, part = surround(parts), block(parts)
+    with_reference, with_vdda = reference_rule(parts, work, mean(half))
+    return [
+        ("transducer_v_per_half_travel", gain_v, "V", "amplitude at the converter with the cell at the end of its travel"),
+        ("transducer_top_in", (VDDA / 2 - 0.03) / 0.5 - 0.1, "in", "where the amplifier's end is at 0.5 V/in and 0.050 V"),
+        ("transducer_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} copies, cell left out"),
+        ("transducer_cell_ppm_k", abs(warmer[1] / warmer[0] - 1) * 1e6, "ppm/K", "gain's change when the cell conducts 2 %/K better"),
+        ("transducer_mid_v", mean(middle), "V", "common mode of both polarities"),
+        ("transducer_mid_sd_v", deviation([mean(m) for _, m in read]), "V", "standard deviation of the common mode, MID left out"),
+        ("transducer_settle_us", time_constant_us(times, nominal[0], SCAN_S * 2), "us", "time constant of a reversal at the converter"),
+        ("transducer_late_rel", (half[7] - half[0]) / mean(half), "1", "eighth conversion of a scan against the first: settling and droop"),
+        ("transducer_reference_rel", with_reference, "1",
+         "rule 2: what is left when the reference is 1 % low and the reading is taken relative to it"),
+        ("transducer_vdda_rel", with_vdda, "1", "rule 2: change of the amplitude's volts when VDDA is 2 % low"),
+        ("transducer_noise_lsb", noise, "LSB", "standard deviation at the converter, 1 Hz to 10 MHz"),
+        ("transducer_kick_rel", kick(work, "transducer", part, "TRANSDUCER_1", around), "1",
+         "part of the difference to the channel before that is left"),
+        ("transducer_source_ohm", source_ohm(work, "transducer", part, "TRANSDUCER_1", around), "Ohm", "what the converter sees"),
+        ("transducer_corner_hz", corner, "Hz", "-3 dB from the cell to the converter"),
+    ]
