@@ -45,14 +45,15 @@ all: ## every day | build firmware images, matrig, matrig-study and matrig-board
 include packages.mk
 include $(addsuffix /module.mk,common hil host host/live firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
 
-all: $(images) $(B)/firmware/stack.txt $(programs) $(studies) $(manuals)
+all: $(images) $(stacks) $(board_tables) $(programs) $(studies) $(manuals)
 
 .PHONY: have-port
 have-port:
+	@grep -q 'FACT(ROM_HEARS_SERIAL, 1,' firmware/boards/$(BOARD).def || { echo "the boot ROM of the board $(BOARD) does not listen at its serial link: docs/howto/boards.md has the line for its ST-LINK" >&2; exit 2; }
 	@[ -n "$(PORT)" ] || { echo "which board? Give its serial port: make flash PORT=/dev/ttyUSB0" >&2; exit 2; }
 .PHONY: flash
-flash: have-port $(images) $(B)/matrig ## every day | PORT=/dev/ttyUSB0: program a board through its boot ROM
-	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(firmware) $(FLASH_OPTIONS)
+flash: have-port $(chosen) $(B)/matrig ## every day | PORT=/dev/ttyUSB0 BOARD=zg: program a board through its boot ROM
+	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(chosen) $(FLASH_OPTIONS)
 
 PREFIX ?= /usr/local
 installed := $(DESTDIR)$(PREFIX)
@@ -60,7 +61,7 @@ installed := $(DESTDIR)$(PREFIX)
 papers := README.md LICENSE $(wildcard docs/*.md docs/*/*.md docs/pictures/* hil/*.md host/*/*.md host/*/*/*.md tests/*/*.md \
 	host/*/*.png host/*/*/*.png)
 put = $(foreach file,$(2),$(1)/$(notdir $(file)):$(file))
-install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies)) $(call put,share/matrig,$(images)) \
+install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies)) $(foreach board,$(boards),$(call put,share/matrig$(if $(filter-out zg,$(board)),/$(board)),$(call image_files,$(call board_elf,$(board))) $(call bringup_elf,$(board)))) \
 	$(call put,share/matrig/scenes,$(wildcard host/scenes/*.json)) $(call put,share/matrig/series,$(wildcard host/campaign/series/*.json)) \
 	$(call put,share/matrig/runs,$(wildcard tests/runs/*.run) hil/rest.run) \
 	$(call put,share/man/man1,$(filter %.1,$(manuals))) share/bash-completion/completions/matrig:$(B)/matrig.bash \
@@ -82,9 +83,9 @@ deb: in-build $(B)/.deb-packages $(uplot) ## longer | Debian packages matrig, ma
 	@debian/build.sh
 
 .PHONY: demo
-demo: $(firmware) $(programs) ## every day | play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
+demo: $(chosen) $(programs) ## every day | BOARD=zg: play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
 	@rm -rf $(B)/demo
-	@$(B)/matrig demo $(B)/demo
+	@$(B)/matrig demo $(B)/demo --elf $(chosen)
 
 .PHONY: clean
 clean: ## every day | remove build/

@@ -13,6 +13,8 @@ BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
 # And to test in a Debian without anything.
 BARE_PACKAGES := debootstrap iproute2 util-linux
+# To check, draw and simulate the reference electronics (librsvg2-bin: to look at a drawing).
+CIRCUIT_PACKAGES := lepton-eda ngspice python3 librsvg2-bin
 # To make Debian packages, and to test them in a Debian of their own.
 DEB_PACKAGES := $(STUDY_PACKAGES) debhelper dpkg-dev
 DEB_TEST_PACKAGES := $(DEB_PACKAGES) lintian python3 $(BARE_PACKAGES)
@@ -61,3 +63,5 @@ $(B)/.coverage-packages: $(B)/.test-packages
 	$(call install_packages,$(COVERAGE_PACKAGES))
 $(B)/.clang-packages: $(B)/.test-packages
 	$(call install_packages,$(CLANG_PACKAGES))
+$(B)/.circuit-packages:
+	$(call install_packages,$(CIRCUIT_PACKAGES))

@@ -31,6 +31,7 @@
 #define MR_ADC1_CHANNELS    16u
 #define MR_ADC1_STAIRCASE   14u /* place in converter 1's scan */
 #define MR_ADC1_REFERENCE   15u
+#define MR_REFERENCE        (MR_TRANSDUCERS + MR_ADC1_REFERENCE) /* channel */
 #define MR_CHANNELS         (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
 #define MR_BLOCK_SUMS       (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
 #define MR_BLOCK_BYTES_MIN  (8u + 3u + 2u * 2u + 3u)

@@ -7,13 +7,13 @@
 
 #define CODES_PER_SUM ((float)MR_SCANS_PER_BLOCK)
 
-float mr_channels_ratio(const struct mr_block *block)
+float mr_channels_ratio(const struct mr_channel_config *reference, const struct mr_block *block)
 {
     unsigned channel = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
+    float wanted = reference->zero_code > 0.0f ? reference->zero_code : MR_REFERENCE_CODE;
     float code = (float)block->sum[MR_ADC1_REFERENCE] / CODES_PER_SUM;
-    if (block->low[channel] || block->high[channel] ||
-        code < MR_REFERENCE_CODE * (1.0f - MR_REFERENCE_SPAN) ||
-        code > MR_REFERENCE_CODE * (1.0f + MR_REFERENCE_SPAN))
+    if (block->low[channel] || block->high[channel] || code < wanted * (1.0f - MR_REFERENCE_SPAN) ||
+        code > wanted * (1.0f + MR_REFERENCE_SPAN))
         return MR_NAN;
     return MR_REFERENCE_CODE / code;
 }

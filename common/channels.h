@@ -3,14 +3,28 @@
  *     straight     = (code * ratio - zero_code) * unit_per_code
  *     code         = (plus - minus) / 8            of a transducer; plus, minus: sums of 4 codes
  *     code         = sum / 8                       of a gage; sum: of 8 codes
- *     ratio        = MR_REFERENCE_CODE / (reference sum / 8)
+ *     ratio        = MR_REFERENCE_CODE / (reference sum / 8)     while the reference is in range
  *     value        = straight through the table of points: straight lines between them, the first
  *                  and last one carried on
  *
  * The transducers are excited with alternating polarity, so half the difference of the two
  * polarities is the synchronous demodulation: offsets of amplifier and converter cancel. The
  * reference channel takes the converter's scale out of both, zero included: zero_code is what a
- * converter of the nominal scale reads. A reading that is not valid has value NaN.
+ * converter of the nominal scale, 3.3 V, reads. That holds on a board with another supply too; what
+ * the reference itself reads there stands in its own zero_code. A reading that is not valid has
+ * value NaN.
+ *
+ * What a reading is relative to, three rules (mr_relative_to; the circuits are built so, and the
+ * emulated rig, hil/rig/rig.h, is so by itself):
+ *
+ *     the 2.5 V reference  transducers: their drive is supplied from it. Bridges: excited by it.
+ *                          Their volts do not follow VDDA, so codes are multiplied by the
+ *                          ratio; the reference's own error drops out. VDDA may be off by
+ *                          MR_REFERENCE_SPAN, 3.235 to 3.367 V where it is 3.3: beyond it the
+ *                          reading is missing (REFERENCE), never wrong.
+ *     VDDA                 the staircase: its gates are supplied by VDDA, so its steps are codes,
+ *                          taken raw, whatever VDDA is (mr_staircase_code). So is the reference.
+ *     nothing              times: ticks of the crystal. No voltage enters them.
  *
  * What a fault of the wiring looks like to the two polarities, and what is said of it (codes; a
  * driven transducer swings about mid-scale, 2048, which is its common mode):
@@ -69,9 +83,25 @@ struct mr_reading {
     uint8_t validity;
 };
 
-/* Scale correction of a block, MR_REFERENCE_CODE over its reference; NaN when the reference is out
- * of range. */
-float mr_channels_ratio(const struct mr_block *block);
+enum mr_relative { MR_RELATIVE_TO_NOTHING, MR_RELATIVE_TO_REFERENCE, MR_RELATIVE_TO_VDDA };
+/* Of a channel, by its kind (enum mr_channel_kind). */
+static inline enum mr_relative mr_relative_to(unsigned kind)
+{
+    return kind == MR_KIND_DISPLACEMENT || kind == MR_KIND_TENSION ? MR_RELATIVE_TO_REFERENCE
+         : kind == MR_KIND_STAIRCASE || kind == MR_KIND_REFERENCE  ? MR_RELATIVE_TO_VDDA
+                                                                   : MR_RELATIVE_TO_NOTHING;
+}
+
+/* Mean code of the staircase, relative to VDDA. */
+static inline float mr_staircase_code(const struct mr_block *block)
+{
+    return (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
+}
+
+/* Scale correction of a block, MR_REFERENCE_CODE over its reference; NaN when the reference is more
+ * than MR_REFERENCE_SPAN off what it should read: the zero_code of `reference`, its channel, or
+ * MR_REFERENCE_CODE where that is 0 or missing. */
+float mr_channels_ratio(const struct mr_channel_config *reference, const struct mr_block *block);
 
 /* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` from mr_channels_ratio of the same block.
  * Staircase and reference read as mean codes, without ratio. low and high are checked where low is
@@ -86,7 +116,7 @@ float mr_channel_linearise(const struct mr_channel_config *config, float straigh
 /* The channel measures inches or pounds. */
 static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
 {
-    return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
+    return mr_relative_to(channel->kind) == MR_RELATIVE_TO_REFERENCE;
 }
 
 /* Values of a channel's calibration as the message `calibration` numbers them: enum

@@ -157,7 +157,8 @@ void mr_config_exchange(uint8_t *image, struct mr_config *config);
     X(COARSE,      17, "more in a code than any sensor of the rig gives")                        \
     X(FINE,        18, "less in a code than any sensor of the rig gives")                        \
     X(NARROW,      19, "all of low to high would be too few codes")                              \
-    X(UNREACHED,   20, "the converter ends before most of low to high")
+    X(UNREACHED,   20, "the converter ends before most of low to high")                          \
+    X(NO_INPUT,    21, "this board has no input for it")
 /* clang-format on */
 
 enum mr_config_rule {
@@ -172,9 +173,12 @@ struct mr_config_reason {
     uint8_t rule, other;
 };
 
-/* Steps of the staircase must be so far from 0 and from each other: twice the tolerance of naming
- * one. */
-#define MR_CONFIG_STEP_CODES 8u
+/* Steps of the staircase must be so far from 0: twice the tolerance of naming one, for less than it
+ * is no step. And so far from each other: the nearest is named, and the steps of a board that was
+ * measured (matrig ready --walk --learn) repeat to 2 codes. Steps that are built to a value are
+ * better 8 apart. */
+#define MR_CONFIG_STEP_CODES       8u
+#define MR_CONFIG_STEP_APART_CODES 6u
 
 /* MR_OK, or MR_LIMIT: `reason` says where the first thing that is wrong is, and what. Limits of all
  * fields first, then what fields must be to each other. */

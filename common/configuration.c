@@ -18,7 +18,7 @@
 #define MS_PER_S     1000.0f
 
 _Static_assert(MR_CONFIG_STEP_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES,
-               "two steps within the tolerance of one name");
+               "a step within the tolerance of none");
 
 /* clang-format off */
 #define GROUP(name, count) static const struct mr_config_field name##_fields[] = {
@@ -406,7 +406,7 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
         sum_codes += (float)before->step_codes;
         if (before->step_codes && !(gate->station_ft > before->station_ft))
             return REFUSE(reason, gate, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
-        if (before->step_codes && apart < MR_CONFIG_STEP_CODES)
+        if (before->step_codes && apart < MR_CONFIG_STEP_APART_CODES)
             return REFUSE(reason, gate, i, step_codes, MR_RULE_ALIKE, .other = (uint8_t)k);
     }
     return sum_codes <= (float)CODES || REFUSE(reason, gate, i, step_codes, MR_RULE_SUM);

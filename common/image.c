@@ -30,7 +30,7 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
     image->changed = mr_get_u8(&p) != 0;
     image->commit = mr_get_u32(&p);
     image->commit_more = mr_get_u16(&p);
-    (void)mr_get_u16(&p);
+    image->board = mr_get_u16(&p);
     image->header_crc = mr_get_u32(&p);
     if (image->header_crc != mr_crc32(0, head, CRC_PLACE))
         return MR_CRC;
@@ -46,7 +46,7 @@ void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])
     p = mr_put_u8(mr_put_u8(mr_put_u8(p, image->major), image->minor), image->patch);
     p = mr_put_u8(p, image->changed);
     p = mr_put_u16(mr_put_u32(p, image->commit), image->commit_more);
-    p = mr_put_u16(p, 0);
+    p = mr_put_u16(p, image->board);
     image->header_crc = mr_crc32(0, head, CRC_PLACE);
     mr_put_u32(p, image->header_crc);
 }

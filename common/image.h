@@ -10,7 +10,7 @@
  *                      from the commit
  *            +24  u32  first eight hexadecimal digits of the commit, u16 the next four; 0: not
  *                      known
- *            +30  u16  0
+ *            +30  u16  board that it is for (common/boards.def); 0 before there were others
  *            +32  u32  CRC-32 of the flash from its start, the vectors, up to here
  *
  * Nothing in it depends on when or where it was built: one commit, one image. Little-endian. */
@@ -38,6 +38,7 @@ struct mr_image {
     bool changed;                        /* built from sources that differ from the commit */
     uint32_t commit;                     /* eight hexadecimal digits of its hash */
     uint16_t commit_more;                /* and four more; both 0: not known */
+    uint16_t board;                      /* enum mr_board_number; may be one that is not known */
     uint32_t program_start, program_end; /* addresses */
     uint32_t program_crc;
     uint32_t header_crc;

@@ -13,10 +13,11 @@
 
 #include "common/status.h"
 
-#define MR_STAIRCASE_HISTORY         16u    /* blocks remembered */
-#define MR_STAIRCASE_SIDE            4u     /* blocks averaged on each side of an edge */
-#define MR_STAIRCASE_SETTLE_TICKS    25200u /* 0.3 ms after an edge the level has settled */
-#define MR_STAIRCASE_TOLERANCE_CODES 4.0f   /* half the least difference of two steps */
+#define MR_STAIRCASE_HISTORY      16u    /* blocks remembered */
+#define MR_STAIRCASE_SIDE         4u     /* blocks averaged on each side of an edge */
+#define MR_STAIRCASE_SETTLE_TICKS 25200u /* 0.3 ms after an edge the level has settled */
+#define MR_STAIRCASE_TOLERANCE_CODES \
+    4.0f /* half the difference of two steps that are built to a value; the nearest is named */
 
 struct mr_staircase {
     uint32_t tick[MR_STAIRCASE_HISTORY]; /* first trigger of the block, 1/84 us */

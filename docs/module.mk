@@ -1,5 +1,5 @@
 # Pages that programs make.
-$(B)/docs/reference/reference: $(call objects,host,$(wildcard docs/reference/*.c)) $(host_lib) $(common_lib)
+$(B)/docs/reference/reference: $(call objects,host,$(wildcard docs/reference/*.c)) $(board_tables) $(host_lib) $(common_lib)
 	@mkdir -p $(@D)
 	$(call link,$(HOST_LIBS))
 test-programs: $(B)/docs/reference/reference

@@ -119,7 +119,7 @@ static bool is_fitted(const struct app *app, unsigned channel)
 static void read_channels(struct app *app, const struct mr_block *block)
 {
     unsigned row = block->index % 4;
-    float ratio = mr_channels_ratio(block);
+    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         if (is_fitted(app, i))
             app->displacement_in[row][i] = channels_read(&app->channels, block, i, ratio);
@@ -240,6 +240,8 @@ static bool box_closing(const struct app *app)
 
 static enum mr_status enter_rom(struct app *app)
 {
+    if (!board_rom_hears())
+        return MR_UNKNOWN;
     if (landing_recording(&app->landing))
         return MR_NOT_NOW;
     if (box_closing(app))
@@ -412,7 +414,6 @@ static void take_block(struct app *app, const struct mr_block *block)
     uint32_t edge_ticks[MR_SWITCHES_WAITING];
     size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks,
                                     MR_SWITCHES_WAITING);
-    float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
     bool was_armed = app->landing.state == LANDING_ARMED;
@@ -420,10 +421,10 @@ static void take_block(struct app *app, const struct mr_block *block)
     tasks_begin(MR_TASK_LANDING);
     health_set_block(block->index);
     timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
-    if (__builtin_isnan(mr_channels_ratio(block)))
+    if (__builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block)))
         health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news = landing_block(&app->landing, &config, block->index, block->tick,
-                                             staircase_code, edge_ticks, (unsigned)edges);
+                                             mr_staircase_code(block), edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 

@@ -28,6 +28,7 @@ struct board_identity {
     uint8_t image_state;   /* enum mr_image_state, as found at start */
     uint8_t reset_cause;   /* bits as in the message hello */
     uint8_t clock_source;  /* enum board_clock_source */
+    uint8_t board;         /* which it is: common/boards.def */
 };
 
 struct board_can_frame {
@@ -73,6 +74,10 @@ struct board_upkeep {
 /* Brings up what answers. Everything else may be called after it, whatever was missing. */
 void board_start(void);
 void board_identify(struct board_identity *identity);
+/* Bit c: the board has an input for channel c (common/block.h); staircase and reference always. */
+uint32_t board_inputs(void);
+/* Supply of the converters, nominal. */
+uint32_t board_supply_mv(void);
 
 /* Next block in order; false when none is ready. A loss shows as a jump of the index. */
 bool board_block_take(struct mr_block *block);
@@ -116,6 +121,8 @@ void board_shunt(bool on);
 bool board_lamp_draws(void);
 void board_watchdog_feed(void);
 
+/* The boot ROM listens at the serial link's pins: else nobody could call the board back from it. */
+bool board_rom_hears(void);
 /* Restart into the chip's boot ROM. Does not return on the board. */
 void board_enter_rom(void);
 /* Restart. Does not return on the board. */

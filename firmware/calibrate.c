@@ -78,7 +78,7 @@ static float code_of(const struct mr_block *block, unsigned channel)
 
 static void add_block(struct calibrate *calibrate, const struct mr_block *block)
 {
-    float ratio = mr_channels_ratio(block);
+    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], block);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct calibrate_mean *mean = &calibrate->mean[c];
         if (!takes_part(calibrate, c))

@@ -9,6 +9,11 @@
 
 extern struct mr_config config;
 
+/* Fit what is built in, which is of a board with all inputs at 3.3 V, to another: channels without
+ * an input (bits as in common/block.h) are not fitted, and what the converters reach ends at the
+ * supply. Before anything else. */
+void config_for_board(uint32_t inputs, uint32_t supply_mv);
+
 /* Bit c: channel c is fitted (common/block.h). Staircase and reference always are. */
 uint32_t config_fitted(void);
 

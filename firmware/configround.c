@@ -47,7 +47,8 @@ void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct
     if (!(sinks & TO_CONFIGURATION)) {
         const struct mr_config_state *stored = &telemetry->config_state;
         TELL(telemetry, sinks, config_state, CONFIG_STATE, .revision = stored->revision,
-             .source = stored->source, .copy_a = stored->copy_a, .copy_b = stored->copy_b);
+             .source = stored->source, .copy_a = stored->copy_a, .copy_b = stored->copy_b,
+             .board = identity->board);
     }
     TELL(telemetry, sinks, site, SITE, .touchdown_ft = config.site[0].touchdown_ft,
          .switch_error_ft = config.site[0].switch_error_ft);

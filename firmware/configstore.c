@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "common/wire.h"
+#include "firmware/board.h"
 #include "firmware/health.h"
 #include "firmware/zero.h"
 
@@ -28,13 +29,29 @@ static uint8_t look_at_copy(unsigned copy)
              : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
 }
 
+/* Sound by itself, and no channel fitted where the board has no input? */
+static enum mr_status check(struct mr_config_reason *reason)
+{
+    enum mr_status status = mr_config_check(&config, reason);
+    for (unsigned c = 0; status == MR_OK && c < MR_CHANNELS; c++) {
+        if (config.channel[c].kind == MR_KIND_NONE || board_inputs() >> c & 1u)
+            continue;
+        *reason = (struct mr_config_reason){.group = MR_GROUP_channel,
+                                            .index = (uint8_t)c,
+                                            .field = MR_FIELD_channel_kind,
+                                            .rule = MR_RULE_NO_INPUT};
+        status = MR_LIMIT;
+    }
+    return status;
+}
+
 /* Takes a copy into force; false, and nothing changed, when it is not sound. */
 static bool take_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
     memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE);
     mr_config_exchange(store->image, &config);
-    if (mr_config_check(&config, &reason) != MR_OK) {
+    if (check(&reason) != MR_OK) {
         mr_config_exchange(store->image, &config);
         store->copy[copy] = (uint8_t)-MR_LIMIT;
         return false;
@@ -52,6 +69,7 @@ static bool is_damaged(uint8_t copy)
 void configstore_start(struct configstore *store)
 {
     memset(store, 0, sizeof *store);
+    config_for_board(board_inputs(), board_supply_mv());
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++)
         store->copy[copy] = look_at_copy(copy);
     bool both = store->copy[0] == MR_OK && store->copy[1] == MR_OK;
@@ -122,7 +140,7 @@ static enum mr_status check_staged(struct configstore *store, struct mr_config_r
 {
     uint32_t revision = config.site[0].revision;
     mr_config_exchange(store->image, &config);
-    enum mr_status status = mr_config_check(&config, reason);
+    enum mr_status status = check(reason);
     if (status == MR_OK && config.site[0].revision != revision + 1u) {
         *reason = (struct mr_config_reason){
             .group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};

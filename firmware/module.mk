@@ -1,14 +1,43 @@
-# The image of the board, and what of the application the host's tests link.
+# The images of the boards, and what of the application the host's tests link.
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 app_lib := $(B)/host/libapp.a
-arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
-firmware := $(B)/firmware/matrig.elf
-images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
+
+# Boards: a file each in firmware/boards, a line each in common/boards.def. Only the drivers know which one they are for; start-up does not.
+boards := zg discovery nucleo446
+BOARD ?= zg
+ifeq ($(filter $(BOARD),$(boards)),)
+$(error BOARD=$(BOARD): there is no such board; there are: $(boards))
+endif
+arm_src := $(common_src) $(wildcard firmware/*.c) firmware/f407/startup.c
+driver_src := $(filter-out $(arm_src),$(wildcard firmware/f407/*.c))
+for_board = -DBOARD_FILE='"firmware/boards/$(1).def"'
+# Objects and folder of a board's image.
+board_objects = $(call objects,arm,$(arm_src)) $(call objects,arm/$(1),$(driver_src))
+board_folder = $(B)/firmware$(if $(filter-out zg,$(1)),/$(1))
+board_elf = $(call board_folder,$(1))/matrig.elf
+firmware := $(call board_elf,zg)
+chosen := $(call board_elf,$(BOARD))
+# What flash tools take.
+image_files = $(1) $(1:.elf=.hex) $(1:.elf=.bin) $(dir $(1))vectors.bin $(dir $(1))program.bin
+# The bring-up image: the same drivers and tasks, with a program of its own (firmware/bringup).
+bringup_src := $(wildcard firmware/bringup/*.c)
+bringup_objects = $(filter-out %/firmware/main.o,$(call board_objects,$(1))) $(call objects,arm/$(1),$(bringup_src))
+bringup_elf = $(call board_folder,$(1))/bringup.elf
+images := $(foreach board,$(boards),$(call image_files,$(call board_elf,$(board))) $(call bringup_elf,$(board)))
+
+# The rows of all boards, for pages and tests.
+board_tables := $(B)/host/firmware/boards/tables.o
 
 $(app_lib): $(call objects,host,$(app_src))
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
+define driver_rule
+$(B)/arm/$(1)/%.o: %.c | $(B)/.demo-packages
+	@mkdir -p $$(@D)
+	$(ARM)gcc $$(ARM_FLAGS) $(call for_board,$(1)) -fcallgraph-info=su -c $$< -o $$@
+endef
+$(foreach board,$(boards),$(eval $(call driver_rule,$(board))))
 
 # From which commit, written anew only when it is another one: nothing else of time or place is in an image.
 commit := $(B)/firmware/commit
@@ -20,26 +49,34 @@ $(commit): always
 	@mkdir -p $(@D)
 	@commit=$${COMMIT:-$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown)}; \
 		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
-$(stamp): firmware/stamp/stamp.c common/crc32.c common/image.c | $(B)/.demo-packages
+$(stamp): firmware/stamp/stamp.c common/boards.c common/boards.def common/crc32.c common/image.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
 
-$(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld $(stamp) $(commit)
-	@mkdir -p $(@D)
-	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
-		-Wl,-Map=$(@:.elf=.map) $(filter %.o,$^) -lm -o $@
-	$(stamp) $@ $$(cat $(commit))
+link_image = $(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections
+define image_rule
+$(call board_elf,$(1)): $(call board_objects,$(1))
+$(call bringup_elf,$(1)): $(call bringup_objects,$(1))
+$(call board_elf,$(1)) $(call bringup_elf,$(1)): firmware/f407/matrig.ld $(stamp) $(commit)
+	@mkdir -p $$(@D)
+	$(link_image) -Wl,-Map=$$(@:.elf=.map) $$(filter %.o,$$^) -lm -o $$@
+	$(stamp) $$@ $$$$(cat $(commit))
+endef
+$(foreach board,$(boards),$(eval $(call image_rule,$(board))))
+.PHONY: bringup
+bringup: $(call bringup_elf,$(BOARD)) ## every day | BOARD=zg: the image that a new board runs first (docs/howto/bring-up.md)
 %.hex: %.elf
 	$(ARM)objcopy -O ihex $< $@
 %.bin: %.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff $< $@
 # The same in two parts, 0x08000000 and 0x08010000, for tools that would erase the configuration between them.
-$(B)/firmware/vectors.bin: $(firmware)
+%/vectors.bin: %/matrig.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff -j .vectors $< $@
-$(B)/firmware/program.bin: $(firmware)
+%/program.bin: %/matrig.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff -R .vectors $< $@
 
 # Worst-case stack from the compiler's own figures; fails when it does not fit its region.
-$(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
-	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - $(patsubst %.o,%.ci,$(call objects,arm,$(arm_src))) >$@ || \
-		{ cat $@; exit 1; }
+%/stack.txt: %/matrig.elf firmware/f407/stack.awk
+	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - \
+		$(patsubst %.o,%.ci,$(call board_objects,$(or $(filter $(notdir $*),$(boards)),zg))) >$@ || { cat $@; exit 1; }
+stacks := $(foreach board,$(boards),$(call board_folder,$(board))/stack.txt)

@@ -106,7 +106,7 @@ void selftest_block(struct selftest *test, const struct mr_block *block)
 {
     if (!test->running || test->blocks >= SELFTEST_BLOCKS)
         return;
-    test->reference_bad |= __builtin_isnan(mr_channels_ratio(block));
+    test->reference_bad |= __builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int difference = (int)block->plus[i] - (int)block->minus[i];
         if (config.channel[i].kind == MR_KIND_DISPLACEMENT &&

@@ -13,6 +13,8 @@
 
 #include "hil/board/precious.h"
 #include "hil/core/time.h"
+#include "hil/periph/board_type.h"
+#include "hil/periph/rules.h"
 
 #define STALL_S 30.0
 #define HANG_S  5.0
@@ -22,6 +24,9 @@ const char hil_help[] =
     "       matrig-board --flash F | --boot0 [options]\n"
     "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
     "  --elf F          firmware image (ELF); else the one that came with matrig-board\n"
+    "  --board B        which board it is, by the name in common/boards.def: zg, discovery ...; "
+    "else\n"
+    "                   what the image says (default zg)\n"
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
     "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) "
     "or none\n"
@@ -41,6 +46,13 @@ const char hil_help[] =
     "  --for S          seconds of virtual time (default: the run file's duration, or until a "
     "signal)\n"
     "  --seed N         of converter noise (default 1)\n"
+    "  --vdda V         supply of converters and staircase, 2.7 to 3.6 (default: the board's); "
+    "what is\n"
+    "                   relative to it: hil/README.md\n"
+    "  --board-seed N   draw the board's electronics (gains, zeros, noise, INL, kick, resistors) "
+    "from "
+    "the spread of the\n"
+    "                   reference circuits; the same N, the same board (default: the ideal board)\n"
     "  --hse HZ         crystal, 0: it does not start (default 8000000)\n"
     "  --hsi-ppm N      error of the internal oscillator (default 0)\n"
     "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
@@ -50,6 +62,9 @@ const char hil_help[] =
     "  --nor FILE       the same for the black box's memory\n"
     "  --temperature C[,C/h]  of the mat, in degrees and how fast it rises, or none: no "
     "thermometer (default 20)\n"
+    "  --bare           nothing is plugged in where the rig is: the lines of one-shot, lamp and "
+    "camera "
+    "are open\n"
     "  --left-on        start as after a jump, without a reset: PLL and clocks on, as a debugger "
     "leaves them\n"
     "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
@@ -57,6 +72,12 @@ const char hil_help[] =
     "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on "
     "stderr\n"
     "  --alignment      fault on unaligned multiple and double transfers, as silicon does; slower\n"
+    "  --rules R        what a broken rule of time or electricity at the pins does: stop "
+    "(default), "
+    "count,\n"
+    "                   count:NAME,... (of these alone), or off: they are not looked at\n"
+    "  --margins FILE   what was measured of each rule: how often, the nearest to its number, "
+    "where\n"
     "  --not-modelled   print what of the chip is not modelled, and end\n"
     "  --version        print the version, and end\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
@@ -116,6 +137,30 @@ static bool parse_parity(struct hil_arguments *a, const char *text)
     return word >= 0;
 }
 
+/* stop, count, off, or the rules that only count. */
+static bool parse_rules(struct hil_arguments *a, const char *text)
+{
+    static const char *const words[] = {"stop", "count", "off"};
+    static const char some[] = "count:";
+    int word = parse_word(text, words, 3);
+    a->options.rules = word > 0 ? (enum hil_rules_mode)word : HIL_RULES_STOP;
+    a->options.rules_counted = 0;
+    if (word >= 0)
+        return true;
+    if (strncmp(text, some, sizeof some - 1) != 0)
+        return false;
+    for (text += sizeof some - 1;; text++) {
+        size_t length = strcspn(text, ",");
+        enum hil_rule rule = hil_rule_named(text, length);
+        if (rule == HIL_RULES)
+            return false;
+        a->options.rules_counted |= 1u << rule;
+        text += length;
+        if (!*text)
+            return true;
+    }
+}
+
 static bool parse_times(struct hil_arguments *a, const char *text)
 {
     static const char *const words[] = {"spread", "typical", "max"};
@@ -161,18 +206,36 @@ static bool parse_camera(struct hil_arguments *a, const char *text)
     return false;
 }
 
+static bool parse_board(struct hil_arguments *a, const char *text)
+{
+    a->options.type = hil_board_type_named(text);
+    a->board_given = a->options.type != NULL;
+    return a->board_given;
+}
+
 static bool parse_speed(struct hil_arguments *a, const char *text)
 {
     a->real = strcmp(text, "real") == 0;
     return a->real || strcmp(text, "max") == 0;
 }
 
-static bool parse_seed(struct hil_arguments *a, const char *text)
+static bool parse_whole(const char *text, uint64_t *value)
 {
     char *end;
     errno = 0;
-    a->options.seed = strtoull(text, &end, 10);
+    *value = strtoull(text, &end, 10);
     return end != text && !*end && !errno && text[0] != '-';
+}
+
+static bool parse_seed(struct hil_arguments *a, const char *text)
+{
+    return parse_whole(text, &a->options.seed);
+}
+
+static bool parse_board_seed(struct hil_arguments *a, const char *text)
+{
+    a->options.board_drawn = true;
+    return parse_whole(text, &a->options.board_seed);
 }
 
 static bool parse_hse(struct hil_arguments *a, const char *text)
@@ -206,21 +269,27 @@ static const struct option {
     {"--vcd", TEXT, AT(vcd), 0, 0, NULL},
     {"--vcd-functions", TEXT, AT(vcd_functions), 0, 0, NULL},
     {"--profile", TEXT, AT(profile), 0, 0, NULL},
+    {"--margins", TEXT, AT(margins), 0, 0, NULL},
     {"--baud", UNSIGNED, AT(options.host_baud), 1200, 10e6, NULL},
     {"--lsi", UNSIGNED, AT(options.lsi_hz), 17000, 47000, NULL},
     {"--hsi-ppm", SIGNED, AT(options.hsi_error_ppm), -50000, 50000, NULL},
+    {"--vdda", REAL, AT(options.vdda_v), 2.7, 3.6, NULL},
     {"--for", REAL, AT(for_s), 1e-6, HIL_FOREVER_S, NULL},
     {"--hang", REAL, AT(hang_s), 0, HIL_FOREVER_S, NULL},
     {"--stall", REAL, AT(stall_s), 0.001, 86400, NULL},
     {"--wall-limit", REAL, AT(wall_limit_s), 0, 1e6, NULL},
+    {"--board", OWN, 0, 0, 0, parse_board},
     {"--parity", OWN, 0, 0, 0, parse_parity},
     {"--temperature", OWN, 0, 0, 0, parse_temperature},
     {"--times", OWN, 0, 0, 0, parse_times},
+    {"--rules", OWN, 0, 0, 0, parse_rules},
     {"--speed", OWN, 0, 0, 0, parse_speed},
     {"--camera", OWN, 0, 0, 0, parse_camera},
     {"--seed", OWN, 0, 0, 0, parse_seed},
+    {"--board-seed", OWN, 0, 0, 0, parse_board_seed},
     {"--hse", OWN, 0, 0, 0, parse_hse},
     {"--alignment", FLAG, AT(options.watch_alignment), 0, 0, NULL},
+    {"--bare", FLAG, AT(options.bare), 0, 0, NULL},
     {"--left-on", FLAG, AT(options.left_on), 0, 0, NULL},
     {"--boot0", FLAG, AT(options.boot0), 0, 0, NULL},
     {"--trace", FLAG, AT(trace), 0, 0, NULL},
@@ -271,15 +340,16 @@ static bool is_repeated(char **argv, int i)
 }
 
 /* The image that came with the program: where it was built, or where make install puts it. */
-static bool find_image(const char **elf)
+static bool find_image(const struct hil_board_type *type, const char **elf)
 {
-    static const char *const places[] = {"firmware/matrig.elf", "../share/matrig/matrig.elf"};
+    static const char *const places[] = {"firmware", "../share/matrig"};
     static char path[PATH_MAX];
     char program[PATH_MAX - 80];
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     const char *slash = length > 0 ? memrchr(program, '/', (size_t)length) : NULL;
     for (size_t i = 0; slash && i < sizeof places / sizeof places[0]; i++) {
-        snprintf(path, sizeof path, "%.*s/%s", (int)(slash - program), program, places[i]);
+        snprintf(path, sizeof path, "%.*s/%s/%s%smatrig.elf", (int)(slash - program), program,
+                 places[i], type->number ? hil_board_type_name(type) : "", type->number ? "/" : "");
         if (access(path, R_OK) == 0) {
             *elf = path;
             return true;
@@ -316,14 +386,26 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
     if (argc == 1)
         return refuse("nothing is asked: give a landing with --rig, links with --can and --serial, "
                       "an image with --elf; see matrig-board --help");
-    if (!a->elf && !a->flash && !a->options.boot0 && !find_image(&a->elf))
+    if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
         return refuse("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
                       "--elf FILE");
+    if (a->options.bare && a->rig)
+        return refuse("--bare and --rig cannot be given together: nothing is plugged in where the "
+                      "rig is, or the rig is");
     if (a->rig && a->replay)
         return refuse("--rig and --replay cannot be given together: the pins are either a rig's or "
                       "a record's");
     if (!a->parity_given)
         a->options.host_parity_follows = strncmp(a->serial, "pty:", 4) == 0;
+    return MR_OK;
+}
+
+enum mr_status hil_arguments_check_board(const struct hil_arguments *a)
+{
+    if (a->options.boot0 && !a->options.type->rom_hears)
+        return refuse("--boot0: the boot ROM of the board %s does not listen at its serial link; "
+                      "such a board is programmed through its ST-LINK",
+                      hil_board_type_name(a->options.type));
     return MR_OK;
 }
 
@@ -368,6 +450,7 @@ enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
                  {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL},
                  {"--vcd", a->vcd},
                  {"--profile", a->profile},
+                 {"--margins", a->margins},
                  {"--flash", a->flash},
                  {"--nor", a->nor}};
     enum { READ_ONLY = 4, GIVEN = sizeof given / sizeof given[0] };
@@ -381,8 +464,9 @@ enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
                 return refuse("%s and %s are both %s; give each its own", given[k].option,
                               given[i].option, path[i]);
         }
-        if ((given[i].text == a->vcd || given[i].text == a->profile) && path[i][0] &&
-            hil_is_precious(path[i]))
+        bool record = given[i].text == a->vcd || given[i].text == a->profile ||
+                      given[i].text == a->margins;
+        if (record && path[i][0] && hil_is_precious(path[i]))
             return refuse("%s would overwrite a database or a program: %s; give another file",
                           given[i].option, path[i]);
     }

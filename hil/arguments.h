@@ -15,8 +15,8 @@ extern const char hil_help[];
 /* The texts are those of argv. */
 struct hil_arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd,
-        *vcd_functions, *profile;
-    bool parity_given;
+        *vcd_functions, *profile, *margins;
+    bool parity_given, board_given;
     bool real;
     bool trace;
     double for_s;                         /* 0: not given */
@@ -29,6 +29,8 @@ __attribute__((format(printf, 1, 2))) void hil_complain(const char *format, ...)
 
 /* MR_USAGE: cannot be; stderr says why. */
 enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv);
+/* Once it is known which board it is. MR_USAGE: it cannot do what was asked. */
+enum mr_status hil_arguments_check_board(const struct hil_arguments *a);
 /* What is written must not be what is read or written elsewhere; devices may be. A record takes the
  * place of no campaign. MR_USAGE. */
 enum mr_status hil_arguments_check_paths(const struct hil_arguments *a);

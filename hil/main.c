@@ -10,6 +10,7 @@
 #include "hil/arguments.h"
 #include "hil/board/board.h"
 #include "hil/board/cellfile.h"
+#include "hil/board/which.h"
 #include "hil/core/registers.h"
 #include "hil/core/wall.h"
 #include "hil/debug/debug.h"
@@ -37,7 +38,7 @@ struct session {
     struct hil_hang hang;
     struct hil_pace pace;
     struct hil_gdb gdb;
-    FILE *profile;
+    FILE *profile, *margins;
     int stall_ms;
     bool real;
 };
@@ -189,6 +190,16 @@ static void summarise(const struct session *session, double took_s)
         (unsigned long long)c->resets, (unsigned long long)c->faults);
 }
 
+static void tell_rules(const struct session *session, const struct hil_arguments *a)
+{
+    uint64_t times;
+    unsigned broken = hil_board_rules_counted(session->board, &times);
+    if (broken)
+        hil_complain("%u %s broken, %llu %s in all%s", broken, broken == 1 ? "rule" : "rules",
+                     (unsigned long long)times, times == 1 ? "time" : "times",
+                     a->margins ? "" : "; --margins FILE says which");
+}
+
 static enum mr_status open_links(struct session *session, const struct hil_arguments *a)
 {
     char error[512];
@@ -231,8 +242,8 @@ static enum mr_status load_memories(struct hil_board *board, const struct hil_ar
     enum mr_status status = MR_OK;
     if (a->flash)
         status = hil_board_load_flash(board, a->flash);
-    /* what was in the file need not start */
-    if (a->elf && (status == MR_OK || status == MR_HALTED))
+    /* what was in the file need not start, nor be for this board */
+    if (a->elf && (status == MR_OK || status == MR_HALTED || status == MR_VERSION))
         status = a->flash ? hil_board_load_elf_sparing(board, a->elf)
                           : hil_board_load_elf(board, a->elf);
     if (a->nor && status == MR_OK)
@@ -277,14 +288,32 @@ static void start_wall_limit(const struct hil_arguments *a, double duration_s)
     hil_wall_limit(limit_s, &stop_asked);
 }
 
+static enum mr_status open_record(const char *option, const char *path, FILE **file)
+{
+    if (!path || (*file = fopen(path, "w")))
+        return MR_OK;
+    hil_complain("%s: cannot write %s: %s; give another file", option, path, strerror(errno));
+    return MR_IO;
+}
+
+static enum mr_status close_record(const char *option, const char *path, FILE *file, bool failed)
+{
+    failed |= fclose(file) != 0;
+    if (!failed)
+        return MR_OK;
+    hil_complain("%s: cannot write all of %s: %s; make room or give another file", option, path,
+                 strerror(errno));
+    return MR_IO;
+}
+
 static enum mr_status open_records(struct session *session, const struct hil_arguments *a)
 {
     char error[512];
-    if (a->profile && !(session->profile = fopen(a->profile, "w"))) {
-        hil_complain("--profile: cannot write %s: %s; give another file", a->profile,
-                     strerror(errno));
-        return MR_IO;
-    }
+    enum mr_status status = open_record("--profile", a->profile, &session->profile);
+    if (status == MR_OK)
+        status = open_record("--margins", a->margins, &session->margins);
+    if (status != MR_OK)
+        return status;
     if (a->profile)
         hil_profile_begin(session->board);
     return a->vcd ? told(hil_vcd_open(session->board, a->vcd, a->vcd_functions, &session->symbols,
@@ -296,16 +325,19 @@ static enum mr_status open_records(struct session *session, const struct hil_arg
 static enum mr_status close_records(struct session *session, const struct hil_arguments *a)
 {
     char error[512];
-    enum mr_status status = told(hil_vcd_close(session->board, error, sizeof error), error);
-    if (!session->profile)
-        return status;
-    bool failed = hil_profile_print(session->board, &session->symbols, session->profile) != MR_OK;
-    failed |= fclose(session->profile) != 0;
-    if (!failed)
-        return status;
-    hil_complain("--profile: cannot write all of %s: %s; make room or give another file",
-                 a->profile, strerror(errno));
-    return MR_IO;
+    enum mr_status status = told(hil_vcd_close(session->board, error, sizeof error), error), closed;
+    if (session->margins) {
+        hil_board_print_rules(session->board, session->margins);
+        closed = close_record("--margins", a->margins, session->margins, false);
+        status = status == MR_OK ? closed : status;
+    }
+    if (session->profile) {
+        bool failed = hil_profile_print(session->board, &session->symbols, session->profile) !=
+                      MR_OK;
+        closed = close_record("--profile", a->profile, session->profile, failed);
+        status = status == MR_OK ? closed : status;
+    }
+    return status;
 }
 
 static enum mr_status run(const struct hil_arguments *a, struct session *session,
@@ -341,6 +373,7 @@ static enum mr_status run(const struct hil_arguments *a, struct session *session
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
     hil_board_tell_faults_left(session->board);
+    tell_rules(session, a);
     summarise(session, took_s);
     if (status == MR_OK)
         status = closed;
@@ -393,6 +426,12 @@ int main(int argc, char **argv)
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
+    if (!a.board_given &&
+        told(hil_which_files(a.elf, a.flash, &a.options.type, error, sizeof error), error) != MR_OK)
+        return mr_status_exit_code(MR_VERSION);
+    status = hil_arguments_check_board(&a);
+    if (status != MR_OK)
+        return mr_status_exit_code(status);
     session.board = hil_board_create(&a.options);
     status = run(&a, &session, &rig, &replay);
     hil_gdb_close(&session.gdb, mr_status_exit_code(status));

@@ -20,3 +20,11 @@ $(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
 $(B)/host/hil/core/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
 $(B)/host/hil/core/bootrom.o: $(B)/hil/bootrom.bin
+
+# The reference electronics: hil/circuits/circuits.py says what is checked.
+.PHONY: circuits
+circuits: $(B)/.circuit-packages ## tests | the reference electronics: rules, pins, parts list, drawings, each block simulated (1 min): build/circuits
+	@python3 hil/circuits/circuits.py $(B)/circuits
+.PHONY: circuits-figures
+circuits-figures: $(B)/.circuit-packages ## longer | the same, and figures.def, docs/electronics and its drawings made anew
+	@python3 hil/circuits/circuits.py --keep $(B)/circuits

@@ -23,6 +23,8 @@ board_ratio() { # EXTRA ARGUMENTS...
 echo "emulated board, virtual over processor time:"
 printf '  landing %s          %6.1f x (wanted: 1.5, the predictor running)\n' 1 "$(board_ratio --rig tests/runs/landing1.run)"
 printf '  landing %s          %6.1f x (wanted: 1.5, the predictor running)\n' 5 "$(board_ratio --rig tests/runs/landing5.run)"
+printf '  the same, no rules %6.1f x (the difference is what rules of time and electricity cost)\n' \
+    "$(board_ratio --rig tests/runs/landing5.run --rules off)"
 printf '  5, everything traced %4.1f x (wanted: 2)\n' \
     "$(board_ratio --rig tests/runs/landing5.run --vcd "$tmp/vcd" --profile "$tmp/profile")"
 printf '  idle, disarmed     %6.1f x (wanted: 30)\n' "$(board_ratio --for 20)"

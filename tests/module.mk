@@ -22,8 +22,8 @@ needed := $(tests) $(test_images) $(variants) $(bench_programs) $(patsubst %,$(B
 build-all: all $(needed) test-programs coverage-build fuzz-programs ## tests | all programs that any of these targets needs, built and not run
 
 # What has more of the same to check than make test takes the time for (tests/long.h, take in tests/cli/tap.sh).
-long_tests := $(B)/tests/hil/test_blackbox $(B)/tests/hil/test_velocity $(B)/tests/host/test_sim_planar \
-	$(addprefix tests/cli/,log-hold.sh runs.sh soak-host.sh strangers.sh)
+long_tests := $(B)/tests/hil/test_blackbox $(B)/tests/hil/test_electronics $(B)/tests/hil/test_velocity $(B)/tests/host/test_sim_planar \
+	$(addprefix tests/cli/,electronics.sh log-hold.sh runs.sh soak-host.sh strangers.sh)
 .PHONY: long
 long: in-build $(B)/.test-packages all $(filter $(B)/%,$(long_tests)) test-programs ## longer | the checks of make test that have more cases or longer times, with all of them (5 min)
 	@MATRIG_LONG=1 tests/run-all.sh $(long_tests)
@@ -78,6 +78,10 @@ report-series: in-build all $(B)/tests/runs/synthesise ## studies | the same fiv
 budget: in-build all ## studies | what each task of the firmware costs in a landing, on the emulated board: build/budget/budget.txt
 	@tests/budget.sh
 
+.PHONY: boards
+boards: in-build all ## studies | each board's image: size, channels, what landing 5 and the demo say on the emulated board: build/boards/boards.txt
+	@tests/boards.sh $(boards)
+
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
@@ -95,12 +99,18 @@ $(call tests_of,common): $(B)/tests/common/%: $(B)/tests/common/%.o $(common_lib
 fakes := $(patsubst %,$(B)/tests/firmware/fake_%.o,board nor flash i2c)
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(fakes) $(app_lib) $(common_lib)
 	$(call link,-lcmocka -lm)
+$(B)/tests/firmware/test_pins: $(board_tables)
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
 	$(call link,-lcmocka $(HIL_LIBS))
 # What they run: the images, and the program for the test of its command line. Order alone: a new image needs no new linking.
-$(call tests_of,hil): | $(firmware) $(test_images) $(variants) $(B)/matrig-board
-$(B)/tests/hil/test_pin_times: $(B)/tests/hil/pin_times.o
+$(call tests_of,hil): | $(foreach board,$(boards),$(call board_elf,$(board))) $(test_images) $(variants) $(B)/matrig-board
 $(patsubst %,$(B)/tests/hil/test_%,blackbox configuration debug drivers landing nor snapshot): $(B)/tests/hil/snapshot.o
+# Images of the past (tests/old/README.md).
+$(B)/tests/old/%.elf: tests/old/%.elf.gz
+	@mkdir -p $(@D)
+	gzip -dc $< >$@
+$(B)/tests/hil/test_rules: | $(B)/tests/old/339b9da.elf
+test-programs: $(B)/tests/old/339b9da.elf
 # The application on the host too, to say when a warning was due.
 $(B)/tests/hil/test_warning: $(fakes) $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
@@ -117,8 +127,7 @@ variant_source_changing := firmware/main
 $(B)/tests/variant/%.elf: tests/variant/%.h $(firmware) $(firmware:.elf=.bin)
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
-	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
-		$(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call objects,arm,$(arm_src))) -lm -o $@
+	$(link_image) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lm -o $@
 	$(stamp) $@ $$(cat $(commit))
 	@$(ARM)objcopy -O binary --gap-fill 0xff $@ $(@:.elf=.bin)
 	@! cmp -s $(@:.elf=.bin) $(firmware:.elf=.bin) || { echo "$<: the image is the firmware as it is; what should differ?" >&2; exit 1; }

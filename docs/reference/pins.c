@@ -1,62 +1,108 @@
-/* Pins of the board. Where each is on the package comes from ST's pin database, as the test of the
- * table has it. */
+/* Pins of each board. Where each is on the package comes from ST's pin database, as the test of the
+ * tables has it. */
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/boards.h"
 #include "docs/reference/reference.h"
+#include "firmware/boards/tables.h"
 
-#define PLACES   "tests/conformance/pins.txt"
-#define LINE_MAX 400
+#define PLACES   "tests/conformance/pins-%03x.txt"
+#define LINE_MAX 500
 
-struct row {
-    const char *port;
-    unsigned pin;
-    const char *use, *pull, *name, *text;
-};
+/* The word of number `n`, from 0, of a line; NULL: it has not so many. */
+static const char *word_of(char *line, unsigned n)
+{
+    char *word = strtok(line, " \n");
+    while (word && n--)
+        word = strtok(NULL, " \n");
+    return word;
+}
 
-static const struct row rows[] = {
-#define PULLED_NONE ""
-#define PULLED_UP   "up"
-#define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
-    {#port, pin, "ADC" #converter " input " #input, "", #SIGNAL, text},
-#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) \
-    {#port, pin, signal " (" #number ")", PULLED_##pull, #SIGNAL, text},
-#define OUTPUT(port, pin, first, pull, SIGNAL, text) \
-    {#port, pin, first ? "output, first high" : "output, first low", PULLED_##pull, #SIGNAL, text},
-#define INPUT(port, pin, pull, SIGNAL, text) {#port, pin, "input", PULLED_##pull, #SIGNAL, text},
-#define RESERVED(port, pin, signal, SIGNAL, text) \
-    {#port, pin, signal[0] ? "reserved, " signal : "reserved", "", #SIGNAL, text},
-#include "firmware/boards/zg.def"
-};
+static FILE *open_places(const struct mr_board *board)
+{
+    char path[60];
+    snprintf(path, sizeof path, PLACES, board->chip);
+    FILE *in = fopen(path, "r");
+    if (!in) {
+        fprintf(stderr, "reference: cannot open %s; run this in the root of the sources\n", path);
+        exit(3);
+    }
+    return in;
+}
 
-static unsigned place_of(const struct row *row)
+/* The package's column, counted with the pin's name. */
+static unsigned column_of(const struct mr_board *board)
+{
+    char line[LINE_MAX], copy[LINE_MAX];
+    unsigned column = 0;
+    FILE *in = open_places(board);
+    while (!column && fgets(line, sizeof line, in)) {
+        for (unsigned n = 2; strncmp(line, "# PIN ", 6) == 0 && n < 10 && !column; n++) {
+            memcpy(copy, line, sizeof copy);
+            const char *word = word_of(copy, n);
+            if (word && strcmp(word, board->package) == 0)
+                column = n - 1;
+        }
+    }
+    fclose(in);
+    return column;
+}
+
+static unsigned place_of(const struct mr_board *board, const struct board_row *row, unsigned column)
 {
     char line[LINE_MAX], name[8];
     unsigned place = 0;
-    FILE *in = fopen(PLACES, "r");
-    if (!in) {
-        fprintf(stderr, "reference: cannot open %s; run this in the root of the sources\n", PLACES);
-        exit(3);
-    }
-    snprintf(name, sizeof name, "P%s%u ", row->port, row->pin);
+    FILE *in = open_places(board);
+    snprintf(name, sizeof name, "P%c%u ", row->port, row->pin);
     while (!place && fgets(line, sizeof line, in)) {
-        if (strncmp(line, name, strlen(name)) == 0)
-            place = (unsigned)strtoul(line + strlen(name), NULL, 10);
+        const char *word = strncmp(line, name, strlen(name)) == 0 ? word_of(line, column) : NULL;
+        place = word ? (unsigned)strtoul(word, NULL, 10) : 0;
     }
     fclose(in);
     return place;
 }
 
+static void print_use(FILE *out, const struct board_row *row)
+{
+    switch (row->kind) {
+    case BOARD_ROW_ANALOGUE: fprintf(out, "%s", row->use); break;
+    case BOARD_ROW_FUNCTION: fprintf(out, "%s (%u)", row->use, row->number); break;
+    case BOARD_ROW_OUTPUT: fprintf(out, "output, first %s", row->number ? "high" : "low"); break;
+    case BOARD_ROW_INPUT: fputs("input", out); break;
+    case BOARD_ROW_RESERVED: fprintf(out, "reserved%s%s", row->use[0] ? ", " : "", row->use); break;
+    }
+}
+
+static void print_board(FILE *out, const struct mr_board *board, const struct board_table *table)
+{
+    unsigned column = column_of(board);
+    fprintf(out,
+            "\n## %s\n\n%s: an %s in %s. The serial link is USART%ld; VDDA is %.1f V; the clock is "
+            "%s of 8 MHz.\nFrom `firmware/boards/%s.def`.\n\n"
+            "| pin | %s | use | pulled inside | signal | what |\n|---|---|---|---|---|---|\n",
+            board->name, board->text, board->part, board->package, board_fact_of(table, "SERIAL"),
+            (double)board_fact_of(table, "SUPPLY_MV") / 1e3,
+            board_fact_of(table, "CLOCK_BYPASS") ? "an input" : "a crystal", board->name,
+            board->package);
+    for (size_t i = 0; i < table->rows; i++) {
+        const struct board_row *row = &table->row[i];
+        fprintf(out, "| P%c%u | %u | ", row->port, row->pin, place_of(board, row, column));
+        print_use(out, row);
+        fprintf(out, " | %s | %s | %s |\n", strcmp(row->pull, "UP") == 0 ? "up" : "", row->signal,
+                row->text);
+    }
+}
+
 void reference_pins(FILE *out)
 {
-    reference_head(out, "Pins", "`firmware/boards/zg.def`");
-    fputs("Of the STM32F407ZG, LQFP144. Until the firmware has set its pins (10 ms after a reset) "
-          "all of them float: what must be\nat a level then is pulled outside the chip.\n\n"
-          "| pin | LQFP144 | use | pulled inside | signal | what |\n|---|---|---|---|---|---|\n",
+    const struct mr_board *board;
+    reference_head(out, "Pins", "`firmware/boards/`");
+    fputs("Until the firmware has set its pins (10 ms after a reset) all of them float: what must "
+          "be at a level then is pulled\noutside the chip. What else is on the pins of boards that "
+          "one can buy: [boards](../howto/boards.md).\n",
           out);
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        const struct row *row = &rows[i];
-        fprintf(out, "| P%s%u | %u | %s | %s | %s | %s |\n", row->port, row->pin, place_of(row),
-                row->use, row->pull, row->name, row->text);
-    }
+    for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
+        print_board(out, board, board_table_of(i));
 }

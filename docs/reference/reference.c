@@ -33,7 +33,7 @@ int main(int argc, char **argv)
         {"commands", reference_commands},           {"messages", reference_messages},
         {"configuration", reference_configuration}, {"scene", reference_scene},
         {"campaign", reference_campaign},           {"pins", reference_pins},
-        {"exit-codes", reference_exit_codes},
+        {"exit-codes", reference_exit_codes},       {"bring-up", reference_bringup},
     };
     if (argc != 2) {
         fputs("usage: reference FOLDER\n", stderr);

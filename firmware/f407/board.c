@@ -46,10 +46,10 @@ void board_start(void)
     clock_reset();
     /* Before the crystal, which may take 100 ms: until then outputs float. */
     pins_start();
-    board_warn(true);
     enum board_clock_source clock = clock_start();
     memory_start();
     identity.clock_source = (uint8_t)clock;
+    identity.board = BOARD_NUMBER;
     image_identify(&identity);
 
     fault_set_image_crc(identity.image_crc);
@@ -79,6 +79,16 @@ void board_start(void)
 void board_identify(struct board_identity *out)
 {
     *out = identity;
+}
+
+uint32_t board_inputs(void)
+{
+    return BOARD_INPUTS;
+}
+
+uint32_t board_supply_mv(void)
+{
+    return BOARD_SUPPLY_MV;
 }
 
 void board_warn(bool warning)

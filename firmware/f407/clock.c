@@ -1,6 +1,7 @@
-/* System clock: 168 MHz from the 8 MHz crystal; from the internal oscillator when that does not
- * start; failing the PLL too, the internal oscillator's 16 MHz, on which nothing is measured but
- * the board still says so. RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+/* System clock: 168 MHz from the 8 MHz crystal, or a clock of 8 MHz in its place; from the internal
+ * oscillator when that does not start; failing the PLL too, the internal oscillator's 16 MHz, on
+ * which nothing is measured but the board still says so. RM0090 7.2; 3.5.1 for wait states; 5.1.3
+ * for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
@@ -18,12 +19,7 @@
 #define CAPTURES          16u
 #define CAPTURE_POLLS     1000u /* 62 us at 4 MHz are 125 */
 
-/* Peripherals that can be reset, and which clocks a reset leaves on (CCM). RM0090 7.3.5 to
- * 7.3.15 */
-#define AHB1_ALL      0x226011ffu
-#define APB1_ALL      0x36fec9ffu
-#define APB2_ALL      0x00075933u
-#define AHB1_AT_RESET 0x00100000u
+static uint32_t crystal_khz; /* as measured at start; 0: none */
 
 static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
 {
@@ -61,13 +57,13 @@ void clock_reset(void)
     wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, 0, PLL_POLLS);
     RCC->CR &= ~(RCC_CR_PLLON | RCC_CR_HSEON | RCC_CR_CSSON);
     wait_for(&RCC->CR, RCC_CR_PLLRDY, 0, PLL_POLLS);
-    RCC->AHB1RSTR = AHB1_ALL;
+    RCC->AHB1RSTR = BOARD_AHB1_ALL;
     RCC->AHB1RSTR = 0;
-    RCC->APB1RSTR = APB1_ALL;
+    RCC->APB1RSTR = BOARD_APB1_ALL;
     RCC->APB1RSTR = 0;
-    RCC->APB2RSTR = APB2_ALL;
+    RCC->APB2RSTR = BOARD_APB2_ALL;
     RCC->APB2RSTR = 0;
-    RCC->AHB1ENR = AHB1_AT_RESET;
+    RCC->AHB1ENR = BOARD_AHB1_AT_RESET;
     RCC->APB1ENR = 0;
     RCC->APB2ENR = 0;
 }
@@ -106,9 +102,11 @@ static uint32_t measure_crystal_khz(void)
  * its range: 504 MHz from 12. */
 static bool start_crystal(void)
 {
+    if (BOARD_CLOCK_BYPASS)
+        RCC->CR |= RCC_CR_HSEBYP;
     RCC->CR |= RCC_CR_HSEON;
     bool swings = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
-    uint32_t khz = swings ? measure_crystal_khz() : 0;
+    uint32_t khz = crystal_khz = swings ? measure_crystal_khz() : 0;
     if (khz >= CRYSTAL_KHZ_LEAST && khz <= CRYSTAL_KHZ_MOST) {
         /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
         RCC->CR |= RCC_CR_CSSON;
@@ -130,4 +128,9 @@ enum board_clock_source clock_start(void)
         return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;
     health_count(MR_FAULT_CLOCK_RAW, 0);
     return BOARD_CLOCK_RAW;
+}
+
+uint32_t clock_crystal_khz(void)
+{
+    return crystal_khz;
 }

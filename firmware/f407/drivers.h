@@ -18,6 +18,8 @@
 void clock_reset(void);
 /* crystal and PLL, or internal oscillator and PLL, or neither. */
 enum board_clock_source clock_start(void);
+/* Of the crystal, by the internal oscillator, as measured at start; 0: none swings. */
+uint32_t clock_crystal_khz(void);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure
  * begins. */
 void scan_prepare(void);
@@ -28,9 +30,15 @@ bool capture_start(void);
 void can_start(void);
 /* nor.c: SPI2 and the black box's memory; missing when DMA1 does not answer. */
 void nor_start(bool dma_works);
+/* Manufacturer, type, capacity: 0x00ef4018; only while nor_poll says idle. */
+uint32_t nor_jedec(void);
 /* uart.c: polled when its DMA controller does not answer; `raw_clock`: APB2 runs at 16 MHz, not
  * 84. */
 void uart_start(bool dma_works, bool raw_clock);
+/* Another rate than the 2 Mbaud of the start, after all was sent: the bring-up image's. */
+void uart_rate(uint32_t baud);
+/* All that was queued has left, or is in the transmitter: two bytes at most. */
+bool uart_sent(void);
 /* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
 void watchdog_start(void);
 void watchdog_feed(void);

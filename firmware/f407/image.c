@@ -14,7 +14,7 @@ __attribute__((section(".header"), used)) static const struct {
     uint32_t program_crc;
     uint8_t major, minor, patch, changed;
     uint32_t commit;
-    uint16_t commit_more, reserved;
+    uint16_t commit_more, board;
     uint32_t header_crc;
 } header = {
     .magic = MR_IMAGE_MAGIC,
@@ -25,6 +25,7 @@ __attribute__((section(".header"), used)) static const struct {
     .major = FIRMWARE_MAJOR,
     .minor = FIRMWARE_MINOR,
     .patch = FIRMWARE_PATCH,
+    .board = BOARD_NUMBER,
 };
 _Static_assert(sizeof header == MR_IMAGE_BYTES, "common/image.h says where what is");
 

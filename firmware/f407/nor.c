@@ -169,15 +169,21 @@ void dma1_stream3_irq(void)
     }
 }
 
-static bool is_expected(void)
+uint32_t nor_jedec(void)
 {
     select(true);
     exchange(IDENTITY);
-    uint8_t manufacturer = exchange(filler);
-    (void)exchange(filler); /* 0x40 or 0x70, by ordering code */
-    uint8_t capacity = exchange(filler);
+    uint32_t id = (uint32_t)exchange(filler) << 16;
+    id |= (uint32_t)exchange(filler) << 8; /* 0x40 or 0x70, by ordering code */
+    id |= exchange(filler);
     select(false);
-    return manufacturer == MANUFACTURER && capacity == CAPACITY;
+    return id;
+}
+
+static bool is_expected(void)
+{
+    uint32_t id = nor_jedec();
+    return id >> 16 == MANUFACTURER && (id & 0xffu) == CAPACITY;
 }
 
 static void identify(void)

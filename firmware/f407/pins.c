@@ -4,6 +4,7 @@
 enum mode { INPUT_MODE, OUTPUT_MODE, FUNCTION_MODE, ANALOGUE_MODE };
 enum pull { PULL_NONE, PULL_UP };
 #define I2C1_FUNCTION 4u
+#define SERIAL_CLOCK  (BOARD_SERIAL == 6 ? RCC_APB2ENR_USART6 : RCC_APB2ENR_USART1)
 
 static const struct setting {
     uint8_t mode, function, pull, first;
@@ -16,7 +17,7 @@ static const struct setting {
     [PIN_##SIGNAL] = {OUTPUT_MODE, 0, PULL_##pull, first},
 #define INPUT(port, pin, pull, SIGNAL, text)      [PIN_##SIGNAL] = {INPUT_MODE, 0, PULL_##pull, 0},
 #define RESERVED(port, pin, signal, SIGNAL, text) [PIN_##SIGNAL] = {.mode = INPUT_MODE},
-#include "firmware/boards/zg.def"
+#include "firmware/boards/pins.def"
 };
 
 static void set_mode(struct pin_place at, enum mode mode)
@@ -55,11 +56,20 @@ static void set(enum pin_signal signal)
         set_mode(at, (enum mode)setting->mode);
 }
 
+/* Clocks of the ports that the board uses, in the order of the bits of AHB1ENR. */
+static uint32_t ports(void)
+{
+    return 0u
+#define PIN(port, pin, SIGNAL) | 1u << (#port[0] - 'A')
+#include "firmware/boards/pins.def"
+        ;
+}
+
 void pins_start(void)
 {
-    RCC->AHB1ENR |= RCC_AHB1ENR_GPIO_A_TO_F | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
+    RCC->AHB1ENR |= ports() | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_SPI2 | RCC_APB1ENR_CAN1;
-    RCC->APB2ENR |= RCC_APB2ENR_USART1 | RCC_APB2ENR_ADC1 | RCC_APB2ENR_ADC3;
+    RCC->APB2ENR |= SERIAL_CLOCK | RCC_APB2ENR_ADC1 | RCC_APB2ENR_ADC3;
     (void)RCC->APB2ENR;
     for (unsigned signal = 0; signal < PINS; signal++)
         set((enum pin_signal)signal);

@@ -1,19 +1,16 @@
-/* Pins by what they are for, as firmware/boards/zg.def has them. */
+/* Pins by what they are for, as firmware/boards/pins.def has them. */
 #ifndef MATRIG_FIRMWARE_F407_PINS_H
 #define MATRIG_FIRMWARE_F407_PINS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/f407/facts.h"
 #include "firmware/f407/regs.h"
 
 enum pin_signal {
-#define ANALOGUE(port, pin, converter, input, SIGNAL, text)     PIN_##SIGNAL,
-#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) PIN_##SIGNAL,
-#define OUTPUT(port, pin, first, pull, SIGNAL, text)            PIN_##SIGNAL,
-#define INPUT(port, pin, pull, SIGNAL, text)                    PIN_##SIGNAL,
-#define RESERVED(port, pin, signal, SIGNAL, text)               PIN_##SIGNAL,
-#include "firmware/boards/zg.def"
+#define PIN(port, pin, SIGNAL) PIN_##SIGNAL,
+#include "firmware/boards/pins.def"
     PINS
 };
 
@@ -26,14 +23,8 @@ struct pin_place {
 static inline struct pin_place pin_place(enum pin_signal signal)
 {
     static const struct pin_place places[PINS] = {
-#define PLACE(port, pin, SIGNAL)                                [PIN_##SIGNAL] = {GPIO##port, pin},
-#define ANALOGUE(port, pin, converter, input, SIGNAL, text)     PLACE(port, pin, SIGNAL)
-#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) PLACE(port, pin, SIGNAL)
-#define OUTPUT(port, pin, first, pull, SIGNAL, text)            PLACE(port, pin, SIGNAL)
-#define INPUT(port, pin, pull, SIGNAL, text)                    PLACE(port, pin, SIGNAL)
-#define RESERVED(port, pin, signal, SIGNAL, text)               PLACE(port, pin, SIGNAL)
-#include "firmware/boards/zg.def"
-#undef PLACE
+#define PIN(port, pin, SIGNAL) [PIN_##SIGNAL] = {GPIO##port, pin},
+#include "firmware/boards/pins.def"
     };
     return places[signal];
 }

@@ -14,53 +14,56 @@ struct rcc_regs {
     reg32 AHB1ENR, AHB2ENR, AHB3ENR, reserved2, APB1ENR, APB2ENR, reserved3[2];
     reg32 AHB1LPENR, AHB2LPENR, AHB3LPENR, reserved4, APB1LPENR, APB2LPENR, reserved5[2], BDCR, CSR;
 };
-#define RCC                     ((struct rcc_regs *)0x40023800u)
-#define RCC_CR_HSION            (1u << 0)
-#define RCC_CR_HSIRDY           (1u << 1)
-#define RCC_CR_HSEON            (1u << 16)
-#define RCC_CR_HSERDY           (1u << 17)
-#define RCC_CR_CSSON            (1u << 19)
-#define RCC_CR_PLLON            (1u << 24)
-#define RCC_CR_PLLRDY           (1u << 25)
-#define RCC_CIR_CSSF            (1u << 7)
-#define RCC_PLLCFGR_SRC_HSE     (1u << 22)
-#define RCC_PLLCFGR_RESERVED    (2u << 28) /* its reset value, to be kept */
-#define RCC_CFGR_SW_PLL         2u
-#define RCC_CFGR_SWS_MASK       (3u << 2)
-#define RCC_CFGR_SWS_PLL        (2u << 2)
-#define RCC_CFGR_RTCPRE(by)     ((uint32_t)(by) << 16)
-#define RCC_CFGR_PPRE1_DIV4     (5u << 10)
-#define RCC_CFGR_PPRE2_DIV2     (4u << 13)
-#define RCC_AHB1ENR_GPIO_A_TO_F 0x3fu
-#define RCC_AHB1ENR_DMA1        (1u << 21)
-#define RCC_AHB1ENR_DMA2        (1u << 22)
-#define RCC_APB1ENR_TIM2        (1u << 0)
-#define RCC_APB1ENR_TIM4        (1u << 2)
-#define RCC_APB1ENR_SPI2        (1u << 14)
-#define RCC_APB1ENR_I2C1        (1u << 21)
-#define RCC_APB1ENR_CAN1        (1u << 25)
-#define RCC_APB1ENR_PWR         (1u << 28)
-#define RCC_APB2ENR_USART1      (1u << 4)
-#define RCC_APB2ENR_ADC1        (1u << 8)
-#define RCC_APB2ENR_ADC3        (1u << 10)
-#define RCC_APB2ENR_TIM11       (1u << 18)
-#define RCC_APB2ENR_SYSCFG      (1u << 14)
-#define RCC_CSR_RMVF            (1u << 24)
-#define RCC_CSR_BORRSTF         (1u << 25)
-#define RCC_CSR_PINRSTF         (1u << 26)
-#define RCC_CSR_PORRSTF         (1u << 27)
-#define RCC_CSR_SFTRSTF         (1u << 28)
-#define RCC_CSR_IWDGRSTF        (1u << 29)
-#define RCC_CSR_LPWRRSTF        (1u << 31)
+#define RCC                  ((struct rcc_regs *)0x40023800u)
+#define RCC_CR_HSION         (1u << 0)
+#define RCC_CR_HSIRDY        (1u << 1)
+#define RCC_CR_HSEON         (1u << 16)
+#define RCC_CR_HSERDY        (1u << 17)
+#define RCC_CR_HSEBYP        (1u << 18)
+#define RCC_CR_CSSON         (1u << 19)
+#define RCC_CR_PLLON         (1u << 24)
+#define RCC_CR_PLLRDY        (1u << 25)
+#define RCC_CIR_CSSF         (1u << 7)
+#define RCC_PLLCFGR_SRC_HSE  (1u << 22)
+#define RCC_PLLCFGR_RESERVED (2u << 28) /* its reset value, to be kept */
+#define RCC_CFGR_SW_PLL      2u
+#define RCC_CFGR_SWS_MASK    (3u << 2)
+#define RCC_CFGR_SWS_PLL     (2u << 2)
+#define RCC_CFGR_RTCPRE(by)  ((uint32_t)(by) << 16)
+#define RCC_CFGR_PPRE1_DIV4  (5u << 10)
+#define RCC_CFGR_PPRE2_DIV2  (4u << 13)
+#define RCC_AHB1ENR_DMA1     (1u << 21)
+#define RCC_AHB1ENR_DMA2     (1u << 22)
+#define RCC_APB1ENR_TIM2     (1u << 0)
+#define RCC_APB1ENR_TIM4     (1u << 2)
+#define RCC_APB1ENR_SPI2     (1u << 14)
+#define RCC_APB1ENR_I2C1     (1u << 21)
+#define RCC_APB1ENR_CAN1     (1u << 25)
+#define RCC_APB1ENR_PWR      (1u << 28)
+#define RCC_APB2ENR_USART1   (1u << 4)
+#define RCC_APB2ENR_USART6   (1u << 5)
+#define RCC_APB2ENR_ADC1     (1u << 8)
+#define RCC_APB2ENR_ADC3     (1u << 10)
+#define RCC_APB2ENR_TIM11    (1u << 18)
+#define RCC_APB2ENR_SYSCFG   (1u << 14)
+#define RCC_CSR_RMVF         (1u << 24)
+#define RCC_CSR_BORRSTF      (1u << 25)
+#define RCC_CSR_PINRSTF      (1u << 26)
+#define RCC_CSR_PORRSTF      (1u << 27)
+#define RCC_CSR_SFTRSTF      (1u << 28)
+#define RCC_CSR_IWDGRSTF     (1u << 29)
+#define RCC_CSR_LPWRRSTF     (1u << 31)
 
 /* RM0090 3.9: flash interface; 5.4: power control */
 #define FLASH_ACR         (*(reg32 *)0x40023c00u)
 /* 5 wait states, prefetch, both caches */
 #define FLASH_ACR_168MHZ  (5u | 1u << 8 | 1u << 9 | 1u << 10)
 #define FLASH_ACR_LATENCY 7u
+#define FLASH_ACR_PRFTEN  (1u << 8)
 #define FLASH_ACR_DCEN    (1u << 10)
 #define FLASH_ACR_DCRST   (1u << 12)
 #define FLASH_KEYR        (*(reg32 *)0x40023c04u)
+#define FLASH_OPTKEYR     (*(reg32 *)0x40023c08u)
 #define FLASH_SR          (*(reg32 *)0x40023c0cu)
 #define FLASH_SR_ERRORS   0xf2u /* PGSERR, PGPERR, PGAERR, WRPERR, OPERR; a one clears it */
 #define FLASH_SR_BSY      (1u << 16)
@@ -88,6 +91,7 @@ struct gpio_regs {
 #define GPIOD ((struct gpio_regs *)0x40020c00u)
 #define GPIOE ((struct gpio_regs *)0x40021000u)
 #define GPIOF ((struct gpio_regs *)0x40021400u)
+#define GPIOG ((struct gpio_regs *)0x40021800u)
 
 /* RM0090 10.5 */
 struct dma_stream_regs {
@@ -201,12 +205,15 @@ struct can_regs {
 #define CAN_ESR_BOFF    (1u << 2)
 #define CAN_TIR_TXRQ    (1u << 0)
 #define CAN_FMR_FINIT   (1u << 0)
+#define CAN_BTR_LBKM    (1u << 30)
+#define CAN_BTR_SILM    (1u << 31)
 
 /* RM0090 30.6 */
 struct usart_regs {
     reg32 SR, DR, BRR, CR1, CR2, CR3, GTPR;
 };
 #define USART1          ((struct usart_regs *)0x40011000u)
+#define USART6          ((struct usart_regs *)0x40011400u)
 #define USART_SR_TXE    (1u << 7)
 #define USART_CR1_RE    (1u << 2)
 #define USART_CR1_TE    (1u << 3)
@@ -257,6 +264,8 @@ struct iwdg_regs {
 /* RM0090 39.1 */
 #define UID ((const volatile uint32_t *)0x1fff7a10u)
 
+/* RM0090 38.6.1: device and revision */
+#define DBGMCU_IDCODE                (*(reg32 *)0xe0042000u)
 /* RM0090 38.16: which clocks stop with the core while a debugger halts it */
 #define DBGMCU_APB1_FZ               (*(reg32 *)0xe0042008u)
 #define DBGMCU_APB1_FZ_DBG_IWDG_STOP (1u << 12)
@@ -267,6 +276,7 @@ struct iwdg_regs {
 #define SYST_CVR              (*(reg32 *)0xe000e018u)
 #define NVIC_ISER             ((reg32 *)0xe000e100u)
 #define NVIC_IPR              ((volatile uint8_t *)0xe000e400u)
+#define SCB_CPUID             (*(reg32 *)0xe000ed00u)
 #define SCB_VTOR              (*(reg32 *)0xe000ed08u)
 #define SCB_AIRCR             (*(reg32 *)0xe000ed0cu)
 #define SCB_SHPR              ((volatile uint8_t *)0xe000ed18u)
@@ -277,6 +287,13 @@ struct iwdg_regs {
 #define SCB_MMFAR             (*(reg32 *)0xe000ed34u)
 #define SCB_BFAR              (*(reg32 *)0xe000ed38u)
 #define SCB_CPACR             (*(reg32 *)0xe000ed88u)
+
+/* ARMv7-M C1.6.5, C1.8: the core's cycle counter */
+#define SCB_DEMCR          (*(reg32 *)0xe000edfcu)
+#define SCB_DEMCR_TRCENA   (1u << 24)
+#define DWT_CTRL           (*(reg32 *)0xe0001000u)
+#define DWT_CTRL_CYCCNTENA (1u << 0)
+#define DWT_CYCCNT         (*(reg32 *)0xe0001004u)
 
 enum irq_number {
     IRQ_DMA1_STREAM3 = 14,

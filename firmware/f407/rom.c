@@ -12,6 +12,11 @@ static struct {
     uint32_t complement;
 } note __attribute__((section(".noinit")));
 
+bool board_rom_hears(void)
+{
+    return BOARD_ROM_HEARS_SERIAL;
+}
+
 void board_enter_rom(void)
 {
     note.valid = NOTE_VALID;

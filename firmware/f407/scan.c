@@ -44,31 +44,19 @@ static uint32_t next_index; /* of the block being filled */
 static uint32_t other_stood = STOOD_NOWHERE;
 static bool other_stands;
 
-/* Inputs of each converter, in the order of its channels. */
-#define FUNCTION(...)
-#define OUTPUT(...)
-#define INPUT(...)
-#define RESERVED(...)
-#define ANALOGUE(port, pin, converter, input, SIGNAL, text) INPUT_OF_##converter(input)
-#define INPUT_OF_1(input)
-#define INPUT_OF_3(input) input,
-static const uint8_t adc3_input[] = {
-#include "firmware/boards/zg.def"
+/* Of each channel. */
+static const uint8_t input_of[MR_CHANNELS] = {
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text) [BOARD_##SIGNAL] = input,
+#include "firmware/boards/pins.def"
 };
-#undef INPUT_OF_1
-#undef INPUT_OF_3
-#define FUNCTION(...)
-#define OUTPUT(...)
-#define INPUT(...)
-#define RESERVED(...)
-#define ANALOGUE(port, pin, converter, input, SIGNAL, text) INPUT_OF_##converter(input)
-#define INPUT_OF_1(input)                                   input,
-#define INPUT_OF_3(input)
-static const uint8_t adc1_input[] = {
-#include "firmware/boards/zg.def"
+enum {
+    ELSEWHERE = 0
+#define CONVERTER_OF(channel) ((channel) < (int)MR_TRANSDUCERS ? 3 : 1)
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
+    +(CONVERTER_OF(BOARD_##SIGNAL) != (converter))
+#include "firmware/boards/pins.def"
 };
-_Static_assert(sizeof adc3_input == MR_TRANSDUCERS && sizeof adc1_input == MR_ADC1_CHANNELS,
-               "an input for each channel");
+_Static_assert(ELSEWHERE == 0, "transducers at ADC3, all others at ADC1: common/block.h");
 
 static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory,
                          uint32_t count, uint32_t interrupts)
@@ -87,9 +75,7 @@ static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc
                  DMA_CR_MINC | DMA_CR_CIRC | interrupts | DMA_CR_EN;
 }
 
-/* `channel`: of those whose inputs these are. */
-static void start_converter(struct adc_regs *adc, const uint8_t *input, const uint8_t *channel,
-                            unsigned first, unsigned count)
+static void start_converter(struct adc_regs *adc, const uint8_t *channel, unsigned count)
 {
     uint32_t sequence[3] = {0};
     adc->CR2 = 0;
@@ -97,7 +83,7 @@ static void start_converter(struct adc_regs *adc, const uint8_t *input, const ui
     if (count == 0)
         return;
     for (unsigned i = 0; i < count; i++)
-        sequence[i / 6] |= (uint32_t)input[channel[i] - first] << (5 * (i % 6));
+        sequence[i / 6] |= (uint32_t)input_of[channel[i]] << (5 * (i % 6));
     adc->SQR3 = sequence[0];
     adc->SQR2 = sequence[1];
     adc->SQR1 = sequence[2] | (count - 1) << 20;
@@ -123,8 +109,8 @@ static void start_conversions(void)
     start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);
     start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers,
                  adc3_is_last ? tell : 0);
-    start_converter(ADC1, adc1_input, scan.channel + scan.transducers, MR_TRANSDUCERS, scan.others);
-    start_converter(ADC3, adc3_input, scan.channel, 0, scan.transducers);
+    start_converter(ADC1, scan.channel + scan.transducers, scan.others);
+    start_converter(ADC3, scan.channel, scan.transducers);
 }
 
 void scan_prepare(void)
@@ -269,12 +255,13 @@ bool board_block_take(struct mr_block *block)
     return true;
 }
 
+#define TRIGGER_LOW_FROM (MR_SCANS_PER_BLOCK * SCAN_TICKS - TRIGGER_TICK)
+#define BEGIN_TICKS      1000u
+
 /* Begin between the last trigger of a block and the first of the next, so that blocks keep their
  * place on TIM2; and while TIM4's channel 4 is low again, or arming could pass for an edge, and the
  * polarity be shifted by a scan. What is begun takes 3 us, then the converters settle for 3 (data
  * sheet, tSTAB). The wait is at most a block; 200000 polls bound it should TIM2 stand still. */
-#define TRIGGER_LOW_FROM (MR_SCANS_PER_BLOCK * SCAN_TICKS - TRIGGER_TICK)
-#define BEGIN_TICKS      1000u
 static void begin_again(const struct mr_scan *with)
 {
     for (unsigned polls = 0; polls < 200000; polls++) {
@@ -307,7 +294,7 @@ void board_scans_restart(void)
 void board_scans_configure(uint32_t fitted)
 {
     struct mr_scan wanted;
-    mr_scan_plan(&wanted, ~fitted);
+    mr_scan_plan(&wanted, ~(fitted & BOARD_INPUTS));
     if (!converters_answer)
         return;
     if (timers_run) {

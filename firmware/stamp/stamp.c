@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/boards.h"
 #include "common/crc32.h"
 #include "common/image.h"
 
@@ -79,6 +80,9 @@ int main(int argc, char **argv)
     enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
     if (status != MR_OK && status != MR_CRC)
         return fail("no header to complete", argv[1]);
+    const struct mr_board *board = mr_board_of(image.board);
+    if (!board || image.program_end > MR_IMAGE_FLASH + board->flash_kib * 1024u)
+        return fail("no such board, or more than its flash holds", argv[1]);
     image.program_crc = program_crc(image.program_start, image.program_end);
     image.commit = built_from.commit;
     image.commit_more = built_from.commit_more;

@@ -1,11 +1,13 @@
 #include "hil/board/board.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unicorn/unicorn.h>
 
 #include "hil/board/parts.h"
+#include "hil/board/which.h"
 #include "hil/core/context.h"
 #include "hil/core/cpu.h"
 #include "hil/core/cpu_registers.h"
@@ -16,6 +18,7 @@
 #include "hil/core/nvic.h"
 #include "hil/core/scb.h"
 #include "hil/core/systick.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/cells.h"
 
 /* RAM after a power cut: neither what was there nor zero. */
@@ -39,7 +42,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     core->reset.asked = false;
     core->reset.flags = 0;
     hil_nvic_reset(&core->state.nvic);
-    hil_scb_reset(&core->state.scb);
+    hil_scb_reset(&core->state.scb, board->options.type->idcode);
     hil_systick_reset(core);
     if (core->reset.power_lost) {
         core->reset.power_lost = false;
@@ -83,9 +86,10 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
                                         i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
-    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0); /* the one-shot holds PA15 low */
-    hil_gpio_drive(&board->mcu.gpio, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
-    hil_gpio_drive(&board->mcu.gpio, 1, 6, true, 0);   /* and at the thermometer's lines */
+    if (!options->bare) { /* the one-shot holds PA15 low, the camera's buffer PB3 */
+        hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0);
+        hil_gpio_drive(&board->mcu.gpio, 1, 3, false, 0);
+    }
     hil_tmp112_power(&board->tmp112);
     reset_chip(board, HIL_CSR_POWER_ON);
     board->core.trace = options->trace;
@@ -103,6 +107,7 @@ void hil_board_destroy(struct hil_board *board)
     if (lookers->profiler)
         lookers->profiler->end(lookers->profiler_who);
     hil_cpu_destroy(&board->core);
+    hil_symbols_free(&board->symbols);
     munmap(board->memories, sizeof *board->memories);
     free(board);
 }
@@ -123,12 +128,60 @@ enum mr_status hil_board_restart(struct hil_board *board)
     return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 
+enum mr_status hil_board_fits(struct hil_board *board, const char *path)
+{
+    const struct hil_board_type *type = board->options.type, *wanted = type;
+    char why[160];
+    enum mr_status status = hil_which_head(board->core.memory->flash, &wanted, why, sizeof why);
+    if (status != MR_OK)
+        snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
+    if (status != MR_OK)
+        return status;
+    for (uint32_t i = type->flash_kib * 1024u; i < HIL_FLASH_SIZE; i++) {
+        if (board->core.memory->flash[i] == 0xff)
+            continue;
+        snprintf(board->core.reason, sizeof board->core.reason,
+                 "%s: more than the %u KiB of flash that this chip has; is it for another board?",
+                 path, (unsigned)type->flash_kib);
+        return MR_VERSION;
+    }
+    if (wanted->number == type->number)
+        return MR_OK;
+    snprintf(board->core.reason, sizeof board->core.reason,
+             "%s is an image for the board %s, and this is %s; give the other image, or no --board",
+             path, hil_board_type_name(wanted), hil_board_type_name(type));
+    return MR_VERSION;
+}
+
+/* The name of the function at an address: the image's symbols are read when the first is asked
+ * for. */
+static const char *function_at(void *who, uint32_t pc)
+{
+    struct hil_board *board = who;
+    char error[256];
+    if (!board->symbols.file && board->elf[0])
+        (void)hil_symbols_read(&board->symbols, board->elf, error, sizeof error);
+    const struct mr_symbol *symbol = mr_symbols_at(&board->symbols, pc);
+    return symbol ? symbol->name : NULL;
+}
+
+void hil_board_name_functions(struct hil_board *board, const char *elf)
+{
+    hil_symbols_free(&board->symbols);
+    snprintf(board->elf, sizeof board->elf, "%s", elf);
+    board->mcu.rules.function = function_at;
+    board->mcu.rules.who = board;
+}
+
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
 {
     enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason,
                                          sizeof board->core.reason);
+    if (status == MR_OK)
+        status = hil_board_fits(board, path);
     if (status != MR_OK)
         return status;
+    hil_board_name_functions(board, path);
     return hil_board_restart(board);
 }
 
@@ -288,6 +341,16 @@ void hil_board_set_host_baud(struct hil_board *board, uint32_t baud)
 enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script)
 {
     return hil_faults_add_all(&board->faults, script);
+}
+
+void hil_board_print_rules(const struct hil_board *board, FILE *out)
+{
+    hil_rules_print(&board->mcu.rules, out);
+}
+
+unsigned hil_board_rules_counted(const struct hil_board *board, uint64_t *times)
+{
+    return hil_rules_counted(&board->mcu.rules, times);
 }
 
 void hil_board_tell_faults_left(const struct hil_board *board)

@@ -85,6 +85,11 @@ enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fa
  * hil_options.log. */
 void hil_board_tell_faults_left(const struct hil_board *board);
 
+/* What was measured of each rule of time and electricity (hil/periph/rules.h), as a table. */
+void hil_board_print_rules(const struct hil_board *board, FILE *out);
+/* How many of the rules that only count were broken, and how often in all. */
+unsigned hil_board_rules_counted(const struct hil_board *board, uint64_t *times);
+
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
 

@@ -126,8 +126,10 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
         (n != HIL_FLASH_SIZE + OPTION_BYTES || !take_options(board, bytes + HIL_FLASH_SIZE)))
         status = fail(board, MR_MALFORMED, path,
                       "no flash file: what follows the first MiB is no option bytes; give another");
-    if (status == MR_OK && n)
+    if (status == MR_OK && n) {
         memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
+        status = hil_board_fits(board, path);
+    }
     if (status == MR_OK)
         status = hil_board_restart(board);
     free(bytes);

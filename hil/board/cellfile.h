@@ -9,8 +9,8 @@
 #include "hil/board/board.h"
 
 /* Load; a file that is not there leaves the memory as it is. Flash: the chip is reset, as at power
- * on. MR_IO; MR_MALFORMED: not such a file. hil_board_reason says why. MR_HALTED: nothing in it to
- * run. */
+ * on. MR_IO; MR_MALFORMED: not such a file; MR_VERSION: for another board. hil_board_reason says
+ * why. MR_HALTED: nothing in it to run. */
 enum mr_status hil_board_load_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_load_nor(struct hil_board *board, const char *path);
 /* Write, by way of a file beside it, so that a failure leaves the old one. MR_IO. */

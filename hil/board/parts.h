@@ -13,12 +13,14 @@
 #include "hil/periph/mcu.h"
 #include "hil/periph/options.h"
 #include "hil/rig/camera.h"
+#include "hil/rig/electronics.h"
 #include "hil/rig/faults.h"
 #include "hil/rig/lines.h"
 #include "hil/rig/replay.h"
 #include "hil/rig/rig.h"
 #include "hil/rig/script.h"
 #include "hil/rig/supply.h"
+#include "hil/symbols.h"
 
 struct hil_state {
     struct hil_mcu_state mcu;
@@ -46,6 +48,7 @@ struct hil_board {
     struct hil_state state;
     struct hil_memories *memories; /* page-aligned */
     struct hil_options options;
+    struct hil_electronics electronics; /* constant once the board is made */
     struct hil_w25q_device w25q;
     struct hil_tmp112_device tmp112;
     struct hil_rig_device rig;
@@ -55,10 +58,17 @@ struct hil_board {
     struct hil_lines_device lines;
     struct hil_faults_device faults;
     struct hil_supply_device supply;
+    char elf[1024];            /* the image's path, "": none */
+    struct mr_symbols symbols; /* of it, read when a name is first asked for */
 };
 
 /* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
 enum mr_status hil_board_restart(struct hil_board *board);
+/* Is what is in flash, which came from this file, for this board? MR_VERSION: no; the reason says
+ * what it is for. */
+enum mr_status hil_board_fits(struct hil_board *board, const char *path);
+/* Where the names of functions come from, for what is told of rules; the path is copied. */
+void hil_board_name_functions(struct hil_board *board, const char *elf);
 /* Reset the chip now, as a debugger asks. */
 void hil_board_reset(struct hil_board *board);
 /* Join the parts of a board that is zero but for its options and memories. */

@@ -4,6 +4,7 @@
 #include "hil/core/bus.h"
 #include "hil/core/event.h"
 #include "hil/core/systick.h"
+#include "hil/periph/board_type.h"
 
 static void cut_supply(void *device)
 {
@@ -14,11 +15,32 @@ static void wire_core(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
     core->memory = &board->memories->own;
+    core->no_ccm = board->options.type->no_ccm;
     core->watch_alignment = board->options.watch_alignment;
     hil_event_create(core);
     hil_systick_create(core);
     hil_clock_start(&core->state.clock, 16000000);
     hil_bus_create(core);
+}
+
+/* Resistors outside the chip, so that nothing starts while its pins still float. */
+static void wire_pulls(struct hil_gpio_device *gpio, const struct hil_board_type *type)
+{
+    enum { B = 1, D = 3, E = 4 };
+    const struct {
+        struct hil_pin_place at;
+        bool up;
+    } pulls[] = {
+        {{B, 12}, true},        /* the memory is not selected */
+        {{B, 6}, true},         /* the thermometer's bus */
+        {{B, 7}, true},         /* and its data */
+        {{D, 1}, true},         /* CAN is recessive */
+        {type->warning, false}, /* the lamp warns */
+        {type->shunts, false},  /* no shunts */
+        {{E, 2}, false},        /* the camera is not triggered */
+    };
+    for (unsigned i = 0; i < sizeof pulls / sizeof pulls[0]; i++)
+        hil_gpio_pull(gpio, pulls[i].at.port, pulls[i].at.pin, pulls[i].up);
 }
 
 /* In the order in which those who listen to pins are told: rig, chip, camera. */
@@ -28,12 +50,18 @@ static void wire_pins(struct hil_board *board)
     struct hil_mcu *mcu = &board->mcu;
     board->rig.core = board->camera.core = core;
     board->rig.state = &board->state.rig;
+    board->rig.bare = board->options.bare;
     board->rig.gpio = board->camera.gpio = &mcu->gpio;
     board->rig.adc = &mcu->adc;
+    board->rig.type = board->options.type;
+    board->rig.electronics = &board->electronics;
     board->camera.options = &board->options;
     board->camera.state = &board->state.camera;
+    wire_pulls(&mcu->gpio, board->options.type);
     hil_rig_create(&board->rig);
     hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
+    mcu->adc.vdda_v = board->electronics.vdda_v;
+    mcu->adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
     hil_camera_create(&board->camera);
 }
 
@@ -45,6 +73,8 @@ static void wire_chips(struct hil_board *board)
         .options = options,
         .state = &board->state.w25q,
         .orders = &board->state.nor_orders,
+        .rules = &board->mcu.rules,
+        .spi = &board->mcu.spi,
         .cells = board->memories->nor,
         .began = {hil_faults_nor_operation, &board->faults},
         .cut = {cut_supply, &board->supply},
@@ -120,6 +150,7 @@ static void wire_runs(struct hil_board *board)
 
 void hil_board_wire(struct hil_board *board)
 {
+    hil_electronics_make(&board->electronics, &board->options, board->options.figures);
     wire_core(board);
     wire_pins(board);
     wire_chips(board);

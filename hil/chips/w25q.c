@@ -2,38 +2,12 @@
 
 #include <string.h>
 
+#include "hil/chips/w25q_commands.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/core/time.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
-
-enum command {
-    WRITE_STATUS_1 = 0x01,
-    PAGE_PROGRAM = 0x02,
-    READ = 0x03,
-    WRITE_DISABLE = 0x04,
-    READ_STATUS_1 = 0x05,
-    WRITE_ENABLE = 0x06,
-    FAST_READ = 0x0b,
-    WRITE_STATUS_3 = 0x11,
-    READ_STATUS_3 = 0x15,
-    ERASE_4K = 0x20,
-    WRITE_STATUS_2 = 0x31,
-    READ_STATUS_2 = 0x35,
-    UNIQUE_ID = 0x4b,
-    VOLATILE_ENABLE = 0x50,
-    ERASE_32K = 0x52,
-    ERASE_ALL_60 = 0x60,
-    ENABLE_RESET = 0x66,
-    MANUFACTURER_ID = 0x90,
-    RESET = 0x99,
-    JEDEC_ID = 0x9f,
-    RELEASE = 0xab,
-    POWER_DOWN = 0xb9,
-    ERASE_ALL = 0xc7,
-    ERASE_64K = 0xd8,
-};
 
 #define BUSY         1u
 #define WEL          2u
@@ -259,6 +233,7 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
     struct hil_w25q *w = dev->state;
     bool reset_enabled = w->reset_enabled;
     w->reset_enabled = false;
+    w->past.rests = w->command == RESET && !reset_enabled ? 0 : w->command;
     switch (w->command) {
     case WRITE_ENABLE: w->status[0] |= WEL; break;
     case WRITE_DISABLE: w->status[0] &= (uint8_t)~WEL; break;
@@ -371,6 +346,29 @@ static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     }
 }
 
+/* Does the chip drive its output in byte n of a command (1: the first behind it)? */
+static bool drives(uint8_t command, uint32_t n)
+{
+    switch (command) {
+    case READ_STATUS_1:
+    case READ_STATUS_2:
+    case READ_STATUS_3:
+    case JEDEC_ID: return n >= 1;
+    case READ:
+    case RELEASE:
+    case MANUFACTURER_ID: return n > 3;
+    case FAST_READ:
+    case UNIQUE_ID: return n > 4;
+    default: return false;
+    }
+}
+
+static bool speaks(const void *device)
+{
+    const struct hil_w25q_device *dev = device;
+    return dev->state->spoke;
+}
+
 static bool is_known(uint8_t command)
 {
     static const uint8_t known[] = {
@@ -416,7 +414,10 @@ static uint8_t exchange(void *device, uint8_t in, uint64_t at)
         settle(dev, hil_clock_ps(&dev->core->state.clock, at));
     uint32_t n = w->count++;
     if (n == 0) {
-        w->command = in;
+        w->spoke = false;
+        hil_w25q_hold_rules(dev->rules, &w->past, in, hil_spi_period_ns(dev->spi));
+        w->command = w->past.before = in;
+        w->past.rests = 0;
         w->address = w->page_count = 0;
         if (w->operation != PAGE_PROGRAM)
             memset(w->in_page, 0, sizeof w->in_page);
@@ -424,6 +425,7 @@ static uint8_t exchange(void *device, uint8_t in, uint64_t at)
             hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
         return 0xff;
     }
+    w->spoke = hears(w) && drives(w->command, n);
     return hears(w) ? answer(dev, n, in) : 0xff;
 }
 
@@ -440,7 +442,7 @@ static void end_command(void *device, uint64_t at, bool in_byte)
 
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev)
 {
-    return (struct hil_spi_slave){dev, begin_command, end_command, exchange};
+    return (struct hil_spi_slave){dev, begin_command, end_command, exchange, speaks};
 }
 
 void hil_w25q_power_lost(struct hil_w25q_device *dev)
@@ -451,6 +453,13 @@ void hil_w25q_power_lost(struct hil_w25q_device *dev)
     w->lasting_status[1] &= (uint8_t)~STATUS_2_SRL; /* locked until the next power-up (7.1.5) */
     reset_chip(dev, now_ps);
     w->selected = false;
+    hil_w25q_power_back(dev);
+}
+
+void hil_w25q_power_back(struct hil_w25q_device *dev)
+{
+    dev->state->past.before = dev->state->past.rests = 0;
+    dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* 0: not known */
 }
 
 static void on_cut(void *device, uint64_t at)
@@ -466,7 +475,8 @@ static void on_cut(void *device, uint64_t at)
 void hil_w25q_create(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
-    *w = (struct hil_w25q){.random = dev->options->seed ^ 0x25c128000025c128ull};
+    *w = (struct hil_w25q){.past.power_ps = 1,
+                           .random = dev->options->seed ^ 0x25c128000025c128ull};
     hil_event_wire(dev->core, HIL_EVENT_NOR, on_end, dev);
     hil_event_wire(dev->core, HIL_EVENT_NOR_CUT, on_cut, dev);
     set_status(w, factory_status, true);

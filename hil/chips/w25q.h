@@ -20,11 +20,13 @@
 #include <stdint.h>
 
 #include "common/status.h"
+#include "hil/chips/w25q_rules.h"
 #include "hil/core/call.h"
 #include "hil/periph/spi.h"
 
 struct hil_core;
 struct hil_options;
+struct hil_spi_device;
 
 #define HIL_NOR_SIZE   0x01000000u
 #define HIL_NOR_SECTOR 4096u
@@ -56,6 +58,8 @@ struct hil_w25q {
     /* the command that is shifted in */
     bool selected;
     uint8_t command;
+    bool spoke; /* it drove its output in the byte that was exchanged last */
+    struct hil_w25q_past past;
     uint32_t count; /* bytes since the chip was selected */
     uint32_t address;
     uint8_t parameter[2];
@@ -92,6 +96,8 @@ struct hil_w25q_device {
     const struct hil_options *options;
     struct hil_w25q *state;
     struct hil_nor_orders *orders;
+    struct hil_rules_device *rules; /* which the master is held to */
+    const struct hil_spi_device *spi;
     uint8_t *cells;        /* HIL_NOR_SIZE, inverted: an erased chip is memory never touched */
     struct hil_call began; /* a program or erase has begun */
     struct hil_call cut;   /* the supply goes: what hil_w25q_cut_at ordered */
@@ -101,6 +107,7 @@ struct hil_w25q_device {
 void hil_w25q_create(struct hil_w25q_device *dev);
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
 void hil_w25q_power_lost(struct hil_w25q_device *dev);
+void hil_w25q_power_back(struct hil_w25q_device *dev);
 
 void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults);
 /* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of

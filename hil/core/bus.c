@@ -61,6 +61,9 @@ static uint32_t lane(uint32_t value, uint32_t address, unsigned size)
 
 static bool clock_is_on(struct hil_core *core, const struct hil_peripheral *p)
 {
+    const struct hil_fresh_clocks *fresh = &core->bus.fresh;
+    if (fresh->clocks && fresh->clocks == p->clocks && (fresh->mask & p->clock_mask))
+        fresh->accessed(fresh->who);
     if (!p->clocks || (*p->clocks & p->clock_mask))
         return true;
     hil_bus_stop(core, "clock of the peripheral is off:", NULL);

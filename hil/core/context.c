@@ -6,6 +6,7 @@
 #include "hil/core/core.h"
 #include "hil/core/exception.h"
 #include "hil/core/map.h"
+#include "hil/core/whatif.h"
 
 #define XPSR_T (1u << 24)
 
@@ -14,6 +15,8 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
     uint32_t thread = XPSR_T;
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
+    core->engine.stamped = (struct hil_stamped){0};
+    hil_whatif_forget(core);
     hil_map_follow_boot_pin(core);
     /* From any state to privileged thread mode on MSP, then everything, then the mode. */
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);

@@ -54,11 +54,12 @@ struct hil_core {
     struct hil_reset reset;
     bool stopped;
     enum mr_status stop_status;
-    char reason[256];
+    char reason[512];
 
     struct hil_bus bus;
     struct hil_event_wire handler[HIL_EVENT_COUNT];
     struct hil_bank_calls bank;
+    bool no_ccm; /* the chip has none */
     struct hil_onlookers onlookers;
     struct hil_cpu_engine engine;
 };

@@ -11,6 +11,7 @@
 #include "hil/core/map.h"
 #include "hil/core/must.h"
 #include "hil/core/stores.h"
+#include "hil/core/whatif.h"
 
 /* Why Unicorn came back, told by its hooks. */
 enum {
@@ -70,9 +71,6 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
         info.profile_block = lookers->profiler->block(lookers->profiler_who, address, size);
     if (lookers->tracer && lookers->tracer->marks(lookers->tracer_who, address))
         info.flags |= HIL_BLOCK_MARKED;
-    if (lookers->store_watch &&
-        lookers->store_watch->wants(lookers->store_watch_who, address, size))
-        info.flags |= HIL_BLOCK_WALKED;
     return info;
 }
 
@@ -159,9 +157,8 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
     core->engine.profile_block = info->profile_block;
-    if ((info->flags & HIL_BLOCK_WALKED) ||
-        (lookers->debugger &&
-         lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size))) {
+    if (lookers->debugger &&
+        lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size)) {
         state->cpu.walking = true;
         uc_emu_stop(uc);
     }
@@ -232,6 +229,7 @@ void hil_cpu_create(struct hil_core *core)
 
 void hil_cpu_destroy(struct hil_core *core)
 {
+    hil_whatif_destroy(core);
     if (core->uc)
         uc_close(core->uc);
 }
@@ -239,6 +237,7 @@ void hil_cpu_destroy(struct hil_core *core)
 void hil_cpu_forget_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
+    hil_whatif_destroy(core); /* its processor has translated the old code, and judged it */
     if (!core->engine.rom_at_zero)
         uc_ctl_remove_cache(core->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
@@ -256,6 +255,7 @@ void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n)
     for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
         core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address =
             UINT32_MAX;
+    hil_whatif_destroy(core);
     uc_ctl_remove_cache(core->uc, address, address + n);
     if (hil_map_is_flash(core, address) && !core->engine.rom_at_zero) {
         uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE
@@ -429,8 +429,6 @@ static void walk(struct hil_core *core)
             forget_block(core);
             return;
         }
-        if (lookers->store_watch)
-            lookers->store_watch->at(lookers->store_watch_who, pc);
         core->engine.single = 1;
         core->engine.came_back = CAME_BACK_PLAIN;
         uc_err err = start(core, pc, last ? 0 : next);

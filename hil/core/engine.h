@@ -9,13 +9,13 @@
 #include "hil/core/stores.h"
 
 struct hil_core;
+struct hil_whatif;
 
 /* Flags of a basic block, found when it is first met. */
 enum {
     HIL_BLOCK_FP = 1,
     HIL_BLOCK_SEV = 2,
-    HIL_BLOCK_MARKED = 4 /* for the trace */,
-    HIL_BLOCK_WALKED = 8 /* hil_store_watch_calls */
+    HIL_BLOCK_MARKED = 4 /* for the trace */
 };
 
 struct hil_block_info {
@@ -35,11 +35,22 @@ struct hil_region {
     uint32_t base;
 };
 
+/* The last access that was stamped (stamp.h), of one run of a block. */
+struct hil_stamped {
+    uint32_t block;
+    uint64_t cycle;
+    uint32_t address;
+    bool write;
+    uint32_t pc;
+};
+
 /* What there is between this and Unicorn; derived, or of one return from it: no part of a
  * snapshot. */
 struct hil_cpu_engine {
     struct hil_stores stores;
-    uint32_t profile_block; /* number of the block that runs */
+    struct hil_stamped stamped;
+    struct hil_whatif *whatif; /* NULL: not needed yet */
+    uint32_t profile_block;    /* number of the block that runs */
     /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
     unsigned single;
     /* What the core's hooks leave for the loop. */

@@ -147,6 +147,35 @@ static void restore_fp(struct hil_core *core, const uint8_t *p)
     move_fp(core, d, &fpscr, true);
 }
 
+/* There is no memory for the frame. A handler of bus faults or hard faults runs all the same, and
+ * finds nothing on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1); another exception gives way to
+ * the bus fault that this is, or to a hard fault where that is disabled or not above it. 0: the run
+ * has ended. */
+static unsigned instead_of(struct hil_core *core, unsigned exception, uint32_t frame_at,
+                           uint32_t pc)
+{
+    struct hil_nvic *nvic = &core->state.nvic;
+    core->state.scb.cfsr |= HIL_CFSR_STKERR;
+    hil_trace(core, "no memory at 0x%08x for the frame of exception %u", (unsigned)frame_at,
+              exception);
+    if (exception == HIL_EXC_NMI) {
+        hil_core_stop(core, MR_HALTED,
+                      "no memory at 0x%08x for the frame of exception %u, PC 0x%08x, CFSR 0x%08x",
+                      (unsigned)frame_at, exception, (unsigned)pc, (unsigned)core->state.scb.cfsr);
+        return 0;
+    }
+    if (exception == HIL_EXC_BUS_FAULT || exception == HIL_EXC_HARD_FAULT)
+        return exception;
+    core->state.counters.faults++;
+    core->state.counters.last_fault_pc = pc;
+    if ((nvic->enabled[0] >> HIL_EXC_BUS_FAULT & 1u) &&
+        hil_nvic_group(nvic, nvic->priority[HIL_EXC_BUS_FAULT]) <
+            hil_nvic_group(nvic, nvic->priority[exception]))
+        return HIL_EXC_BUS_FAULT;
+    core->state.scb.hfsr |= HFSR_FORCED;
+    return HIL_EXC_HARD_FAULT;
+}
+
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     uint32_t r[6] = {0};
@@ -159,21 +188,19 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
     bool fp = (control & CONTROL_FPCA) && (core->state.scb.fpccr & FPCCR_ASPEN);
     bool align = (sp & 4u) != 0;
     uint32_t frame_at = (sp - (fp ? FRAME_FP : FRAME_BASIC)) & ~7u;
-    uint8_t *frame = hil_memory_at(core, frame_at, fp ? FRAME_FP : FRAME_BASIC, true);
-    if (!frame) {
-        core->state.scb.cfsr |= HIL_CFSR_STKERR;
-        hil_core_stop(core, MR_HALTED,
-                      "no memory at 0x%08x for the frame of exception %u, PC 0x%08x, CFSR 0x%08x",
-                      (unsigned)frame_at, exception, (unsigned)pc, (unsigned)core->state.scb.cfsr);
-        return;
+    uint8_t *p = hil_memory_at(core, frame_at, fp ? FRAME_FP : FRAME_BASIC, true);
+    if (p) {
+        for (unsigned i = 0; i < 6; i++)
+            p = mr_put_u32(p, r[i]);
+        p = mr_put_u32(p, pc & ~1u);
+        p = mr_put_u32(p, (xpsr & ~XPSR_ALIGN) | (align ? XPSR_ALIGN : 0));
+        if (fp)
+            save_fp(core, p);
+    } else {
+        exception = instead_of(core, exception, frame_at, pc);
+        if (!exception)
+            return;
     }
-    uint8_t *p = frame;
-    for (unsigned i = 0; i < 6; i++)
-        p = mr_put_u32(p, r[i]);
-    p = mr_put_u32(p, pc & ~1u);
-    p = mr_put_u32(p, (xpsr & ~XPSR_ALIGN) | (align ? XPSR_ALIGN : 0));
-    if (fp)
-        save_fp(core, p);
 
     bool handler = (xpsr & XPSR_NUMBER) != 0;
     uint32_t exc_return = handler                   ? 0xfffffff1u

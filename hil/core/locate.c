@@ -118,6 +118,59 @@ uint32_t hil_cpu_access_pc(const struct hil_core *core, uint32_t address, bool w
     return start;
 }
 
+/* --- of several that access one address --- */
+
+#define XPSR 16u
+
+/* ARMv7-M A7.3 */
+static bool condition_holds(const struct hil_core *core, unsigned condition)
+{
+    uint32_t xpsr = hil_cpu_register(core, XPSR);
+    bool n = xpsr >> 31 & 1u, z = xpsr >> 30 & 1u, c = xpsr >> 29 & 1u, v = xpsr >> 28 & 1u;
+    const bool holds[8] = {z, c, n, v, c && !z, n == v, n == v && !z, true};
+    return condition >= 14 || holds[condition / 2] != (condition & 1u);
+}
+
+/* The conditions of an IT instruction are used up one by one. ARMv7-M A7.3.3 */
+static unsigned next_it(unsigned it)
+{
+    return (it & 7u) ? (it & 0xe0u) | (it << 1 & 0x1fu) : 0;
+}
+
+static bool accesses(const struct hil_core *core, uint32_t pc, const uint8_t *code, bool wide,
+                     uint32_t address, bool write)
+{
+    uint16_t first = (uint16_t)(code[0] | code[1] << 8);
+    struct access access = wide ? decode32(core, pc, first, (uint16_t)(code[2] | code[3] << 8))
+                                : decode16(core, pc, first);
+    return access.any && access.write == write && address >= access.low && address <= access.high;
+}
+
+bool hil_cpu_access_place(const struct hil_core *core, uint32_t address, bool write, uint32_t after,
+                          struct hil_place *place)
+{
+    uint32_t start = core->state.cpu.block_address, size = core->state.cpu.block_size;
+    const uint8_t *code = hil_memory_at(core, start, size, false);
+    unsigned n = 0, it = 0;
+    for (uint32_t i = 0; code && i + 2 <= size; n++) {
+        uint16_t first = (uint16_t)(code[i] | code[i + 1] << 8);
+        bool wide = first >= 0xe800u && i + 4 <= size;
+        if ((first & 0xff00u) == 0xbf00u && (first & 15u)) {
+            it = first & 0xffu;
+            i += 2;
+            continue;
+        }
+        if (start + i > after && accesses(core, start + i, code + i, wide, address, write) &&
+            (!it || condition_holds(core, it >> 4))) {
+            *place = (struct hil_place){start + i, n};
+            return true;
+        }
+        it = next_it(it);
+        i += wide ? 4 : 2;
+    }
+    return false;
+}
+
 bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t *address)
 {
     const uint8_t *code = hil_memory_at(core, pc, 4, false);

@@ -93,6 +93,7 @@ static uint64_t on_mmio_read(uc_engine *uc, uint64_t offset, unsigned size, void
 {
     const struct hil_region *region = user;
     (void)uc;
+    region->core->bus.issued = region->base + (uint32_t)offset;
     return hil_bus_read(region->core, region->base + (uint32_t)offset, size);
 }
 
@@ -100,6 +101,7 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 {
     const struct hil_region *region = user;
     (void)uc;
+    region->core->bus.issued = region->base + (uint32_t)offset;
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
     const struct hil_onlookers *lookers = &region->core->onlookers;
     if (lookers->tracer)
@@ -109,11 +111,12 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 void hil_map_create(struct hil_core *core)
 {
     /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M
-     * B3.1). */
+     * B3.1). What lies between the option bytes and SRAM is reserved: a bus fault, which is what a
+     * stack that overflows meets. */
     static const struct {
         uint32_t base, size;
     } ranges[HIL_REGIONS] = {
-        {0x1fff7000u, 0x00009000u}, /* above the boot ROM: OTP, unique id, option bytes */
+        {0x1fff7000u, 0x00006000u}, /* above the boot ROM: OTP, unique id, option bytes */
         {0x22000000u, 0x02000000u}, /* SRAM bit-band alias */
         {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
         {0x42000000u, 0x02000000u}, /* their bit-band alias */
@@ -127,9 +130,10 @@ void hil_map_create(struct hil_core *core)
     hil_must(
         uc_mem_map_ptr(core->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, core->memory->sram),
         "mapping SRAM");
-    hil_must(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
-                            core->memory->ccm),
-             "mapping CCM");
+    if (!core->no_ccm)
+        hil_must(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
+                                core->memory->ccm),
+                 "mapping CCM");
     for (unsigned i = 0; i < HIL_REGIONS; i++) {
         core->engine.regions[i] = (struct hil_region){core, ranges[i].base};
         hil_must(uc_mmio_map(core->uc, ranges[i].base, ranges[i].size, on_mmio_read,

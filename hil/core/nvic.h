@@ -42,6 +42,7 @@ enum hil_irq {
     HIL_IRQ_I2C1_ER = 32,
     HIL_IRQ_SPI2 = 36,
     HIL_IRQ_USART1 = 37,
+    HIL_IRQ_USART6 = 71,
 };
 
 void hil_nvic_reset(struct hil_nvic *nvic);

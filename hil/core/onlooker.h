@@ -1,6 +1,6 @@
-/* Who looks on while the core runs: a debugger, a trace, a profile, a watch of single stores. The
- * core calls them, and knows none of them by name; what they are is in hil/debug/. An onlooker
- * whose calls are NULL is not there.
+/* Who looks on while the core runs: a debugger, a trace, a profile. The core calls them, and
+ * knows none of them by name; what they are is in hil/debug/. An onlooker whose calls are NULL is
+ * not there.
  *
  * Nothing here changes what a board does: a debugger holds virtual time, the others only look. */
 #ifndef MATRIG_HIL_ONLOOKER_H
@@ -40,19 +40,11 @@ struct hil_profiler_calls {
     void (*end)(void *who);
 };
 
-struct hil_store_watch_calls {
-    /* must this block be walked through? */
-    bool (*wants)(const void *who, uint32_t address, uint32_t size);
-    /* the instruction that runs, of such a block */
-    void (*at)(void *who, uint32_t pc);
-};
-
 struct hil_onlookers {
     const struct hil_debugger_calls *debugger;
     const struct hil_tracer_calls *tracer;
     const struct hil_profiler_calls *profiler;
-    const struct hil_store_watch_calls *store_watch;
-    void *debugger_who, *tracer_who, *profiler_who, *store_watch_who;
+    void *debugger_who, *tracer_who, *profiler_who;
 };
 
 #endif

@@ -41,13 +41,23 @@ struct hil_system_memory {
     void *device;
 };
 
+/* Clocks that were switched on a moment ago. */
+struct hil_fresh_clocks {
+    const uint32_t *clocks; /* NULL: none; else as in struct hil_peripheral */
+    uint32_t mask;
+    void (*accessed)(void *who); /* the first access to one that has such a clock */
+    void *who;
+};
+
 #define HIL_PERIPHERALS_MAX 64u
 #define HIL_REGISTER_WORDS  256u /* a kilobyte */
 #define HIL_BUS_PAGES       512u /* kilobytes from 0x40000000 */
 
 struct hil_bus {
     struct hil_access access;
+    uint32_t issued; /* the address that the core named: a bit-band alias, or that of `access` */
     struct hil_system_memory system_memory;
+    struct hil_fresh_clocks fresh;
     unsigned count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t peripheral_of[HIL_BUS_PAGES];

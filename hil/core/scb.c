@@ -27,10 +27,9 @@
 #define AIRCR_KEY     0x05fau
 #define CSR_SOFTWARE  (1u << 28) /* RCC_CSR.SFTRSTF */
 
-void hil_scb_reset(struct hil_scb *scb)
+void hil_scb_reset(struct hil_scb *scb, uint32_t idcode)
 {
-    *scb = (struct hil_scb){.dwt_ctrl = 0x40000000,
-                            .idcode = 0x100f6413 /* device 0x413, revision Y */};
+    *scb = (struct hil_scb){.dwt_ctrl = 0x40000000, .idcode = idcode};
     hil_registers_reset(SYSTEM, SCB, scb->word, sizeof scb->word / 4u);
 }
 

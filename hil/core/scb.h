@@ -9,7 +9,8 @@
 
 struct hil_core;
 
-void hil_scb_reset(struct hil_scb *scb);
+/* `idcode`: of the chip, for DBGMCU. */
+void hil_scb_reset(struct hil_scb *scb, uint32_t idcode);
 /* Anything from 0xE0000000 to 0xE00FFFFF; hands on to NVIC and SysTick. */
 uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);

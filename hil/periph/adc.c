@@ -1,9 +1,14 @@
 #include "hil/periph/adc.h"
 
+#include <math.h>
+
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
+#include "hil/periph/adc_errors.h"
+#include "hil/periph/adc_sampling.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
@@ -88,6 +93,27 @@ static double noise_lsb(struct hil_adc *a)
     return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
+/* As a real converter has it, not rounded yet. */
+static double convert_really(struct hil_adc_device *dev, unsigned unit, unsigned k, double volts)
+{
+    struct hil_adc *a = &dev->state[unit];
+    const struct hil_adc_errors *errors = dev->errors;
+    int source = a->source[k];
+    /* what protects the pin lets nothing go beyond the supply */
+    double pin_v = fmin(fmax(volts, 0.0), dev->vdda_v);
+    double sampled_v = pin_v + (a->held_v - pin_v) * a->left[k];
+    double code = hil_adc_real_code(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
+    a->held_v = sampled_v;
+    if (dev->options->adc_noise)
+        code += noise_lsb(a) * (source < 0 ? 1.0 : errors->noise[source]);
+    return code;
+}
+
+static uint16_t whole(double code)
+{
+    return code < 0.0 ? 0 : code >= 4095.0 ? 4095 : (uint16_t)code;
+}
+
 static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
@@ -98,13 +124,15 @@ static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, u
     enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, port, pin);
     /* the pin is driven: the converter sees its level */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
-        volts = hil_gpio_level(dev->gpio, port, pin) ? HIL_VREF_V : 0.0;
+        volts = hil_gpio_level(dev->gpio, port, pin) ? dev->vdda_v : 0.0;
     else
         volts = dev->outside.volts(dev->outside.who, a->source[k], at);
-    double code = volts / HIL_VREF_V * 4096.0 + 0.5;
+    if (dev->errors)
+        return whole(convert_really(dev, unit, k, volts));
+    double code = volts / dev->vdda_v * 4096.0 + 0.5;
     if (dev->options->adc_noise)
         code += noise_lsb(a);
-    return code < 0.0 ? 0 : code >= 4095.0 ? 4095 : (uint16_t)code;
+    return whole(code);
 }
 
 static uint64_t end_of(const struct hil_adc *a, unsigned k)
@@ -255,9 +283,24 @@ static bool plan(struct hil_adc_device *dev, unsigned unit)
                                     : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
-        a->source[k] = (int8_t)dev->outside.source(PORT_OF(pins[unit][channel]),
-                                                   NUMBER_OF(pins[unit][channel]));
+        unsigned port = PORT_OF(pins[unit][channel]), pin = NUMBER_OF(pins[unit][channel]);
+        if (!hil_board_type_has(dev->options->type, port, pin)) {
+            hil_core_stop(dev->core, MR_HALTED,
+                          "conversion of P%c%u, a pin that the package does not have", 'A' + port,
+                          pin);
+            return false;
+        }
+        a->source[k] = (int8_t)dev->outside.source(dev->outside.who, port, pin);
         a->end_clock[k] = (uint16_t)clocks;
+        if (a->source[k] >= 0 && dev->outside.source_ohm)
+            hil_adc_hold_sampling(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
+                                  dev->outside.source_ohm(dev->outside.who, a->source[k]),
+                                  sample_clocks[smp & 7u],
+                                  (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
+        if (dev->errors)
+            a->left[k] = hil_adc_left(dev->errors, a->source[k],
+                                      (double)sample_clocks[smp & 7u] * a->clock_cycles /
+                                          dev->core->state.clock.hclk_hz);
     }
     a->planned = true;
     return true;
@@ -364,6 +407,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_adc_device *dev = device;
     if (offset == COMMON_CCR) {
         *dev->ccr = value;
+        dev->state[HIL_ADC1].planned = dev->state[HIL_ADC3].planned = false; /* another clock */
         return;
     }
     if (!find_unit(dev, offset, &unit))

@@ -4,7 +4,10 @@
  * A sequence takes its real time. Each channel is sampled at the end of its own sampling window and
  * its code delivered 12 ADC clocks later; codes are worked out in bulk at the end of the sequence,
  * or earlier when DMA raises a flag inside it or somebody looks. Injected channels, analogue
- * watchdog, continuous and discontinuous mode, temperature sensor are refused. */
+ * watchdog, continuous and discontinuous mode, temperature sensor are refused.
+ *
+ * Codes are relative to VDDA (VREF+ is tied to it). A converter is ideal but for its noise unless
+ * it is given errors (hil/periph/adc_errors.h). */
 #ifndef MATRIG_HIL_ADC_H
 #define MATRIG_HIL_ADC_H
 
@@ -13,13 +16,15 @@
 
 #include "hil/core/words.h"
 
+struct hil_adc_errors;
 struct hil_core;
 struct hil_dma_device;
 struct hil_gpio_device;
 struct hil_options;
 struct hil_rcc_device;
+struct hil_rules_device;
 
-#define HIL_VREF_V 3.3
+#define HIL_NOMINAL_VDDA_V 3.3 /* what the codes of the configuration stand for */
 
 enum { HIL_ADC1, HIL_ADC3 };
 
@@ -37,6 +42,8 @@ struct hil_adc {
     int8_t source[16];      /* what is outside on the pin of channel[k]: hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
+    double left[16];        /* of a step from the conversion before: hil_adc_left */
+    double held_v;          /* in the sample capacitor; only where there are errors */
     uint64_t noise;         /* of the generator */
     uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
 };
@@ -45,8 +52,10 @@ struct hil_adc {
 struct hil_analogue {
     void *who;
     /* number of what is on a pin; -1: nothing */
-    int (*source)(unsigned port, unsigned pin);
+    int (*source)(const void *who, unsigned port, unsigned pin);
     double (*volts)(void *who, int source, uint64_t at); /* not clipped; nothing: 0 V */
+    /* its resistance as the converter sees it; NULL: not known */
+    double (*source_ohm)(const void *who, int source);
 };
 
 /* A record in place of volts: the code of a pin sampled at a cycle. */
@@ -63,8 +72,11 @@ struct hil_adc_device {
     struct hil_rcc_device *rcc;
     struct hil_dma_device *dma;
     struct hil_gpio_device *gpio;
+    struct hil_rules_device *rules;
     struct hil_analogue outside;
     struct hil_recorded_codes record;
+    double vdda_v;
+    const struct hil_adc_errors *errors; /* NULL: ideal */
 };
 
 /* Of both converters: they have one reset line. `unit` is not used. For the bus and the event

@@ -8,6 +8,7 @@
 #include "hil/core/locate.h"
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
@@ -16,6 +17,7 @@
 #define OPTKEYR        0x08u
 #define SR             0x0cu
 #define CR             0x10u
+#define ACR_LATENCY    7u
 #define ACR_RESETS     0x1800u /* ICRST, DCRST */
 #define KEY1           0x45670123u
 #define KEY2           0xcdef89abu
@@ -318,7 +320,8 @@ static void erase(struct hil_flash_device *dev)
         flash->cr &= ~CR_STRT;
         return;
     }
-    if (!all && sector >= HIL_FLASH_SECTORS) {
+    if (!all && (sector >= HIL_FLASH_SECTORS ||
+                 sector_starts[sector] >= dev->options->type->flash_kib * 1024u)) {
         hil_bus_refuse(dev->core, "a sector number that this flash does not have");
         return;
     }
@@ -399,6 +402,7 @@ static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, 
 static void acr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
+    rcc->latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);
     rcc->flash_acr = value & ~ACR_RESETS;
     if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
         hil_core_stop(dev->core, MR_HALTED,
@@ -411,6 +415,8 @@ uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset)
 {
     const struct hil_flash_device *dev = device;
     (void)unit;
+    if (offset == ACR)
+        dev->rcc->state->latency_unread = false;
     return offset == ACR ? dev->rcc->state->flash_acr : dev->state->word[offset / 4u];
 }
 

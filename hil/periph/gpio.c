@@ -3,9 +3,12 @@
 #include <stdlib.h>
 
 #include "hil/core/core.h"
+#include "hil/core/refuse.h"
 #include "hil/core/registers.h"
+#include "hil/periph/board_type.h"
 
 #define FIRST_PORT 0x40020000u
+#define MODER      0x00u
 #define IDR        0x10u
 #define PORT_B     1u
 #define PORT_D     3u
@@ -56,10 +59,13 @@ static const struct hil_pin *user_of(const struct hil_gpio_device *dev, unsigned
     return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
 }
 
-bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
+/* `held`: something makes it so. */
+static bool level_of(const struct hil_gpio_device *dev, unsigned port, unsigned pin, bool *held)
 {
     const struct hil_gpio_port *p = &dev->state->port[port];
     enum hil_pin_mode mode = hil_gpio_mode(dev, port, pin);
+    unsigned pull = p->pupdr >> (2u * pin) & 3u;
+    *held = true;
     if (mode == HIL_PIN_OUTPUT) {
         bool high = (p->odr >> pin & 1u) != 0;
         if (!high || !(p->otyper >> pin & 1u))
@@ -75,10 +81,33 @@ bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned p
         return (p->outside >> pin & 1u) != 0;
     const struct hil_pin *outside = dev->outside[port][pin];
     if (outside) {
-        bool drives;
-        return outside->level(outside->who, outside->channel, &drives);
+        bool drives, high = outside->level(outside->who, outside->channel, &drives);
+        if (drives)
+            return high;
     }
-    return (p->pupdr >> (2u * pin) & 3u) == 1u;
+    if ((dev->pulled_up[port] | dev->pulled_down[port]) >> pin & 1u)
+        return dev->pulled_up[port] >> pin & 1u;
+    *held = pull != 0;
+    return pull == 1u;
+}
+
+bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
+{
+    bool held;
+    return level_of(dev, port, pin, &held);
+}
+
+bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
+{
+    bool held;
+    (void)level_of(dev, port, pin, &held);
+    return held;
+}
+
+void hil_gpio_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up)
+{
+    uint16_t *pulled = up ? dev->pulled_up : dev->pulled_down;
+    pulled[port] |= (uint16_t)(1u << pin);
 }
 
 void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at)
@@ -116,20 +145,41 @@ uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset)
 uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_gpio_device *dev = device;
-    uint32_t value = 0;
+    uint32_t value = 0, floating = 0;
     if (offset != IDR)
         return dev->state->port[unit].word[offset / 4u];
     for (unsigned pin = 0; pin < 16; pin++) {
-        if (hil_gpio_mode(dev, unit, pin) != HIL_PIN_ANALOGUE)
-            value |= (uint32_t)hil_gpio_level(dev, unit, pin) << pin;
+        bool held;
+        if (hil_gpio_mode(dev, unit, pin) == HIL_PIN_ANALOGUE)
+            continue;
+        value |= (uint32_t)level_of(dev, unit, pin, &held) << pin;
+        floating |= (uint32_t)!held << pin;
     }
+    if (floating && dev->floats)
+        dev->floats(dev->floats_who, unit, value, floating);
     return value;
+}
+
+/* A pin that is given a use must be one that the package has; what the chip itself has without it
+ * works on silicon, and reaches nothing. */
+static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
+{
+    for (unsigned pin = 0; pin < 16; pin++) {
+        if ((moder >> (2u * pin) & 3u) == HIL_PIN_INPUT || hil_board_type_has(dev->type, port, pin))
+            continue;
+        hil_core_stop(dev->core, MR_HALTED, "P%c%u is used: the package does not have that pin",
+                      'A' + port, pin);
+        return false;
+    }
+    return true;
 }
 
 void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[unit];
+    if (offset == MODER && !has_pins(dev, unit, value))
+        return;
     if (offset == HIL_GPIO_BSRR) /* set wins over reset */
         p->odr = ((p->odr & ~(value >> 16)) | value) & 0xffffu;
     else

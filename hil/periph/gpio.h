@@ -2,7 +2,9 @@
  * has in the end.
  *
  * A pin's level: in output mode what ODR and OTYPER say; in alternate mode what the peripheral
- * drives; otherwise what is connected from outside; otherwise the pull. */
+ * drives; otherwise what is connected from outside; otherwise a resistor outside, then the pull
+ * inside. What none of these holds floats: it reads as low here, and what is decided by it breaks a
+ * rule (rules.def, FLOATING). */
 #ifndef MATRIG_HIL_GPIO_H
 #define MATRIG_HIL_GPIO_H
 
@@ -11,6 +13,7 @@
 
 #include "hil/core/words.h"
 
+struct hil_board_type;
 struct hil_core;
 
 #define HIL_GPIO_PORTS 9u
@@ -50,6 +53,7 @@ struct hil_pin_listener {
 struct hil_gpio_device {
     struct hil_core *core;
     struct hil_gpio *state;
+    const struct hil_board_type *type;
     const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
     /* NULL: nothing, or what hil_gpio_drive says */
     const struct hil_pin *outside[HIL_GPIO_PORTS][16];
@@ -57,9 +61,12 @@ struct hil_gpio_device {
     struct hil_pin_listener listener[HIL_PIN_LISTENERS];
     unsigned listeners;
     struct hil_pin_listener timer_listener; /* of the pins that TIM4 can drive */
+    uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS]; /* by resistors outside */
+    /* The core reads IDR, and nothing holds these pins; NULL: nobody looks. */
+    void (*floats)(void *who, unsigned port, uint32_t value, uint32_t pins);
     /* the core has stored to a port; NULL: nobody looks */
     void (*stored)(void *who, unsigned port);
-    void *stored_who;
+    void *stored_who, *floats_who;
 };
 
 /* Up to HIL_PIN_LISTENERS; aborts beyond. */
@@ -74,6 +81,10 @@ enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port
 /* Alternate function number of a pin in alternate mode, -1 in any other. */
 int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+/* Does anything hold its level: a driver, a peripheral, a resistor inside or outside? */
+bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+/* A resistor outside pulls it. */
+void hil_gpio_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up);
 /* A driver outside changes its level. */
 void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
                     uint64_t at);

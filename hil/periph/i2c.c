@@ -6,6 +6,7 @@
 #include "hil/core/refuse.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
+#include "hil/periph/rules.h"
 
 #define CR1               0x00u
 #define DR                0x10u
@@ -40,6 +41,8 @@
 #define SCL               6u
 #define SDA               7u
 #define BYTE_PERIODS      9u
+#define RESTART_HZ_LEAST  88e3 /* ES0182 */
+#define RESTART_HZ_MOST   100e3
 
 static bool waits(const struct hil_i2c *i2c, uint32_t bit)
 {
@@ -108,12 +111,30 @@ static bool loses_arbitration(struct hil_i2c_device *dev, uint8_t byte)
     return true;
 }
 
+static double clock_hz(const struct hil_i2c_device *dev)
+{
+    return (double)dev->core->state.clock.hclk_hz / (double)period_cycles(dev);
+}
+
+static void hold_start(struct hil_i2c_device *dev, bool repeated)
+{
+    double hz = clock_hz(dev);
+    bool standard = !(dev->state->ccr & CCR_FS);
+    hil_rules_measure(dev->rules, HIL_RULE_SCL_PERIOD, 1e9 / hz, 0.0, 0);
+    if (repeated && standard && hz >= RESTART_HZ_LEAST && hz <= RESTART_HZ_MOST)
+        hil_rules_broken(dev->rules, HIL_RULE_REPEATED_START, 0, "SCL of %.1f kHz", hz * 1e-3);
+    else if (repeated)
+        hil_rules_kept(dev->rules, HIL_RULE_REPEATED_START);
+}
+
 /* A stop or repeated start that was asked for, now that a byte is over. */
 static bool takes_turn(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
     if (!waits(i2c, CR1_STOP | CR1_START))
         return false;
+    if (!waits(i2c, CR1_STOP))
+        hold_start(dev, true);
     enter(dev, waits(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
     return true;
 }
@@ -127,8 +148,10 @@ static void take_request(struct hil_i2c_device *dev, uint64_t at)
     switch (i2c->phase) {
     case HIL_I2C_IDLE:
         i2c->cr1 &= ~CR1_STOP; /* there is nothing to stop */
-        if (waits(i2c, CR1_START) && !i2c->busy && is_connected(dev))
+        if (waits(i2c, CR1_START) && !i2c->busy && is_connected(dev)) {
+            hold_start(dev, false);
             enter(dev, HIL_I2C_STARTING, at, 1);
+        }
         break;
     case HIL_I2C_STARTED:
         if (waits(i2c, CR1_STOP)) {

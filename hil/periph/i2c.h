@@ -23,6 +23,7 @@
 struct hil_core;
 struct hil_gpio_device;
 struct hil_rcc_device;
+struct hil_rules_device;
 
 enum hil_i2c_phase {
     HIL_I2C_IDLE,
@@ -75,6 +76,7 @@ struct hil_i2c_device {
     struct hil_i2c *state;
     struct hil_rcc_device *rcc;
     struct hil_gpio_device *gpio;
+    struct hil_rules_device *rules;
     struct hil_i2c_slave slave;
 };
 

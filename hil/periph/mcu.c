@@ -6,6 +6,7 @@
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/core/refuse.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/options.h"
 
 #define ALWAYS  HIL_RCC_BUSES
@@ -36,7 +37,8 @@ static const struct part {
     PART(0x40005400u, "I2C1", 0, i2c, hil_i2c, hil_i2c_reset, HIL_RCC_APB1, 21, false),
     PART(0x40006400u, "CAN1", 0, can, hil_can, hil_can_reset, HIL_RCC_APB1, 25, false),
     PART(0x40007000u, "PWR", 0, rcc, hil_pwr, NULL, HIL_RCC_APB1, 28, false),
-    PART(0x40011000u, "USART1", 0, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
+    PART(0x40011000u, "USART1", 1, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
+    PART(0x40011400u, "USART6", 6, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 5, true),
     PART(0x40012000u, "ADC", 0, adc, hil_adc, hil_adc_reset, HIL_RCC_APB2, 8, false),
     PART(0x40013800u, "SYSCFG", 0, flash, hil_syscfg, hil_syscfg_reset, HIL_RCC_APB2, 14, false),
     PART(0x40014800u, "TIM11", 0, tim11, hil_tim11, hil_tim11_reset, HIL_RCC_APB2, 18, false),
@@ -69,7 +71,7 @@ static uint32_t read_system_memory(void *device, uint32_t address)
     case 0x1fff7a14u: return mcu->options->uid[1];
     case 0x1fff7a18u: return mcu->options->uid[2];
     case 0x1fff7a20u: /* flash size in KiB is the upper half: address ...22 */
-        return (HIL_FLASH_SIZE / 1024u) << 16 | 0xffffu;
+        return mcu->options->type->flash_kib << 16 | 0xffffu;
     case 0x1fffc000u:
     case 0x1fffc004u:
     case 0x1fffc008u:
@@ -86,6 +88,8 @@ static void attach_to_bus(struct hil_mcu *mcu)
     for (unsigned i = 0; i < PARTS; i++) {
         const struct part *part = &parts[i];
         void *device = (char *)mcu + part->device;
+        if (device == &mcu->usart && part->unit != mcu->options->type->usart)
+            continue; /* nothing is at the other one */
         struct hil_peripheral peripheral = {
             .base = part->base,
             .name = part->name,
@@ -150,8 +154,9 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[0] = (struct hil_pin){&mcu->tim, 2, 0, hil_tim4_output, NULL};
     /* PD13, TIM4_CH2 */
     mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};
-    /* PA9, USART1_TX */
-    mcu->pin[2] = (struct hil_pin){NULL, 7, 0, hil_gpio_rests_high, NULL};
+    const struct hil_board_type *type = mcu->options->type;
+    /* the serial link's output */
+    mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_rests_high, NULL};
     /* PD1, CAN1_TX: recessive */
     mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_rests_high, NULL};
     /* PA15, TIM2_CH1 */
@@ -159,17 +164,18 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[5] = (struct hil_pin){&mcu->tim, 1, 1, NULL, hil_tim2_input_edge}; /* PB3, TIM2_CH2 */
     gpio->alternate[3][12] = &mcu->pin[0];
     gpio->alternate[3][13] = &mcu->pin[1];
-    gpio->alternate[0][9] = &mcu->pin[2];
+    gpio->alternate[type->serial_out.port][type->serial_out.pin] = &mcu->pin[2];
     gpio->alternate[3][1] = &mcu->pin[3];
     gpio->alternate[0][15] = &mcu->pin[4];
     gpio->alternate[1][3] = &mcu->pin[5];
     mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
-    gpio->outside[0][10] = &mcu->line_in; /* PA10: the serial line itself */
+    /* the serial line itself */
+    gpio->outside[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;
     hil_gpio_listen(gpio, hil_spi_pins_changed, &mcu->spi);
     hil_gpio_listen(gpio, hil_i2c_lines_changed, &mcu->i2c);
 }
 
-/* Streams of DMA1 serve SPI2, those of DMA2 the converters and USART1 (RM0090 tables 42, 43). */
+/* Streams of DMA1 serve SPI2, those of DMA2 the converters and the USART (RM0090 tables 42, 43). */
 static void attach_to_dma(struct hil_mcu *mcu)
 {
     mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_catch_up,
@@ -190,6 +196,7 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     rcc->state = &state->rcc;
     dma->state = state->dma;
     gpio->state = &state->gpio;
+    gpio->type = options->type;
     mcu->flash.core = mcu->iwdg.core = mcu->tim.core = mcu->adc.core = mcu->usart.core =
         mcu->spi.core = core;
     mcu->i2c.core = mcu->can.core = mcu->tim11.core = core;
@@ -213,6 +220,15 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     mcu->can.state = &state->can;
     mcu->iwdg.state = &state->iwdg;
     mcu->tim11.state = &state->tim11;
+    mcu->rules.core = core;
+    mcu->rules.options = options;
+    mcu->rules.gpio = gpio;
+    mcu->rules.state = &state->rules;
+    gpio->stored = hil_rules_stored;
+    gpio->floats = hil_rules_floats;
+    gpio->stored_who = gpio->floats_who = &mcu->rules;
+    mcu->spi.rules = mcu->rcc.rules = mcu->adc.rules = mcu->tim.rules = mcu->i2c.rules =
+        &mcu->rules;
     mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, dma};
     core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_wait};
     attach_to_bus(mcu);
@@ -238,4 +254,5 @@ void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags)
     hil_tim11_reset(&mcu->tim11, 0);
     for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
         hil_gpio_reset_port(&mcu->gpio, port);
+    hil_rules_reset(&mcu->rules);
 }

@@ -19,6 +19,7 @@
 #include "hil/periph/i2c.h"
 #include "hil/periph/iwdg.h"
 #include "hil/periph/rcc.h"
+#include "hil/periph/rules.h"
 #include "hil/periph/spi.h"
 #include "hil/periph/tim.h"
 #include "hil/periph/tim11.h"
@@ -39,6 +40,7 @@ struct hil_mcu_state {
     struct hil_can can;
     struct hil_iwdg iwdg;
     struct hil_tim11 tim11;
+    struct hil_rules rules;
 };
 
 struct hil_mcu {
@@ -56,6 +58,7 @@ struct hil_mcu {
     struct hil_can_device can;
     struct hil_iwdg_device iwdg;
     struct hil_tim11_device tim11;
+    struct hil_rules_device rules;
     struct hil_pin pin[6]; /* alternate functions */
     struct hil_pin line_in;
 };

@@ -1,8 +1,12 @@
 #include "hil/periph/options.h"
 
+#include "common/boards.h"
+#include "hil/periph/board_type.h"
+
 void hil_options_default(struct hil_options *options)
 {
     *options = (struct hil_options){
+        .type = hil_board_type_of(MR_BOARD_ZG),
         .seed = 1,
         .hse_hz = 8000000,
         .lsi_hz = 32000,

@@ -7,7 +7,9 @@
 #include "hil/core/refuse.h"
 #include "hil/core/registers.h"
 #include "hil/core/time.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/options.h"
+#include "hil/periph/rules.h"
 
 #define HSE_START_PS (2ull * HIL_MS_PS)
 #define PLL_LOCK_PS  (200ull * HIL_US_PS)
@@ -20,6 +22,9 @@
 #define CFGR            0x08u
 #define CIR             0x0cu
 #define AHB1RSTR        0x10u
+#define AHB1ENR         0x30u
+#define APB1ENR         0x40u
+#define APB2ENR         0x44u
 #define APB1RSTR        0x20u
 #define APB2RSTR        0x24u
 #define CSR             0x74u
@@ -27,6 +32,7 @@
 #define CR_HSIRDY       (1u << 1)
 #define CR_HSEON        (1u << 16)
 #define CR_HSERDY       (1u << 17)
+#define CR_HSEBYP       (1u << 18)
 #define CR_CSSON        (1u << 19)
 #define CIR_CSSF        0x80u
 #define CR_PLLON        (1u << 24)
@@ -86,10 +92,20 @@ uint32_t hil_rcc_apb2_divider(const struct hil_rcc_device *dev)
     return apb_divider(dev->state->cfgr >> 13 & 7u);
 }
 
+/* Timers run at twice a divided PCLK. */
+static uint32_t timer_divider(uint32_t divider)
+{
+    return divider == 1 ? 1 : divider / 2;
+}
+
 uint32_t hil_rcc_apb1_timer_divider(const struct hil_rcc_device *dev)
 {
-    uint32_t divider = hil_rcc_apb1_divider(dev);
-    return divider == 1 ? 1 : divider / 2; /* timers run at twice a divided PCLK */
+    return timer_divider(hil_rcc_apb1_divider(dev));
+}
+
+uint32_t hil_rcc_apb2_timer_divider(const struct hil_rcc_device *dev)
+{
+    return timer_divider(hil_rcc_apb2_divider(dev));
 }
 
 static uint32_t hpre_divider(uint32_t hpre)
@@ -198,12 +214,21 @@ static void secure_clock(struct hil_rcc_device *dev)
     hil_nvic_line(dev->core, HIL_EXC_NMI, true);
 }
 
+/* A crystal wants its oscillator, a clock from elsewhere the bypass: the other way round neither is
+ * relied on. RM0090 7.2.1 */
+static bool has_clock(const struct hil_rcc_device *dev)
+{
+    bool bypassed = (dev->state->cr & CR_HSEBYP) != 0;
+    return dev->options->hse_hz && !dev->state->crystal_failed &&
+           bypassed == dev->options->type->clock_bypass;
+}
+
 void hil_rcc_crystal(struct hil_rcc_device *dev, bool on)
 {
     struct hil_rcc *rcc = dev->state;
     rcc->crystal_failed = !on;
     if (on) {
-        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && dev->options->hse_hz)
+        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && has_clock(dev))
             hil_event_set_ps(dev->core, HIL_EVENT_HSE, hil_now_ps(dev->core) + HSE_START_PS);
         return;
     }
@@ -285,7 +310,7 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
     if (!(after & CR_HSION))
         after &= ~CR_HSIRDY;
     rcc->cr = after;
-    if ((rising & CR_HSEON) && dev->options->hse_hz && !rcc->crystal_failed)
+    if ((rising & CR_HSEON) && has_clock(dev))
         hil_event_set_ps(dev->core, HIL_EVENT_HSE, now_ps + HSE_START_PS);
     if (!(after & CR_HSEON)) {
         rcc->cr &= ~CR_HSERDY;
@@ -312,10 +337,93 @@ static void cir_write(struct hil_rcc_device *dev, uint32_t value)
     hil_nvic_line(dev->core, HIL_EXC_NMI, (rcc->cir & CIR_CSSF) != 0);
 }
 
+/* --- rules of the microcontroller itself --- */
+
+static bool is_dsb(const uint8_t *code)
+{
+    return code[0] == 0xbf && code[1] == 0xf3 && (code[2] & 0xf0u) == 0x40u && code[3] == 0x8f;
+}
+
+/* Is there a DSB between two instructions? The errata's other way. */
+static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
+{
+    const uint8_t *code = hil_memory_at(core, from, to - from, false);
+    for (uint32_t i = 0; code && i + 4 <= to - from; i += 2) {
+        if (is_dsb(code + i))
+            return true;
+    }
+    return false;
+}
+
+/* Only within the block that switched the clock on: leaving it takes a branch, and that the cycles
+ * that are wanted. (On APB at a quarter of HCLK some of those are not seen.) */
+static void fresh_accessed(void *who)
+{
+    struct hil_rcc_device *dev = who;
+    const struct hil_rcc_fresh fresh = dev->fresh;
+    dev->core->bus.fresh.clocks = NULL;
+    if (fresh.block_cycle != hil_now(dev->core))
+        return;
+    struct hil_moment access = hil_stamp(dev->core);
+    unsigned between = 0;
+    const uint8_t *code = access.pc > fresh.pc
+                            ? hil_memory_at(dev->core, fresh.pc, access.pc - fresh.pc, false)
+                            : NULL;
+    for (uint32_t i = 0; code && i < access.pc - fresh.pc; between++)
+        i += code[i + 1] >= 0xe8u ? 4 : 2; /* ARMv7-M A5.1 */
+    if (!code || between > fresh.cycles || has_barrier(dev->core, fresh.pc, access.pc))
+        hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
+    else
+        hil_rules_broken(dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
+                         "%u instructions after the store at 0x%08x, wanted %u cycles, a read back "
+                         "or a DSB between",
+                         between - 1u, (unsigned)fresh.pc, fresh.cycles);
+}
+
+/* A peripheral answers two cycles of AHB after its clock is on, one on APB 1 + the prescaler. */
+static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
+{
+    struct hil_moment at = hil_stamp(dev->core);
+    if (!rising || !hil_rules_hold(dev->rules))
+        return;
+    dev->fresh = (struct hil_rcc_fresh){
+        .pc = at.pc,
+        .block_cycle = hil_now(dev->core),
+        .cycles = offset == AHB1ENR ? 2u
+                : offset == APB1ENR ? 1u + hil_rcc_apb1_divider(dev)
+                                    : 1u + hil_rcc_apb2_divider(dev),
+    };
+    dev->core->bus.fresh = (struct hil_fresh_clocks){
+        .clocks = &dev->state->word[offset / 4u],
+        .mask = rising,
+        .accessed = fresh_accessed,
+        .who = dev,
+    };
+}
+
+/* HCLK may rise only when the wait states for it are known to be in force. */
+static void hold_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
+{
+    struct hil_rcc *rcc = dev->state;
+    if (hclk_hz(dev, true) <= before_hz || !hil_rules_hold(dev->rules))
+        return;
+    if (rcc->latency_unread)
+        hil_rules_broken(dev->rules, HIL_RULE_WAIT_STATES, hil_stamp(dev->core).pc,
+                         "from %u to %u Hz, FLASH_ACR was written and not read",
+                         (unsigned)before_hz, (unsigned)hclk_hz(dev, true));
+    else
+        hil_rules_kept(dev->rules, HIL_RULE_WAIT_STATES);
+}
+
 uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
 {
-    const struct hil_rcc_device *dev = device;
+    struct hil_rcc_device *dev = device;
     (void)unit;
+    if (dev->core->bus.fresh.clocks ==
+        &dev->state->word[offset / 4u]) { /* read back: the errata's third way */
+        dev->core->bus.fresh.clocks = NULL;
+        hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
+    }
     return dev->state->word[offset / 4u];
 }
 
@@ -345,12 +453,20 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_rcc_device *dev = device;
     struct hil_rcc *rcc = dev->state;
+    uint32_t before_hz = offset == CFGR ? hclk_hz(dev, true) : 0;
     (void)unit;
     switch (offset) {
     case CR: cr_write(dev, value); break;
     case CFGR:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
         switch_source(dev);
+        hold_wait_states(dev, before_hz);
+        break;
+    case AHB1ENR:
+    case APB1ENR:
+    case APB2ENR:
+        clocks_on(dev, offset, value & ~rcc->word[offset / 4u]);
+        rcc->word[offset / 4u] = value;
         break;
     case CIR: cir_write(dev, value); break;
     case AHB1RSTR: /* a reset is over as soon as it is given */

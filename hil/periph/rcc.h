@@ -25,6 +25,7 @@ struct hil_rcc {
     uint64_t scale_ready_cycle; /* PWR_CSR.VOSRDY */
     bool crystal_failed;        /* it stopped; survives resets */
     bool watchdog_runs;         /* and keeps the LSI on */
+    bool latency_unread;        /* FLASH_ACR was written and not read since */
 };
 
 /* What a bit of a reset register resets. */
@@ -34,8 +35,17 @@ struct hil_reset_line {
     unsigned unit;
 };
 
+/* Clocks that a store switched on; of the present run. */
+struct hil_rcc_fresh {
+    uint32_t pc;
+    uint64_t block_cycle; /* of the block that it was in */
+    unsigned cycles;      /* that have to pass */
+};
+
 struct hil_rcc_device {
     struct hil_core *core;
+    struct hil_rules_device *rules;
+    struct hil_rcc_fresh fresh;
     const struct hil_options *options;
     struct hil_rcc *state;
     struct hil_reset_line line[HIL_RCC_BUSES][32];
@@ -50,10 +60,11 @@ void hil_rcc_leave_on(struct hil_rcc_device *dev);
 /* The register that switches the clocks of a bus. */
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit);
-/* HCLK cycles to one cycle of PCLK1, PCLK2, and of the timers on APB1. */
+/* HCLK cycles to one cycle of PCLK1, PCLK2, and of the timers on APB1 and APB2. */
 uint32_t hil_rcc_apb1_divider(const struct hil_rcc_device *dev);
 uint32_t hil_rcc_apb2_divider(const struct hil_rcc_device *dev);
 uint32_t hil_rcc_apb1_timer_divider(const struct hil_rcc_device *dev);
+uint32_t hil_rcc_apb2_timer_divider(const struct hil_rcc_device *dev);
 /* The crystal stops, or can oscillate again. With CSSON: NMI, HSI in its place, PLL off (7.2.7). */
 void hil_rcc_crystal(struct hil_rcc_device *dev, bool on);
 /* The watchdog runs from now on; it starts the LSI by itself. */

@@ -7,6 +7,7 @@
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
+#include "hil/periph/rules.h"
 
 #define CR1           0x00u
 #define SR            0x08u
@@ -31,6 +32,7 @@
 #define SR_BSY        (1u << 7)
 #define DATA_REGISTER 0x4000380cu
 #define PORT_B        1u
+#define MISO          14u
 #define GROUP         64u /* bytes that one event may move under DMA */
 
 /* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
@@ -41,6 +43,11 @@ static uint64_t byte_cycles(const struct hil_spi_device *dev)
 {
     unsigned br = dev->state->cr1 >> 3 & 7u;
     return 8u * (uint64_t)(2u << br) * hil_rcc_apb1_divider(dev->rcc);
+}
+
+double hil_spi_period_ns(const struct hil_spi_device *dev)
+{
+    return (double)byte_cycles(dev) / 8.0 * 1e9 / (double)dev->core->state.clock.hclk_hz;
 }
 
 static bool is_on(const struct hil_spi *spi)
@@ -118,6 +125,7 @@ static void shift(struct hil_spi_device *dev, uint64_t at)
 static void receive(struct hil_spi_device *dev, uint8_t byte)
 {
     struct hil_spi *spi = dev->state;
+    bool driven = spi->selected && is_connected(dev) && dev->slave.speaks(dev->slave.who);
     if (spi->sr & SR_RXNE) { /* the byte in the buffer stays, this one is lost (28.3.10) */
         spi->sr |= SR_OVR;
         spi->dr_was_read = false;
@@ -129,6 +137,7 @@ static void receive(struct hil_spi_device *dev, uint8_t byte)
         return;
     }
     spi->dr = byte;
+    spi->floating = !driven && !hil_gpio_is_held(dev->gpio, PORT_B, MISO);
     spi->sr |= SR_RXNE;
 }
 
@@ -137,6 +146,54 @@ static void begin(struct hil_spi_device *dev, uint64_t at)
     refill(dev);
     shift(dev, at);
     refill(dev);
+}
+
+/* --- rules: of the select line and the clock --- */
+
+/* SCK rises in the middle of a bit (modes 0 and 3: the chip's). */
+static struct hil_moment first_rise(const struct hil_spi_device *dev, struct hil_moment begin)
+{
+    begin.ps += (uint64_t)(hil_spi_period_ns(dev) / 2.0 * 1e3);
+    return begin;
+}
+
+/* A store has begun a byte. */
+static void judge_begin(struct hil_spi_device *dev)
+{
+    struct hil_spi *spi = dev->state;
+    const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
+    if (!spi->selected || spi->clocked || !hil_rules_hold(dev->rules))
+        return;
+    struct hil_moment begin = hil_stamp(dev->core);
+    if (!begin.ps)
+        return;
+    spi->clocked = true;
+    hil_rules_judge(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell, first_rise(dev, begin));
+    hil_rules_measure(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_period_ns(dev),
+                      hil_rules_period_ns(dev->rules, PORT_B, 13), begin.pc);
+}
+
+/* The line moves while a byte is under way. */
+static void judge_select(struct hil_spi_device *dev)
+{
+    struct hil_spi *spi = dev->state;
+    const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
+    spi->clocked = spi->shifting;
+    if (spi->shifting)
+        hil_rules_judge(
+            dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
+            first_rise(dev, hil_stamp_at(dev->core, spi->shift_end_cycle - byte_cycles(dev))));
+}
+
+/* By its last rise in a byte the chip has all bits of it; if it is deselected before, it drops the
+ * byte, and nothing has to be kept. */
+static void judge_deselect(struct hil_spi_device *dev)
+{
+    struct hil_spi *spi = dev->state;
+    const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
+    struct hil_moment last = hil_stamp_at(dev->core, spi->shift_end_cycle - byte_cycles(dev) / 16u);
+    if (spi->clocked && (!spi->shifting || select->rose.ps >= last.ps))
+        hil_rules_judge(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
 
 /* The next event is the end of the byte after which anybody can notice something: a flag of a
@@ -187,7 +244,10 @@ void hil_spi_event(void *device, uint64_t at)
 void hil_spi_dma_enabled(void *device)
 {
     struct hil_spi_device *dev = device;
+    bool shifting = dev->state->shifting;
     begin(dev, hil_now(dev->core));
+    if (!shifting && dev->state->shifting)
+        judge_begin(dev);
     update_irq(dev);
     schedule(dev);
 }
@@ -202,6 +262,10 @@ void hil_spi_pins_changed(void *device, uint64_t at)
     hil_spi_catch_up(dev, at);
     bool in_byte = spi->shifting && at > spi->shift_end_cycle - byte_cycles(dev);
     spi->selected = selected;
+    if (selected)
+        judge_select(dev);
+    else
+        judge_deselect(dev);
     if (selected)
         dev->slave.select(dev->slave.who, at);
     else
@@ -232,6 +296,8 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
         spi->sr_was_accessed = true;
         update_irq(dev);
     } else if (offset == DR) {
+        if (spi->floating && (spi->sr & SR_RXNE))
+            hil_rules_unknown(dev->rules, "PB14, SPI2_MISO,", value, 0xffu);
         spi->sr &= ~SR_RXNE;
         spi->dr_was_read = true;
         update_irq(dev);
@@ -266,6 +332,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     uint64_t now = hil_now(dev->core);
     (void)unit;
     hil_spi_catch_up(dev, now);
+    bool shifting = spi->shifting;
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
     case SR: /* nothing in it can be written here; CRCERR is never set */
@@ -278,6 +345,8 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     default: spi->word[offset / 4u] = value; break;
     }
     begin(dev, now);
+    if (!shifting && spi->shifting)
+        judge_begin(dev);
     update_irq(dev);
     schedule(dev);
 }

@@ -17,6 +17,7 @@ struct hil_core;
 struct hil_dma_device;
 struct hil_gpio_device;
 struct hil_rcc_device;
+struct hil_rules_device;
 
 struct hil_spi {
     /* Of SR only RXNE, MODF, OVR; the rest follows from the state. DR: the byte received. */
@@ -28,6 +29,8 @@ struct hil_spi {
     uint8_t last_out, last_in; /* the bytes before, for the wrong clock mode */
     uint64_t shift_end_cycle;
     bool selected; /* PB12 low as last seen */
+    bool clocked;  /* a byte has begun since */
+    bool floating; /* DR was received while nothing held MISO */
 };
 
 /* The chip behind the wires. */
@@ -37,6 +40,7 @@ struct hil_spi_slave {
     void (*select)(void *who, uint64_t at);
     void (*deselect)(void *who, uint64_t at, bool in_byte);
     uint8_t (*exchange)(void *who, uint8_t in, uint64_t at);
+    bool (*speaks)(const void *who); /* it drove MISO in the byte that was exchanged last */
 };
 
 struct hil_spi_device {
@@ -45,8 +49,12 @@ struct hil_spi_device {
     struct hil_rcc_device *rcc;
     struct hil_dma_device *dma;
     struct hil_gpio_device *gpio;
+    struct hil_rules_device *rules;
     struct hil_spi_slave slave;
 };
+
+/* Of SCK, as CR1 says now. */
+double hil_spi_period_ns(const struct hil_spi_device *dev);
 
 /* For the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
 void hil_spi_reset(void *device, unsigned unit);

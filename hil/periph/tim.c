@@ -8,6 +8,7 @@
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
+#include "hil/periph/rules.h"
 
 #define CR1_CEN    1u
 #define CR1_UDIS   2u
@@ -380,6 +381,27 @@ static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channe
     refresh_references(dev, unit, hil_now(dev->core));
 }
 
+/* A capture takes the edges of its pin as they come: somebody has to hold it. */
+static void hold_inputs(struct hil_tim_device *dev)
+{
+    static const struct {
+        unsigned port, pin;
+        const char *name;
+    } pins[HIL_CAPTURES] = {{0, 15, "PA15"}, {1, 3, "PB3"}};
+    const struct hil_tim *t = &dev->state[HIL_TIM2];
+    for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+        if (is_output(t, i) || !is_enabled(t, i) ||
+            hil_gpio_alternate(dev->gpio, pins[i].port, pins[i].pin) != 1)
+            continue;
+        if (hil_gpio_is_held(dev->gpio, pins[i].port, pins[i].pin))
+            hil_rules_kept(dev->rules, HIL_RULE_FLOATING);
+        else
+            hil_rules_broken(dev->rules, HIL_RULE_FLOATING, hil_stamp(dev->core).pc,
+                             "TIM2 captures edges of %s, and nothing drives or pulls it",
+                             pins[i].name);
+    }
+}
+
 void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_tim_device *dev = device;
@@ -417,6 +439,8 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
             check_channels(dev, unit);
         if (offset >= CCMR1 && offset <= CCER)
             refresh_references(dev, unit, now);
+        if (offset == CCER && unit == HIL_TIM2)
+            hold_inputs(dev);
         break;
     }
     tell_outputs(dev, unit, before, now);

@@ -18,6 +18,7 @@ struct hil_core;
 struct hil_dma_device;
 struct hil_gpio_device;
 struct hil_rcc_device;
+struct hil_rules_device;
 
 #define HIL_TIMERS   2u
 #define HIL_CAPTURES 2u
@@ -44,6 +45,7 @@ struct hil_tim_device {
     struct hil_dma_device *dma;
     struct hil_gpio_device *gpio;
     struct hil_adc_device *adc;
+    struct hil_rules_device *rules;
 };
 
 /* For the bus and the event queue; `device` is a struct hil_tim_device. */

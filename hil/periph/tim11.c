@@ -37,8 +37,7 @@ static uint64_t period_ps(const struct hil_tim11_device *dev)
 static uint32_t count_at(const struct hil_tim11_device *dev, uint64_t at_ps)
 {
     const struct hil_tim11 *t = dev->state;
-    uint32_t divider = hil_rcc_apb2_divider(dev->rcc);
-    uint64_t hz = dev->core->state.clock.hclk_hz / (divider == 1 ? 1u : divider / 2u);
+    uint64_t hz = dev->core->state.clock.hclk_hz / hil_rcc_apb2_timer_divider(dev->rcc);
     if (t->began_ps == HIL_NEVER)
         return t->cnt;
     double ticks = (double)(at_ps - t->began_ps) * 1e-12 * (double)hz;

@@ -5,45 +5,68 @@
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
 #include "hil/core/time.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 #include "hil/periph/serial_line.h"
 
-#define SR            0x00u
-#define DR            0x04u
-#define CR1           0x0cu
-#define SR_PE         1u
-#define SR_FE         2u
-#define SR_NF         4u
-#define SR_ORE        8u
-#define SR_IDLE       16u
-#define SR_RXNE       32u
-#define SR_TC         64u
-#define SR_TXE        128u
-#define CR1_RE        4u
-#define CR1_TE        8u
-#define CR1_UE        (1u << 13)
-#define CR1_OVER8     (1u << 15)
-#define CR1_PEIE      (1u << 8)
-#define CR1_PS        (1u << 9)
-#define CR1_PCE       (1u << 10)
-#define CR1_M         (1u << 12)
-#define CR3_EIE       1u
-#define CR3_DMAR      64u
-#define CR3_ONEBIT    0x800u
-#define CR3_DMAT      128u
-#define DATA_REGISTER 0x40011004u
+#define SR         0x00u
+#define DR         0x04u
+#define CR1        0x0cu
+#define SR_PE      1u
+#define SR_FE      2u
+#define SR_NF      4u
+#define SR_ORE     8u
+#define SR_IDLE    16u
+#define SR_RXNE    32u
+#define SR_TC      64u
+#define SR_TXE     128u
+#define CR1_RE     4u
+#define CR1_TE     8u
+#define CR1_UE     (1u << 13)
+#define CR1_OVER8  (1u << 15)
+#define CR1_PEIE   (1u << 8)
+#define CR1_PS     (1u << 9)
+#define CR1_PCE    (1u << 10)
+#define CR1_M      (1u << 12)
+#define CR3_EIE    1u
+#define CR3_DMAR   64u
+#define CR3_ONEBIT 0x800u
+#define CR3_DMAT   128u
 
-static const struct hil_dma_request send_request = {1, 7, 4, DATA_REGISTER, true};
+/* USART1 and USART6: RM0090 table 1 (addresses), 43 (requests), 61 (interrupts). */
+static const struct numbers {
+    uint32_t data_register;
+    enum hil_irq irq;
+    uint8_t request;        /* channel of DMA2's streams */
+    uint8_t receive_stream; /* beside 2 */
+} usart1 = {0x40011004u, HIL_IRQ_USART1, 4, 5}, usart6 = {0x40011404u, HIL_IRQ_USART6, 5, 1};
+
+static const struct numbers *numbers(const struct hil_usart_device *dev)
+{
+    return dev->options->type->usart == 6 ? &usart6 : &usart1;
+}
+
+static struct hil_dma_request send_request(const struct hil_usart_device *dev)
+{
+    const struct numbers *own = numbers(dev);
+    return (struct hil_dma_request){1, 7, own->request, own->data_register, true};
+}
 
 static struct hil_dma_request receive_request(const struct hil_usart_device *dev)
 {
-    /* Streams 2 and 5 are wired to USART1_RX (RM0090 table 43). */
-    const struct hil_dma_stream *five = &dev->dma->state[1].stream[5];
-    unsigned stream = (five->cr & 1u) && (five->cr >> 25 & 7u) == 4u ? 5 : 2;
-    return (struct hil_dma_request){1, stream, 4, DATA_REGISTER, false};
+    const struct numbers *own = numbers(dev);
+    uint32_t cr = dev->dma->state[1].stream[own->receive_stream].cr;
+    unsigned stream = (cr & 1u) && (cr >> 25 & 7u) == own->request ? own->receive_stream : 2;
+    return (struct hil_dma_request){1, stream, own->request, own->data_register, false};
+}
+
+static bool is_connected(const struct hil_usart_device *dev, struct hil_pin_place place)
+{
+    return hil_gpio_alternate(dev->gpio, place.port, place.pin) ==
+           dev->options->type->serial_function;
 }
 
 /* HCLK cycles of one bit; 0 while no rate is set. */
@@ -113,7 +136,7 @@ static void update_irq(struct hil_usart_device *dev)
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
     line |= (u->cr1 & CR1_PEIE) ? sr & SR_PE : 0;
     line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE | SR_NF) : 0;
-    hil_irq_line(dev->core, HIL_IRQ_USART1, (u->cr1 & CR1_UE) && line != 0);
+    hil_irq_line(dev->core, numbers(dev)->irq, (u->cr1 & CR1_UE) && line != 0);
 }
 
 static void flush(struct hil_usart_device *dev, uint64_t at)
@@ -121,7 +144,7 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
     struct hil_usart *u = dev->state;
     if (!u->out_count)
         return;
-    bool connected = hil_gpio_alternate(dev->gpio, 0, 9) == 7;
+    bool connected = is_connected(dev, dev->options->type->serial_out);
     uint64_t at_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (connected && line_fits(dev)) {
         dev->core->state.counters.serial_bytes_out += u->out_count;
@@ -144,8 +167,9 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
 static void refill(struct hil_usart_device *dev)
 {
     struct hil_usart *u = dev->state;
-    if (!u->holding && (u->cr3 & CR3_DMAT) && hil_dma_until_flag(dev->dma, &send_request))
-        u->holding = hil_dma_read_items(dev->dma, &send_request, &u->held, 1);
+    struct hil_dma_request request = send_request(dev);
+    if (!u->holding && (u->cr3 & CR3_DMAT) && hil_dma_until_flag(dev->dma, &request))
+        u->holding = hil_dma_read_items(dev->dma, &request, &u->held, 1);
 }
 
 /* DR to shift register at cycle `at`, if it is free. */
@@ -175,8 +199,9 @@ static void schedule(struct hil_usart_device *dev)
     uint64_t next = HIL_NEVER;
     if (u->shifting) {
         uint32_t n = 0;
+        struct hil_dma_request request = send_request(dev);
         if (u->holding && (u->cr3 & CR3_DMAT))
-            n = hil_dma_until_flag(dev->dma, &send_request);
+            n = hil_dma_until_flag(dev->dma, &request);
         if (n > HIL_USART_GROUP)
             n = HIL_USART_GROUP;
         /* Item n from now reaches DR when n - 1 more bytes have been shifted out after the present
@@ -253,7 +278,7 @@ static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
     struct hil_usart *u = dev->state;
     struct hil_heard_byte heard[HIL_HEARD_MAX];
     if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) ||
-        hil_gpio_alternate(dev->gpio, 0, 10) != 7 || !u->brr)
+        !is_connected(dev, dev->options->type->serial_in) || !u->brr)
         return;
     if (line_fits(dev)) {
         uint32_t levels = parity(u) == HIL_PARITY_NONE

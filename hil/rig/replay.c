@@ -159,12 +159,13 @@ static const struct mr_block *block_at(const struct hil_replay *replay, uint64_t
 }
 
 /* Place of a pin in its converter's scan; false: nothing of the record is on it. */
-static bool channel_of(unsigned port, unsigned pin, bool *transducer, unsigned *channel)
+static bool channel_of(const struct hil_rig_device *rig, unsigned port, unsigned pin,
+                       bool *transducer, unsigned *channel)
 {
-    *transducer = port == 5 && pin >= 3 && pin <= 10;
-    *channel = *transducer ? pin - 3 : port == 0 ? pin : port == 1 ? pin + 8 : pin + 10;
-    return *transducer || (port == 0 && pin < 8) || (port == 1 && pin < 2) ||
-           (port == 2 && pin < 6);
+    int of_all = hil_rig_channel(rig, port, pin);
+    *transducer = of_all < (int)MR_TRANSDUCERS;
+    *channel = (unsigned)of_all - (*transducer ? 0 : MR_TRANSDUCERS);
+    return of_all >= 0;
 }
 
 /* Code of a pin sampled at cycle `at`. */
@@ -175,7 +176,8 @@ static uint16_t code_of(void *device, unsigned port, unsigned pin, uint64_t at)
     struct hil_replay_state *state = dev->state;
     bool transducer;
     unsigned channel, unused;
-    if (!(dev->tim->state[HIL_TIM2].cr1 & 1u) || !channel_of(port, pin, &transducer, &channel))
+    if (!(dev->tim->state[HIL_TIM2].cr1 & 1u) ||
+        !channel_of(dev->rig, port, pin, &transducer, &channel))
         return 0;
     if (!state->started || state->resets != dev->core->state.counters.resets)
         begin(dev);

@@ -4,26 +4,20 @@
 
 #include "hil/core/core.h"
 #include "hil/core/event.h"
+#include "hil/periph/board_type.h"
+#include "hil/rig/electronics.h"
 
 #define PORT_D              3u
-#define PORT_E              4u
-#define STAIRCASE_ZERO_V    0.050
-#define STAIRCASE_TAU_S     20e-6
 #define GAGE_ZERO_V         0.400
 #define GAGE_V_PER_LB       0.005
 #define REFERENCE_V         2.500
 #define TRANSDUCER_MID_V    1.65
 #define TRANSDUCER_ZERO_V   0.050
 #define TRANSDUCER_V_PER_IN 0.5
-#define TRANSDUCER_TAU_S    4e-6
 #define CHANNEL_STAIRCASE   22u
 #define CHANNEL_REFERENCE   23u
 #define SETTLED_TAUS        40.0 /* exp(-40) of full scale is 1e-14 codes */
-
-unsigned hil_rig_step_codes(unsigned position)
-{
-    return 64u + 8u * (7u * (position - 1u) % 24u);
-}
+#define RELAY_BOUNCES       2u   /* a contact that closes opens again so often */
 
 static void schedule(struct hil_rig_device *dev)
 {
@@ -38,13 +32,15 @@ static void schedule(struct hil_rig_device *dev)
         if (rig->contact[i].bounces && rig->contact[i].next_ps < next)
             next = rig->contact[i].next_ps;
     }
+    if (rig->shunt_next_ps < next)
+        next = rig->shunt_next_ps;
     hil_event_set_ps(dev->core, HIL_EVENT_RIG, next);
 }
 
 void hil_rig_start(struct hil_rig_device *dev)
 {
     struct hil_rig *rig = dev->state;
-    *rig = (struct hil_rig){.pulse_end_ps = HIL_NEVER};
+    *rig = (struct hil_rig){.pulse_end_ps = HIL_NEVER, .shunt_next_ps = HIL_NEVER};
     for (unsigned i = 0; dev->run && i < HIL_RUN_SWITCHES; i++) {
         uint64_t t_ps = dev->run->switch_open_ps[i];
         rig->contact[i].next_ps = HIL_NEVER;
@@ -59,9 +55,9 @@ void hil_rig_start(struct hil_rig_device *dev)
 }
 
 /* Where the staircase's part of a contact stands, 0 to 1. */
-static double contact_level(const struct hil_contact *contact, double t_s)
+static double contact_level(const struct hil_contact *contact, double t_s, double tau_s)
 {
-    double taus = (t_s - (double)contact->since_ps * 1e-12) / STAIRCASE_TAU_S;
+    double taus = (t_s - (double)contact->since_ps * 1e-12) / tau_s;
     double target = contact->open;
     if (taus > SETTLED_TAUS)
         return target;
@@ -74,14 +70,15 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
     struct hil_rig *rig = dev->state;
     struct hil_contact *contact = &rig->contact[i];
     hil_adc_catch_up(dev->adc, at); /* what was sampled before saw the old state */
-    contact->level = contact->moved ? contact_level(contact, (double)t_ps * 1e-12) : 0.0;
+    double tau_s = dev->electronics->staircase_tau_s;
+    contact->level = contact->moved ? contact_level(contact, (double)t_ps * 1e-12, tau_s) : 0.0;
     contact->moved = true;
     contact->open = open;
     contact->since_ps = t_ps;
     hil_trace(dev->core, "switch %u %s", i + 1u, open ? "opens" : "closes");
     if (!open)
         return;
-    rig->pulse_end_ps = t_ps + HIL_RIG_PULSE_PS;
+    rig->pulse_end_ps = t_ps + dev->electronics->pulse_ps;
     dev->core->state.counters.switches_opened++;
     hil_gpio_drive(dev->gpio, 0, 15, true, at);
 }
@@ -97,6 +94,26 @@ static void bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
     contact->next_ps = contact->bounces ? t_ps + contact->period_ps / 2u : HIL_NEVER;
 }
 
+static void set_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
+{
+    struct hil_rig *rig = dev->state;
+    if (on == rig->shunted)
+        return;
+    hil_adc_catch_up(dev->adc, at);
+    rig->shunted = on;
+    hil_trace(dev->core, "shunts %s", on ? "on" : "off");
+}
+
+/* The relay's contacts move: the first time after its delay, then as they bounce. */
+static void move_relay(struct hil_rig_device *dev, uint64_t at)
+{
+    struct hil_rig *rig = dev->state;
+    uint64_t apart_ps = dev->electronics->relay_bounce_ps / (2u * RELAY_BOUNCES);
+    rig->shunt_moves--;
+    set_shunts(dev, rig->shunt_wanted != rig->shunt_moves % 2u, at);
+    rig->shunt_next_ps = rig->shunt_moves ? rig->shunt_next_ps + apart_ps : HIL_NEVER;
+}
+
 static void on_event(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
@@ -106,6 +123,8 @@ static void on_event(void *device, uint64_t at)
         rig->pulse_end_ps = HIL_NEVER;
         hil_gpio_drive(dev->gpio, 0, 15, false, at);
     }
+    while (rig->shunt_next_ps <= now_ps)
+        move_relay(dev, at);
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
             bounce(dev, i, at);
@@ -123,10 +142,15 @@ static void on_event(void *device, uint64_t at)
     schedule(dev);
 }
 
+static bool level(const struct hil_rig_device *dev, struct hil_pin_place place)
+{
+    return hil_gpio_level(dev->gpio, place.port, place.pin);
+}
+
 bool hil_rig_lamp_draws(const struct hil_rig_device *dev)
 {
     enum hil_lamp lamp = (enum hil_lamp)dev->state->lamp;
-    return lamp == HIL_LAMP_SHORTED || (lamp == HIL_LAMP_GOOD && !hil_gpio_level(dev->gpio, 4, 0));
+    return lamp == HIL_LAMP_SHORTED || (lamp == HIL_LAMP_GOOD && !level(dev, dev->type->warning));
 }
 
 void hil_rig_skip(struct hil_rig_device *dev, unsigned position)
@@ -158,7 +182,7 @@ static double amplitude(struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_rig *rig = dev->state;
     double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz /
-                  TRANSDUCER_TAU_S;
+                  dev->electronics->transducer_tau_s;
     if (at < rig->since_cycle || taus > SETTLED_TAUS)
         return rig->excitation;
     return rig->excitation +
@@ -192,14 +216,23 @@ void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64
     rig->since_ps = hil_clock_ps(&dev->core->state.clock, at);
 }
 
+/* PE1 has this level from now on. */
 static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
+    const struct hil_electronics *e = dev->electronics;
     struct hil_rig *rig = dev->state;
-    if (on == rig->shunted)
+    if (on == rig->shunt_wanted)
         return;
-    hil_adc_catch_up(dev->adc, at);
-    rig->shunted = on;
-    hil_trace(dev->core, "shunts %s", on ? "on" : "off");
+    rig->shunt_wanted = on;
+    rig->shunt_next_ps = HIL_NEVER;
+    uint64_t delay_ps = on ? e->relay_operate_ps : e->relay_release_ps;
+    if (delay_ps) {
+        rig->shunt_moves = on && e->relay_bounce_ps ? 2u * RELAY_BOUNCES + 1u : 1u;
+        rig->shunt_next_ps = hil_clock_ps(&dev->core->state.clock, at) + delay_ps;
+        schedule(dev);
+    } else {
+        set_shunts(dev, on, at);
+    }
 }
 
 void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb)
@@ -209,64 +242,75 @@ void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, doubl
     dev->state->offset_lb[gage] = offset_lb;
 }
 
-static double gage_volts(const struct hil_rig *rig, unsigned gage, double tension_lb)
+/* Degrees above those at which the electronics were set. */
+static double warmer_k(const struct hil_rig_device *dev, uint64_t at)
 {
-    double lb = (1.0 + rig->gain_drift[gage]) *
-                    (tension_lb + (rig->shunted ? HIL_RIG_SHUNT_LB : 0.0)) +
-                rig->offset_lb[gage];
+    const struct hil_electronics *e = dev->electronics;
+    if (e->warmer_k_per_s == 0.0)
+        return e->warmer_k;
+    double t_s = (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12;
+    return e->warmer_k + e->warmer_k_per_s * t_s;
+}
+
+static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double tension_lb,
+                         double warmer)
+{
+    const struct hil_electronics *e = dev->electronics;
+    const struct hil_rig *rig = dev->state;
+    double shunt_lb = rig->shunted ? HIL_RIG_SHUNT_LB * e->gage_shunt[gage] : 0.0;
+    double lb = (1.0 + rig->gain_drift[gage]) * (tension_lb + shunt_lb) * e->gage_gain[gage] +
+                rig->offset_lb[gage] + e->gage_zero_lb[gage] + e->gage_drift_lb_k[gage] * warmer;
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
 }
 
+/* Its gates are supplied by VDDA: its steps are codes. */
 static double staircase_volts(const struct hil_rig_device *dev, double t_s)
 {
+    const struct hil_electronics *e = dev->electronics;
     const struct hil_rig *rig = dev->state;
     double codes = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         if (rig->contact[i].moved)
-            codes += hil_rig_step_codes(i + 1u) * contact_level(&rig->contact[i], t_s);
+            codes += e->step_codes[i] * contact_level(&rig->contact[i], t_s, e->staircase_tau_s);
     }
-    return STAIRCASE_ZERO_V + codes * HIL_VREF_V / 4096.0;
+    return (HIL_STAIRCASE_ZERO_V * e->staircase_zero + codes * HIL_NOMINAL_VDDA_V / 4096.0) *
+           (e->vdda_v / HIL_NOMINAL_VDDA_V);
 }
 
-/* Number of the strain gage on a pin, 1..14, or 0. */
-static unsigned gage_on(unsigned port, unsigned pin)
+/* The reference over its nominal voltage. */
+static double reference(const struct hil_rig_device *dev, double warmer)
 {
-    if (port == 0 && pin < 8)
-        return pin + 1;
-    if (port == 1 && pin < 2)
-        return pin + 9;
-    return port == 2 && pin < 4 ? pin + 11 : 0;
+    return dev->electronics->reference * (1.0 + dev->electronics->reference_drift * warmer);
 }
 
-int hil_rig_channel(unsigned port, unsigned pin)
+int hil_rig_channel(const void *device, unsigned port, unsigned pin)
 {
-    unsigned gage = gage_on(port, pin);
-    if (gage)
-        return (int)(HIL_RUN_TRANSDUCERS + gage - 1u);
-    if (port == 5 && pin >= 3 && pin <= 10)
-        return (int)pin - 3;
-    return port == 2 && (pin == 4 || pin == 5) ? (int)pin + 18 : -1;
+    const struct hil_rig_device *dev = device;
+    return hil_board_type_channel(dev->type, port, pin);
 }
 
-/* What a channel's sensor is exposed to: inches, pounds; volts of staircase and reference. */
+static bool is_gage(unsigned channel)
+{
+    return channel >= HIL_RUN_TRANSDUCERS && channel < HIL_RUN_COLUMNS;
+}
+
+/* What a channel's sensor is exposed to: inches, pounds; volts of the staircase. */
 static double quantity(const struct hil_rig_device *dev, unsigned channel, double t_s)
 {
     if (channel == CHANNEL_STAIRCASE)
         return staircase_volts(dev, t_s);
-    if (channel == CHANNEL_REFERENCE)
-        return REFERENCE_V;
-    return dev->run ? hil_run_truth(dev->run, channel, t_s) : 0.0;
+    if (channel == CHANNEL_REFERENCE || !dev->run)
+        return 0.0;
+    return hil_run_truth(dev->run, channel,
+                         is_gage(channel) ? t_s - dev->electronics->gage_lag_s : t_s);
 }
 
 /* Nothing moves where there is no run: the time of each conversion costs more than the rest of
  * it. */
 static double quantity_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
-    if (dev->run)
-        return quantity(dev, channel, (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12);
-    return channel == CHANNEL_STAIRCASE ? STAIRCASE_ZERO_V
-         : channel == CHANNEL_REFERENCE ? REFERENCE_V
-                                        : 0.0;
+    double t_s = dev->run ? (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12 : 0.0;
+    return quantity(dev, channel, t_s);
 }
 
 void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
@@ -276,22 +320,39 @@ void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel
     dev->state->held[channel] = quantity(dev, channel, (double)hil_now_ps(dev->core) * 1e-12);
 }
 
+/* A chip of the board's own is selected, and its output is on this channel's pin. */
+static bool sensor_holds(const struct hil_rig_device *dev, unsigned channel)
+{
+    const struct hil_board_type *type = dev->type;
+    return type->sensor_select.port != HIL_NO_PORT &&
+           hil_same_pin(type->sensor_out, type->channel[channel].port,
+                        type->channel[channel].pin) &&
+           !level(dev, type->sensor_select);
+}
+
 double hil_rig_channel_volts(void *device, int channel, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    if (channel < 0)
+    if (channel < 0 || sensor_holds(dev, (unsigned)channel))
         return 0.0;
     enum hil_channel_fault fault = (enum hil_channel_fault)dev->state->channel_fault[channel];
     if (fault > HIL_CHANNEL_STUCK)
-        return fault == HIL_CHANNEL_HIGH ? HIL_VREF_V : 0.0;
+        return fault == HIL_CHANNEL_HIGH ? dev->electronics->vdda_v : 0.0;
     double value = fault == HIL_CHANNEL_STUCK ? dev->state->held[channel]
                                               : quantity_at(dev, (unsigned)channel, at);
+    if (channel == (int)CHANNEL_STAIRCASE)
+        return value;
+    const struct hil_electronics *e = dev->electronics;
+    double warmer = warmer_k(dev, at), volts = REFERENCE_V * e->reference_read;
     if (channel < (int)HIL_RUN_TRANSDUCERS)
-        return TRANSDUCER_MID_V +
-               amplitude(dev, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
-    return channel < (int)HIL_RUN_COLUMNS
-             ? gage_volts(dev->state, (unsigned)channel - HIL_RUN_TRANSDUCERS, value)
-             : value;
+        volts = TRANSDUCER_MID_V + e->transducer_mid_v[channel] +
+                amplitude(dev, at) *
+                    (TRANSDUCER_ZERO_V +
+                     TRANSDUCER_V_PER_IN * (value + e->transducer_zero_in[channel])) *
+                    (e->transducer_gain[channel] + e->transducer_gain_k * warmer);
+    else if (is_gage((unsigned)channel))
+        volts = gage_volts(dev, (unsigned)channel - HIL_RUN_TRANSDUCERS, value, warmer);
+    return volts * reference(dev, warmer);
 }
 
 /* --- what it is connected to --- */
@@ -306,26 +367,55 @@ static void look_at_excitation(void *device, uint64_t at)
 static void look_at_shunts(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    switch_shunts(dev, hil_gpio_level(dev->gpio, PORT_E, 1), at);
+    switch_shunts(dev, level(dev, dev->type->shunts), at);
 }
 
-/* PE3 is low while the lamp draws current. */
+static void look_at_lamp(void *device, uint64_t at)
+{
+    struct hil_rig_device *dev = device;
+    bool on = hil_rig_lamp_draws(dev);
+    if (on == dev->state->lamp_on)
+        return;
+    dev->state->lamp_on = on;
+    dev->state->lamp_since_ps = hil_clock_ps(&dev->core->state.clock, at);
+}
+
+/* Low while the lamp draws current, as far as its amplifier can tell, and a little later. */
 static bool lamp_sense(const void *device, unsigned channel, bool *drives)
 {
+    const struct hil_rig_device *dev = device;
+    const struct hil_electronics *e = dev->electronics;
+    bool on = hil_rig_lamp_draws(dev);
     (void)channel;
-    *drives = true;
-    return !hil_rig_lamp_draws(device);
+    *drives = !dev->bare;
+    if (on == dev->state->lamp_on &&
+        hil_now_ps(dev->core) < dev->state->lamp_since_ps + e->lamp_sense_ps)
+        on = !on; /* not yet */
+    return !(on && e->lamp_told);
+}
+
+/* What the converter sees of a channel. */
+static double source_ohm(const void *device, int channel)
+{
+    const struct hil_rig_device *dev = device;
+    return dev->electronics->adc.source_ohm[channel];
 }
 
 void hil_rig_create(struct hil_rig_device *dev)
 {
     struct hil_gpio_device *gpio = dev->gpio;
     dev->state->pulse_end_ps = HIL_NEVER;
+    dev->state->shunt_next_ps = HIL_NEVER;
     dev->lamp = (struct hil_pin){.who = dev, .function = -1, .level = lamp_sense};
-    gpio->outside[PORT_E][3] = &dev->lamp;
+    gpio->outside[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
     gpio->timer_listener = (struct hil_pin_listener){dev, look_at_excitation};
     hil_gpio_listen(gpio, look_at_excitation, dev);
     hil_gpio_listen(gpio, look_at_shunts, dev);
-    dev->adc->outside = (struct hil_analogue){dev, hil_rig_channel, hil_rig_channel_volts};
+    if (dev->electronics->lamp_sense_ps)
+        hil_gpio_listen(gpio, look_at_lamp, dev);
+    dev->adc->outside = (struct hil_analogue){.who = dev,
+                                              .source = hil_rig_channel,
+                                              .volts = hil_rig_channel_volts,
+                                              .source_ohm = source_ohm};
     hil_event_wire(dev->core, HIL_EVENT_RIG, on_event, dev);
 }

@@ -1,17 +1,31 @@
 /* The rig: physical truth of a run into what the board's pins see.
  *
+ * On which pin each of these is says the board's type (hil/periph/board_type.h); the pins named
+ * here are those of zg.
+ *
+ * Three rules say what is relative to what (common/channels.h has them for the firmware; these are
+ * the rig's own, of the circuits):
+ *   the 2.500 V reference R   transducers (their drive is supplied from it) and bridges (excited by
+ *                             it): volts at the pin do not follow VDDA
+ *   VDDA                      the staircase (its gates are supplied by it), and every code
+ *   nothing                   edges, excitation: times
+ *
  * Switches: each opens for good, fires a one-shot of 20 us on PA15, and adds its own step to the
  * staircase on PC4:
- *     V = 0.050 + sum over opened switches of step * 3.3/4096 * (1 - exp(-(t - t_open)/20 us)),
- *     step(p) = 64 + 8 * ((7 (p - 1)) mod 24) codes, p = 1..24
- * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = 0.400 + 0.005 * (gain * (tension_lb + shunt_lb)
- * + offset_lb), with a gain of 1 and no offset unless a fault makes them drift, shunt_lb 40 while
- * PE1 is high (its relay puts a resistor across an arm of every bridge), else 0. Reference on PC5:
- * 2.500 V. Transducers 1..8 on PF3..PF10, excited by PD12 and PD13: V = 1.65 + a * (0.050 + 0.5 *
- * displacement_in), where a is +1 while PD12 is high and PD13 low, -1 reversed, 0 while equal, and
- * follows a change exponentially with 4 us. An electrolytic transducer wants no direct component:
- * the time at each polarity is counted. All voltages are clipped to 0..3.3 V by the converter. Pins
- * that nothing is connected to float at 0 V. */
+ *     V = (0.050 + sum over opened switches of step * 3.3/4096 * (1 - exp(-(t - t_open)/20 us)))
+ *         * VDDA / 3.3,   step(p) = 64 + 8 * ((7 (p - 1)) mod 24) codes, p = 1..24
+ * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = (0.400 + 0.005 * (gain * (tension_lb + shunt_lb)
+ * + offset_lb)) * R / 2.5, with a gain of 1 and no offset unless a fault makes them drift, shunt_lb
+ * 40 while PE1 is high (its relay puts a resistor across an arm of every bridge), else 0. Reference
+ * on PC5: R. Transducers 1..8 on PF3..PF10, excited by PD12 and PD13:
+ *     V = (1.65 + a * (0.050 + 0.5 * displacement_in)) * R / 2.5,
+ * where a is +1 while PD12 is high and PD13 low, -1 reversed, 0
+ * while equal, and follows a change exponentially with 4 us. An electrolytic transducer wants no
+ * direct component: the time at each polarity is counted. All voltages are clipped to 0..VDDA by
+ * the converter. Pins that nothing is connected to float at 0 V.
+ *
+ * Of a drawn board gains, zeros, steps and times are its own (hil/rig/electronics.h). The filter of
+ * a gage is a delay by its time constant: truth is slow against it. */
 #ifndef MATRIG_HIL_RIG_H
 #define MATRIG_HIL_RIG_H
 
@@ -22,9 +36,9 @@
 #include "hil/periph/gpio.h"
 #include "hil/rig/runfile.h"
 
+struct hil_board_type;
 struct hil_core;
-
-#define HIL_RIG_PULSE_PS 20000000ull /* 20 us */
+struct hil_electronics;
 
 #define HIL_RIG_SHUNT_LB 40.0
 
@@ -64,6 +78,11 @@ struct hil_rig {
     double gain_drift[HIL_RUN_GAGES];        /* gain less 1 */
     double offset_lb[HIL_RUN_GAGES];
     bool shunted;
+    bool shunt_wanted;      /* level of PE1 */
+    uint8_t shunt_moves;    /* of the relay's contacts still to come */
+    uint64_t shunt_next_ps; /* the next; HIL_NEVER: none */
+    bool lamp_on;           /* what the lamp's read-back follows */
+    uint64_t lamp_since_ps;
     uint8_t order[24];     /* switches (0..23) in the order in which they open */
     uint8_t order_count;   /* of those that open at all */
     uint8_t opened;        /* so many have */
@@ -80,6 +99,9 @@ struct hil_rig_device {
     struct hil_rig *state;
     struct hil_gpio_device *gpio;
     struct hil_adc_device *adc;
+    const struct hil_board_type *type;
+    const struct hil_electronics *electronics;
+    bool bare;                 /* it is not plugged in */
     const struct hil_run *run; /* may be NULL: nothing moves */
     struct hil_pin lamp;
     struct hil_settling settling[HIL_SETTLINGS]; /* derived; worked out again when needed */
@@ -101,15 +123,13 @@ void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, doubl
 void hil_rig_skip(struct hil_rig_device *dev, unsigned position);
 void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times,
                     uint64_t period_ps);
-/* Channel that the rig has on a pin, 0..23, or -1. */
-int hil_rig_channel(unsigned port, unsigned pin);
+/* Channel that the rig has on a pin, 0..23, or -1; `device` is a struct hil_rig_device. */
+int hil_rig_channel(const void *device, unsigned port, unsigned pin);
 /* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V); `device` is a struct
  * hil_rig_device. */
 double hil_rig_channel_volts(void *device, int channel, uint64_t at);
 /* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is
  * low while it does. */
 bool hil_rig_lamp_draws(const struct hil_rig_device *dev);
-/* Step of a switch, position 1..24, in codes. */
-unsigned hil_rig_step_codes(unsigned position);
 
 #endif

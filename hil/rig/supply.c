@@ -65,6 +65,7 @@ static void on_return(void *device, uint64_t at)
     struct hil_supply_device *dev = device;
     (void)at;
     dev->state->held_in_reset = false;
+    hil_w25q_power_back(dev->nor);
     hil_trace(dev->core, "reset released");
 }
 

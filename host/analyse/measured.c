@@ -1,6 +1,7 @@
 #include "host/analyse/measured.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -63,6 +64,7 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
         if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
         measured->fitted |= 1ull << (places[p].position - 1);
+        measured->switch_ft[places[p].position - 1] = places[p].station_ft;
         measured->switches++;
     }
     for (size_t e = 0; e < edge_count; e++) {
@@ -107,6 +109,45 @@ static enum mr_status fit_gates(struct measured *measured)
     return mr_gates_fit_best(gates, count, measured->landing.switch_error_ft, &measured->fit);
 }
 
+/* Nothing came of that time, from any source. */
+static bool in_hole(const struct measured *measured, double t_s)
+{
+    double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
+    for (size_t i = 0; i < measured->stretches; i++) {
+        const struct measured_stretch *stretch = &measured->stretch[i];
+        if (block >= (double)stretch->from_block && block <= (double)stretch->to_block)
+            return stretch->source == MEASURED_NOTHING;
+    }
+    return false;
+}
+
+/* Of the switches beyond the last that was seen, the first that the gear would have passed, by the
+ * fit, while nothing was recorded; 0: none. The last one seen before a hole bends the fit, so a
+ * switch just beyond the stop may have been passed, too. */
+static unsigned find_hidden(const struct measured *measured)
+{
+    const struct mr_estimate *stop = &measured->summary.stop_station_ft;
+    double last_ft = measured->gates ? measured->gate[measured->gates - 1].station_ft
+                                     : (double)INFINITY;
+    for (unsigned p = 0; p < 64; p++) {
+        if (!(measured->fitted & ~measured->seen & 1ull << p) || measured->switch_ft[p] < last_ft ||
+            measured->switch_ft[p] > stop->value + 3.0 * stop->error)
+            continue;
+        double due_s = measured->switch_ft[p] < stop->value
+                         ? measured_reach_s(measured, measured->switch_ft[p])
+                         : measured->summary.stop_t_s.value;
+        if (in_hole(measured, due_s))
+            return p + 1;
+    }
+    return 0;
+}
+
+static bool ends_before_stop(const struct measured *measured)
+{
+    return measured->samples == 0 ||
+           measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value;
+}
+
 static void fit_gear(struct measured *measured)
 {
     struct store_landing *landing = &measured->landing;
@@ -136,9 +177,28 @@ static void fit_gear(struct measured *measured)
         add_clock_error(&measured->summary);
     /* A stop that nobody watched is a guess that looks like a measurement: a record that ends
      * before it has none. Nor has one without the last edges: the gear seems to roll on. */
-    if (measured->unheard_edges > 0 || measured->samples == 0 ||
-        measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value)
+    measured->hidden_switch = measured->edges_told ? 0 : find_hidden(measured);
+    if (measured->unheard_edges > 0 || measured->hidden_switch > 0 || ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
+}
+
+bool measured_ends_early(const struct measured *measured)
+{
+    return measured->fit_status == MR_TRUNCATED && measured->samples > 0 &&
+           ends_before_stop(measured);
+}
+
+void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON])
+{
+    if (measured->unheard_edges > 0)
+        snprintf(out, MEASURED_REASON,
+                 "the board named %zu switches, of which the record lacks %zu",
+                 measured->gates + measured->unheard_edges, measured->unheard_edges);
+    else if (measured->hidden_switch > 0)
+        snprintf(out, MEASURED_REASON, "nothing was recorded when switch %u was due",
+                 measured->hidden_switch);
+    else
+        snprintf(out, MEASURED_REASON, "the record ends while the gear moves");
 }
 
 /* A moment of the motion: station and speed at a time. */
@@ -375,7 +435,8 @@ static enum mr_status count_unheard_edges(struct store *store, int64_t run,
     struct store_result result;
     bool found;
     enum mr_status status = store_result_get(store, run, &result, &found, error);
-    if (status == MR_OK && found && result.switches > (int64_t)measured->gates)
+    measured->edges_told = status == MR_OK && found && result.switches != STORE_NONE;
+    if (measured->edges_told && result.switches > (int64_t)measured->gates)
         measured->unheard_edges = (size_t)result.switches - measured->gates;
     return status;
 }

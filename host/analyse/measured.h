@@ -101,12 +101,16 @@ struct measured {
 
     struct mr_gate gate[MR_GATES_MAX]; /* named edges in order; t_s as above */
     size_t gates;
-    size_t edges;    /* captured, named or not */
-    size_t switches; /* in the board's table, and fitted */
-    uint64_t fitted; /* which: bit p-1: switch p */
-    uint64_t seen;   /* bit p-1: switch p */
+    size_t edges;         /* captured, named or not */
+    size_t switches;      /* in the board's table, and fitted */
+    uint64_t fitted;      /* which: bit p-1: switch p */
+    uint64_t seen;        /* bit p-1: switch p */
+    double switch_ft[64]; /* station of switch p at p-1; of those fitted */
     /* that the board named and the record lacks, as far as the board's own result tells */
     size_t unheard_edges;
+    bool edges_told; /* the board's result is there: none but those are unheard */
+    /* without it: a switch that was due where nothing was recorded, and may have opened; 0: none */
+    unsigned hidden_switch;
     /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends while the gear
      * moves, or lacks edges, so only the touchdown of the summary is known; MR_TOO_FEW also of a
      * landing that is torn: its first edges never came */
@@ -124,6 +128,13 @@ struct measured {
 enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
                              struct error *error);
 void measured_free(struct measured *measured);
+
+/* Of MR_TRUNCATED: why no stop is known, as part of a sentence. */
+#define MEASURED_REASON 100
+void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON]);
+
+/* The record ends while the gear moves. */
+bool measured_ends_early(const struct measured *measured);
 
 double measured_time_s(const struct measured *measured, size_t sample);
 /* Beginning of a block of the board, as t_s. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/channels.h"
 #include "common/onboard/baseline.h"
 #include "common/onboard/predict_feed.h"
 #include "common/watch.h"
@@ -270,7 +271,7 @@ static void read_transducers(struct again *again, const struct mr_block *block,
                              float *displacement_in)
 {
     struct mr_watch_news news;
-    float ratio = mr_channels_ratio(block);
+    float ratio = mr_channels_ratio(&again->config.channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         displacement_in[i] = NAN;
         if (again->config.channel[i].kind != MR_KIND_DISPLACEMENT)
@@ -352,9 +353,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     if (!again->armed && again->block >= again->row.armed_block)
         arm(again, &block);
     unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
-    float staircase_code = (float)block.sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
-    landing_block(&again->landing, &again->config, block.index, block.tick, staircase_code, ticks,
-                  edges);
+    landing_block(&again->landing, &again->config, block.index, block.tick,
+                  mr_staircase_code(&block), ticks, edges);
     again->over = again->armed && !landing_recording(&again->landing);
     if (!again->armed || again->over)
         return MR_OK;

@@ -40,8 +40,6 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
         status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
                                       error);
     if (status == MR_OK)
-        status = store_result_get(store, run, &summary->result, &summary->result_known, error);
-    if (status == MR_OK)
         status = bands_load(store, &summary->measured, &summary->bands, error);
     if (status == MR_OK)
         status = summary_mean_load(store, run, summary->mean, error);
@@ -186,12 +184,10 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
         motion_estimate(summary, "touchdown_speed", "touchdown", UNIT_SPEED,
                         fit->touchdown_speed_ft_s, 4, answer);
-    if (measured->fit_status == MR_TRUNCATED && measured->unheard_edges > 0) {
-        answer_words(answer, NULL, "stop",
-                     "not known: the board named %zu switches, of which the record lacks %zu",
-                     measured->gates + measured->unheard_edges, measured->unheard_edges);
-    } else if (measured->fit_status == MR_TRUNCATED) {
-        answer_words(answer, NULL, "stop", "not known: the record ends while the gear moves");
+    if (measured->fit_status == MR_TRUNCATED) {
+        char reason[MEASURED_REASON];
+        measured_no_stop_text(measured, reason);
+        answer_words(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
                      measured->doubts.torn ? "the landing is torn, its first edges never came"

@@ -52,8 +52,6 @@ struct summary {
     size_t switch_events;
     struct store_fault *channel_event; /* and what of channels, in order of time */
     size_t channel_events;
-    struct store_result result; /* the board's own fit */
-    bool result_known;
     struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
     struct summary_ready ready[SUMMARY_READY_KINDS];
     struct store_held held; /* while it was logged */

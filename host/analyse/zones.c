@@ -46,6 +46,7 @@ static struct zone_warning first_warning(const struct measured *measured,
         .coming_wheel_ft = (double)NAN,
         .coming_after_s = (double)NAN,
     };
+    warning.path_known = measured->fit_status == MR_OK;
     warning.reached_t_s = measured_reach_s(measured, row->start_ft);
     warning.reached = !isnan(warning.reached_t_s);
     if (warning.reached_t_s < warning.t_s) /* it was in the zone already */
@@ -197,6 +198,12 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
         ->end = " after the warning";
 }
 
+static const char *not_reached(const struct zone_warning *w)
+{
+    return w->path_known ? "never: the gear stopped before"
+                         : "not known: the record does not show where the gear stopped";
+}
+
 static void lead_answer(const struct zone_warning *w, struct answer *answer)
 {
     const char *became = isnan(w->lead_s) ? NULL : "it really took";
@@ -208,8 +215,7 @@ static void lead_answer(const struct zone_warning *w, struct answer *answer)
                  w->lead_start_ft, 1)
         ->digits = 9;
     if (became && isnan(w->lead_became_s))
-        answer_none(answer, "lead_became_s", became,
-                    "not known: the wheel did not come there in the record");
+        answer_none(answer, "lead_became_s", became, not_reached(w));
     else
         answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_became_s, 3);
 }
@@ -237,7 +243,7 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
         answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)->end =
             " after the warning";
     else
-        answer_none(answer, "true_lead_s", "wheel in the zone", "not in the record");
+        answer_none(answer, "true_lead_s", "wheel in the zone", not_reached(w));
     reason_answer(w, answer);
     lead_answer(w, answer);
     answer_count(answer, "most_mats", "longest, mats", w->most_mats);
@@ -254,6 +260,12 @@ void zones_quiet_text(const struct zones *zones, char out[ZONES_QUIET])
         snprintf(out, ZONES_QUIET, "no warning");
 }
 
+bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT])
+{
+    const struct zone_warning *w = &zones->warning;
+    return w->warned && zones_heard_doubt(&zones->heard, w->t_s, out);
+}
+
 /* In words whether and when; and whether the record can know that. */
 static void warned_answer(const struct zones *zones, struct answer *answer)
 {
@@ -261,12 +273,12 @@ static void warned_answer(const struct zones *zones, struct answer *answer)
     char when[80], quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
     zones_when(w, zones->heard.since_touchdown, when, sizeof when);
     zones_quiet_text(zones, quiet);
-    bool doubtful = zones_heard_doubt(&zones->heard, w->warned ? w->t_s : (double)INFINITY, doubt);
     if (w->warned)
         answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
     else
-        answer_words(answer, NULL, "zone", "%s", quiet)->warn = doubtful;
-    if (w->warned && doubtful)
+        answer_words(answer, NULL, "zone", "%s", quiet)->warn =
+            zones_heard_doubt(&zones->heard, (double)INFINITY, doubt);
+    if (zones_earlier_text(zones, doubt))
         answer_words(answer, NULL, "zone", "an earlier one may have come: %s", doubt)->warn = true;
 }
 
@@ -280,7 +292,11 @@ void zones_answer(const struct zones *zones, bool watched, struct answer *answer
     else
         answer_words(answer, NULL, "zone",
                      "no board watched: the readings are another instrument's");
-    answer_open(answer, "zone", w->warned ? "first warning (+- is one standard error)" : NULL);
+    bool first = !zones_earlier_text(zones, doubt);
+    answer_open(answer, "zone",
+                !w->warned ? NULL
+                : first    ? "first warning (+- is one standard error)"
+                           : "first warning that was heard (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->warned);
     answer_flag(answer, "all_heard", NULL,
                 watched && !zones_heard_doubt(heard, (double)INFINITY, doubt));

@@ -32,6 +32,7 @@ struct zone_warning {
     int64_t most_mats;
     double most_start_ft, most_end_ft;
     /* The wheel at the zone first warned of, from the final fit: */
+    bool path_known;    /* up to the stop; else nothing can be said of where the wheel came */
     bool reached;       /* it came to its start, or was in it already */
     double reached_t_s; /* NaN: it did not */
     double true_lead_s; /* reached_t_s - t_s; NaN: not reached */
@@ -39,7 +40,7 @@ struct zone_warning {
     double lead_s; /* NaN: none was ever given */
     double lead_t_s;
     double lead_start_ft; /* where the zone began then */
-    double lead_became_s; /* until the wheel was there; NaN: not in the record */
+    double lead_became_s; /* until the wheel was there; NaN: it stopped before, or not known */
 };
 
 struct zones {
@@ -57,6 +58,9 @@ void zones_answer(const struct zones *zones, bool watched, struct answer *answer
 /* "no warning", or that none was heard and why one may have come nevertheless. */
 #define ZONES_QUIET (ZONES_HEARD_TEXT + 50)
 void zones_quiet_text(const struct zones *zones, char out[ZONES_QUIET]);
+/* Why a warning before the first one may not have been heard. False: there is no reason, or no
+ * warning. */
+bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
 /* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run

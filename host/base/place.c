@@ -78,15 +78,30 @@ static bool try_xdg(char *path, size_t size, const char *name)
     return false;
 }
 
-void place_find(enum place what, char *path, size_t size)
+static void find(const char *built, const char *shared, char *path, size_t size)
 {
     char folder[PATH_MAX - 80];
     program_folder(folder, sizeof folder);
     int length = (int)strlen(folder);
-    const char *shared = files[what].shared;
-    if (try(path, size, folder, length, "/", files[what].built) ||
+    if (try(path, size, folder, length, "/", built) ||
         (shared && (try(path, size, folder, length, "/../share/matrig/", shared) ||
                     try_xdg(path, size, shared))))
         return;
-    snprintf(path, size, "%s/%s", folder, files[what].built);
+    snprintf(path, size, "%s/%s", folder, built);
+}
+
+void place_find(enum place what, char *path, size_t size)
+{
+    find(files[what].built, files[what].shared, path, size);
+}
+
+void place_find_firmware(const char *board, char *path, size_t size)
+{
+    char built[60], shared[60];
+    snprintf(built, sizeof built, "firmware/%s/matrig.elf", board);
+    snprintf(shared, sizeof shared, "%s/matrig.elf", board);
+    if (strcmp(board, "zg") == 0)
+        place_find(PLACE_FIRMWARE, path, size);
+    else
+        find(built, shared, path, size);
 }

@@ -17,6 +17,10 @@ enum place {
  * where it was looked for first, so that opening it says so. */
 void place_find(enum place what, char *path, size_t size);
 
+/* The firmware image of a board, likewise: zg's is PLACE_FIRMWARE, others lie beside it in a folder
+ * of their name ("discovery"). */
+void place_find_firmware(const char *board, char *path, size_t size);
+
 /* The path of matrig: of the running program, or what place_set_program was given. "matrig" when
  * neither is known. */
 void place_program(char *path, size_t size);

@@ -96,7 +96,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_NOT_A_NUMBER:
     case MR_RULE_NOT_TEXT: snprintf(out, size, "it is %s", limits); break;
     case MR_RULE_ALIKE:
-        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_CODES);
+        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_APART_CODES);
         break;
     case MR_RULE_PLACE: snprintf(out, size, "%s", right_kinds); break;
     case MR_RULE_SUM:

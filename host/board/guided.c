@@ -16,6 +16,7 @@
 #define MOVES_CODES  6.0 /* a block's noise is below 1 code; more is movement */
 
 struct gathering {
+    const struct mr_channel_config *reference;
     unsigned channel, count, bad;
     double sum, squares, first;
 };
@@ -26,7 +27,7 @@ static void gather(void *context, const struct mr_block *block)
     const struct mr_channel_config plain = {
         .kind = g->channel < MR_TRANSDUCERS ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION,
         .unit_per_code = 1.0f};
-    float ratio = mr_channels_ratio(block);
+    float ratio = mr_channels_ratio(g->reference, block);
     struct mr_reading reading = mr_channel_read(&plain, block, g->channel, ratio);
     if (g->count == POINT_BLOCKS)
         return;
@@ -51,7 +52,7 @@ static bool gathered(const void *context)
 static enum mr_status measure(struct readytalk *talk, struct gathering *g, const char *name,
                               struct calibrate_point *point, struct error *error)
 {
-    *g = (struct gathering){.channel = g->channel};
+    *g = (struct gathering){.reference = g->reference, .channel = g->channel};
     enum mr_status status = readytalk_live(talk, LIVE_S, error);
     if (status != MR_OK && error->status == MR_OK)
         return error_set(error, status, "the board does not read live (%s): %s; it must be idle",
@@ -93,9 +94,10 @@ static bool typed_line(struct readytalk *talk, char *line, size_t size, struct e
 }
 
 static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *talk,
-                            struct calibrate_points *points, struct error *error)
+                            const struct mr_config *config, struct calibrate_points *points,
+                            struct error *error)
 {
-    struct gathering g = {.channel = r->channel};
+    struct gathering g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
     char line[100];
     const char *unit = r->unit->word;
     points->unit = r->unit;
@@ -161,7 +163,7 @@ enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_confi
                            "%s is not fitted: the configuration of %s; see matrig board config",
                            r->name, r->serial);
     if (status == MR_OK)
-        status = guide(r, talk, points, error);
+        status = guide(r, talk, config, points, error);
     dialogue_close(&dialogue);
     free(talk);
     free(facts);

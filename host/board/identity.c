@@ -15,6 +15,7 @@ static void take_image(struct identity *identity, const uint8_t *bytes, size_t l
 void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length)
 {
     struct mr_board_uid uid;
+    struct mr_config_state state;
     switch (id) {
     case MR_ID_HELLO:
         identity->hello_known |= mr_hello_get(&identity->hello, bytes, length) == MR_OK;
@@ -30,6 +31,12 @@ void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes,
     case MR_ID_IMAGE_HEADER: /* the last of them */
         identity->commit_known |= identity->image_known &&
                                   mr_image_header_get(&identity->header, bytes, length) == MR_OK;
+        break;
+    case MR_ID_CONFIG_STATE:
+        if (mr_config_state_get(&state, bytes, length) == MR_OK) {
+            identity->board = state.board;
+            identity->board_known = true;
+        }
         break;
     default: break;
     }

@@ -19,6 +19,8 @@ struct identity {
     bool commit_known;  /* it told these two as well */
     struct mr_image_commit commit;
     struct mr_image_header header;
+    bool board_known;
+    uint8_t board; /* common/boards.def; told a little later than the rest */
 };
 
 /* Takes a message in; those of other kinds change nothing. */

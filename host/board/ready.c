@@ -25,8 +25,9 @@ void ready_measure(const struct mr_config *config, const struct mr_block *blocks
     unsigned valid = 0;
     *channel = (struct ready_channel){.mean = NAN, .noise_codes = NAN};
     for (unsigned i = 0; i < count; i++) {
-        struct mr_reading reading = mr_channel_read(&config->channel[c], &blocks[i], c,
-                                                    mr_channels_ratio(&blocks[i]));
+        struct mr_reading reading =
+            mr_channel_read(&config->channel[c], &blocks[i], c,
+                            mr_channels_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
         channel->blocks++;
         if (reading.validity != MR_VALID) {
             channel->invalid++;
@@ -41,8 +42,9 @@ void ready_measure(const struct mr_config *config, const struct mr_block *blocks
         return;
     channel->mean = (float)(sum / valid);
     for (unsigned i = 0; i < count; i++) {
-        struct mr_reading reading = mr_channel_read(&config->channel[c], &blocks[i], c,
-                                                    mr_channels_ratio(&blocks[i]));
+        struct mr_reading reading =
+            mr_channel_read(&config->channel[c], &blocks[i], c,
+                            mr_channels_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
         double off = (double)reading.code - code_sum / valid;
         square += reading.validity == MR_VALID ? off * off : 0.0;
     }
@@ -149,6 +151,20 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                          timemap_refusal_text((unsigned)t->refusal)),
                "");
     }
+}
+
+/* Off as from the factory it is no no-go: a supply that dips is rare, and was so before. */
+static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
+{
+    if (!f->restarts_known)
+        return;
+    bool set = f->restarts.brown_out > 0;
+    struct ready_check *c = ready_add(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset",
+                                      set ? "below %s" : "%s, as from the factory",
+                                      mr_brown_out_text(f->restarts.brown_out));
+    limit(c, "on");
+    advise(c, "below 2.7 V the processor does what it likes: set it once, with the bring-up image "
+              "(matrig board bringup brown-out)");
 }
 
 /* ---- channels ---- */
@@ -472,8 +488,10 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
                   "%s; %lld frames, %lld lost, %lld dropped by the board", state,
                   (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
     limit(c, "good, none lost");
-    advise(c, f->can_frames == 0 ? "look at plug, terminators and bit rate"
-                                 : "look at the bus and this computer's load");
+    advise(c, f->alarm_known && f->alarm.state == MR_CAN_SILENT
+                  ? "the board keeps CAN silent until its clock is exact: see clock"
+              : f->can_frames == 0 ? "look at plug, terminators and bit rate"
+                                   : "look at the bus and this computer's load");
 }
 
 static void judge_serial(const struct ready_facts *f, struct ready_report *report)
@@ -527,8 +545,10 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     if (f->config_known)
         ready_judge_calibration(f, report);
     judge_clock(f, report);
+    judge_brown_out(f, report);
     if (f->config_known) {
         judge_channels(f, report);
+        ready_judge_zeros(f, report);
         judge_shunts(f, report);
     }
     judge_box(f, report);

@@ -85,6 +85,7 @@ struct ready_facts {
     uint32_t config_crc;
     struct mr_config config;
     struct mr_config_state config_state;
+    uint32_t zero_told, zero_measured; /* bit per channel: told of its zero; measured since reset */
     unsigned blocks;      /* records that came; 0: no scans, or the board is not idle */
     unsigned blocks_lost; /* by the board, meanwhile */
     struct ready_channel channel[MR_CHANNELS];
@@ -103,6 +104,8 @@ struct ready_facts {
     struct mr_temperature temperature;
     bool alarm_known;
     struct mr_can_alarm alarm;
+    bool restarts_known;
+    struct mr_restarts restarts;
     int64_t can_frames, can_lost, can_dropped;
     int64_t serial_frames, serial_lost, serial_dropped;
     struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: none since reset */

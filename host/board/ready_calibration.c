@@ -4,6 +4,7 @@
 
 #include "common/channels.h"
 #include "common/gain.h"
+#include "host/base/units.h"
 #include "host/board/ready_parts.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/mistake.h"
@@ -125,4 +126,33 @@ void ready_judge_calibration(const struct ready_facts *f, struct ready_report *r
     judge_past(f, report);
     if (f->changed[0])
         ready_add(report, READY_GO, "change said", "%.150s", f->changed);
+}
+
+/* A bridge's zero holds for the temperature and the trim it was set at; before a landing somebody
+ * measures it with the bands slack. */
+void ready_judge_zeros(const struct ready_facts *f, struct ready_report *report)
+{
+    char is[UNIT_TEXT];
+    unsigned gages = 0, measured = 0;
+    float worst_lb = 0.0f;
+    for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        if (f->config.channel[i].kind != MR_KIND_TENSION || !(f->zero_told >> i & 1u))
+            continue;
+        gages++;
+        if (f->zero_measured >> i & 1u)
+            measured++;
+        else
+            worst_lb = fmaxf(worst_lb, f->config.channel[i].zero_error);
+    }
+    if (!gages)
+        return;
+    if (measured == gages) {
+        ready_add(report, READY_GO, "gage zeros", "all %u measured since reset", gages);
+        return;
+    }
+    struct ready_check *c =
+        ready_add(report, READY_NOT_DONE, "gage zeros",
+                  "%u of %u not measured since reset: as configured, +- %s", gages - measured,
+                  gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
+    advise(c, "that holds where bridges are trimmed; with the bands slack: matrig gages zero 2");
 }

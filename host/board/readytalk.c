@@ -81,6 +81,8 @@ static void take_health(struct readytalk *talk, uint16_t id, const uint8_t *byte
         take_fault(talk, &fault);
     else if (id == MR_ID_CAN_ALARM)
         f->alarm_known |= mr_can_alarm_get(&f->alarm, bytes, length) == MR_OK;
+    else if (id == MR_ID_RESTARTS)
+        f->restarts_known |= mr_restarts_get(&f->restarts, bytes, length) == MR_OK;
     else if (id == MR_ID_SELF_TEST) {
         struct mr_self_test test;
         if (mr_self_test_get(&test, bytes, length) == MR_OK &&
@@ -99,7 +101,14 @@ static void take_serial(struct readytalk *talk, const struct dialogue_message *m
     struct mr_clock clock;
     struct mr_edge edge;
     struct mr_switch_event event;
+    struct mr_channel_zero zero;
     switch (message->id) {
+    case MR_ID_CHANNEL_ZERO:
+        if (mr_channel_zero_get(&zero, bytes, length) == MR_OK && zero.index < MR_CHANNELS) {
+            f->zero_told |= 1u << zero.index;
+            f->zero_measured |= (zero.measured ? 1u : 0u) << zero.index;
+        }
+        break;
     case MR_ID_CLOCK:
         if (mr_clock_get(&clock, bytes, length) == MR_OK)
             take_clock(talk, &clock, message->host_us);
@@ -313,7 +322,10 @@ enum mr_status readytalk_ask(struct readytalk *talk, struct error *error)
 {
     struct ready_facts *f = talk->facts;
     double begun_s = dialogue_now_s(talk->dialogue);
-    enum mr_status status = ask_readings(talk, error);
+    /* the answer is the whole configuration in force, with the zeros */
+    enum mr_status status = order(talk, MR_COMMAND_STATE, 0, ANSWER_S, error);
+    if (status == MR_OK)
+        status = ask_readings(talk, error);
     if (status == MR_OK)
         status = ask_shunts(talk, error);
     if (status == MR_OK)

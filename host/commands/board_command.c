@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/boards.h"
 #include "host/base/answer.h"
 #include "host/board/board_health.h"
 #include "host/board/boxtalk.h"
@@ -16,6 +17,8 @@
 #include "host/flash/imagefile.h"
 #include "host/board/identity.h"
 #include "host/base/output.h"
+
+#define KIND_S 1.2 /* within which a board says its kind: once a second */
 
 struct request {
     const struct cli *cli;
@@ -244,6 +247,10 @@ static int print_identity(const struct request *request, const struct identity *
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
     struct answer *answer = answer_new(request->cli->si);
     answer_words(answer, "board", "board", "%s", uid);
+    if (identity->board_known && mr_board_of(identity->board))
+        answer_words(answer, "kind", "kind of board", "%s", mr_board_of(identity->board)->name);
+    else
+        answer_none(answer, "kind", NULL, NULL);
     answer_words(answer, "firmware", "firmware", "%s", version);
     answer_words(answer, "commit", "commit", "%s", commit);
     answer_count(answer, "image_crc", NULL, identity->image_crc);
@@ -276,6 +283,10 @@ static int tell_identity(const struct request *request, struct error *error)
         status = dialogue_who(&dialogue, DIALOGUE_HELLO_S, error);
     if (status == MR_TIMEOUT)
         status = dialogue_no_hello(&dialogue, error);
+    struct error late = {0}; /* an old board does not say which kind it is */
+    if (status == MR_OK)
+        (void)dialogue_until(&dialogue, dialogue_flag, &dialogue.identity.board_known, KIND_S,
+                             &late);
     exit_code = status == MR_OK
                   ? print_identity(request, &dialogue.identity, request->image ? &image : NULL)
                   : cli_fail(error);
@@ -359,7 +370,8 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     } apart[] = {{"config", &command_board_config},
                  {"runway", &command_board_runway},
                  {"arm", &command_board_arm},
-                 {"disarm", &command_board_arm}};
+                 {"disarm", &command_board_arm},
+                 {"bringup", &command_board_bringup}};
     for (int i = 1; i < argc; i++) {
         for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++) {
             if (strcmp(argv[i], apart[k].word) == 0)
@@ -370,8 +382,8 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
     if (status == MR_OK && words[0] && !verb)
         status = error_set(&error, MR_USAGE,
-                           "not list, read, free, slow, config, runway, arm, disarm, health, "
-                           "self-test or reset: '%s'; see matrig board --help",
+                           "not list, read, free, slow, config, runway, arm, disarm, bringup, "
+                           "health, self-test or reset: '%s'; see matrig board --help",
                            words[0]);
     if (status == MR_OK)
         status = check_request(&request, verb, words[1], &error);
@@ -413,6 +425,7 @@ static const struct command_part parts[] = {
     HELP_WITH(command_board_config),
     HELP_WITH(command_board_runway),
     HELP_WITH(command_board_arm),
+    HELP_WITH(command_board_bringup),
     HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
                         "fault left behind (--elf F names\n"
                         "its functions). Exit 1 when there is a fault"),
@@ -437,8 +450,9 @@ const struct command command_board = {
     "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | "
     "runway [show|load F|forget] [-o F] |\n"
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | "
-    "self-test | reset",
-    "a board: its firmware, black box, slow log, configuration, runway and health",
+    "self-test | reset |\n"
+    "                        bringup [report|memory|brown-out|rom] [--db DB]",
+    "a board: its bring-up, firmware, black box, slow log, configuration, runway and health",
     COMMAND_PARTS(parts),
-    {0, 2, "list|read N|free N|slow|config|runway|arm|disarm|health|self-test|reset"},
+    {0, 2, "list|read N|free N|slow|config|runway|arm|disarm|bringup|health|self-test|reset"},
 };

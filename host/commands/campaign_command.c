@@ -13,6 +13,10 @@ static const struct command_part parts[] = {
                  "runways at a time; else one per core. Results do not depend on it"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
                  "that many seeds from the file's first one on, instead of the file's number"),
+    OPTION_CHOICE(
+        "--ground", "G", ground, "ground", "weightless|elastic",
+        "weightless: the gear has thrust and no weight. elastic: axle lines with weight on "
+        "ground that gives way (the file's key elastic). Else as the file says"),
     OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
     OPTION_FLAG("--check", check,
                 "compute everything once more, every mat and both engines in every landing, and "
@@ -21,13 +25,15 @@ static const struct command_part parts[] = {
     OPTION_FORCE(force),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The "
               "older name of this command is campaign."),
+    HELP_EXAMPLE("matrig study host/campaign/series/friction.json --ground elastic --seeds 4"),
     HELP_EXAMPLE("matrig study host/campaign/series/standard.json -o standard.html"),
 };
 
 const struct command command_campaign = {
     "study",
     study_start,
-    "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--force] [--check] [--no-prune]",
+    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [-o F.html|F.svg] [--force] [--check] "
+    "[--no-prune]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),
     {1, 1, "FILE"},

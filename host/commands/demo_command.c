@@ -66,7 +66,9 @@ static enum mr_status start_matrig(const struct demo *demo, const char *const wo
 static enum mr_status judge(const char *name, int status, struct error *error)
 {
     if (stopped)
-        return error_set(error, MR_IO, "interrupted: matrig demo; start it once more");
+        return error_set(error, MR_IO,
+                         "interrupted: matrig demo; what was logged stays; name a new folder to "
+                         "start once more");
     if (WIFSIGNALED(status))
         return error_set(error, MR_IO, "%s was ended by signal %d: matrig demo; try again", name,
                          WTERMSIG(status));

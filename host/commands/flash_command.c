@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/boards.h"
 #include "common/command.h"
 #include "host/base/answer.h"
 #include "host/board/dialogue.h"
@@ -18,6 +19,7 @@
 #define HELLO_S       2.5 /* it comes once a second */
 #define HELLO_ASKED_S 6.0
 #define ORDER_S       3.0
+#define BOARD_S       1.0 /* told right behind it; an old one says it a second later */
 #define RESTART_MS    200 /* 50 until it leaves, and what a reset takes */
 #define BAR           40u
 
@@ -144,6 +146,11 @@ static enum mr_status order_into_rom(struct session *session, struct error *erro
         return error_set(error, MR_WAIT,
                          "the black box still writes the last landing: %s; try again in a second",
                          session->spec);
+    if (status == MR_OK && answer == MR_UNKNOWN)
+        return error_set(error, MR_UNKNOWN,
+                         "the boot ROM of this board does not listen at its serial link: %s; "
+                         "program it through its ST-LINK (docs/howto/flash.md)",
+                         session->spec);
     if (status == MR_OK && answer != MR_OK)
         return error_set(
             error, answer,
@@ -163,6 +170,30 @@ static enum mr_status hear_firmware(struct session *session, double within_s, st
     return status;
 }
 
+static const char *name_of(unsigned board)
+{
+    const struct mr_board *known = mr_board_of(board);
+    return known ? known->name : "one that this matrig does not know";
+}
+
+/* The board that runs says which it is; an image for another has other pins. */
+static enum mr_status check_board(struct session *session, struct error *error)
+{
+    struct identity *identity = &session->dialogue.identity;
+    if (!session->image.stamped || session->force)
+        return MR_OK;
+    enum mr_status status = dialogue_until(&session->dialogue, dialogue_flag,
+                                           &identity->board_known, BOARD_S, error);
+    if (status == MR_TIMEOUT || (status == MR_OK && identity->board == session->image.header.board))
+        return MR_OK;
+    if (status != MR_OK)
+        return status;
+    return error_set(error, MR_VERSION,
+                     "the board is %s, and the image is for %s: %s; give the image of that board, "
+                     "or --force",
+                     name_of(identity->board), name_of(session->image.header.board), session->spec);
+}
+
 /* The firmware that runs, if any, is asked who it is and to give way. */
 static enum mr_status meet_firmware(struct session *session, struct error *error)
 {
@@ -180,6 +211,8 @@ static enum mr_status meet_firmware(struct session *session, struct error *error
                  "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return MR_OK;
     }
+    if (status == MR_OK)
+        status = check_board(session, error);
     if (status != MR_OK)
         return status;
     session->same = session->image.stamped &&
@@ -256,6 +289,7 @@ static void image_answer(const struct imagefile *image, struct answer *answer)
         answer_none(answer, "version", "version", "no header");
         answer_none(answer, "commit", NULL, NULL);
         answer_none(answer, "program_crc", NULL, NULL);
+        answer_none(answer, "for_board", NULL, NULL);
         return;
     }
     mr_image_commit_text(header->commit, header->commit_more, header->changed, commit);
@@ -263,6 +297,7 @@ static void image_answer(const struct imagefile *image, struct answer *answer)
                  header->patch);
     answer_words(answer, "commit", "commit", "%s", commit);
     answer_words(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
+    answer_words(answer, "for_board", "for board", "%s", name_of(header->board));
 }
 
 static void erased_answer(const struct session *session, struct answer *answer)
@@ -326,6 +361,19 @@ static int flash(struct session *session, struct error *error)
     return answer_show(session->cli, answer, 0);
 }
 
+/* Which chip the image is for. */
+static enum mr_status take_board(struct session *session, struct error *error)
+{
+    const struct mr_board *board = mr_board_of(session->image.header.board);
+    if (!board)
+        return error_set(error, MR_VERSION,
+                         "an image for board %u, which this matrig does not know: %s; use the "
+                         "matrig that came with it",
+                         session->image.header.board, session->image.path);
+    session->rom.wanted = board->chip;
+    return MR_OK;
+}
+
 static int flash_command(int argc, char **argv, const struct cli *cli)
 {
     static struct session session;
@@ -362,6 +410,8 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_UNKNOWN,
                            "an image without matrig's header: %s; --force flashes it all the same",
                            words[1]);
+    if (status == MR_OK && session.image.stamped)
+        status = take_board(&session, &error);
     int exit_code = status == MR_OK ? flash(&session, &error) : cli_fail(&error);
     if (session.image.bytes)
         imagefile_free(&session.image);
@@ -387,7 +437,9 @@ static const struct command_part parts[] = {
                  "{low} to {high} for the boot ROM, else {standard}; more than that on pty: alone"),
     OPTION_FLAG("--all", all, "erase and write also what is there already"),
     OPTION_FLAG("--force", force,
-                "flash although the board runs this image, or the image carries no header"),
+                "flash although the board runs this image, says that it is another board, or the "
+                "image carries "
+                "no header"),
     OPTION_FLAG("--stay", stay, "do not start the firmware afterwards"),
     OPTION_FLAG("--erase-configuration", erase_configuration,
                 "erase sectors 2 and 3 too; else they are never touched"),

@@ -226,7 +226,7 @@ static void first_answer(const struct predict *predict, const struct first_warni
     const char *clock = predict->measured.t0_is_touchdown
                           ? "touchdown, by the board's clock"
                           : "the first switch or arming, by the board's clock";
-    char quiet[ZONES_QUIET];
+    char quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
     if (predict->resumed)
         answer_words(answer, NULL, "begun with", "the runway that the board was armed with");
     if (isnan(first->t_s))
@@ -241,6 +241,8 @@ static void first_answer(const struct predict *predict, const struct first_warni
         answer_words(answer, NULL, "board",
                      "first warning at %.3f s after %s; decided in block %lld", first->board_s,
                      clock, (long long)first->board_block);
+    if (zones_earlier_text(&predict->zones, doubt))
+        answer_words(answer, NULL, "board", "an earlier one may have come: %s", doubt)->warn = true;
     if (first->block != first->board_block)
         answer_words(answer, NULL, "board",
                      "two computations: the predictor's has all the time it wants and the usual "
@@ -254,7 +256,7 @@ static void first_answer(const struct predict *predict, const struct first_warni
     answer_flag(answer, "board_runway", NULL, predict->resumed);
 }
 
-static void left_answer(const struct mr_predictor_zone *left, struct answer *answer)
+static void left_answer(const struct mr_predictor_zone *left, bool stopped, struct answer *answer)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     if (!left->mats) {
@@ -262,9 +264,10 @@ static void left_answer(const struct mr_predictor_zone *left, struct answer *ans
         return;
     }
     answer_words(answer, NULL, "left",
-                 "ahead of the stop: %u mats closed, stations %.1f to %.1f %s, %u closed joints",
-                 left->mats, station->factor * (double)left->start_ft,
-                 station->factor * (double)left->end_ft, station->text, left->closed_joints);
+                 "ahead of %s: %u mats closed, stations %.1f to %.1f %s, %u closed joints",
+                 stopped ? "the stop" : "the gear when the record ends", left->mats,
+                 station->factor * (double)left->start_ft, station->factor * (double)left->end_ft,
+                 station->text, left->closed_joints);
     answer_open(answer, "left", NULL);
     answer_count(answer, "mats", NULL, left->mats);
     answer_value(answer, "start", NULL, UNIT_STATION, (double)left->start_ft, 1)->digits = DIGITS;
@@ -290,7 +293,7 @@ static void conclude(const struct predict *predict, const struct first_warning *
                              ? "drifted"
                              : "disagreed with the model");
     }
-    left_answer(left, answer);
+    left_answer(left, predict->measured.fit_status == MR_OK, answer);
 }
 
 /* Did the board say what follows from its record, bit by bit? */

@@ -15,7 +15,8 @@
 #define M_PER_FT  0.3048
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
 
-#define PROGRESS_S 0.5 /* between two lines of --progress */
+#define PROGRESS_S 0.5  /* between two lines of --progress */
+#define UNASKED_S  30.0 /* and without it: a long run says that it runs */
 
 struct request {
     const char *scene_path;
@@ -49,7 +50,7 @@ static void on_interrupt(int number)
 
 struct progress {
     bool shown, drawn; /* wanted; a line is on the terminal */
-    double next_s;
+    double next_s, every_s;
 };
 
 /* Every answer takes at least two passes; how many more is not known before. */
@@ -62,7 +63,7 @@ static bool go_on(void *ctx, int pass, double part)
                                : "matrig: sim: pass %d: %.0f %%\n",
                 pass, 100.0 * part);
         progress->drawn = cli_terminal();
-        progress->next_s = steady_s() + PROGRESS_S;
+        progress->next_s = steady_s() + progress->every_s;
     }
     return !interrupted;
 }
@@ -72,8 +73,9 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
 {
-    struct progress progress = {.shown = request->progress && !cli->quiet,
-                                .next_s = steady_s() + PROGRESS_S};
+    double every_s = request->progress ? PROGRESS_S : UNASKED_S;
+    struct progress progress = {
+        .shown = !cli->quiet, .next_s = steady_s() + every_s, .every_s = every_s};
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.go_on = go_on;
     request->options.go_on_ctx = &progress;
@@ -160,7 +162,8 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);
     if (!request.csv_path || ask_history(&request, &scene, &stations, &error) == MR_OK)
         run_scene(&request, &scene, cli, &result, &error);
-    bool usable = error.status == MR_OK || result.status == SIM_INTERRUPTED;
+    bool usable = error.status == MR_OK || result.status == SIM_INTERRUPTED ||
+                  result.status == SIM_UNPREDICTABLE;
     if (usable && request.csv_path) {
         struct error failed = {0};
         if (write_csv(&request, &scene, &result, cli, &failed) != MR_OK)
@@ -199,7 +202,8 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--csv", "F", csv_path,
                 "write the history of the mats in u_mats (or all): displacements, heights of their "
                 "left ends"),
-    OPTION_FLAG("--progress", progress, "say how far the run is"),
+    OPTION_FLAG("--progress", progress,
+                "say how far the run is; without it a run of more than 30 s says so"),
     OPTION_FORCE(force),
     HELP_NOTE("Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),

@@ -290,11 +290,12 @@ static enum mr_status identify(struct exchange *x)
 {
     uint8_t bytes[8];
     size_t count = 0;
+    unsigned wanted = x->rom->wanted ? x->rom->wanted : BOOTROM_CHIP;
     enum outcome outcome = SILENT;
     for (unsigned try = 0; try < BOOTROM_TRIES; try++) {
         outcome = ask(x, GET_ID, bytes, sizeof bytes, &count);
         x->rom->chip = (uint16_t)(bytes[0] << 8 | bytes[1]);
-        if (outcome == BROKEN || (outcome == DONE && count == 2 && x->rom->chip == BOOTROM_CHIP))
+        if (outcome == BROKEN || (outcome == DONE && count == 2 && x->rom->chip == wanted))
             break;
         enum outcome back = recover(x);
         if (back != DONE)
@@ -302,11 +303,12 @@ static enum mr_status identify(struct exchange *x)
     }
     if (outcome != DONE)
         return failed(x, outcome, "asking for its chip", 0);
-    if (count != 2 || x->rom->chip != BOOTROM_CHIP)
+    if (count != 2 || x->rom->chip != wanted)
         return error_set(
             x->error, MR_VERSION,
-            "another chip: id 0x%03x, an STM32F407 has 0x%03x: %s; is it the right board?",
-            x->rom->chip, BOOTROM_CHIP, line_name(x));
+            "another chip: id 0x%03x, and the image is for one with 0x%03x: %s; is it the right "
+            "board, and the image of that board?",
+            x->rom->chip, wanted, line_name(x));
     return MR_OK;
 }
 

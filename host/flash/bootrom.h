@@ -1,5 +1,5 @@
-/* The STM32F407's boot ROM over a serial line, as AN3155 has it: 8E1, every command with its
- * complement, addresses and data with their XOR, each answered 0x79 (yes) or 0x1F (no).
+/* The boot ROM of an STM32F407 or F446 over a serial line, as AN3155 has it: 8E1, every command
+ * with its complement, addresses and data with their XOR, each answered 0x79 (yes) or 0x1F (no).
  *
  * What goes wrong on the line is told from what the chip refuses by asking again: each exchange is
  * tried BOOTROM_TRIES times, and between tries both ends are brought back in step. Nothing waits
@@ -15,7 +15,7 @@
 
 #define BOOTROM_TRIES 8u
 #define BOOTROM_PAGE  256u   /* bytes in one exchange */
-#define BOOTROM_CHIP  0x413u /* STM32F405, 407, 415, 417: AN2606 */
+#define BOOTROM_CHIP  0x413u /* STM32F405, 407, 415, 417: AN2606; others: common/boards.def */
 #define BOOTROM_BAUD  115200
 
 /* The way to the chip. */
@@ -33,6 +33,7 @@ struct bootrom_line {
 struct bootrom {
     const struct bootrom_line *line;
     unsigned answer_ms; /* longest wait for an answer; 0: BOOTROM_ANSWER_MS */
+    uint16_t wanted;    /* chip that is spoken to, its id; 0: BOOTROM_CHIP */
     uint8_t version;    /* 0x31: version 3.1 */
     uint16_t chip;
     unsigned repeated;       /* exchanges that had to be tried again */

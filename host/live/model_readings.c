@@ -112,7 +112,7 @@ void live_model_end_readings(struct live_model *model)
 void live_model_take_block(struct live_model *model, const struct mr_block *block)
 {
     struct live_bucket *bucket = bucket_of(model, block->index);
-    float ratio = mr_channels_ratio(block);
+    float ratio = mr_channels_ratio(&model->channel[MR_REFERENCE], block);
     model->records++;
     if ((int64_t)block->index > model->record_block)
         model->record_block = block->index;

@@ -46,6 +46,11 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     }
     if (answer->block < loading->told)
         answer->block = loading->told;
+    if (info->id == MR_ID_CONFIG_STATE) {
+        struct mr_config_state state;
+        mr_config_state_get(&state, answer->data, info->length);
+        answers->board = state.board;
+    }
     if (info->id == MR_ID_HELLO) {
         struct mr_hello hello;
         mr_hello_get(&hello, answer->data, info->length);

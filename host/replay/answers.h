@@ -20,6 +20,7 @@ struct answers {
     size_t messages[LINK_KINDS];
     struct mr_block *block; /* ascending by index */
     size_t blocks;
+    unsigned board; /* which it was: common/boards.def */
 };
 
 /* MR_MALFORMED: a record that is none; MR_VERSION: a board of another layout. answers_free releases

@@ -78,9 +78,10 @@ static void draw_first_warning(const struct svg_plot *plot, const struct report_
                                double station)
 {
     const struct zone_warning *warning = &landing->summary.zones.warning;
-    char text[80];
+    char text[80], doubt[ZONES_HEARD_TEXT];
     if (!warning->warned)
         return;
+    const char *heard = zones_earlier_text(&landing->summary.zones, doubt) ? " that was heard" : "";
     /* A warning raised while still armed lies below the picture; its words stand at the lower
      * edge. */
     double t_s = fmax(warning->t_s, plot->y.low + 0.02 * (plot->y.high - plot->y.low));
@@ -90,11 +91,11 @@ static void draw_first_warning(const struct svg_plot *plot, const struct report_
             svg_x(plot, station * from_ft), svg_y(plot, t_s),
             svg_x(plot, station * warning->end_ft));
     if (warning->reached)
-        snprintf(text, sizeof text, "first warning: %lld mats, %.2f s before the wheel",
+        snprintf(text, sizeof text, "first warning%s: %lld mats, %.2f s before the wheel", heard,
                  (long long)warning->mats, warning->true_lead_s);
     else
-        snprintf(text, sizeof text, "first warning: %lld mats; the wheel stops before",
-                 (long long)warning->mats);
+        snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
+                 warning->path_known ? "; the wheel stops before" : "");
     svg_text(plot, "name", "end", station * from_ft, t_s, -8.0, 4.0, text);
 }
 

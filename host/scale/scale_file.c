@@ -35,29 +35,53 @@ struct scaled_key {
 };
 
 static const struct scaled_key scaled_keys[] = {
-    {"L", {0, 1, 0}},           {"W", {1, 0, 0}},
-    {"g", {0, 1, -2}},          {"I", {1, 1, 2}},
-    {"KV", {1, -1, 0}},         {"CV", {1, -1, 1}},
-    {"KL", {1, -1, 0}},         {"CL", {1, -1, 1}},
-    {"KT", {1, 1, 0}},          {"CT", {1, 1, 1}},
-    {"slack", {0, 1, 0}},       {"F", {1, 0, 0}},
-    {"Vac", {0, 1, -1}},        {"s0", {0, 1, 0}},
-    {"F_tstop", {0, 0, 1}},     {"wheel_load", {1, 0, 0}},
-    {"veps", {0, 1, -1}},       {"V", {1, 0, 0}},
-    {"Q1", {1, 0, 0}},          {"bump", {0, 1, 0}},
-    {"v0", {0, 1, -1}},         {"tend", {0, 0, 1}},
-    {"t_out", {0, 0, 1}},       {"gap0", {0, 1, 0}},
-    {"grit", {1, 0, 0}},        {"t_dwell", {0, 0, 1}},
-    {"band_area", {0, 2, 0}},   {"band_E", {1, -2, 0}},
-    {"band_T0", {1, 0, 0}},     {"band_K", {1, -1, 0}},
-    {"band_grip", {1, 0, 0}},   {"band_pull", {1, 0, 0}},
-    {"band_wear", {0, 1, 0}},   {"band_slipped", {0, 1, 0}},
-    {"cleat_hold", {1, 0, 0}},  {"cleat_travel", {0, 1, 0}},
-    {"cleat_depth", {0, 1, 0}}, {"stiff_K", {1, -1, 0}},
-    {"stiff_grip", {1, 0, 0}},  {"stiff_KT", {1, 1, 0}},
-    {"stiff_yield", {1, 1, 0}}, {"stiff_gap0", {0, 1, 0}},
-    {"lay_slide", {1, 0, 0}},   {"tear", {1, 0, 0}},
+    {"L", {0, 1, 0}},
+    {"W", {1, 0, 0}},
+    {"g", {0, 1, -2}},
+    {"I", {1, 1, 2}},
+    {"KV", {1, -1, 0}},
+    {"CV", {1, -1, 1}},
+    {"KL", {1, -1, 0}},
+    {"CL", {1, -1, 1}},
+    {"KT", {1, 1, 0}},
+    {"CT", {1, 1, 1}},
+    {"slack", {0, 1, 0}},
+    {"F", {1, 0, 0}},
+    {"Vac", {0, 1, -1}},
+    {"s0", {0, 1, 0}},
+    {"F_tstop", {0, 0, 1}},
+    {"wheel_load", {1, 0, 0}},
+    {"veps", {0, 1, -1}},
+    {"V", {1, 0, 0}},
+    {"Q1", {1, 0, 0}},
+    {"bump", {0, 1, 0}},
+    {"v0", {0, 1, -1}},
+    {"tend", {0, 0, 1}},
+    {"t_out", {0, 0, 1}},
+    {"gap0", {0, 1, 0}},
+    {"grit", {1, 0, 0}},
+    {"t_dwell", {0, 0, 1}},
+    {"band_area", {0, 2, 0}},
+    {"band_E", {1, -2, 0}},
+    {"band_T0", {1, 0, 0}},
+    {"band_K", {1, -1, 0}},
+    {"band_grip", {1, 0, 0}},
+    {"band_pull", {1, 0, 0}},
+    {"band_wear", {0, 1, 0}},
+    {"band_slipped", {0, 1, 0}},
+    {"cleat_hold", {1, 0, 0}},
+    {"cleat_travel", {0, 1, 0}},
+    {"cleat_depth", {0, 1, 0}},
+    {"stiff_K", {1, -1, 0}},
+    {"stiff_grip", {1, 0, 0}},
+    {"stiff_KT", {1, 1, 0}},
+    {"stiff_yield", {1, 1, 0}},
+    {"stiff_gap0", {0, 1, 0}},
+    {"lay_slide", {1, 0, 0}},
+    {"tear", {1, 0, 0}},
     {"ground", {0, 1, 0}},
+    {"gear_lines_ft", {0, 1, 0}},
+    {"gear_foot_ft", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
 
@@ -271,7 +295,7 @@ static json_t *scaled_fact(const struct scale_request *request, const json_t *en
     static const struct mr_dimension ft = {0, 1, 0};
     static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
     json_t *result = json_deep_copy(entry);
-    bool length = (fact->quantity <= CAMPAIGN_MOST_IN || fact->quantity == CAMPAIGN_APART_FT) &&
+    bool length = (fact->quantity <= CAMPAIGN_MEAN_IN || fact->quantity == CAMPAIGN_APART_FT) &&
                   fact->against_first == 0;
     for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
@@ -280,6 +304,23 @@ static json_t *scaled_fact(const struct scale_request *request, const json_t *en
                 times(json_object_get(entry, lengths[i]), scale_factor(request, ft)));
     }
     return result;
+}
+
+/* What elastic ground adds to the scene. */
+static void scale_elastic(const struct scale_request *request, const char *path,
+                          const json_t *source, json_t *result, struct error *error)
+{
+    json_t *elastic = campaign_elastic_json(path, source, error), *value;
+    const char *key;
+    if (!elastic)
+        return;
+    json_t *scaled = json_object();
+    json_object_foreach(elastic, key, value)
+    {
+        json_object_set_new(scaled, key, scaled_entry(request, key, value));
+    }
+    json_object_set_new(result, "elastic", scaled);
+    json_decref(elastic);
 }
 
 static json_t *scaled_campaign(const struct scale_request *request, const char *path,
@@ -311,6 +352,7 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
     json_object_del(scaled, "F"); /* the landings give them */
     json_object_del(scaled, "Vac");
     json_object_set_new(result, "scene", scaled);
+    scale_elastic(request, path, source, result, error);
     json_object_set_new(result, "landings", list);
     scaled_parts(request, c, result);
     if (json_object_get(source, "stations_ft"))

@@ -368,8 +368,11 @@ enum mr_status store_migrate(struct store *store, bool backup, struct error *err
         return status;
     }
     if (due && tell_user) {
-        snprintf(line, sizeof line, "brought forward from version %lld to %d: %s%s%s",
-                 (long long)version, STORE_VERSION, store->path,
+        char what[80] = "tables of this matrig added";
+        if (version < STORE_VERSION)
+            snprintf(what, sizeof what, "brought forward from version %lld to %d",
+                     (long long)version, STORE_VERSION);
+        snprintf(line, sizeof line, "%s: %s%s%s", what, store->path,
                  backup ? "; as it was: " : ", no copy kept", copy);
         tell_user(line);
     }

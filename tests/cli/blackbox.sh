@@ -109,6 +109,6 @@ check "board read of a record that is not there" fails_with 2 "no record 9 in th
     bash -c "$(declare -f with_board box); elf=$elf sockets=$sockets tmp=$tmp; box read 9 -o $tmp/x"
 check "board read without a place to put it" fails_with 2 "nowhere to put it: matrig board read needs --db DB or -o FILE" \
     build/matrig board --serial unix:x read 1
-check "board without a verb it knows" fails_with 2 "not list, read, free, slow, config, runway, arm, disarm, health, self-test or reset: 'erase'" build/matrig board --serial unix:x erase 1
+check "board without a verb it knows" fails_with 2 "not list, read, free, slow, config, runway, arm, disarm, bringup, health, self-test or reset: 'erase'" build/matrig board --serial unix:x erase 1
 check "board list takes no number" fails_with 2 "list takes no number: '3'" build/matrig board --serial unix:x list 3
 finish

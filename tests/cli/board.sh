@@ -124,6 +124,18 @@ closed_stderr() { # what would be said there must not land in an output file
         [ -s "$tmp/a.serial" ] && cmp "$tmp/a.can" "$tmp/b.can" && cmp "$tmp/a.serial" "$tmp/b.serial"
 }
 
+rules() { # what is held at the pins: names, files, what a broken rule does to the exit code
+    local old=build/tests/old/339b9da.elf
+    fails_with 2 "--rules cannot be .count:SELECT_LOW." $board --elf $elf --rules count:SELECT_LOW --for 0.1 &&
+        fails_with 2 "--rules cannot be .count:." $board --elf $elf --rules count: --for 0.1 &&
+        fails_with 2 '--margins would overwrite a database' $board --elf $elf --margins "$tmp/campaign.db" --for 0.1 &&
+        fails_with 3 '--margins: cannot write .*nowhere/margins' $board --elf $elf --margins "$tmp/nowhere/margins" --for 0.1 || return 1
+    $board --elf $old --for 0.1 --margins "$tmp/margins" 2>"$tmp/err"
+    [ $? -eq 3 ] && grep -q 'stopped at 0.00[0-9]* s: rule WAIT_STATES: .*; clock_start, PC 0x' "$tmp/err" &&
+        awk '$1 == "WAIT_STATES" { found = $2 == 1 && $3 == 1 } END { exit !found }' "$tmp/margins" &&
+        $board --elf $old --for 0.1 --rules count:WAIT_STATES,SELECT_TO_CLOCK,SELECT_HIGH,RELEASE && $board --elf $old --for 0.1 --rules off
+}
+
 check "an endless loop with interrupts masked ends with its place" masked_loop
 check "a loop that hangs below its interrupts too" loop_below_interrupts
 check "a firmware at work is no hang" no_false_alarm
@@ -137,6 +149,7 @@ check "an option given twice is refused" given_twice
 check "one path for two things is refused" same_path
 check "one file under two names, or a campaign, is not overwritten" same_file
 check "a file that is no memory's is not replaced by one" memory_files
+check "rules of time and electricity: stop, count, off, a file of margins" rules
 check "a socket that a live program listens at is left to it" listened_on
 check "a symbolic link to something else is left alone" foreign_link
 check "a closed stderr does not write into an output" closed_stderr

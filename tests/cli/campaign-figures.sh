@@ -19,10 +19,16 @@ told() {
         SEEDS=1 build/tests/campaigns/campaigns "$tmp" $standard >"$tmp/c.md" 2>/dev/null || return 1
     cat "$tmp/c.md"
     grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
-        grep -q '<p>DIFFERS two-panel waves from' "$tmp/c.html" && [ "$(grep -c '^| - standard pattern' "$tmp/c.md")" -eq 4 ] &&
-        grep -q '1 runways: .*too few runways' "$tmp/c.md"
+        grep -q '<p>DIFFERS two-panel waves from' "$tmp/c.html" && [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&
+        grep -q '^| standard pattern | .*few runways: .* bits | landing .*few runways: .* bits |$' "$tmp/c.md" && [ -s "$tmp/standard_elastic.html" ]
 }
 check "facts of a series are told" told
+ground() {
+    local fresh=host/campaign/series/control_fresh.json
+    build/matrig --quiet study $fresh --seeds 1 | grep -q '^ground *weightless gear' &&
+        build/matrig --quiet study $fresh --seeds 1 --ground elastic | grep -q '^ground *elastic under a gear with weight: 7000 lb/ft .* 6 axles in 4 lines'
+}
+check "and which ground it has" ground
 check "every text is inside its picture" python3 tests/report/texts_inside.py "$tmp/fig4_5.svg" "$tmp/fig5_2.svg" "$tmp/figures.html" "$tmp/c.html"
 check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
 check "no runways" fails_with 2 usage $figures "$tmp" 0

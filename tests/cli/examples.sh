@@ -48,7 +48,7 @@ run_line() {
     # a sensor at rest while three values are typed: by its noise a gain that no sensor of the rig has, or none; the command says which
     calibrate) typed=typed && printf '0\n0.5\n1\nq\n' >typed && allowed="1 5" && expected='no board would take that|does not follow the values' ;;
     board) line=${line/read 3/read 1} ;; # what the examples of log left in the black box
-    study) line="$line --seeds 1" ;;
+    study) line=$(sed -E 's/ --seeds [0-9]+//' <<<"$line")' --seeds 1' ;;
     error) line=${line/consistent_fig3_7/wave} ;;
     sweep) line=${line/host\/sweep\/examples\/threshold.json/small.json} ;;
     fit) line="$line --draws 60" ;;

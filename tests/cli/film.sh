@@ -100,4 +100,5 @@ check "replay gives the frames again" replay_gives_the_frames_again
 check "a bundle keeps the film" a_bundle_keeps_the_film
 check "without a camera there is nothing of it" no_camera_no_film
 check "cameras and their faults are checked" cameras_are_checked
+check "a rig where nothing is plugged in is refused" fails_with 2 '--bare and --rig cannot be given together' build/matrig-board --bare --rig tests/runs/landing5.run
 finish

@@ -29,6 +29,10 @@ one_that_writes_brings_it_forward() {
     grep -q "brought forward from version 2 to .*v2.db; as it was: .*v2.db.v2" "$tmp/log.err" &&
         $matrig migrate "$tmp/v2.db" --check && [ "$(sqlite3 "$tmp/v2.db.v2" 'pragma user_version')" = 2 ]
 }
+tables_are_added() { # of the same version: no versions are told
+    cp "$tmp/v2.db" "$tmp/same.db" && sqlite3 "$tmp/same.db" 'drop table bringups' && $matrig migrate "$tmp/same.db" 2>"$tmp/err" &&
+        grep -q "tables of this matrig added: .*same.db; as it was: .*same.db.v4" "$tmp/err" && ! grep -q version "$tmp/err" && $matrig migrate "$tmp/same.db" --check
+}
 drawn() { sed '/<section id="provenance">/q' "$1"; } # the database's version and size come after it
 same_page_before_and_after() {
     $matrig report "$tmp/v1.db" -o "$tmp/before.html" && $matrig migrate "$tmp/v1.db" --no-backup && [ ! -e "$tmp/v1.db.v1" ] &&
@@ -43,6 +47,7 @@ newer_is_refused() {
 check "--check says the version, and exit 1 that it is an older one" says_the_version
 check "version 1 reads as its own matrig read it" reads_as_before "$tmp/v1.db"
 check "one that writes brings it forward, and says so" one_that_writes_brings_it_forward
+check "tables are added without a word of versions" tables_are_added
 check "version 3 reads as its own matrig read it, before and after" version_3_too
 check "the same page before and after" same_page_before_and_after
 check "and then the same readings" reads_as_before "$tmp/v1.db"

@@ -74,9 +74,9 @@ walk() { # NAME ARGUMENTS...
 
 rig rest
 a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-go
-    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 4 not done$' &&
-        grep -Eq '^not done +firmware ' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
-        grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 6 not done$' &&
+        grep -Eq '^not done +firmware ' "$tmp/ready.txt" && grep -Eq '^not done +brown-out reset +off, as from the factory \[on\]' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
+        grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: as configured, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
 }
 a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
     timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
@@ -231,6 +231,26 @@ dead_and_swapped() {
     [ $? = 1 ] && grep -Eq '^NO-GO +switch 12 +did not answer' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
         grep -Eq '^NO-GO +transducer 2 +transducer 3 answered when 2 was next, and 2 when 3 was: swapped' "$tmp/ready.txt"
 }
+# A board whose resistors are its own: its steps are learned, sent, and are then those that the walk sees. INL and noise go with the seed.
+steps_are_learned() {
+    rig along "switches=$(seq -s, 24)" trip=0.1
+    board_options=(--board-seed 3 --vdda 3.26 --flash "$tmp/learn.flash" --rig "$tmp/along.run")
+    with_board "${board_options[@]}" -- "$tmp/learn.db" --walk --for 30 --learn "$tmp/learned.cfg" || return 1
+    grep -Eq '^GO +steps +24 learned, at most [0-9.]+ codes from those configured; nearest to each other are [0-9]+ and [0-9]+, [0-9.]+ codes apart' "$tmp/ready.txt" || return 1
+    [ "$(grep -c '^switch .*step of' "$tmp/ready.txt")" = 0 ] && [ "$(grep -Ec '^gate\[[0-9]+\].step_codes' "$tmp/learned.cfg")" = 24 ] || return 1
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --flash "$tmp/learn.flash" --for 60 2>"$tmp/board.err" &
+    build/matrig board --serial "unix:$sockets/serial" config set "$tmp/learned.cfg" >"$tmp/set.txt" 2>&1
+    local status=$?
+    wait
+    cat "$tmp/set.txt"
+    # these resistors are 0.1 %: what changes is by a code or two, and only steps change
+    [ $status = 0 ] && grep -q '^gate\[.*step_codes: ' "$tmp/set.txt" && ! grep -E '^(channel|site\.name|band|predict)' "$tmp/set.txt" || return 1
+    with_board "${board_options[@]}" --seed 2 -- "$tmp/learn.db" --walk --for 30 --of switches && grep -q '^GO  *switch walk  *all 24 answered, in order' "$tmp/ready.txt"
+}
+learning_is_refused() { # 7 and 8 the other way round: named, and nothing is written
+    with_board --rig "$tmp/swap.run" -- "$tmp/walks.db" --walk --for 30 --learn "$tmp/swapped.cfg"
+    [ $? = 1 ] && grep -Eq '^NO-GO +steps +switch 7: a step of 7[12]\.[0-9] codes, configured 208' "$tmp/ready.txt" && [ ! -e "$tmp/swapped.cfg" ]
+}
 
 check "the first time: go, and what could not be compared is told" a_first_time_is_go
 check "a landing, its report and its bundle say that it was go" a_landing_names_it
@@ -255,6 +275,10 @@ check "walk: all answer" all_answer
 check "walk: switches 7 and 8 are swapped" swapped_switches
 check "walk: no landing, nothing recorded" a_walk_is_no_landing
 check "walk: switch 12 is dead, transducers 2 and 3 are swapped" dead_and_swapped
+check "learned steps are those of the board" steps_are_learned
+check "learning is refused where switches were not tripped in order" learning_is_refused
+check "--learn is the walk's" fails_with 2 "--learn is --walk's" build/matrig ready "$tmp/x.db" --serial unix:x --learn "$tmp/x.cfg"
+check "--learn is along the switches" fails_with 2 'along the switches alone' build/matrig ready "$tmp/x.db" --serial unix:x --walk --of gages --learn "$tmp/x.cfg"
 check "no board" fails_with 3 'the board closed the link: file:/dev/null' build/matrig ready "$tmp/none.db" --serial file:/dev/null
 check "no link" fails_with 2 'no link: matrig ready needs --serial LINK' build/matrig ready "$tmp/x.db"
 check "--of is the walk's" fails_with 2 "--for and --of are --walk's" build/matrig ready "$tmp/x.db" --serial unix:x --of gages

@@ -116,12 +116,12 @@ laid_series() {
         grep -q '"N":297' "$tmp/o.json"
 }
 check "and a campaign: gaps open along the runway" laid_series
-facts() { # 50 ft and 0.25 in by 7; mats stay
+facts() { # 50 ft and 1/16 in by 7; mats stay
     $m --json scale host/campaign/series/standard.json >"$tmp/o.json" && python3 - "$tmp/o.json" <<'P'
 import json, sys
 f = json.load(open(sys.argv[1]))["campaign"]["facts"]
 print(f)
-sys.exit(not (abs(f[0]["station_ft"] - 350) < 1e-9 and abs(f[0]["at_least"] - 1.75) < 1e-9 and f[2]["at_least"] == 55))
+sys.exit(not (abs(f[0]["station_ft"] - 350) < 1e-9 and abs(f[0]["at_least"] - 0.4375) < 1e-9 and f[4]["at_least"] == 50))
 P
 }
 check "facts of a campaign scale by their quantity" facts

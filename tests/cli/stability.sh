@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# A sample of the stability study: every 40th of its 2,000 scenes, every 125th of its 5,000 landings.
+# A sample of the stability study: every 40th of its 2,000 scenes, every 125th of its 5,000 landings, every 125th of the 5,000 scenes
+# that the error bars are counted on.
 . "$(dirname "$0")/tap.sh"
 study() { build/tests/stability/stability --every 40 "$tmp" >"$tmp/summary.txt" || { cat "$tmp/summary.txt"; false; }; }
 check "no answer is contradicted, nothing crashes" study
@@ -18,6 +19,14 @@ all_sorts() {
     awk '/^all / { seen = $2 == 40 && $3 >= 34 } /^(low|full), (free|fixed) (free|fixed) / { kinds += $4 > 0 } END { exit !(seen && kinds == 8) }' "$tmp/landings.txt"
 }
 check "of all ends and both profiles, most of them compared" all_sorts
-no_holes() { ! grep -Eqi 'nan|inf' "$tmp/table.csv" "$tmp/landings.csv"; }
+bars() { build/tests/stability/stability --bars --every 125 "$tmp" >"$tmp/bars.txt" || { cat "$tmp/bars.txt"; false; }; }
+check "no answer of auto is off by three stated errors, none is late" bars
+all_solvers() {
+    cat "$tmp/bars.txt"
+    awk '/^true over/ { ratios = 1 } ratios && $1 ~ /^(auto|event|implicit|fixed|cvode|rk4|rkgs|hamming)$/ && $2 ~ /^[0-9]+$/ { seen += $2 > 0; first = first ? first : $2 }
+        END { exit !(seen == 8 && first >= 30) }' "$tmp/bars.txt"
+}
+check "of every solver, most of auto compared" all_solvers
+no_holes() { ! grep -Eqi 'nan|inf' "$tmp/table.csv" "$tmp/landings.csv" "$tmp/bars.csv"; }
 check "a table without holes" no_holes
 finish

@@ -8,6 +8,9 @@
 #include "common/wire.h"
 #include "tests/cmocka_all.h"
 
+/* Of a board at 3.3 V. */
+static const struct mr_channel_config plain_reference;
+
 static uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS];
 static uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
 
@@ -211,7 +214,7 @@ static void readings_follow_from_volts(void **state)
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++)
         adc1[scan][MR_ADC1_REFERENCE] = 3103;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
-    float ratio = mr_channels_ratio(&block);
+    float ratio = mr_channels_ratio(&plain_reference, &block);
     assert_near(ratio, 1.0, 1e-6);
     struct mr_reading reading = mr_channel_read(&transducer, &block, 0, ratio);
     assert_int_equal(reading.validity, MR_VALID);
@@ -224,7 +227,7 @@ static void readings_follow_from_volts(void **state)
         /* the converter's scale is 1 % high: everything reads 1 % high */
         adc1[scan][MR_ADC1_REFERENCE] = 3134;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
-    assert_near(mr_channels_ratio(&block), 3103.0 / 3134.0, 1e-6);
+    assert_near(mr_channels_ratio(&plain_reference, &block), 3103.0 / 3134.0, 1e-6);
 }
 
 static void what_cannot_be_true_is_not_a_value(void **state)
@@ -244,12 +247,12 @@ static void what_cannot_be_true_is_not_a_value(void **state)
     fill(300, 280, 2000); /* a broken lead floats low: far from mid-scale in both polarities */
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
     assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_OPEN);
-    assert_true(isnan(mr_channels_ratio(&block))); /* reference far off */
+    assert_true(isnan(mr_channels_ratio(&plain_reference, &block))); /* reference far off */
 
     fill(3700, 3680, 3300); /* or high */
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
     assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_OPEN);
-    assert_true(isnan(mr_channels_ratio(&block)));
+    assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
 
     fill(2100, 1990, 2000);
     transducers[4][0] = 4095;

@@ -7,6 +7,9 @@
 #include "common/channels.h"
 #include "tests/cmocka_all.h"
 
+/* Of a board at 3.3 V. */
+static const struct mr_channel_config plain_reference;
+
 static const struct mr_channel_config transducer = {
     .kind = MR_KIND_DISPLACEMENT, .unit_per_code = 3.3f / 4096.0f / 0.5f, .zero_code = 62.06f};
 static const struct mr_channel_config gage = {.kind = MR_KIND_TENSION,
@@ -39,7 +42,8 @@ static struct mr_block block_of(double plus_v, double minus_v, double gage_v, do
 static unsigned validity_of(double plus_v, double minus_v)
 {
     struct mr_block block = block_of(plus_v, minus_v, 0.9, 2.5);
-    struct mr_reading reading = mr_channel_read(&transducer, &block, 3, mr_channels_ratio(&block));
+    struct mr_reading reading = mr_channel_read(&transducer, &block, 3,
+                                                mr_channels_ratio(&plain_reference, &block));
     assert_int_equal(isnan(reading.value), reading.validity != MR_VALID);
     return reading.validity;
 }
@@ -76,7 +80,8 @@ static void without_a_zero_off_mid_scale_no_amplitude_is_a_reading(void **state)
     struct mr_channel_config centred = transducer;
     centred.zero_code = 0.0f;
     struct mr_block block = block_of(1.65, 1.65, 0.9, 2.5);
-    struct mr_reading reading = mr_channel_read(&centred, &block, 0, mr_channels_ratio(&block));
+    struct mr_reading reading = mr_channel_read(&centred, &block, 0,
+                                                mr_channels_ratio(&plain_reference, &block));
     assert_int_equal(reading.validity, MR_VALID);
     assert_near(reading.value, 0.0, 1e-6);
 }
@@ -101,7 +106,7 @@ static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
 {
     (void)state;
     struct mr_block block = block_of(1.65 + 0.303, 1.65 - 0.303, 0.909, 2.525);
-    float ratio = mr_channels_ratio(&block);
+    float ratio = mr_channels_ratio(&plain_reference, &block);
     assert_near(ratio, 1.0 / 1.01, 2e-4);
     struct mr_reading reading = mr_channel_read(&gage, &block, MR_TRANSDUCERS + 5, ratio);
     assert_near(reading.value, 100.0, 0.15); /* a code is 0.16 lb */
@@ -111,10 +116,10 @@ static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
     /* a mean that looks good of codes that were not */
     const uint8_t reference = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
     block.low[reference] = 1;
-    assert_true(isnan(mr_channels_ratio(&block)));
+    assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
     block.low[reference] = 0;
     block.high[reference] = 1;
-    assert_true(isnan(mr_channels_ratio(&block)));
+    assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
 }
 
 static void a_table_is_straight_lines(void **state)
@@ -153,19 +158,23 @@ static void beyond_its_limits_it_is_not_valid(void **state)
     config.point_reading[1] = 1.0f;
     config.point_value[1] = 2.0f;
     struct mr_block block = block_of(1.65 + 0.05 + 0.35, 1.65 - 0.05 - 0.35, 0.9, 2.5);
-    struct mr_reading reading = mr_channel_read(&config, &block, 0, mr_channels_ratio(&block));
+    struct mr_reading reading = mr_channel_read(&config, &block, 0,
+                                                mr_channels_ratio(&plain_reference, &block));
     /* beyond the last point of the table, but not beyond the limit */
     assert_int_equal(reading.validity, MR_VALID);
     assert_near(reading.value, 1.4, 0.005);
     block = block_of(1.65 + 0.05 + 0.40, 1.65 - 0.05 - 0.40, 0.9, 2.5);
-    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity,
-                     MR_INVALID_RANGE);
+    assert_int_equal(
+        mr_channel_read(&config, &block, 0, mr_channels_ratio(&plain_reference, &block)).validity,
+        MR_INVALID_RANGE);
     block = block_of(1.65 + 0.05 - 0.08, 1.65 - 0.05 + 0.08, 0.9, 2.5);
-    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity,
-                     MR_INVALID_RANGE);
+    assert_int_equal(
+        mr_channel_read(&config, &block, 0, mr_channels_ratio(&plain_reference, &block)).validity,
+        MR_INVALID_RANGE);
     config.high = config.low; /* not set */
-    assert_int_equal(mr_channel_read(&config, &block, 0, mr_channels_ratio(&block)).validity,
-                     MR_VALID);
+    assert_int_equal(
+        mr_channel_read(&config, &block, 0, mr_channels_ratio(&plain_reference, &block)).validity,
+        MR_VALID);
 }
 
 static void a_calibration_travels_item_by_item(void **state)

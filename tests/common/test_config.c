@@ -281,7 +281,7 @@ static void switches_rise_and_differ(void **state)
     /* number 5 is not fitted */
     WRONG(c.gate[6].station_ft = c.gate[4].station_ft, gate, 6, station_ft, 0, NOT_RISING);
     RIGHT(c.gate[5].station_ft = -999.0f);
-    WRONG(c.gate[7].step_codes = (uint16_t)(c.gate[2].step_codes + 7), gate, 7, step_codes, 0,
+    WRONG(c.gate[7].step_codes = (uint16_t)(c.gate[2].step_codes + 5), gate, 7, step_codes, 0,
           ALIKE);
     /* no step at all, to the staircase */
     WRONG(c.gate[0].step_codes = 7, gate, 0, step_codes, 0, TOO_SMALL);

@@ -13,6 +13,21 @@ void board_start(void)
 {
 }
 
+uint32_t board_inputs(void)
+{
+    return ~fake.without;
+}
+
+bool board_rom_hears(void)
+{
+    return !fake.rom_deaf;
+}
+
+uint32_t board_supply_mv(void)
+{
+    return fake.supply_mv ? fake.supply_mv : 3300u;
+}
+
 void board_identify(struct board_identity *identity)
 {
     *identity = (struct board_identity){.uid = {1, 2, 3},

@@ -48,9 +48,12 @@ struct fake_board {
     struct board_upkeep upkeep;
     bool image_known, image_bad;
     unsigned restarts;
-    uint32_t fitted; /* channels that are scanned */
+    uint32_t fitted;    /* channels that are scanned */
+    uint32_t without;   /* channels that this board has no input for */
+    uint32_t supply_mv; /* 0: 3300 */
     unsigned configurations;
     unsigned rom_entries;
+    bool rom_deaf; /* the boot ROM does not listen at the serial link */
     uint8_t clock_source;
     uint8_t image_state;
 };

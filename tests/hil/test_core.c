@@ -125,6 +125,28 @@ static void test_bus_fault(void **state)
     hil_board_destroy(board);
 }
 
+/* DUI 0553A 2.4.2: the handler runs although its frame could not be stored. CFSR: BFARVALID,
+ * PRECISERR and STKERR (PM0214 4.4.11). */
+static void test_no_memory_for_a_frame(void **state)
+{
+    static const struct {
+        uint32_t misdeed, cfsr;
+    } cases[] = {{18, 0x9200}, {19, 0x1000}};
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct hil_board *board = bench_board("wild", NULL);
+        bench_control(board, 0, cases[i].misdeed);
+        bench_run(board, 1000000000);
+        assert_int_equal(bench_result(board, 0), 2); /* it has begun again */
+        assert_int_equal(bench_result(board, 1), 1);
+        assert_int_equal(bench_result(board, 8), 5); /* in the bus fault */
+        assert_int_equal(bench_result(board, 2), cases[i].cfsr);
+        if (i == 0)
+            assert_int_equal(bench_result(board, 3), 0x1ffffff8);
+        hil_board_destroy(board);
+    }
+}
+
 static void test_halts(void **state)
 {
     static const struct {
@@ -208,11 +230,12 @@ static void test_code_in_sram(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),        cmocka_unit_test(test_fp_context),
-        cmocka_unit_test(test_pieces),       cmocka_unit_test(test_code_in_sram),
-        cmocka_unit_test(test_unmodelled),   cmocka_unit_test(test_clock_off),
-        cmocka_unit_test(test_bus_fault),    cmocka_unit_test(test_halts),
-        cmocka_unit_test(test_usage_faults), cmocka_unit_test(test_unaligned_words),
+        cmocka_unit_test(test_order),           cmocka_unit_test(test_fp_context),
+        cmocka_unit_test(test_pieces),          cmocka_unit_test(test_code_in_sram),
+        cmocka_unit_test(test_unmodelled),      cmocka_unit_test(test_clock_off),
+        cmocka_unit_test(test_bus_fault),       cmocka_unit_test(test_no_memory_for_a_frame),
+        cmocka_unit_test(test_halts),           cmocka_unit_test(test_usage_faults),
+        cmocka_unit_test(test_unaligned_words),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

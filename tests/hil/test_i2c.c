@@ -6,6 +6,7 @@
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
 #include "hil/core/context.h"
+#include "hil/periph/rules.h"
 #include "hil/rig/faults.h"
 #include "tests/hil/bench.h"
 
@@ -58,6 +59,8 @@ static struct hil_board *sleeping(double temperature_c)
     hil_options_default(&options);
     options.temperature_c = temperature_c;
     options.cell_times = HIL_TIMES_TYPICAL;
+    /* the times that these tests work out are those of 100 kHz */
+    options.rules_counted = 1u << HIL_RULE_REPEATED_START;
     board = bench_board("wild", &options);
     assert_int_equal(hil_board_poke(board, 0x08000000u, vectors, sizeof vectors), MR_OK);
     assert_int_equal(hil_board_poke(board, 0x08000100u, loop, sizeof loop), MR_OK);
@@ -401,6 +404,62 @@ static void what_the_manual_forbids_ends_the_run(void **state)
     ends_the_run("I2C1 + 0x24");
 }
 
+/* 16 MHz / (2 CCR), or / (3 CCR) in fast mode. */
+static void start_at(uint32_t ccr)
+{
+    put(CR1, SWRST);
+    put(CR1, 0);
+    configure_i2c();
+    put(CR1, 0);
+    put(CCR, ccr);
+    put(CR1, PE);
+    put(CR1, PE | START);
+    pass_us(200);
+}
+
+static void a_repeated_start(uint32_t ccr)
+{
+    start_at(ccr);
+    put(DR, WRITE_48);
+    (void)get(SR1);
+    put(DR, WRITE_48);
+    pass_us(300);
+    (void)get(SR1);
+    (void)get(SR2);
+    put(DR, 0);
+    pass_us(300);
+    put(CR1, PE | START);
+    pass_us(30);
+}
+
+/* ES0182: 88 to 100 kHz in standard mode. TMP112: 400 kHz. */
+static void clocks_that_the_bus_does_not_allow_end_the_run(void **state)
+{
+    static const struct {
+        uint32_t ccr;
+        const char *why; /* NULL: they do not */
+    } cases[] = {
+        {80, "rule REPEATED_START: a repeated start comes too early"},
+        {90, "SCL of 88.9 kHz"},
+        {92, NULL},
+        {100, NULL},
+        {1u << 15 | 16u, NULL}, /* 333 kHz */
+    };
+    const struct hil_tally *repeated = board->state.mcu.rules.tally + HIL_RULE_REPEATED_START;
+    (void)state;
+    board->options.rules_counted = 0;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        uint64_t judged = repeated->judged;
+        a_repeated_start(cases[i].ccr);
+        assert_int_equal(repeated->judged, judged + 1);
+        if (cases[i].why)
+            ends_the_run(cases[i].why);
+        assert_string_equal(hil_board_reason(board), "");
+    }
+    start_at(1u << 15 | 12u);
+    ends_the_run("rule SCL_PERIOD: period of SCL at the thermometer: 2250.0 ns, wanted 2500.0");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -416,6 +475,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_clock_that_is_held, wake, put_away),
         cmocka_unit_test_setup_teardown(interrupts_follow_the_flags, wake, put_away),
         cmocka_unit_test_setup_teardown(what_the_manual_forbids_ends_the_run, wake, put_away),
+        cmocka_unit_test_setup_teardown(clocks_that_the_bus_does_not_allow_end_the_run, wake,
+                                        put_away),
     };
     return cmocka_run_group_tests_name("hil/i2c", tests, NULL, NULL);
 }

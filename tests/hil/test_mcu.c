@@ -55,6 +55,12 @@ static void deselect_chip(void *who, uint64_t at, bool in_byte)
     seen.deselected++;
 }
 
+static bool speaks(const void *who)
+{
+    (void)who;
+    return true;
+}
+
 static uint8_t exchange(void *who, uint8_t in, uint64_t at)
 {
     (void)who, (void)at;
@@ -117,7 +123,8 @@ static int power_on(void **state)
     hil_mcu_create(&bare->mcu, &bare->core, &bare->options, &bare->state);
     bare->mcu.usart.wire = bare->mcu.can.wire = (struct hil_wire){.suffers = suffers_nothing,
                                                                   .serial_out = take_serial};
-    bare->mcu.spi.slave = (struct hil_spi_slave){NULL, select_chip, deselect_chip, exchange};
+    bare->mcu.spi.slave = (struct hil_spi_slave){NULL, select_chip, deselect_chip, exchange,
+                                                 speaks};
     bare->mcu.i2c.slave = (struct hil_i2c_slave){
         .address = take_address,
         .write = take_byte,

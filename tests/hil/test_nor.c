@@ -317,6 +317,7 @@ static void test_status(void **state)
     command(board, 0x04);
     command(board, 0x66);
     command(board, 0x99);
+    wait_ps(board, 30 * HIL_US_PS); /* tRST */
     assert_int_equal(status(board, 0x05), 4);
     command(board, 0x99); /* without 66h: nothing */
     command(board, 0x06);

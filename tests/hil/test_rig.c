@@ -6,7 +6,7 @@
 
 static double rig_volts(struct hil_rig_device *rig, unsigned port, unsigned pin, uint64_t at)
 {
-    return hil_rig_channel_volts(rig, hil_rig_channel(port, pin), at);
+    return hil_rig_channel_volts(rig, hil_rig_channel(rig, port, pin), at);
 }
 
 static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,
@@ -26,11 +26,11 @@ static void test_steps(void **state)
     unsigned seen[24] = {0};
     (void)state;
     for (unsigned p = 1; p <= 6; p++)
-        assert_int_equal(hil_rig_step_codes(p), by_hand[p - 1]);
+        assert_int_equal(hil_step_codes(p), by_hand[p - 1]);
     for (unsigned p = 1; p <= 24; p++) {
-        seen[(hil_rig_step_codes(p) - 64) / 8]++;
+        seen[(hil_step_codes(p) - 64) / 8]++;
         if (p < 24)
-            assert_true(abs((int)hil_rig_step_codes(p) - (int)hil_rig_step_codes(p + 1)) >= 56);
+            assert_true(abs((int)hil_step_codes(p) - (int)hil_step_codes(p + 1)) >= 56);
     }
     for (unsigned i = 0; i < 24; i++)
         assert_int_equal(seen[i], 1);

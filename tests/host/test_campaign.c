@@ -350,6 +350,93 @@ static void test_a_wave_that_is_ridden_is_met_once(void **state)
     campaign_free(&campaign);
 }
 
+/* "(4.2" or ", 4.2)": sections IV to VI of the report. */
+static void quotes_its_section(const struct campaign *campaign, const char *says)
+{
+    const char *section = strpbrk(says, "(");
+    while (section && !(section[1] >= '4' && section[1] <= '6' && section[2] == '.'))
+        section = strpbrk(section + 1, "(");
+    if (!section)
+        fail_msg("%s: no section: %s", campaign->name, says);
+}
+
+/* What elastic ground adds comes from the campaign's own object or a file beside it. */
+static void test_ground_is_chosen(void **state)
+{
+    static const char *const own =
+        "{\"scene\":{\"N\":60,\"slack\":0.0025,\"W\":1},\"ground\":\"elastic\",%s"
+        "\"landings\":[{\"deceleration_ft_s2\":5}]}";
+    char text[500], ground[200];
+    struct campaign campaign;
+    (void)state;
+    snprintf(text, sizeof text, own,
+             "\"elastic\":{\"W\":2,\"wheel_load\":100,\"gear_k_lb_ft\":5000},");
+    json_t *root = json_loads(text, 0, NULL);
+    error = (struct error){0};
+    assert_int_equal(campaign_from_json(&campaign, "test", root, &error), MR_OK);
+    assert_true(campaign.landings[0].scene.weight_lb == 2.0);
+    campaign_ground_text(&campaign, ground, sizeof ground);
+    assert_string_equal(ground, "elastic under a gear with weight: 5000 lb/ft per mat and axle, "
+                                "100 lb an axle, 1 axles in 1 line");
+    campaign_free(&campaign);
+    json_object_set_new(root, "ground", json_string("weightless"));
+    assert_int_equal(campaign_from_json(&campaign, "test", root, &error), MR_OK);
+    assert_true(campaign.landings[0].scene.weight_lb == 1.0);
+    campaign_free(&campaign);
+    json_decref(root);
+    static const struct {
+        const char *with, *says;
+    } wrong[] = {{"", "no elastic ground"},
+                 {"\"elastic\":5,", "an object of scene keys"},
+                 {"\"elastic\":{\"gear_k\":5},", "gear_k"},
+                 {"\"elastic\":\"none.json\",", "none.json"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        snprintf(text, sizeof text, own, wrong[i].with);
+        root = json_loads(text, 0, NULL);
+        error = (struct error){0};
+        assert_int_not_equal(campaign_from_json(&campaign, "test", root, &error), MR_OK);
+        if (!strstr(error.text, wrong[i].says))
+            fail_msg("%s: %s", wrong[i].with, error.text);
+        json_decref(root);
+    }
+}
+
+/* Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3. */
+static void test_wilson(void **state)
+{
+    static const struct {
+        size_t count, of;
+        double low, high;
+    } cases[] = {{81, 263, 0.2553, 0.3662},
+                 {15, 148, 0.0624, 0.1605},
+                 {0, 20, 0.0, 0.1611},
+                 {1, 29, 0.0061, 0.1718}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct campaign_interval w = campaign_wilson(cases[i].count, cases[i].of);
+        assert_true(fabs(w.low - cases[i].low) < 6e-5 && fabs(w.high - cases[i].high) < 6e-5);
+    }
+}
+
+/* Of three runways two buckle in landing 2 and one never, of four landings: shares by hand. */
+static void test_log_score(void **state)
+{
+    struct campaign_run runs[3] = {{.buckled = 2}, {.buckled = 2}, {.buckled = 0}};
+    struct campaign campaign = {.seeds = 3, .landing_count = 4};
+    static const struct {
+        int seen;
+        double share;
+    } cases[] = {{2, 2.2 / 4.0}, {1, 0.2 / 4.0}, {-1, 1.2 / 4.0}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        campaign.observed_landing = cases[i].seen;
+        assert_true(fabs(pow(2.0, -campaign_log_score_bits(&campaign, runs)) - cases[i].share) <
+                    1e-12);
+    }
+    campaign.observed_landing = 0;
+    assert_true(isnan(campaign_log_score_bits(&campaign, runs)));
+}
+
 static void test_every_series_can_be_read(void **state)
 {
     glob_t files;
@@ -358,17 +445,26 @@ static void test_every_series_can_be_read(void **state)
     assert_int_equal(glob("host/campaign/series/*.json", 0, NULL, &files), 0);
     for (size_t i = 0; i < files.gl_pathc; i++) {
         struct campaign campaign;
-        if (strstr(files.gl_pathv[i], "rig.json") || strstr(files.gl_pathv[i], "prototype.json"))
+        char ground[200];
+        if (strstr(files.gl_pathv[i], "rig.json") || strstr(files.gl_pathv[i], "prototype.json") ||
+            strstr(files.gl_pathv[i], "_ground.json"))
             continue;
-        error = (struct error){0};
-        if (campaign_load(&campaign, files.gl_pathv[i], &error) != MR_OK)
-            fail_msg("%s", error.text);
-        assert_true(campaign.seeds >= 16 && campaign.observed[0] != 0);
-        assert_true(campaign.basis[0] != 0 && campaign.awaits[0] == 0);
-        campaign_free(&campaign);
+        for (int elastic = 0; elastic < 2; elastic++) {
+            error = (struct error){0};
+            if (campaign_load_on(&campaign, files.gl_pathv[i], elastic ? "elastic" : NULL,
+                                 &error) != MR_OK)
+                fail_msg("%s", error.text);
+            campaign_ground_text(&campaign, ground, sizeof ground);
+            assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
+            assert_true(campaign.seeds >= 16 && campaign.observed[0] != 0);
+            assert_true(campaign.basis[0] != 0 && campaign.awaits[0] == 0);
+            for (size_t k = 0; k < campaign.fact_count; k++)
+                quotes_its_section(&campaign, campaign.facts[k].says);
+            campaign_free(&campaign);
+        }
         series++;
     }
-    assert_int_equal(series, 10);
+    assert_int_equal(series, 11);
     globfree(&files);
 }
 
@@ -434,6 +530,9 @@ int main(void)
         cmocka_unit_test(test_spreads),
         cmocka_unit_test(test_modifications_are_laid_over_the_scene),
         cmocka_unit_test(test_files_that_are_refused),
+        cmocka_unit_test(test_ground_is_chosen),
+        cmocka_unit_test(test_wilson),
+        cmocka_unit_test(test_log_score),
         cmocka_unit_test(test_every_series_can_be_read),
         cmocka_unit_test(test_scenes_are_the_rig_scaled),
         cmocka_unit_test(test_the_standard_series_moves_as_observed),

@@ -84,6 +84,7 @@ static void test_quantities(void **state)
         {"\"quantity\":\"each_in\",\"landings\":[2,3]", 2.5, 2.0},
         {"\"quantity\":\"each_in\",\"landings\":[3,4],\"against\":[1,2]", 3.5 / 1.5, (double)NAN},
         {"\"quantity\":\"most_in\",\"landings\":[1,3],\"station_ft\":9", 1.0, 0.5},
+        {"\"quantity\":\"mean_in\",\"landings\":[1,4]", 0.46875, 0.28125},
         {"\"quantity\":\"zone_mats\",\"landings\":[1,4]", 40.0, 20.0},
         {"\"quantity\":\"zone_mats\",\"landings\":\"before buckling\"", (double)NAN, 20.0},
         {"\"quantity\":\"zone_mats\",\"landings\":\"at buckling\"", (double)NAN, 30.0},

@@ -95,6 +95,30 @@ static void standard_series_is_the_same_to_the_last_bit(void **state)
     drop(&p);
 }
 
+/* What elastic ground adds is scaled along: the first landings, on that ground, to the last bit. */
+static void elastic_ground_is_the_same_to_the_last_bit(void **state)
+{
+    (void)state;
+    struct error error = {0};
+    struct pair p;
+    bool same;
+    make(&p, STANDARD, "4");
+    campaign_free(&p.model);
+    campaign_free(&p.prototype);
+    assert_int_equal(campaign_load_on(&p.model, STANDARD, "elastic", &error), MR_OK);
+    assert_int_equal(campaign_load_on(&p.prototype, p.big, "elastic", &error), MR_OK);
+    assert_true(p.prototype.landings[0].scene.gear.lines_ft.values[3] == 4.0 * 3.39);
+    assert_true(p.prototype.landings[0].scene.wheel_load_lb == 64.0 * 108.3);
+    for (struct campaign *c = &p.model; c; c = c == &p.model ? &p.prototype : NULL) {
+        for (size_t i = 2; i < c->landing_count; i++)
+            sim_scene_free(&c->landings[i].scene);
+        c->landing_count = 2;
+    }
+    assert_true(apart_in(&p.model, &p.prototype, 4.0, &same) == 0.0);
+    assert_true(same);
+    drop(&p);
+}
+
 /* Landings on 90 mats, with what a test adds; the caller unlinks `path`. */
 static void write_landings(char *path, const char *slack, const char *runway, const char *apply,
                            const char *then)
@@ -181,6 +205,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(standard_series_is_the_same_to_the_last_bit),
+        cmocka_unit_test(elastic_ground_is_the_same_to_the_last_bit),
         cmocka_unit_test(banded_landings_are_too),
         cmocka_unit_test(seven_is_the_same_file_within_round_off),
         cmocka_unit_test(seven_moves_alike_within_round_off),

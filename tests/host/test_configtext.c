@@ -167,7 +167,7 @@ static void a_reason_is_said_in_words(void **state)
                                       .rule = MR_RULE_ALIKE,
                                       .other = 2},
             "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be told apart; "
-            "steps must be 8 codes or more apart");
+            "steps must be 6 codes or more apart");
     is_said((struct mr_config_reason){.group = 200, .index = 1, .field = 2, .rule = 77},
             "group 200, index 1, field 2: unknown rule");
     is_said((struct mr_config_reason){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");

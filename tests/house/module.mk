@@ -10,7 +10,7 @@ compile-commands: $(B)/.test-packages ## every day | how each C file is compiled
 	@$(MAKE) -Bnk all $(tests) 2>/dev/null | python3 tests/house/compile_commands.py "$(CURDIR)" >compile_commands.json
 
 # What is compiled for this computer: the programs, their tests and studies. Not the board's: drivers, boot ROM, test images.
-for_this_computer = $(filter-out firmware/main.c firmware/f407/% hil/rom/% tests/hil/images/% tests/conformance/images/%,$(filter %.c,$(c_files)))
+for_this_computer = $(filter-out firmware/main.c firmware/f407/% firmware/bringup/% hil/rom/% tests/hil/images/% tests/conformance/images/%,$(filter %.c,$(c_files)))
 .PHONY: objects
 objects: $(patsubst %.c,$(B)/host/%.o,$(filter-out tests/%,$(for_this_computer))) $(patsubst %.c,$(B)/%.o,$(filter tests/%,$(for_this_computer)))
 
@@ -21,6 +21,8 @@ lint: in-build $(B)/.clang-packages $(uplot) ## tests | LEVELS="0 1 3": every C 
 	@for level in $(LEVELS); do $(MAKE) -s B=$(B)/lint/O$$level NPM=$(NPM) CFLAGS=-O$$level WERROR=-Werror objects || exit; done
 	@$(MAKE) -s B=$(B)/clang NPM=$(NPM) CC=clang WERROR=-Werror objects
 	@clang --target=arm-none-eabi -isystem $(newlib) $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) -ffreestanding -fsyntax-only $(arm_src)
+	@for board in $(boards); do clang --target=arm-none-eabi -isystem $(newlib) $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) \
+		-ffreestanding -fsyntax-only -DBOARD_FILE="\"firmware/boards/$$board.def\"" $(driver_src) $(bringup_src) || exit; done
 	@tests/run-all.sh tests/house/lint-finds.sh
 # Debian's gcc for the board knows where its C library is; clang is told.
 newlib := /usr/include/newlib

@@ -88,6 +88,7 @@ static inline int clock_168(void)
     if (!wait)
         return 1;
     REG(0x40023c00u) = 0x705; /* five wait states, caches */
+    (void)REG(0x40023c00u);
     REG(0x40023804u) = 2u << 28 | 8u | 336u << 6 | 0u << 16 | 1u << 22 | 7u << 24;
     REG(0x40023808u) = 5u << 10 | 4u << 13;
     REG(0x40023800u) |= 1u << 24;

@@ -97,6 +97,8 @@ int main(void)
     BSRR = 1u << 12;
     /* PB12 output, 13 to 15 alternate */
     REG(0x40020400u) = (REG(0x40020400u) & 0x00ffffffu) | 0xa9000000u;
+    REG(0x40020408u) |= 0xaa000000u; /* fast enough for 21 MHz */
+    REG(0x4002040cu) |= 1u << 28;    /* nothing drives MISO while the memory listens */
     REG(0x40020424u) = 0x55500000u;
     results[9] = SR;
     REG(0x40023830u) |= 1u; /* USART1, 2 Mbaud, receives on PA10 */

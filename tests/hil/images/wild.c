@@ -1,10 +1,23 @@
 /* One misdeed each, chosen by control[0]. */
 #include "tests/hil/images/image.h"
 
-void bus_fault(void)
+/* The stack may be where no memory is. */
+__attribute__((naked)) void bus_fault(void)
 {
-    uint32_t *frame;
-    __asm__ volatile("mrs %0, msp" : "=r"(frame));
+    __asm__ volatile("ldr r0, =0x20018000\n msr msp, r0\n b bus_fault_told\n .ltorg");
+}
+
+__attribute__((naked)) void svc(void)
+{
+    __asm__ volatile("b bus_fault"); /* not before the fault of its own frame */
+}
+
+__attribute__((used)) void bus_fault_told(void);
+void bus_fault_told(void)
+{
+    uint32_t exception;
+    __asm__ volatile("mrs %0, ipsr" : "=r"(exception));
+    results[8] = exception;
     results[2] = REG(0xe000ed28u);
     results[3] = REG(0xe000ed38u);
     results[1]++;
@@ -107,15 +120,27 @@ int main(void)
         break;
     case 15: /* read-only register, reserved bit, bits that are not modelled */
         REG(0x40023830u) |= 1u;
+        (void)REG(0x40023830u);
         REG(0x40020010u) = 0;
         break;
     case 16:
         REG(0x40023840u) |= 1u;
+        (void)REG(0x40023840u);
         REG(0x40000000u) = 1u << 12;
         break;
     case 17: /* parity without its ninth bit */
         REG(0x40023844u) |= 1u << 4;
+        (void)REG(0x40023844u);
         REG(0x4001100cu) = 1u << 10;
+        break;
+    case 18: /* a push below SRAM: nor is there memory for the fault's frame */
+        REG(0xe000ed24u) = 7u << 16;
+        __asm__ volatile("mov sp, %0\n push {r0, r1}" : : "r"(0x20000000u) : "memory");
+        break;
+    case 19: /* an exception whose frame finds no memory gives way to the bus fault that this is */
+        REG(0xe000ed24u) = 7u << 16;
+        REG(0xe000ed1cu) = 0x80u << 24; /* SVC below it */
+        __asm__ volatile("mov sp, %0\n svc #0" : : "r"(0x20000000u) : "memory");
         break;
     default: break;
     }

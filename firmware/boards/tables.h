@@ -1,0 +1,44 @@
+/* The rows of all boards as tables, for pages and tests. Nothing of it is in an image. */
+#ifndef MATRIG_FIRMWARE_BOARDS_TABLES_H
+#define MATRIG_FIRMWARE_BOARDS_TABLES_H
+
+#include <stddef.h>
+
+enum board_row_kind {
+    BOARD_ROW_ANALOGUE,
+    BOARD_ROW_FUNCTION,
+    BOARD_ROW_OUTPUT,
+    BOARD_ROW_INPUT,
+    BOARD_ROW_RESERVED
+};
+
+struct board_row {
+    enum board_row_kind kind;
+    char port; /* a letter */
+    unsigned pin;
+    const char *use;    /* "ADC3_IN9", "TIM4_CH1"; "": any pin can do it */
+    unsigned number;    /* of an alternate function; first level of an output */
+    const char *pull;   /* "NONE", "UP" */
+    const char *signal; /* "TRANSDUCER_1" */
+    const char *text;
+};
+
+struct board_fact {
+    const char *name;
+    long value;
+    const char *text;
+};
+
+struct board_table {
+    const struct board_row *row;
+    size_t rows;
+    const struct board_fact *fact;
+    size_t facts;
+};
+
+/* By common/boards.def; NULL: there is none. Static storage. */
+const struct board_table *board_table_of(unsigned number);
+/* Value of a fact; aborts when the board has none of that name. */
+long board_fact_of(const struct board_table *table, const char *name);
+
+#endif

@@ -1,0 +1,186 @@
+#include "firmware/bringup/say.h"
+
+#include <string.h>
+
+#include "common/crc32.h"
+#include "firmware/bringup/pace.h"
+#include "firmware/f407/drivers.h"
+
+#define LINE_BYTES    80u
+#define WAIT_US       2000000u /* the ring of uart.c, 8 KiB, leaves in 0.7 s */
+#define LAST_BYTES_US 200u     /* two bytes take 174 */
+
+/* Kept through resets; what it holds at power on is overwritten by say_begin. */
+static struct {
+    uint32_t lines, crc;
+    char section[12];
+} text __attribute__((section(".noinit")));
+
+struct line {
+    char bytes[LINE_BYTES];
+    size_t length;
+};
+
+static void put_char(struct line *line, char c)
+{
+    if (line->length < LINE_BYTES - 1u) /* room for the newline */
+        line->bytes[line->length++] = c;
+}
+
+static void put(struct line *line, const char *word)
+{
+    while (*word)
+        put_char(line, *word++);
+}
+
+static void put_lower(struct line *line, const char *word)
+{
+    for (; *word; word++)
+        put_char(line, *word >= 'A' && *word <= 'Z' ? (char)(*word + 'a' - 'A') : *word);
+}
+
+static void put_digits(struct line *line, uint32_t value, unsigned least)
+{
+    char digits[10];
+    unsigned count = 0;
+    for (; value || count < least; value /= 10u)
+        digits[count++] = (char)('0' + value % 10u);
+    while (count)
+        put_char(line, digits[--count]);
+}
+
+static void put_hex(struct line *line, uint32_t value, unsigned least)
+{
+    unsigned digits = 8;
+    while (digits > least && !(value >> (4u * (digits - 1u))))
+        digits--;
+    while (digits--)
+        put_char(line, "0123456789abcdef"[value >> (4u * digits) & 15u]);
+}
+
+static uint32_t put_sign(struct line *line, int32_t value)
+{
+    if (value < 0)
+        put_char(line, '-');
+    return value < 0 ? 0u - (uint32_t)value : (uint32_t)value;
+}
+
+static void send(struct line *line)
+{
+    uint32_t begun = pace_begin();
+    line->bytes[line->length++] = '\n';
+    while (!board_serial_send((const uint8_t *)line->bytes, line->length) &&
+           !pace_passed(begun, WAIT_US)) {
+    }
+}
+
+/* A line within a section. */
+static void send_counted(struct line *line)
+{
+    send(line);
+    text.crc = mr_crc32(text.crc, (const uint8_t *)line->bytes, line->length);
+    text.lines++;
+}
+
+static void end_line(struct line *line, const char *unit)
+{
+    put_char(line, ' ');
+    put(line, unit);
+    send_counted(line);
+}
+
+static struct line begin_line(const char *what, const char *whose)
+{
+    struct line line = {.length = 0};
+    put(&line, what);
+    put_lower(&line, whose);
+    put_char(&line, ' ');
+    return line;
+}
+
+void say_begin(const char *section)
+{
+    struct line line = {.length = 0};
+    memset(&text, 0, sizeof text);
+    strncpy(text.section, section, sizeof text.section - 1u);
+    put(&line, "begin ");
+    put(&line, text.section);
+    put_char(&line, ' ');
+    put_digits(&line, SAY_FORMAT, 1);
+    send_counted(&line);
+    text.lines = 0;
+}
+
+void say_end(void)
+{
+    struct line line = {.length = 0};
+    put(&line, "end ");
+    put(&line, text.section);
+    put_char(&line, ' ');
+    put_digits(&line, text.lines, 1);
+    put_char(&line, ' ');
+    put_hex(&line, text.crc, 8);
+    send(&line);
+}
+
+void say_number_of(const char *what, const char *whose, int32_t value, const char *unit)
+{
+    struct line line = begin_line(what, whose);
+    put_digits(&line, put_sign(&line, value), 1);
+    end_line(&line, unit);
+}
+
+void say_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit)
+{
+    struct line line = begin_line(what, whose);
+    uint32_t size = put_sign(&line, thousandths);
+    put_digits(&line, size / 1000u, 1);
+    put_char(&line, '.');
+    put_digits(&line, size % 1000u, 3);
+    end_line(&line, unit);
+}
+
+void say_number(const char *name, int32_t value, const char *unit)
+{
+    say_number_of(name, "", value, unit);
+}
+
+void say_milli(const char *name, int32_t thousandths, const char *unit)
+{
+    say_milli_of(name, "", thousandths, unit);
+}
+
+void say_hex(const char *name, uint32_t value, const char *unit)
+{
+    struct line line = begin_line(name, "");
+    put(&line, "0x");
+    put_hex(&line, value, 1);
+    end_line(&line, unit);
+}
+
+void say_word(const char *name, const char *word, const char *unit)
+{
+    struct line line = begin_line(name, "");
+    put(&line, word);
+    end_line(&line, unit);
+}
+
+void say_none(const char *name, const char *unit)
+{
+    say_word(name, "none", unit);
+}
+
+void say_text(const char *words)
+{
+    struct line line = {.length = 0};
+    put(&line, words);
+    send(&line);
+}
+
+void say_flush(void)
+{
+    uint32_t begun = pace_begin();
+    while (!uart_sent() && !pace_passed(begun, WAIT_US)) {
+    }
+    pace_wait(LAST_BYTES_US);
+}

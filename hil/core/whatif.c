@@ -1,0 +1,278 @@
+#include "hil/core/whatif.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unicorn/unicorn.h>
+
+#include "hil/core/core.h"
+#include "hil/core/must.h"
+
+#define STEPS     (2u * HIL_WHATIF_INSTRUCTIONS)
+#define STACK_LOW 0x1000u /* below the stack pointer of the load, and above it */
+#define STACK_TOP 0x200u
+#define JUDGED    256u /* places that are remembered */
+#define REGISTERS 33u
+
+/* An instruction, or a store to a peripheral: its address and value. What is stored in memory is
+ * compared when a run has ended: Unicorn's hook of stores misses some on a 64-bit ARM computer. */
+struct step {
+    uint32_t pc, address;
+    uint64_t value;
+};
+
+struct hil_whatif {
+    struct uc_struct *uc;
+    const struct hil_core *core;
+    uint8_t *sram, *ccm;             /* page-aligned copies */
+    uint8_t *first_sram, *first_ccm; /* as the first run left them */
+    uint32_t read_value; /* what the first read gives, and later ones of the same register */
+    uint32_t read_offset;
+    bool was_read;
+    uint32_t stack;
+    struct step *step; /* of the first run */
+    unsigned steps, at;
+    bool compares, differs;
+    uint32_t last_pc;
+    const uint8_t *watched; /* a byte of the copies, to find who stores it; NULL: none */
+    uint8_t watched_value;
+    uint32_t previous_pc, stored_pc;
+    struct {
+        uint32_t pc, caller, unknown, times;
+    } judged[JUDGED];
+};
+
+static const int registers[REGISTERS] = {
+    UC_ARM_REG_R0,  UC_ARM_REG_R1,    UC_ARM_REG_R2,        UC_ARM_REG_R3,  UC_ARM_REG_R4,
+    UC_ARM_REG_R5,  UC_ARM_REG_R6,    UC_ARM_REG_R7,        UC_ARM_REG_R8,  UC_ARM_REG_R9,
+    UC_ARM_REG_R10, UC_ARM_REG_R11,   UC_ARM_REG_R12,       UC_ARM_REG_SP,  UC_ARM_REG_LR,
+    UC_ARM_REG_D0,  UC_ARM_REG_D1,    UC_ARM_REG_D2,        UC_ARM_REG_D3,  UC_ARM_REG_D4,
+    UC_ARM_REG_D5,  UC_ARM_REG_D6,    UC_ARM_REG_D7,        UC_ARM_REG_D8,  UC_ARM_REG_D9,
+    UC_ARM_REG_D10, UC_ARM_REG_D11,   UC_ARM_REG_D12,       UC_ARM_REG_D13, UC_ARM_REG_D14,
+    UC_ARM_REG_D15, UC_ARM_REG_FPSCR, UC_ARM_REG_APSR_NZCV,
+};
+
+static void take_step(struct hil_whatif *w, struct step step)
+{
+    if (!w->compares) {
+        if (w->steps < STEPS)
+            w->step[w->steps++] = step;
+    } else if (w->at < w->steps && !w->differs) {
+        const struct step *other = &w->step[w->at++];
+        w->differs = other->pc != step.pc || other->address != step.address ||
+                     other->value != step.value;
+        if (w->differs)
+            uc_emu_stop(w->uc);
+    }
+    if (!w->differs || step.address)
+        w->last_pc = step.pc;
+}
+
+static void watch(struct hil_whatif *w, uint32_t pc)
+{
+    if (w->watched && *w->watched != w->watched_value) {
+        w->watched_value = *w->watched;
+        w->stored_pc = w->previous_pc;
+    }
+    w->previous_pc = pc;
+}
+
+static void on_instruction(uc_engine *uc, uint64_t pc, uint32_t size, void *user)
+{
+    (void)uc;
+    (void)size;
+    watch(user, (uint32_t)pc);
+    take_step(user, (struct step){(uint32_t)pc, 0, 0});
+}
+
+static void on_exception(uc_engine *uc, uint32_t number, void *user)
+{
+    (void)number;
+    (void)user;
+    uc_emu_stop(uc);
+}
+
+static uint64_t on_read(uc_engine *uc, uint64_t offset, unsigned size, void *user)
+{
+    struct hil_whatif *w = user;
+    (void)uc;
+    (void)size;
+    if (!w->was_read) {
+        w->was_read = true;
+        w->read_offset = (uint32_t)offset & ~3u;
+    }
+    return ((uint32_t)offset & ~3u) == w->read_offset ? w->read_value >> (8u * (offset & 3u)) : 0;
+}
+
+static uint64_t on_read_of_core(uc_engine *uc, uint64_t offset, unsigned size, void *user)
+{
+    (void)uc;
+    (void)offset;
+    (void)size;
+    (void)user;
+    return 0;
+}
+
+static void on_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user)
+{
+    struct hil_whatif *w = user;
+    (void)uc;
+    (void)size;
+    take_step(w, (struct step){w->last_pc, 0x40000000u | (uint32_t)offset, value});
+}
+
+static struct hil_whatif *create(struct hil_core *core)
+{
+    struct hil_whatif *w = calloc(1, sizeof *w);
+    uc_hook hook;
+    if (!w || !(w->step = calloc(STEPS, sizeof *w->step)) ||
+        !(w->sram = aligned_alloc(4096, HIL_SRAM_SIZE)) ||
+        !(w->ccm = aligned_alloc(4096, HIL_CCM_SIZE)) || !(w->first_sram = malloc(HIL_SRAM_SIZE)) ||
+        !(w->first_ccm = malloc(HIL_CCM_SIZE)))
+        abort();
+    w->core = core;
+    hil_must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &w->uc), "open");
+    hil_must(uc_ctl_set_cpu_model(w->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
+    static const uint32_t flash[2] = {0, HIL_FLASH_BASE};
+    for (unsigned i = 0; i < 2; i++)
+        hil_must(uc_mem_map_ptr(w->uc, flash[i], HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
+                                core->memory->flash),
+                 "mapping flash");
+    hil_must(uc_mem_map_ptr(w->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, w->sram),
+             "mapping SRAM");
+    hil_must(
+        uc_mem_map_ptr(w->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE, w->ccm),
+        "mapping CCM");
+    hil_must(uc_mmio_map(w->uc, 0x40000000u, 0x20000000u, on_read, w, on_write, w),
+             "mapping peripherals");
+    hil_must(uc_mmio_map(w->uc, 0xe0000000u, 0x00100000u, on_read_of_core, w, on_write, w),
+             "mapping the core's own");
+    hil_must(uc_hook_add(w->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_instruction, w, 1, 0),
+             "instruction hook");
+    hil_must(uc_hook_add(w->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_exception, w, 1, 0),
+             "exception hook");
+    return w;
+}
+
+void hil_whatif_destroy(struct hil_core *core)
+{
+    struct hil_whatif *w = core->engine.whatif;
+    if (!w)
+        return;
+    uc_close(w->uc);
+    free(w->sram);
+    free(w->ccm);
+    free(w->first_sram);
+    free(w->first_ccm);
+    free(w->step);
+    free(w);
+    core->engine.whatif = NULL;
+}
+
+void hil_whatif_forget(struct hil_core *core)
+{
+    if (core->engine.whatif)
+        memset(core->engine.whatif->judged, 0, sizeof core->engine.whatif->judged);
+}
+
+/* Run on from the load, with this value. */
+static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
+{
+    const struct hil_core *core = w->core;
+    memcpy(w->sram, core->memory->sram, HIL_SRAM_SIZE);
+    memcpy(w->ccm, core->memory->ccm, HIL_CCM_SIZE);
+    for (unsigned i = 0; i < REGISTERS; i++) {
+        uint64_t content = 0;
+        uc_reg_read(core->uc, registers[i], &content);
+        uc_reg_write(w->uc, registers[i], &content);
+        if (registers[i] == UC_ARM_REG_SP)
+            w->stack = (uint32_t)content;
+    }
+    w->read_value = value;
+    w->was_read = w->differs = false;
+    w->at = 0;
+    w->watched_value = w->watched ? *w->watched : 0;
+    w->previous_pc = w->stored_pc = pc;
+    (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS);
+    watch(w, 0);
+    w->differs |= w->compares && w->at < w->steps; /* it ended sooner */
+}
+
+/* The run with which others are compared. */
+static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
+{
+    w->compares = false;
+    w->steps = 0;
+    run(w, pc, value);
+    memcpy(w->first_sram, w->sram, HIL_SRAM_SIZE);
+    memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
+}
+
+/* The first byte of a memory at `base` that the runs left otherwise; NULL: none. */
+static const uint8_t *other_byte(const struct hil_whatif *w, const uint8_t *memory,
+                                 const uint8_t *first, uint32_t base, uint32_t size)
+{
+    if (!memcmp(memory, first, size))
+        return NULL;
+    for (uint32_t i = 0; i < size; i++)
+        if (memory[i] != first[i] && base + i - (w->stack - STACK_LOW) >= STACK_LOW + STACK_TOP)
+            return memory + i;
+    return NULL;
+}
+
+static bool differs(struct hil_whatif *w, uint32_t pc, uint32_t value)
+{
+    const uint8_t *byte;
+    w->compares = true;
+    run(w, pc, value);
+    if (w->differs)
+        return true;
+    if (!(byte = other_byte(w, w->sram, w->first_sram, HIL_SRAM_BASE, HIL_SRAM_SIZE)) &&
+        !(byte = other_byte(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE)))
+        return false;
+    w->watched = byte;
+    run(w, pc, value);
+    w->watched = NULL;
+    w->last_pc = w->stored_pc;
+    return true;
+}
+
+/* Was this place tried often enough? */
+static bool is_known(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
+{
+    unsigned i = 0;
+    uint32_t caller = 0; /* or whatever LR holds there */
+    uc_reg_read(w->core->uc, UC_ARM_REG_LR, &caller);
+    while (
+        i < JUDGED && w->judged[i].times &&
+        (w->judged[i].pc != pc || w->judged[i].caller != caller || w->judged[i].unknown != unknown))
+        i++;
+    if (i == JUDGED)
+        return false;
+    w->judged[i].pc = pc;
+    w->judged[i].caller = caller;
+    w->judged[i].unknown = unknown;
+    return w->judged[i].times++ >= HIL_WHATIF_TIMES;
+}
+
+bool hil_whatif_matters(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
+                        struct hil_difference *difference)
+{
+    static const uint32_t pattern[] = {0xffffffffu, 0x55555555u, 0xaaaaaaaau};
+    struct hil_whatif *w = core->engine.whatif;
+    bool matters = false;
+    if (!w)
+        w = core->engine.whatif = create(core);
+    if (is_known(w, pc, unknown))
+        return false;
+    run_first(w, pc, value & ~unknown);
+    for (unsigned i = 0; i < 3 && !matters; i++)
+        matters = differs(w, pc, (value & ~unknown) | (pattern[i] & unknown));
+    *difference = (struct hil_difference){(unsigned)__builtin_ctz(unknown), w->last_pc};
+    for (unsigned bit = 0; matters && bit < 32; bit++) {
+        if ((unknown >> bit & 1u) && differs(w, pc, (value & ~unknown) | 1u << bit)) {
+            *difference = (struct hil_difference){bit, w->last_pc};
+            break;
+        }
+    }
+    return matters;
+}

@@ -1,0 +1,294 @@
+#include "hil/periph/rules.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+#include "hil/core/core.h"
+#include "hil/core/whatif.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/options.h"
+
+#define NS_PS     1000.0
+/* A rise of a line that only a resistor pulls up: I2C-bus specification UM10204, table 10, standard
+ * mode. */
+#define PULLED_NS 1000.0
+
+enum { A, B, C, D, E, F, G, H, I };
+enum kind { LEAST, FAULT };
+
+static const struct rule {
+    const char *name;
+    enum kind kind;
+    double least_ns;
+    const char *what, *source;
+} rules[] = {
+#define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
+#define PIN(NAME, port, pin, words)
+#define RULE(NAME, kind, least_ns, what, source) {#NAME, kind, least_ns, what, source},
+#include "hil/periph/rules.def"
+};
+
+static const struct {
+    uint8_t port, pin;
+} pins[] = {
+#define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
+#define PIN(NAME, port, pin, words) {port, pin},
+#define RULE(NAME, kind, least_ns, what, source)
+#include "hil/periph/rules.def"
+};
+
+static const struct {
+    double slew_ns, most_mhz;
+} speeds[4] = {
+#define SPEED(ospeedr, slew_ns, most_mhz, load_pf) [ospeedr] = {slew_ns, most_mhz},
+#define PIN(NAME, port, pin, words)
+#define RULE(NAME, kind, least_ns, what, source)
+#include "hil/periph/rules.def"
+};
+
+bool hil_rules_hold(const struct hil_rules_device *dev)
+{
+    return dev->options->rules != HIL_RULES_OFF;
+}
+
+static unsigned speed_of(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+{
+    return dev->gpio->state->port[port].ospeedr >> (2u * pin) & 3u;
+}
+
+double hil_rules_slew_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+{
+    return speeds[speed_of(dev, port, pin)].slew_ns;
+}
+
+double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+{
+    return 1e3 / speeds[speed_of(dev, port, pin)].most_mhz;
+}
+
+/* Who did it, in words. */
+static void tell_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
+{
+    const char *name = pc && dev->function ? dev->function(dev->who, pc) : NULL;
+    if (!pc)
+        snprintf(text, size, "the hardware");
+    else
+        snprintf(text, size, "%s%s0x%08x", name ? name : "", name ? ", PC " : "PC ", (unsigned)pc);
+}
+
+static bool only_counts(const struct hil_rules_device *dev, enum hil_rule rule)
+{
+    return dev->options->rules == HIL_RULES_COUNT || (dev->options->rules_counted >> rule & 1u);
+}
+
+static void stop(struct hil_rules_device *dev, enum hil_rule rule)
+{
+    const struct hil_tally *tally = &dev->state->tally[rule];
+    char from[80], to[80], slew[48] = "";
+    if (only_counts(dev, rule))
+        return;
+    tell_place(dev, tally->from_pc, from, sizeof from);
+    tell_place(dev, tally->to_pc, to, sizeof to);
+    if (tally->slew_ns > 0.0)
+        snprintf(slew, sizeof slew, " (%.0f ns of slew taken off)", tally->slew_ns);
+    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, wanted %.1f; from %s to %s; %s",
+                  rules[rule].name, rules[rule].what, tally->worst_ns, slew, tally->least_ns, from,
+                  to, rules[rule].source);
+}
+
+static void measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
+                    struct hil_moment from, uint32_t to_pc)
+{
+    struct hil_tally *tally = &dev->state->tally[rule];
+    bool broken = ns < least_ns;
+    tally->broken += broken;
+    if (!tally->judged++ || ns - least_ns < tally->worst_ns - tally->least_ns) {
+        tally->worst_ns = ns;
+        tally->least_ns = least_ns;
+        tally->slew_ns = from.slew_ns;
+        tally->from_pc = from.pc;
+        tally->to_pc = to_pc;
+    }
+    if (broken)
+        stop(dev, rule);
+}
+
+void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
+                       uint32_t pc)
+{
+    if (hil_rules_hold(dev))
+        measure(dev, rule, ns, least_ns > 0.0 ? least_ns : rules[rule].least_ns,
+                (struct hil_moment){.pc = pc}, pc);
+}
+
+void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
+                     struct hil_moment to)
+{
+    if (!hil_rules_hold(dev) || !from.ps || !to.ps)
+        return;
+    double ns = to.ps >= from.ps ? (double)(to.ps - from.ps) : -(double)(from.ps - to.ps);
+    measure(dev, rule, ns / NS_PS - from.slew_ns, rules[rule].least_ns, from, to.pc);
+}
+
+void hil_rules_kept(struct hil_rules_device *dev, enum hil_rule rule)
+{
+    dev->state->tally[rule].judged += hil_rules_hold(dev);
+}
+
+void hil_rules_broken(struct hil_rules_device *dev, enum hil_rule rule, uint32_t pc,
+                      const char *format, ...)
+{
+    struct hil_tally *tally = &dev->state->tally[rule];
+    char words[160], place[80];
+    va_list arguments;
+    if (!hil_rules_hold(dev))
+        return;
+    tally->judged++;
+    if (!tally->broken++)
+        tally->from_pc = tally->to_pc = pc;
+    if (only_counts(dev, rule))
+        return;
+    va_start(arguments, format);
+    vsnprintf(words, sizeof words, format, arguments);
+    va_end(arguments);
+    tell_place(dev, pc, place, sizeof place);
+    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %s; %s; %s", rules[rule].name,
+                  rules[rule].what, words, place, rules[rule].source);
+}
+
+/* --- pins --- */
+
+/* The thermometer's bus, moved by stores: SDA rises while SCL is high, a stop; falls, a start. */
+static void follow_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
+{
+    struct hil_rules *state = dev->state;
+    if (!state->pin[HIL_RULES_THERMOMETER_CLOCK].high)
+        return;
+    if (!high)
+        hil_rules_judge(dev, HIL_RULE_BUS_FREE, state->stopped, at);
+    state->stopped = high ? at : (struct hil_moment){0};
+}
+
+static void follow_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, bool high,
+                        struct hil_moment at)
+{
+    struct hil_rules_edges *edges = &dev->state->pin[pin];
+    edges->high = high;
+    *(high ? &edges->rose : &edges->fell) = at;
+    switch (pin) {
+    case HIL_RULES_THERMOMETER_CLOCK:
+        hil_rules_judge(dev, high ? HIL_RULE_SCL_LOW : HIL_RULE_SCL_HIGH,
+                        high ? edges->fell : edges->rose, at);
+        break;
+    case HIL_RULES_THERMOMETER_DATA: follow_bus(dev, high, at); break;
+    default: break; /* the chip judges when it knows its command */
+    }
+}
+
+static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+{
+    return dev->gpio->state->port[port].otyper >> pin & 1u;
+}
+
+void hil_rules_stored(void *device, unsigned port)
+{
+    struct hil_rules_device *dev = device;
+    if (!hil_rules_hold(dev) || port != B)
+        return;
+    struct hil_moment at = hil_stamp(dev->core);
+    for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
+        bool high = pins[i].port == port && hil_gpio_level(dev->gpio, port, pins[i].pin);
+        if (pins[i].port != port || high == dev->state->pin[i].high)
+            continue;
+        dev->state->unplaced += !at.ps;
+        at.slew_ns = high && is_open_drain(dev, port, pins[i].pin)
+                       ? PULLED_NS
+                       : hil_rules_slew_ns(dev, port, pins[i].pin);
+        follow_edge(dev, (enum hil_rules_pin)i, high, at);
+    }
+}
+
+/* --- inputs that nothing drives --- */
+
+static bool matters(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
+                    struct hil_difference *difference)
+{
+    struct hil_moment read = hil_rules_hold(dev) ? hil_stamp(dev->core) : (struct hil_moment){0};
+    if (!read.ps)
+        return false;
+    if (hil_whatif_matters(dev->core, read.pc, value, bits, difference))
+        return true;
+    hil_rules_kept(dev, HIL_RULE_FLOATING);
+    return false;
+}
+
+void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits)
+{
+    struct hil_rules_device *dev = device;
+    struct hil_difference difference;
+    if (matters(dev, value, bits, &difference))
+        hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
+                         "P%c%u is an input, and nothing drives or pulls it", 'A' + (int)port,
+                         difference.bit);
+}
+
+void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value, uint32_t bits)
+{
+    struct hil_difference difference;
+    if (matters(dev, value, bits, &difference))
+        hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
+                         "%s was received while nothing drove or pulled it", pin);
+}
+
+void hil_rules_reset(struct hil_rules_device *dev)
+{
+    dev->state->stopped = (struct hil_moment){0};
+    for (unsigned i = 0; i < HIL_RULES_PINS; i++)
+        dev->state->pin[i] =
+            (struct hil_rules_edges){.high = hil_gpio_level(dev->gpio, pins[i].port, pins[i].pin)};
+}
+
+/* --- words --- */
+
+enum hil_rule hil_rule_named(const char *name, size_t length)
+{
+    for (unsigned i = 0; i < HIL_RULES; i++) {
+        if (strlen(rules[i].name) == length && memcmp(rules[i].name, name, length) == 0)
+            return (enum hil_rule)i;
+    }
+    return HIL_RULES;
+}
+
+unsigned hil_rules_counted(const struct hil_rules_device *dev, uint64_t *times)
+{
+    unsigned rules_broken = 0;
+    *times = 0;
+    for (unsigned i = 0; i < HIL_RULES; i++) {
+        uint64_t broken = only_counts(dev, (enum hil_rule)i) ? dev->state->tally[i].broken : 0;
+        rules_broken += broken != 0;
+        *times += broken;
+    }
+    return rules_broken;
+}
+
+void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
+{
+    fprintf(out, "%-18s %9s %8s %12s %12s %8s  %s\n", "rule", "judged", "broken", "wanted, ns",
+            "nearest, ns", "slew, ns", "from, to; what; who says so");
+    for (unsigned i = 0; i < HIL_RULES; i++) {
+        const struct hil_tally *tally = &dev->state->tally[i];
+        char from[80], to[80], times[40] = "";
+        tell_place(dev, tally->from_pc, from, sizeof from);
+        tell_place(dev, tally->to_pc, to, sizeof to);
+        if (rules[i].kind == LEAST && tally->judged)
+            snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->least_ns, tally->worst_ns,
+                     tally->slew_ns);
+        fprintf(out, "%-18s %9llu %8llu %34s  ", rules[i].name, (unsigned long long)tally->judged,
+                (unsigned long long)tally->broken, times);
+        if (tally->judged && (tally->from_pc || tally->to_pc))
+            fprintf(out, "%s, %s; ", from, to);
+        fprintf(out, "%s; %s\n", rules[i].what, rules[i].source);
+    }
+    fprintf(out, "edges of stores whose instruction was not found, not judged: %llu\n",
+            (unsigned long long)dev->state->unplaced);
+}

@@ -1,0 +1,117 @@
+/* Rules of time and electricity: what the chips around the microcontroller demand, held against
+ * what the firmware does to their pins, while it runs.
+ *
+ * The rules are rows of rules.def, each with its number and who says so. Stores to a port have the
+ * time of their own instruction (hil/core/stamp.h); an edge is not over when its store is: a level
+ * is reached only after the slew that OSPEEDR allows, and the far chip sees its end as early as the
+ * next store. So a level lasts from store to store less the slew of its own edge.
+ *
+ * A rule that is broken stops the run (MR_HALTED) with what was measured, both instructions and the
+ * source of the number; or is only counted. What was measured of each rule is in its tally. Nothing
+ * here changes what the board does otherwise.
+ *
+ * Pins are kept here as the firmware stores to them (output, open drain). What a peripheral does to
+ * its pins, it says itself (spi.c, hil/chips/w25q.c). */
+#ifndef MATRIG_HIL_RULES_H
+#define MATRIG_HIL_RULES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "hil/core/stamp.h"
+
+struct hil_core;
+struct hil_gpio_device;
+struct hil_options;
+
+enum hil_rule {
+#define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
+#define PIN(NAME, port, pin, words)
+#define RULE(NAME, kind, least_ns, what, source) HIL_RULE_##NAME,
+#include "hil/periph/rules.def"
+    HIL_RULES
+};
+
+enum hil_rules_pin {
+#define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
+#define PIN(NAME, port, pin, words) HIL_RULES_##NAME,
+#define RULE(NAME, kind, least_ns, what, source)
+#include "hil/periph/rules.def"
+    HIL_RULES_PINS
+};
+
+/* Of one rule. */
+struct hil_tally {
+    uint64_t judged;
+    uint64_t broken;
+    double least_ns;         /* what the rule wanted when `worst_ns` was measured */
+    double worst_ns;         /* nearest to what it wanted, or beyond; slew is taken off */
+    double slew_ns;          /* which was this */
+    uint32_t from_pc, to_pc; /* who began and ended it; 0: the hardware */
+};
+
+struct hil_rules_edges {
+    bool high;
+    struct hil_moment rose, fell; /* ps 0: not since the reset, or by nobody known */
+};
+
+/* Without pointers: a copy is a snapshot. */
+struct hil_rules {
+    struct hil_rules_edges pin[HIL_RULES_PINS];
+    uint64_t unplaced;         /* edges that no instruction was found for: they are not judged */
+    struct hil_moment stopped; /* the thermometer's bus */
+    struct hil_tally tally[HIL_RULES];
+};
+
+struct hil_rules_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    const struct hil_gpio_device *gpio;
+    struct hil_rules *state;
+    /* Words for the function at an address; NULL: there are no names. */
+    const char *(*function)(void *who, uint32_t pc);
+    void *who;
+};
+
+/* The core has stored to a port: keep the edges, hold the rules of pins. `device` is a struct
+ * hil_rules_device. */
+void hil_rules_stored(void *device, unsigned port);
+/* The core reads IDR, and nothing holds these pins: it must not matter what they are. */
+void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t pins);
+/* The same of a word that a peripheral received from a pin. */
+void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,
+                       uint32_t bits);
+/* A reset moved the pins: nobody begins or ends anything with it. */
+void hil_rules_reset(struct hil_rules_device *dev);
+static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rules_device *dev,
+                                                            enum hil_rules_pin pin)
+{
+    return &dev->state->pin[pin];
+}
+/* Are rules held at all? */
+bool hil_rules_hold(const struct hil_rules_device *dev);
+/* Hold a LEAST rule against the time from one moment to another. Moments of ps 0 are not known, and
+ * nothing is judged by them. */
+void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
+                     struct hil_moment to);
+/* The same, of a time in nanoseconds; `least_ns` 0: what the row says. */
+void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
+                       uint32_t pc);
+/* A FAULT rule: kept, or broken with a few words about it. */
+void hil_rules_kept(struct hil_rules_device *dev, enum hil_rule rule);
+__attribute__((format(printf, 4, 5))) void hil_rules_broken(struct hil_rules_device *dev,
+                                                            enum hil_rule rule, uint32_t pc,
+                                                            const char *format, ...);
+/* What OSPEEDR allows a pin: its slew, and its shortest period. */
+double hil_rules_slew_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
+double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
+
+/* The rule of that name, or HIL_RULES. */
+enum hil_rule hil_rule_named(const char *name, size_t length);
+/* How many of the rules that only count were broken, and how often in all. */
+unsigned hil_rules_counted(const struct hil_rules_device *dev, uint64_t *times);
+/* The tallies as a table. */
+void hil_rules_print(const struct hil_rules_device *dev, FILE *out);
+
+#endif

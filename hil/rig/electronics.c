@@ -1,0 +1,219 @@
+#include "hil/rig/electronics.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "hil/core/time.h"
+#include "hil/periph/adc.h"
+#include "hil/periph/board_type.h"
+#include "hil/periph/cells.h"
+#include "hil/periph/options.h"
+
+#define ROOM_C               20.0
+#define S_PER_H              3600.0
+#define TWO_PI               6.28318530717958647693
+#define CODES                4096.0
+/* Of the sensors themselves, most: what firmware/config.c's data sheets say. */
+#define CELL_GAIN_REL        0.005 /* electrolytic transducer, 0.5 % */
+#define CELL_ZERO_IN         0.010 /* its zero is set by hand */
+#define GAGE_FACTOR_REL      0.005
+#define MID_V                1.65 /* nominal values of hil/rig/rig.h */
+#define GAGE_V_PER_LB        0.005
+#define SHUNT_LB             40.0
+#define STAIRCASE_CHANNEL    (HIL_RUN_COLUMNS)
+#define STAIRCASE_ZERO_CODES (HIL_STAIRCASE_ZERO_V * CODES / HIL_NOMINAL_VDDA_V)
+_Static_assert(HIL_RUN_COLUMNS + 2u <= HIL_ADC_SOURCES, "a source for each channel");
+
+unsigned hil_step_codes(unsigned position)
+{
+    return 64u + 8u * (7u * (position - 1u) % 24u);
+}
+
+void hil_figures_reference(struct hil_figures *figures)
+{
+#define FIGURE(name, value, unit, block, text) .name = value,
+    *figures = (struct hil_figures){
+#include "hil/circuits/figures.def"
+    };
+}
+
+/* 0 to 1 */
+static double chance(uint64_t *random)
+{
+    return (double)(hil_random(random) >> 11) * 0x1p-53;
+}
+
+/* Evenly within -most to most. */
+static double evenly(uint64_t *random, double most)
+{
+    return most * (2.0 * chance(random) - 1.0);
+}
+
+/* Box and Muller; half of what they give is enough here. */
+static double normal(uint64_t *random, double sd)
+{
+    double u = 1.0 - chance(random), v = chance(random);
+    return sd * sqrt(-2.0 * log(u)) * cos(TWO_PI * v);
+}
+
+static uint64_t ps_of_us(double us)
+{
+    return (uint64_t)(us * (double)HIL_US_PS);
+}
+
+double hil_electronics_trimmed(double natural_lb, double range_lb, double left_lb)
+{
+    double beyond = fabs(natural_lb) - range_lb;
+    return left_lb + (beyond > 0.0 ? copysign(beyond, natural_lb) : 0.0);
+}
+
+static void make_ideal(struct hil_electronics *e, const struct hil_options *options)
+{
+    bool known = !isnan(options->temperature_c);
+    *e = (struct hil_electronics){
+        .vdda_v = options->vdda_v > 0.0 ? options->vdda_v : options->type->supply_v,
+        .reference = 1.0,
+        .reference_read = 1.0,
+        .warmer_k = known ? options->temperature_c - ROOM_C : 0.0,
+        .warmer_k_per_s = known ? options->temperature_c_per_h / S_PER_H : 0.0,
+        .transducer_tau_s = 4e-6,
+        .staircase_zero = 1.0,
+        .staircase_tau_s = 20e-6,
+        .pulse_ps = HIL_PULSE_PS,
+        .lamp_told = true,
+    };
+    for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
+        e->transducer_gain[i] = 1.0;
+    for (unsigned i = 0; i < HIL_RUN_GAGES; i++)
+        e->gage_gain[i] = e->gage_shunt[i] = 1.0;
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
+        e->step_codes[i] = hil_step_codes(i + 1u);
+}
+
+static void draw_transducers(struct hil_electronics *e, const struct hil_figures *f,
+                             uint64_t *random)
+{
+    double drive = 1.0 + normal(random, f->transducer_excitation_sd_rel); /* of all of a board */
+    double mid_v = f->transducer_mid_v - MID_V + normal(random, f->transducer_mid_supply_sd_v);
+    e->transducer_tau_s = f->transducer_settle_us * 1e-6;
+    e->transducer_gain_k = f->transducer_cell_ppm_k * 1e-6;
+    for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++) {
+        e->transducer_gain[i] = drive * (1.0 + normal(random, f->transducer_gain_sd_rel)) *
+                                (1.0 + evenly(random, CELL_GAIN_REL));
+        e->transducer_zero_in[i] = evenly(random, CELL_ZERO_IN);
+        e->transducer_mid_v[i] = mid_v + normal(random, f->transducer_mid_sd_v);
+    }
+}
+
+static void draw_gages(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+{
+    double excitation = (1.0 + normal(random, f->gage_excitation_sd_rel)) * f->gage_v_per_lb /
+                        GAGE_V_PER_LB;
+    e->gage_lag_s = 1.0 / (TWO_PI * f->gage_corner_hz);
+    for (unsigned i = 0; i < HIL_RUN_GAGES; i++) {
+        e->gage_gain[i] = excitation * (1.0 + normal(random, f->gage_gain_sd_rel)) *
+                          (1.0 + evenly(random, GAGE_FACTOR_REL));
+        e->gage_natural_lb[i] = normal(random, f->gage_zero_sd_lb);
+        e->gage_zero_lb[i] = hil_electronics_trimmed(e->gage_natural_lb[i], f->gage_trim_range_lb,
+                                                     normal(random, f->gage_trim_left_lb));
+        e->gage_drift_lb_k[i] = normal(random, f->gage_drift_lb_k);
+        e->gage_shunt[i] = f->gage_shunt_lb / SHUNT_LB + normal(random, f->gage_shunt_error_rel);
+    }
+}
+
+static void draw_sensors(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+{
+    e->reference = 1.0 + evenly(random, f->reference_error_rel);
+    e->reference_read = 1.0 + normal(random, f->reference_read_sd_rel);
+    e->reference_drift = evenly(random, f->reference_drift_ppm_k * 1e-6);
+    draw_transducers(e, f, random);
+    draw_gages(e, f, random);
+}
+
+/* Resistors from each switch, from the supply (the zero) and from ground to one node: the share of
+ * each is its conductance over the sum of all, whatever the switches do. */
+static void draw_staircase(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+{
+    double part[HIL_RUN_SWITCHES], rest = CODES - STAIRCASE_ZERO_CODES, all = 0.0;
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
+        rest -= e->step_codes[i];
+        part[i] = e->step_codes[i] * (1.0 + evenly(random, f->staircase_resistor_tol_rel));
+        all += part[i];
+    }
+    double zero = STAIRCASE_ZERO_CODES * (1.0 + evenly(random, f->staircase_resistor_tol_rel));
+    all += zero + rest * (1.0 + evenly(random, f->staircase_resistor_tol_rel));
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
+        e->step_codes[i] = part[i] * CODES / all;
+    e->staircase_zero = zero * CODES / all / STAIRCASE_ZERO_CODES;
+    e->staircase_tau_s = f->staircase_settle_us * 1e-6;
+}
+
+static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+{
+    double width_us = f->one_shot_least_us +
+                      chance(random) * (f->one_shot_most_us - f->one_shot_least_us);
+    e->pulse_ps = ps_of_us(width_us);
+    e->lamp_sense_ps = ps_of_us(fmax(f->lamp_sense_us, f->lamp_clear_us));
+    double threshold_a = f->lamp_sense_threshold_a + normal(random, f->lamp_sense_threshold_sd_a);
+    e->lamp_told = fmin(f->lamp_cold_a, f->lamp_hot_a) > threshold_a;
+    /* half of the most to the most: no two relays are alike */
+    e->relay_operate_ps = ps_of_us(1e3 * f->relay_operate_ms * (0.5 + 0.5 * chance(random)));
+    e->relay_release_ps = ps_of_us(1e3 * f->relay_release_ms * (0.5 + 0.5 * chance(random)));
+    e->relay_bounce_ps = ps_of_us(1e3 * f->relay_bounce_ms * chance(random));
+}
+
+static void set_sources(struct hil_adc_errors *adc, unsigned from, unsigned count, double noise_lsb,
+                        double kick_rel)
+{
+    for (unsigned i = from; i < from + count; i++) {
+        adc->noise[i] = noise_lsb / HIL_ADC_NOISE_LSB;
+        adc->kick_rel[i] = kick_rel;
+    }
+}
+
+static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures *f,
+                            uint64_t *random)
+{
+    for (unsigned unit = 0; unit < 2; unit++) {
+        double u = chance(random);
+        double peak = f->adc_inl_typical_lsb +
+                      (f->adc_inl_most_lsb - f->adc_inl_typical_lsb) * u * u * u;
+        hil_adc_draw_inl(adc->inl_lsb[unit], peak, random);
+        adc->offset_lsb[unit] = normal(random, f->adc_offset_lsb);
+        adc->gain_lsb[unit] = normal(random, f->adc_gain_lsb);
+    }
+    set_sources(adc, 0, HIL_RUN_TRANSDUCERS, hypot(f->adc_noise_lsb, f->transducer_noise_lsb),
+                f->transducer_kick_rel);
+    set_sources(adc, HIL_RUN_TRANSDUCERS, HIL_RUN_GAGES, hypot(f->adc_noise_lsb, f->gage_noise_lsb),
+                f->gage_kick_rel);
+    set_sources(adc, STAIRCASE_CHANNEL, 1, f->adc_noise_lsb, f->staircase_kick_rel);
+    set_sources(adc, STAIRCASE_CHANNEL + 1u, 1, f->adc_noise_lsb, f->reference_kick_rel);
+}
+
+static void set_ohms(struct hil_adc_errors *adc, const struct hil_figures *f)
+{
+    for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
+        adc->source_ohm[i] = f->transducer_source_ohm;
+    for (unsigned i = 0; i < HIL_RUN_GAGES; i++)
+        adc->source_ohm[HIL_RUN_TRANSDUCERS + i] = f->gage_source_ohm;
+    adc->source_ohm[STAIRCASE_CHANNEL] = f->staircase_source_ohm;
+    adc->source_ohm[STAIRCASE_CHANNEL + 1u] = f->reference_source_ohm;
+}
+
+void hil_electronics_make(struct hil_electronics *electronics, const struct hil_options *options,
+                          const struct hil_figures *figures)
+{
+    struct hil_figures reference;
+    uint64_t random = options->board_seed * 0x9e6c63d0876a9a99ull + 0x5851f42d4c957f2dull;
+    hil_figures_reference(&reference);
+    const struct hil_figures *f = figures ? figures : &reference;
+    make_ideal(electronics, options);
+    set_ohms(&electronics->adc, f);
+    if (!options->board_drawn)
+        return;
+    electronics->drawn = true;
+    draw_sensors(electronics, f, &random);
+    draw_staircase(electronics, f, &random);
+    draw_outputs(electronics, f, &random);
+    draw_converters(&electronics->adc, f, &random);
+}

@@ -1,0 +1,349 @@
+#include "host/board/bringup.h"
+
+#include <math.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/crc32.h"
+#include "host/base/steady.h"
+
+#define FORMAT      1
+#define TEXT_MAX    65536u
+#define ANSWER_S    8.0 /* to the first line; nothing comes for a second while it resets itself */
+#define ALL_S       1200.0
+#define SAY_AGAIN_S 3.0
+
+/* ---- text ---- */
+
+static enum mr_status take_line(struct bringup *b, const char *line, size_t length,
+                                struct error *error)
+{
+    char copy[160], rest[8];
+    if (b->lines == BRINGUP_LINES || length >= sizeof copy)
+        return error_set(error, MR_TOO_LONG,
+                         "bring-up: more lines than a board says, or a longer "
+                         "one; is it the bring-up image?");
+    memcpy(copy, line, length);
+    copy[length] = 0;
+    struct bringup_line *l = &b->line[b->lines];
+    if (sscanf(copy, "%47s %39s %47s %7s", l->name, l->value, l->unit, rest) != 3)
+        return error_set(error, MR_MALFORMED, "bring-up: no NAME VALUE UNIT: '%s'", copy);
+    char *end;
+    l->none = strcmp(l->value, "none") == 0;
+    l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
+                                                : strtod(l->value, &end);
+    if (*end || end == l->value || !isfinite(l->number)) /* nan and inf are words */
+        l->number = (double)NAN;
+    b->lines++;
+    return MR_OK;
+}
+
+static enum mr_status check_end(const struct bringup *b, const char *line, uint32_t crc,
+                                struct error *error)
+{
+    char section[BRINGUP_NAME];
+    unsigned lines, said;
+    if (sscanf(line, "end %47s %u %8x", section, &lines, &said) != 3 ||
+        strcmp(section, b->section) != 0)
+        return error_set(error, MR_MALFORMED, "bring-up: not the end of %s: '%.60s'", b->section,
+                         line);
+    if (lines != b->lines)
+        return error_set(error, MR_TRUNCATED,
+                         "bring-up: %zu lines of %u came: read it again, with a better cable",
+                         b->lines, lines);
+    if (said != crc)
+        return error_set(error, MR_CRC,
+                         "bring-up: the checksum is %08x, the board's %08x: read it again, with a "
+                         "better cable",
+                         (unsigned)crc, said);
+    return MR_OK;
+}
+
+/* Length without the line's end; SIZE_MAX: it has none. */
+static size_t line_length(const char *text, size_t length)
+{
+    const char *end = memchr(text, '\n', length);
+    return end ? (size_t)(end - text) : SIZE_MAX;
+}
+
+/* The text has no carriage returns. */
+static enum mr_status parse(struct bringup *b, const char *text, size_t length, struct error *error)
+{
+    int format;
+    size_t at = 0;
+    if (sscanf(text, "begin %47s %d", b->section, &format) != 2)
+        return error_set(error, MR_MALFORMED, "bring-up: does not begin: '%.40s'", text);
+    if (format != FORMAT)
+        return error_set(error, MR_VERSION,
+                         "bring-up: format %d, this matrig has %d; use the matrig of that image",
+                         format, FORMAT);
+    for (bool first = true;; first = false) {
+        size_t count = line_length(text + at, length - at);
+        if (count == SIZE_MAX)
+            return error_set(error, MR_TRUNCATED,
+                             "bring-up: %s has no end; %zu lines came; look at the cable and the "
+                             "supply, and read it again",
+                             b->section, b->lines);
+        if (strncmp(text + at, "end ", 4) == 0) {
+            b->length = at + count + 1u;
+            return check_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
+        }
+        enum mr_status status = first ? MR_OK : take_line(b, text + at, count, error);
+        if (status != MR_OK)
+            return status;
+        at += count + 1u;
+    }
+}
+
+enum mr_status bringup_parse(struct bringup *b, const char *text, size_t length,
+                             struct error *error)
+{
+    *b = (struct bringup){.lines = 0};
+    b->text = calloc(length + 1u, 1);
+    if (!b->text)
+        abort();
+    size_t kept = 0;
+    for (size_t i = 0; i < length; i++) { /* what a terminal put in */
+        if (text[i] != '\r')
+            b->text[kept++] = text[i];
+    }
+    b->length = kept;
+    enum mr_status status = parse(b, b->text, kept, error);
+    b->text[b->length] = 0;
+    return status;
+}
+
+void bringup_free(struct bringup *b)
+{
+    free(b->text);
+    b->text = NULL;
+}
+
+const struct bringup_line *bringup_find(const struct bringup *b, const char *name)
+{
+    for (size_t i = 0; i < b->lines; i++) {
+        if (strcmp(b->line[i].name, name) == 0)
+            return &b->line[i];
+    }
+    return NULL;
+}
+
+/* ---- from a link ---- */
+
+/* Silence between two lines, at most. A report: its watchdog, or three rounds with the memory.
+ * memory: ten rounds, 0.4 s an erase, 6 s for one that does not end. brown-out: the flash may take
+ * some seconds. */
+static double silence_s(const char *section)
+{
+    return strcmp(section, "memory") == 0 ? 60.0 : 30.0;
+}
+
+struct listening {
+    char text[TEXT_MAX + 1];
+    size_t length;
+    double heard_s, begun_s, said_s;
+    size_t ready_at; /* where the line is that the word was last said after */
+    size_t bytes;    /* ever */
+};
+
+/* Where a line begins with `word`; NULL: none does. */
+static const char *find_line(const char *text, const char *word)
+{
+    for (const char *at = text; at; at = strchr(at, '\n')) {
+        at += *at == '\n';
+        if (strncmp(at, word, strlen(word)) == 0)
+            return at;
+    }
+    return NULL;
+}
+
+/* The section is there to its end; only then, for another may go before it. */
+static const char *whole_section(struct listening *l, const char *section)
+{
+    char begin[64], end[64];
+    snprintf(begin, sizeof begin, "begin %s ", section);
+    snprintf(end, sizeof end, "end %s ", section);
+    const char *from = find_line(l->text, begin);
+    const char *to = from ? find_line(from, end) : NULL;
+    return to && strchr(to, '\n') ? from : NULL;
+}
+
+static bool has_begun(const struct listening *l, const char *section)
+{
+    char begin[64];
+    snprintf(begin, sizeof begin, "begin %s ", section);
+    return find_line(l->text, begin) != NULL;
+}
+
+/* At another rate most of what comes is none. */
+static bool is_text(const struct listening *l)
+{
+    size_t others = 0;
+    for (size_t i = 0; i < l->length; i++)
+        others += (l->text[i] < ' ' || l->text[i] > '~') && !strchr("\r\n\t", l->text[i]);
+    return l->length > 0 && others * 10u < l->length;
+}
+
+static enum mr_status nobody(const struct listening *l, const struct link *link,
+                             const char *section, struct error *error)
+{
+    if (has_begun(l, section))
+        return error_set(error, MR_TRUNCATED,
+                         "bring-up: %s began and broke off after %zu bytes: %s; look at the cable "
+                         "and the supply, reset the board and ask again",
+                         section, l->bytes, link_spec(link));
+    if (find_line(l->text, "memory_done "))
+        return error_set(error, MR_WAIT,
+                         "the board is at its memory test: %s; ask again when that has ended, in "
+                         "some minutes",
+                         link_spec(link));
+    if (is_text(l))
+        return error_set(error, MR_TIMEOUT,
+                         "the board said something (%zu bytes), and no %s: %s; look at the cable, "
+                         "reset the board and ask again",
+                         l->bytes, section, link_spec(link));
+    return error_set(error, MR_TIMEOUT,
+                     "no bring-up image answers at %d baud (%zu bytes came): %s; flash it, see "
+                     "docs/howto/bring-up.md",
+                     BRINGUP_BAUD, l->bytes, link_spec(link));
+}
+
+static enum mr_status listen(struct listening *l, struct link *link, struct error *error)
+{
+    size_t count = 0;
+    uint64_t host_us;
+    struct pollfd poll_at = {.fd = link_fd(link), .events = POLLIN};
+    enum mr_status status = link_receive_bytes(link, (uint8_t *)l->text + l->length,
+                                               TEXT_MAX - l->length, &count, &host_us, error);
+    if (status == MR_TOO_FEW) {
+        (void)poll(&poll_at, 1, 100);
+        status = link_service(link, error);
+        return status == MR_TOO_FEW ? MR_OK : status;
+    }
+    for (size_t i = l->length; status == MR_OK && i < l->length + count; i++) {
+        if (l->text[i] == 0) /* noise on the line: it is no text */
+            l->text[i] = '?';
+    }
+    if (status == MR_OK && count) {
+        l->heard_s = steady_s();
+        l->bytes += count;
+        l->length += count;
+        l->text[l->length] = 0;
+    }
+    return status;
+}
+
+/* Bytes without a begin are no report: they make room. */
+static void forget_noise(struct listening *l)
+{
+    if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
+        l->length = l->ready_at = 0;
+        l->text[0] = 0;
+    }
+}
+
+/* A word is lost while the board resets itself, or before it runs: it is said again when the board
+ * says that it is ready, and when nothing comes; not once it is obeyed, for each copy would be
+ * obeyed as well. */
+static enum mr_status say_again(struct listening *l, struct link *link, const char *section,
+                                struct error *error)
+{
+    char word[32];
+    /* what stood in its line before is no word */
+    snprintf(word, sizeof word, "\n%s\n", section);
+    if (has_begun(l, section))
+        return MR_OK;
+    const char *ready = NULL;
+    for (const char *at = find_line(l->text, "ready:"); at; at = find_line(at + 1, "ready:"))
+        ready = at;
+    bool anew = ready && ready > l->text + l->ready_at;
+    double now_s = steady_s();
+    if (link_recorded(link) || (!anew && now_s - l->heard_s < SAY_AGAIN_S) ||
+        (!anew && now_s - l->said_s < SAY_AGAIN_S))
+        return MR_OK;
+    if (anew)
+        l->ready_at = (size_t)(ready - l->text);
+    l->said_s = now_s;
+    return link_send_bytes(link, (const uint8_t *)word, strlen(word), error);
+}
+
+static bool takes_too_long(const struct listening *l, const char *section)
+{
+    double now_s = steady_s();
+    bool begun = find_line(l->text, "begin ") != NULL; /* another one: ours comes after it */
+    return now_s - (begun ? l->heard_s : l->begun_s) > (begun ? silence_s(section) : ANSWER_S) ||
+           now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;
+}
+
+/* Until there is all of `section`, or with NULL the line `answer`. */
+static enum mr_status wait_for(struct listening *l, struct link *link, const char *section,
+                               const char *answer, const char **from, struct error *error)
+{
+    const char *asked = section ? section : "rom";
+    for (;;) {
+        enum mr_status status = listen(l, link, error);
+        *from = section ? whole_section(l, section) : find_line(l->text, answer);
+        if (*from)
+            return MR_OK;
+        if (find_line(l->text, "the boot ROM does not listen here"))
+            return error_set(error, MR_NOT_NOW,
+                             "this board's boot ROM does not listen at this port: %s; flash it as "
+                             "docs/howto/flash.md says",
+                             link_spec(link));
+        if (status == MR_CLOSED && link_recorded(link))
+            return find_line(l->text, "begin ")
+                     ? MR_OK /* cut off: the parser says how */
+                     : error_set(error, MR_MALFORMED, "no bring-up text: %s", link_spec(link));
+        if (status == MR_CLOSED)
+            return error_set(error, MR_CLOSED, "the board has closed the link: %s",
+                             link_spec(link));
+        if (status == MR_OK)
+            status = say_again(l, link, asked, error);
+        if (status != MR_OK)
+            return status;
+        forget_noise(l);
+        if (takes_too_long(l, asked))
+            return nobody(l, link, asked, error);
+    }
+}
+
+static enum mr_status ask(struct listening *l, struct link *link, const char *section,
+                          const char *answer, const char **from, struct error *error)
+{
+    enum mr_status status = link_recorded(link) ? MR_OK
+                                                : link_line(link, BRINGUP_BAUD, false, error);
+    l->begun_s = l->heard_s = steady_s();
+    l->said_s = l->begun_s - SAY_AGAIN_S;
+    l->heard_s -= SAY_AGAIN_S; /* the first time at once */
+    return status == MR_OK ? wait_for(l, link, section, answer, from, error) : status;
+}
+
+enum mr_status bringup_ask(struct bringup *b, struct link *link, const char *section,
+                           struct error *error)
+{
+    struct listening *l = calloc(1, sizeof *l);
+    const char *from = NULL;
+    *b = (struct bringup){.lines = 0};
+    if (!l)
+        abort();
+    enum mr_status status = ask(l, link, section, NULL, &from, error);
+    if (status == MR_OK && !from)
+        from = find_line(l->text, "begin ");
+    if (status == MR_OK)
+        status = bringup_parse(b, from, l->length - (size_t)(from - l->text), error);
+    free(l);
+    return status;
+}
+
+enum mr_status bringup_rom(struct link *link, struct error *error)
+{
+    struct listening *l = calloc(1, sizeof *l);
+    const char *from = NULL;
+    if (!l)
+        abort();
+    enum mr_status status = ask(l, link, NULL, "to the boot ROM", &from, error);
+    free(l);
+    return status;
+}

@@ -1,0 +1,363 @@
+/* matrig board ... bringup [report|memory|brown-out|rom]: reads what the bring-up image says, holds
+ * it against what it should say and against the last time, keeps it. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/answer.h"
+#include "host/board/bringup_judge.h"
+#include "host/commands/commands.h"
+#include "host/store/store_bringup.h"
+
+#define VALUE_TEXT 160
+
+struct request {
+    const struct cli *cli;
+    const char *serial, *db;
+};
+
+struct past {
+    bool found, strange; /* there is one, and this matrig does not understand it */
+    int64_t made_us;
+    struct bringup bringup;
+};
+
+/* ---- printing ---- */
+
+static json_t *number_or_word(const struct bringup_line *line)
+{
+    if (!line || line->none)
+        return json_null();
+    return isnan(line->number) || strncmp(line->value, "0x", 2) == 0 ? json_string(line->value)
+                                                                     : json_real(line->number);
+}
+
+static json_t *line_json(const struct bringup_judged *j)
+{
+    json_t *json = json_pack("{ssssss?so}", "name", j->name, "verdict",
+                             bringup_verdict_text(j->verdict), "unit",
+                             j->line ? j->line->unit : NULL, "value", number_or_word(j->line));
+    json_object_set_new(json, "said", json_boolean(j->line != NULL));
+    json_object_set_new(json, "last", number_or_word(j->last));
+    json_object_set_new(json, "moved", json_boolean(j->moved));
+    if (j->limit && !j->limit->words) {
+        json_object_set_new(json, "least", json_real(j->limit->least));
+        json_object_set_new(json, "most", json_real(j->limit->most));
+    }
+    if (j->limit && j->limit->words && *j->limit->words)
+        json_object_set_new(json, "words", json_string(j->limit->words));
+    json_object_set_new(json, "source", json_string(j->limit ? j->limit->source : ""));
+    json_object_set_new(json, "advice",
+                        json_string(j->limit && j->verdict ? j->limit->advice : ""));
+    return json;
+}
+
+static int print_json(const struct bringup *b, const struct bringup_judged *judged, size_t count,
+                      const struct past *past, int exit_code)
+{
+    const struct bringup_line *uid = bringup_find(b, "uid");
+    json_t *lines = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(lines, line_json(&judged[i]));
+    json_t *json = json_pack("{ssss?ssso}", "section", b->section, "board", uid ? uid->value : NULL,
+                             "verdict", bringup_verdict_text(bringup_worst(judged, count)), "lines",
+                             lines);
+    json_object_set_new(json, "compared_with_us",
+                        past->found ? json_integer(past->made_us) : json_null());
+    return cli_print_json(json, exit_code);
+}
+
+/* In the form of the value. */
+static void limits_text(const struct bringup_limit *limit, bool hexadecimal, char out[VALUE_TEXT])
+{
+    if (!limit || (limit->words && !*limit->words) ||
+        (!limit->words && limit->beyond == BRINGUP_OK))
+        *out = 0;
+    else if (limit->words)
+        snprintf(out, VALUE_TEXT, "%s", limit->words);
+    else if (hexadecimal && limit->least == limit->most)
+        snprintf(out, VALUE_TEXT, "0x%x", (unsigned)limit->least);
+    else if (hexadecimal)
+        snprintf(out, VALUE_TEXT, "0x%x to 0x%x", (unsigned)limit->least, (unsigned)limit->most);
+    else if (limit->least == limit->most)
+        snprintf(out, VALUE_TEXT, "%.10g", limit->least);
+    else
+        snprintf(out, VALUE_TEXT, "%.10g to %.10g", limit->least, limit->most);
+}
+
+/* Lines of one group in a row that are all in order: how many, from `at` on. */
+static size_t group_of(const struct bringup_judged *judged, size_t count, size_t at)
+{
+    size_t n = 1;
+    if (!judged[at].limit || !bringup_limit_is_group(judged[at].limit) || judged[at].verdict ||
+        judged[at].line->none)
+        return 1;
+    while (at + n < count && judged[at + n].limit == judged[at].limit && !judged[at + n].verdict &&
+           judged[at + n].line && strcmp(judged[at + n].line->unit, judged[at].line->unit) == 0)
+        n++;
+    return n;
+}
+
+static void value_text(const struct bringup_judged *judged, size_t group, char out[VALUE_TEXT])
+{
+    const struct bringup_line *least = judged->line, *most = judged->line;
+    for (size_t i = 1; i < group; i++) {
+        least = judged[i].line->number < least->number ? judged[i].line : least;
+        most = judged[i].line->number > most->number ? judged[i].line : most;
+    }
+    if (!judged->line)
+        snprintf(out, VALUE_TEXT, "not said");
+    else if (group > 1)
+        snprintf(out, VALUE_TEXT, "%s to %s %s", least->value, most->value, least->unit);
+    else if (judged->moved)
+        snprintf(out, VALUE_TEXT, "%s %s, was %s", least->value, least->unit, judged->last->value);
+    else
+        snprintf(out, VALUE_TEXT, "%s %s", least->value, least->unit);
+}
+
+static void print_row(struct answer *answer, const struct bringup_judged *j, size_t group)
+{
+    char value[VALUE_TEXT], limits[VALUE_TEXT], name[VALUE_TEXT];
+    value_text(j, group, value);
+    limits_text(j->limit, j->line && strncmp(j->line->value, "0x", 2) == 0, limits);
+    if (group > 1)
+        snprintf(name, sizeof name, "%s (%zu)", j->limit->name, group);
+    else
+        snprintf(name, sizeof name, "%s", j->name);
+    answer_row(answer);
+    answer_words(answer, NULL, "verdict", "%s", bringup_verdict_text(j->verdict));
+    answer_words(answer, NULL, "line", "%s", name);
+    answer_words(answer, NULL, "value", "%s", value);
+    answer_words(answer, NULL, "should be", "%s", limits);
+}
+
+static void print_advice(struct answer *answer, const struct bringup_judged *judged, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct bringup_judged *j = &judged[i];
+        if (!j->verdict)
+            continue;
+        const char *what = j->moved  ? "moved since the last time; what was changed?"
+                         : !j->limit ? "not known here: another version of the image?"
+                                     : j->limit->advice;
+        answer_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict), j->name,
+                        what, j->limit && *j->limit->source ? " [" : "",
+                        j->limit ? j->limit->source : "", j->limit && *j->limit->source ? "]" : "");
+    }
+}
+
+static int print_text(const struct request *request, const struct bringup *b,
+                      const struct bringup_judged *judged, size_t count, const struct past *past,
+                      int exit_code)
+{
+    size_t verdicts[BRINGUP_WRONG + 1] = {0};
+    struct answer *answer = answer_new(request->cli->si);
+    for (size_t i = 0; i < count; i++)
+        verdicts[judged[i].verdict]++;
+    answer_table(answer, NULL, b->section);
+    for (size_t i = 0; i < count;) {
+        size_t group = group_of(judged, count, i);
+        print_row(answer, &judged[i], group);
+        i += group;
+    }
+    answer_close(answer);
+    print_advice(answer, judged, count);
+    answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong%s", verdicts[BRINGUP_OK],
+                    verdicts[BRINGUP_LOOK], verdicts[BRINGUP_WRONG],
+                    !request->db    ? ""
+                    : past->found   ? "; compared with the last time, and kept"
+                    : past->strange ? "; kept"
+                                    : "; kept, the first of this board");
+    return answer_show(request->cli, answer, exit_code);
+}
+
+/* ---- the campaign ---- */
+
+/* One that is not understood, of another format, is compared with nothing. */
+static enum mr_status last_of(const struct cli *cli, struct store *store, const char *section,
+                              const char *uid, struct past *past, struct error *error)
+{
+    struct store_bringup row;
+    struct error strange = {0};
+    enum mr_status status = store_bringup_get(store, uid, section, &row, &past->found, error);
+    if (status != MR_OK || !past->found)
+        return status;
+    past->made_us = row.made_us;
+    if (bringup_parse(&past->bringup, row.text, strlen(row.text), &strange) != MR_OK) {
+        cli_note(cli, "what was kept of the last %s is compared with nothing: %s", section,
+                 strange.text);
+        past->found = false;
+        past->strange = true;
+    }
+    free(row.text);
+    return MR_OK;
+}
+
+/* What another section said since counts: brown-out sets what a report says. */
+static void say_newer(struct past *past, const struct past *other)
+{
+    if (!past->found || !other->found || other->made_us < past->made_us)
+        return;
+    for (size_t i = 0; i < past->bringup.lines; i++) {
+        struct bringup_line *line = &past->bringup.line[i];
+        const struct bringup_line *newer = bringup_find(&other->bringup, line->name);
+        *line = newer ? *newer : *line;
+    }
+}
+
+static enum mr_status look_back(const struct cli *cli, struct store *store, const struct bringup *b,
+                                const char *uid, struct past *past, struct error *error)
+{
+    enum mr_status status = last_of(cli, store, b->section, uid, past, error);
+    if (status != MR_OK || strcmp(b->section, "report") != 0)
+        return status;
+    struct past *other = calloc(1, sizeof *other);
+    if (!other)
+        abort();
+    status = last_of(cli, store, "brown-out", uid, other, error);
+    say_newer(past, other);
+    bringup_free(&other->bringup);
+    free(other);
+    return status;
+}
+
+static enum mr_status keep(struct store *store, const struct bringup *b, const char *uid,
+                           enum bringup_verdict verdict, struct error *error)
+{
+    struct store_bringup row = {.made_us = (int64_t)link_now_us(), .text = b->text};
+    snprintf(row.verdict, sizeof row.verdict, "%s", bringup_verdict_text(verdict));
+    enum mr_status status = store_begin(store, error);
+    if (status == MR_OK)
+        status = store_bringup_put(store, uid, b->section, &row, error);
+    return status == MR_OK ? store_commit(store, error) : status;
+}
+
+static int judge_and_keep(const struct request *request, const struct bringup *b,
+                          struct error *error)
+{
+    static struct bringup_judged judged[BRINGUP_JUDGED];
+    struct past *past = calloc(1, sizeof *past);
+    struct store *store = NULL;
+    size_t count = 0;
+    const struct bringup_line *uid = bringup_find(b, "uid");
+    enum mr_status status = MR_OK;
+    if (!past)
+        abort();
+    if (request->db && !uid)
+        status = error_set(error, MR_MALFORMED,
+                           "the board does not say who it is (uid): nothing is kept");
+    if (status == MR_OK && request->db)
+        status = store_open(request->db, STORE_CREATE, &store, error);
+    if (status == MR_OK && request->db)
+        status = look_back(request->cli, store, b, uid->value, past, error);
+    if (status == MR_OK)
+        count = bringup_judge(b, past->found ? &past->bringup : NULL, judged);
+    if (status == MR_OK && request->db)
+        status = keep(store, b, uid->value, bringup_worst(judged, count), error);
+    store_close(store);
+    int exit_code = bringup_worst(judged, count) == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT)
+                                                                  : 0;
+    exit_code = status != MR_OK    ? cli_fail(error)
+              : request->cli->json ? print_json(b, judged, count, past, exit_code)
+                                   : print_text(request, b, judged, count, past, exit_code);
+    bringup_free(&past->bringup);
+    free(past);
+    return exit_code;
+}
+
+/* ---- the board ---- */
+
+static int go_to_rom(const struct request *request, struct link *link, struct error *error)
+{
+    if (bringup_rom(link, error) != MR_OK)
+        return cli_fail(error);
+    if (request->cli->json)
+        return cli_print_json(json_pack("{ss}", "started", "rom"), 0);
+    puts("the boot ROM runs: flash the next image");
+    return 0;
+}
+
+static int talk(const struct request *request, const char *section)
+{
+    struct error error = {0};
+    struct link *link = NULL;
+    struct bringup *b = calloc(1, sizeof *b);
+    int exit_code;
+    if (!b)
+        abort();
+    enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, &error);
+    if (status == MR_OK && strcmp(section, "rom") == 0)
+        exit_code = go_to_rom(request, link, &error);
+    else if (status == MR_OK && bringup_ask(b, link, section, &error) == MR_OK)
+        exit_code = judge_and_keep(request, b, &error);
+    else
+        exit_code = cli_fail(&error);
+    link_close(link);
+    bringup_free(b);
+    free(b);
+    return exit_code;
+}
+
+static bool is_section(const char *word)
+{
+    static const char *const sections[] = {BRINGUP_SECTIONS, "rom"};
+    for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) {
+        if (strcmp(word, sections[i]) == 0)
+            return true;
+    }
+    return false;
+}
+
+static int bringup_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *words[2];
+    struct request r = {.cli = cli};
+    struct error error = {0};
+    enum mr_status status = command_parse(&command_board_bringup, argc, argv, cli, &r, words,
+                                          &error);
+    const char *section = status == MR_OK && words[1] ? words[1] : "report";
+    if (status == MR_OK && strcmp(words[0], "bringup") != 0)
+        status = error_set(&error, MR_USAGE, "not bringup: '%s'; see matrig board --help",
+                           words[0]);
+    if (status == MR_OK && !is_section(section))
+        status = error_set(&error, MR_USAGE,
+                           "not report, memory, brown-out or rom: '%s'; see matrig board --help",
+                           section);
+    if (status == MR_OK && !r.serial)
+        status = error_set(&error, MR_USAGE,
+                           "no link: matrig board needs --serial LINK; see matrig board --help");
+    if (status == MR_OK && strcmp(section, "rom") == 0 &&
+        (strncmp(r.serial, "file:", 5) == 0 || strncmp(r.serial, "paced:", 6) == 0))
+        status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one",
+                           r.serial);
+    if (status == MR_OK && r.db && strcmp(section, "rom") == 0)
+        status = error_set(&error, MR_USAGE, "rom says nothing to keep: leave --db out");
+    return status == MR_OK ? talk(&r, section) : cli_fail(&error);
+}
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_WORD("bringup",
+              "what the bring-up image of a new board says (make bringup; 115200 baud), held "
+              "against limits: ok, look or wrong,\n"
+              "and what to do. --db keeps it with the board's identity and says what has moved "
+              "since the last time. Words behind\n"
+              "it: memory erases, programs and verifies an empty sector of the black box a "
+              "thousand times; brown-out sets the\n"
+              "level that the board's supply allows; rom starts the boot ROM, for the next image. "
+              "Exit 1 when a line is wrong\n"
+              "matrig board --serial serial:/dev/ttyUSB0 bringup --db campaign.db"),
+    OPTION_TEXT("--serial", "LINK", serial, NULL),
+    OPTION_TEXT("--db", "DB", db, NULL),
+};
+
+/* Of matrig board. */
+const struct command command_board_bringup = {
+    "board",
+    bringup_command,
+    "bringup [report|memory|brown-out|rom] [--db DB]",
+    "a new board's first words",
+    COMMAND_PARTS(parts),
+    {1, 2, "bringup [report|memory|brown-out|rom]"},
+};

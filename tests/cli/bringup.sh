@@ -1,0 +1,279 @@
+#!/usr/bin/env bash
+# The bring-up image on the emulated boards, and what matrig board bringup makes of what it says. Expected values: the emulated boards'
+# own oscillators, supplies and memories, which the image is not told.
+. "$(dirname "$0")/tap.sh"
+sockets=$(mktemp -d)
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
+
+# say NAME ELF BOARD-OPTION...: what a board says from power on, in $tmp/NAME.txt
+say() {
+    timeout 60 build/matrig-board --elf "$2" --serial "file:$tmp/$1.txt" --baud 115200 --times typical --for 4.5 "${@:3}" 2>"$tmp/$1.err"
+}
+# start ELF BOARD-OPTION...: an emulated board at the pseudo-terminal $sockets/tty; stop: its end, what it says in $tmp/board.err
+start() {
+    timeout 100 build/matrig-board --elf "$1" --serial "pty:$sockets/tty" --times typical --for 600 "${@:2}" 2>"$tmp/board.err" &
+    board=$!
+    await test -L "$sockets/tty"
+}
+stop() { kill $board; wait $board 2>/dev/null; }
+bringup() { timeout 60 build/matrig board --serial "pty:$sockets/tty" bringup "$@"; }
+judge() { build/matrig board --serial "file:$tmp/$1.txt" bringup "${@:2}"; } # of text that was kept
+value() { awk -v n="$2" '$1 == n { print $2 }' "$tmp/$1.txt"; }
+says() { [ "$(value "$1" "$2")" = "$3" ] || { echo "$1: $2 is $(value "$1" "$2"), not $3"; return 1; }; }
+# The text with lines changed by a sed script and a new end: it is whole again.
+reseal() { # FROM TO SCRIPT
+    python3 - "$tmp/$1.txt" "$tmp/$2.txt" "$3" <<'P'
+import subprocess, sys, zlib
+text = open(sys.argv[1]).read()
+body = text[text.index("begin "):text.index("\nend ") + 1]
+body = subprocess.run(["sed", sys.argv[3]], input=body, capture_output=True, text=True).stdout
+lines = body.count("\n") - 1
+open(sys.argv[2], "w").write(body + "end %s %d %08x\n" % (body.split()[1], lines, zlib.crc32(body.encode())))
+P
+}
+
+zg=build/firmware/bringup.elf
+discovery=build/firmware/discovery/bringup.elf
+# Two memories: one with an empty end, one without an empty sector.
+python3 - "$tmp" <<'P'
+import sys
+full = bytes(range(256)) * 65536
+open(sys.argv[1] + "/nor.full", "wb").write(full)
+open(sys.argv[1] + "/nor.part", "wb").write(full[:16000000] + bytes([255]) * 777216)
+P
+cp "$tmp/nor.full" "$tmp/nor.full.was"
+cp "$tmp/nor.part" "$tmp/nor.part.was"
+say zg $zg --nor "$tmp/nor.part" &
+say discovery $discovery
+wait
+say nucleo446 build/firmware/nucleo446/bringup.elf
+say strange $zg --hsi-ppm 5000 --lsi 40000 --hse 0 &
+say slow $zg --lsi 17500 --hsi-ppm -4000 --nor "$tmp/nor.full"
+wait
+
+whole_and_in_order() { # one to look at: brown-out is off from the factory
+    judge "$1" >"$tmp/out" && tail -n 1 "$tmp/out" | grep -qx "$2 ok, 1 to look at, 0 wrong" && grep -q '^  look  *brown_out  *0 level  *2 to 3$' "$tmp/out" &&
+        [ "$(wc -L <"$tmp/out")" -le 100 ]
+}
+each_its_inputs() {
+    [ "$(grep -c '^noise_without_prefetch_' "$tmp/zg.txt")" = 24 ] && [ "$(grep -c '^noise_without_prefetch_' "$tmp/discovery.txt")" = 13 ] &&
+        says zg board zg && says discovery board discovery && says nucleo446 chip 0x421 && says zg supply 3.300 && says discovery supply 2.999
+}
+# The emulated board's cycle counter counts instructions: the table that the budget is made of must be of these very sources.
+budget_table_holds() {
+    awk -F'[(,]' 'FNR == NR { if (/^TASK/) { want[$2] = $3 } next }
+        match($0, /^cycles_[a-z]+ /) { split($0, w, " "); n = substr(w[1], 8); if (n in want) { seen++; d = w[2] / want[n] - 1
+            if (d > 0.02 || d < -0.02) { print n ": " w[2] " instructions, tasks.def has " want[n]; bad = 1 } } }
+        END { exit bad || seen != 8 }' firmware/bringup/tasks.def "$tmp/zg.txt"
+}
+# The watchdog's 40 and 17.5 kHz by a core that runs 0.5 % fast: 40 / 1.005; by the crystal: as it is.
+oscillators_as_given() {
+    says strange clock internal_pll && says strange crystal none && says strange can_frames none && says strange low_speed 39.801 &&
+        says slow clock crystal && says slow crystal 8032 && says slow internal 15936 && says slow low_speed 17.500
+}
+stack_is_caught() { says zg stack_overflow bus_fault && says zg stack_address 0x1fffffe0 && grep -q 'resets 2, faults 1' "$tmp/zg.err"; }
+wrong_is_exit_1() {
+    judge strange >"$tmp/out"
+    [ $? = 1 ] && grep -Eq '^wrong: clock: no crystal' "$tmp/out" && grep -Eq '^look: can_frames: ' "$tmp/out"
+}
+each_limit_is_looked_at() { # a line, what it says now, what is said of it
+    local what to verdict
+    while read -r what to verdict; do
+        reseal zg changed "s/^$what [^ ]*/$what $to/" && judge changed >"$tmp/out"
+        grep -Eq "^$verdict: $what: " "$tmp/out" || { echo "$what $to is not $verdict"; return 1; }
+    done <<'L'
+chip 0x419 wrong
+read_protection 0xff wrong
+write_protected 0x10 wrong
+options_stored differ look
+cycles_per_tick 1.900 wrong
+timer_offset 20 wrong
+conversion_last 10499 wrong
+supply_error -0.021 look
+level_staircase 100.1 look
+noise_gage_3 3.1 look
+noise_gage_3 0.000 look
+noise_without_prefetch_reference none look
+of_budget_predict 1.001 look
+gates_passed 3 wrong
+can_frames 99 wrong
+memory_id 0xffffff wrong
+memory_wrong 1 wrong
+stack_overflow no_fault wrong
+watchdog none wrong
+low_speed 47.1 wrong
+L
+}
+missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not said ' "$tmp/out"; }
+unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: not known here' "$tmp/out"; }
+cut_and_damaged() {
+    sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'report has no end; [0-9]+ lines came; look at the cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 '144 lines of 145 came' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed 's/^watchdog 5/watchdog 4/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the checksum is' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, this matrig has 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        fails_with 4 'no bring-up text' build/matrig board --serial file:README.md bringup &&
+        sed 's/$/\r/' "$tmp/zg.txt" >"$tmp/dos.txt" && judge dos >"$tmp/out"
+}
+kept_and_compared() {
+    local db=$tmp/c.db
+    judge zg --db "$db" | grep -q 'kept, the first of this board$' && judge zg --db "$db" | grep -q 'compared with the last time, and kept$' || return 1
+    reseal zg moved 's/^low_speed .* kHz/low_speed 28.000 kHz/; s/^crystal 8000/crystal 8030/' && judge moved --db "$db" >"$tmp/out" || return 1
+    grep -Eq '^  look +low_speed +28.000 kHz, was 32.000 +17 to 47$' "$tmp/out" && grep -q '^look: low_speed: moved since the last time' "$tmp/out" &&
+        ! grep -q 'look.*crystal' "$tmp/out" && [ "$(sqlite3 "$db" "select count(*), group_concat(distinct board_uid) from bringups")" = '3|003100425847500F20343635' ] &&
+        [ "$(sqlite3 "$db" "select text from bringups where id=1")" = "$(sed -n '/^begin/,/^end/p' "$tmp/zg.txt")" ]
+}
+kept_of_another_format() { # it is said, and does not stand in the way of the next
+    cp "$tmp/c.db" "$tmp/strange.db" && sqlite3 "$tmp/strange.db" "update bringups set text = replace(text, 'begin report 1', 'begin report 2')" &&
+        judge zg --db "$tmp/strange.db" >"$tmp/out" 2>"$tmp/err" && grep -q 'wrong; kept$\|wrong; kept *$' "$tmp/out" && grep -q 'compared with nothing: .*format 2' "$tmp/err" &&
+        judge zg --db "$tmp/strange.db" 2>"$tmp/err" | grep -q 'compared with the last time, and kept$' && [ ! -s "$tmp/err" ]
+}
+own_level_has_not_moved() { # what brown-out set since is no surprise to a report; what it did not set is
+    local db=$tmp/own.db
+    sed -n '/^begin/,/^end/p' "$tmp/zg.txt" | sed -n '/^begin\|^uid\|^board\|^image\|^supply \|^brown_out \|^end/p' >"$tmp/few.txt"
+    reseal few own 's/^begin report/begin brown-out/; s/^supply.*/&\nbrown_out_set written result/; s/^brown_out [0-9]/brown_out 3/'
+    reseal zg level3 's/^brown_out 0/brown_out 3/' && reseal zg level2 's/^brown_out 0/brown_out 2/' &&
+        judge zg --db "$db" >"$tmp/out" && judge own --db "$db" >"$tmp/out" && judge level3 --db "$db" >"$tmp/out" || return 1
+    grep -q 'moved' "$tmp/out" && return 1
+    judge level2 --db "$db" >"$tmp/out" && grep -q '^look: brown_out: moved' "$tmp/out"
+}
+numbers_are_finite() { # nan and inf are words
+    reseal zg changed 's/^low_speed [^ ]*/low_speed inf/; s/^supply [^ ]*/supply nan/' && build/matrig --json board --serial "file:$tmp/changed.txt" bringup >"$tmp/out"
+    [ $? = 1 ] && grep -q '"value":"inf"' "$tmp/out" && grep -q '"value":"nan"' "$tmp/out"
+}
+older_campaign_gets_the_table() {
+    cp "$tmp/c.db" "$tmp/old.db" && sqlite3 "$tmp/old.db" 'drop table bringups' && judge zg --db "$tmp/old.db" 2>"$tmp/err" | grep -q 'the first of this board$' &&
+        grep -q 'tables of this matrig added' "$tmp/err" &&
+        gzip -dc tests/host/campaigns/v3.db.gz >"$tmp/v3.db" && judge zg --db "$tmp/v3.db" >"$tmp/out" 2>"$tmp/err" && grep -q 'brought forward from version 3' "$tmp/err"
+}
+json_says_the_same() {
+    build/matrig --json board --serial "file:$tmp/zg.txt" bringup >"$tmp/out.json" && python3 - "$tmp/out.json" <<'P'
+import json, sys
+d = json.load(open(sys.argv[1]))
+lines = {l["name"]: l for l in d["lines"]}
+assert d["verdict"] == "look" and d["board"] == "003100425847500F20343635" and d["section"] == "report" and len(d["lines"]) == 145
+assert lines["watchdog"]["value"] == 500.999 and lines["watchdog"]["least"] == 340 and lines["watchdog"]["verdict"] == "ok"
+assert lines["brown_out"]["verdict"] == "look" and "brown-out" in lines["brown_out"]["advice"]
+assert lines["package"]["value"] is None and lines["chip"]["value"] == "0x413"
+P
+}
+# A board by hand: the level that its supply allows, the ROM, the firmware; which then says the level, of the same option bytes.
+brown_out_rom_and_firmware() { # 3 where 3.3 V are measured
+    start $zg --flash "$tmp/flash"
+    bringup brown-out >"$tmp/out" && grep -Eq 'supply +3.(299|300) V' "$tmp/out" && grep -Eq 'brown_out_set +written' "$tmp/out" && grep -Eq 'brown_out +3 level' "$tmp/out" &&
+        bringup rom && build/matrig --quiet flash "pty:$sockets/tty" build/firmware/matrig.elf --boot0 --baud 460800 &&
+        build/matrig board --serial "pty:$sockets/tty" health >"$tmp/health" && grep -Eq 'brown-out +2.8 V' "$tmp/health"
+    local status=$?
+    stop
+    cat "$tmp/out" "$tmp/health"
+    return $status
+}
+brown_out_at_3_volts() { # level 2, of 2.5 V; and its boot ROM listens elsewhere
+    start $discovery
+    bringup brown-out >"$tmp/out" && grep -Eq 'supply +(2.999|3.000) V' "$tmp/out" && grep -Eq 'brown_out +2 level' "$tmp/out" &&
+        fails_with 2 'boot ROM does not listen at this port' build/matrig board --serial "pty:$sockets/tty" bringup rom
+    local status=$?
+    stop
+    return $status
+}
+brown_out_of_a_wrong_supply() { # more than 5 % off the board's own: nothing is set
+    start $1 --vdda $2
+    bringup brown-out >"$tmp/out"
+    local status=$?
+    stop
+    cat "$tmp/out"
+    [ $status = 1 ] && grep -Eq 'brown_out_set +supply_not_the_boards' "$tmp/out" && grep -Eq 'brown_out +0 level' "$tmp/out" &&
+        grep -q '^wrong: brown_out_set: nothing was set' "$tmp/out"
+}
+memory_is_spared() { # nothing but an empty sector is touched; with none it says so and leaves all alone
+    says zg memory_sector 4063 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
+        says slow memory_sector none && cmp "$tmp/nor.full" "$tmp/nor.full.was" && judge slow >"$tmp/out" && grep -q '^look: memory_sector: no sector is empty' "$tmp/out"
+}
+a_thousand_rounds() { # in make long
+    [ -z "${MATRIG_LONG:-}" ] || { start $zg; bringup memory >"$tmp/out"; stop; grep -Eq 'memory_rounds +1000 rounds' "$tmp/out" && grep -Eq 'memory_wrong +0 pages' "$tmp/out"; }
+}
+# A board of few words, at $sockets/few. When a word comes it says $tmp/few.txt up to byte FROM, then nothing for 5 s, then the rest up
+# to byte TO. $tmp/words: what else it was told.
+few_words() { # FROM TO
+    rm -f "$sockets/few" "$tmp/words"
+    python3 - "$sockets/few" "$tmp/few.txt" "$tmp/words" "$@" <<'P' &
+import socket, sys, time
+path, text, words, first, last = sys.argv[1:]
+text = open(text, "rb").read()
+s = socket.socket(socket.AF_UNIX)
+s.bind(path)
+s.listen(1)
+c, _ = s.accept()
+c.recv(100)
+c.sendall(text[:int(first)])
+time.sleep(5)
+told = b""
+try:
+    c.sendall(text[int(first):int(last)])
+    while b := c.recv(100):
+        told += b
+except OSError:
+    pass
+open(words, "wb").write(told)
+P
+    few=$!
+    await test -S "$sockets/few"
+}
+a_word_is_said_once() { # within the section a silence of 5 s
+    reseal zg few 's/^begin report/begin memory/'
+    few_words 100 99999
+    timeout 60 build/matrig board --serial "unix:$sockets/few" bringup memory >"$tmp/out"
+    wait $few
+    grep -q ' ok, ' "$tmp/out" && [ -e "$tmp/words" ] && [ ! -s "$tmp/words" ]
+}
+broken_off_is_said() { # text, and then nothing
+    printf 'memory_done 10 rounds\n' >"$tmp/few.txt"
+    few_words 10 99
+    fails_with 3 'at its memory test: unix:.*ask again' build/matrig board --serial "unix:$sockets/few" bringup || return 1
+    printf 'matrig bring-up\n' >"$tmp/few.txt"
+    few_words 16 16
+    fails_with 3 'said something \(16 bytes\), and no report: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
+    [ -n "${MATRIG_LONG:-}" ] || return 0 # half a minute of silence
+    cp "$tmp/zg.txt" "$tmp/few.txt"
+    few_words 100 300
+    fails_with 4 'report began and broke off after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
+}
+nobody_there() { # the firmware speaks at another rate
+    timeout 100 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/s" --speed real --for 30 2>"$tmp/board.err" &
+    fails_with 3 'no bring-up image answers at 115200 baud \([0-9]+ bytes came\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
+    local status=$?
+    kill %% 2>/dev/null
+    return $status
+}
+silly_words() {
+    fails_with 2 "not report, memory, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
+        fails_with 2 'leave --db out' build/matrig board --serial unix:x bringup rom --db x.db && fails_with 2 'a file is no board' build/matrig board --serial file:x bringup rom
+}
+
+check "board zg says all of it, and all is well but the brown-out level" whole_and_in_order zg 144
+check "board discovery likewise" whole_and_in_order discovery 111
+check "board nucleo446 likewise" whole_and_in_order nucleo446 144
+check "each board its own inputs and supply" each_its_inputs
+check "instructions of the tasks are those that the budget's table has" budget_table_holds
+check "oscillators are measured as they are" oscillators_as_given
+check "a stack that overflows is a fault, told with its address" stack_is_caught
+check "without a crystal: wrong, exit 1, and what follows from it" wrong_is_exit_1
+check "each limit is looked at" each_limit_is_looked_at
+check "a line that is missing is wrong" missing_is_wrong
+check "a line that nobody knows is said" unknown_is_looked_at
+check "cut off, damaged, of another format, no text at all" cut_and_damaged
+check "kept with the board's identity, and compared with the last time" kept_and_compared
+check "one that was kept in another format" kept_of_another_format
+check "the level that brown-out set has not moved" own_level_has_not_moved
+check "no number but finite ones" numbers_are_finite
+check "campaigns of before get the table" older_campaign_gets_the_table
+check "the same as JSON" json_says_the_same
+check "the brown-out level of 3.3 V; then the boot ROM on a word, and the firmware" brown_out_rom_and_firmware
+check "the brown-out level of 3.0 V; no boot ROM where it does not listen" brown_out_at_3_volts
+check "no brown-out level of a supply that is not the board's" brown_out_of_a_wrong_supply $discovery 3.3
+check "the memory test spares what is kept" memory_is_spared
+check "the memory a thousand times" a_thousand_rounds
+check "another image answers nothing that is understood" nobody_there
+check "a word that is obeyed is not said again" a_word_is_said_once
+check "what breaks off is said so" broken_off_is_said
+check "silly words" silly_words
+finish

@@ -1,0 +1,318 @@
+/* Electricity of the rig: what is relative to what, the supply from 3.0 to 3.6 V, and boards that
+ * are drawn from the figures of the circuits. Expected values are worked out from the figures or
+ * counted in the truth of the run, not taken from the rig. */
+#include <math.h>
+
+#include "common/channels.h"
+#include "common/crash.h"
+#include "firmware/config.h"
+#include "tests/electronics/boards.h"
+#include "tests/hil/ear.h"
+#include "tests/long.h"
+
+/* ---- the three rules ---- */
+
+static void each_kind_has_its_rule(void **state)
+{
+    (void)state;
+    assert_int_equal(mr_relative_to(MR_KIND_DISPLACEMENT), MR_RELATIVE_TO_REFERENCE);
+    assert_int_equal(mr_relative_to(MR_KIND_TENSION), MR_RELATIVE_TO_REFERENCE);
+    assert_int_equal(mr_relative_to(MR_KIND_STAIRCASE), MR_RELATIVE_TO_VDDA);
+    assert_int_equal(mr_relative_to(MR_KIND_REFERENCE), MR_RELATIVE_TO_VDDA);
+    assert_int_equal(mr_relative_to(MR_KIND_NONE), MR_RELATIVE_TO_NOTHING);
+}
+
+/* What landing 5 becomes at a supply. */
+struct heard {
+    unsigned named, misnamed, edges;
+    uint32_t tick[HIL_RUN_SWITCHES];
+    unsigned blocks, missing, wrong, other;
+    uint32_t reference_faults;
+};
+
+/* Each reading of a block against the truth of the run in the 40 ms around the time it came, a
+ * hundredth of an inch and 2 lb beside it; or missing. */
+static void judge_block(const struct ear *ear, double now_s, struct heard *heard)
+{
+    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], &ear->block);
+    for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++) {
+        struct mr_reading reading = mr_channel_read(&config.channel[c], &ear->block, c, ratio);
+        double beside = c < MR_TRANSDUCERS ? 0.01 : 2.0, least = (double)INFINITY,
+               most = -(double)INFINITY;
+        for (int ms = -35; ms <= 5; ms++) {
+            double truth = hil_run_truth(&ear->run, c, now_s + 1e-3 * ms);
+            least = fmin(least, truth);
+            most = fmax(most, truth);
+        }
+        double value = (double)reading.value;
+        if (reading.validity == MR_INVALID_REFERENCE)
+            heard->missing++;
+        else if (reading.validity != MR_VALID)
+            heard->other++;
+        else if (value < least - beside || value > most + beside)
+            heard->wrong++;
+    }
+}
+
+/* An edge is told each 0.1 s at most: none is passed over in 10 ms. */
+static void take_edge(const struct ear *ear, struct heard *heard)
+{
+    struct mr_edge edge;
+    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_MAX), MR_OK);
+    assert_in_range(heard->edges, 0, HIL_RUN_SWITCHES - 1);
+    heard->tick[heard->edges++] = edge.tick;
+    heard->named += edge.position == heard->edges;
+    heard->misnamed += edge.position && edge.position != heard->edges;
+}
+
+static void play_at(double vdda_v, double until_s, struct heard *heard)
+{
+    struct hil_options options = ear_options();
+    options.vdda_v = vdda_v;
+    options.adc_noise = true;
+    struct ear *ear = ear_open(&options, 5);
+    memset(heard, 0, sizeof *heard);
+    for (double t_s = 0.9; t_s < until_s; t_s += 0.01) {
+        unsigned blocks = ear->blocks, edges = ear->heard[EAR_CAN][MR_ID_EDGE];
+        ear_until(ear, t_s);
+        heard->blocks += ear->blocks > blocks;
+        if (ear->blocks > blocks)
+            judge_block(ear, t_s, heard);
+        assert_in_range(ear->heard[EAR_CAN][MR_ID_EDGE] - edges, 0, 1);
+        if (ear->heard[EAR_CAN][MR_ID_EDGE] > edges)
+            take_edge(ear, heard);
+    }
+    heard->reference_faults = ear->fault[MR_FAULT_REFERENCE].count;
+    ear_close(ear);
+}
+
+/* Two percent of 3.3 V either way: 3.235 to 3.367 V. Inside all is as at 3.3 V; beyond it every
+ * reading that is relative to the reference is missing, that is told, and switches and speeds go
+ * on. */
+static void the_supply_from_3_0_to_3_6_V(void **state)
+{
+    static const double supplies[] = {3.3, 3.0, 3.1, 3.22, 3.24, 3.36, 3.38, 3.5, 3.6};
+    struct heard at_nominal, heard;
+    (void)state;
+    printf("# VDDA V | switches named, wrongly | readings missing, wrong | fault REFERENCE\n");
+    for (unsigned i = 0; i < sizeof supplies / sizeof supplies[0]; i++) {
+        play_at(supplies[i], 3.6, &heard);
+        if (i == 0)
+            at_nominal = heard;
+        double off = fabs(supplies[i] / 3.3 - 1.0);
+        unsigned readings = heard.blocks * (MR_TRANSDUCERS + MR_GAGES);
+        printf("# %.2f | %u, %u | %u, %u of %u | %u\n", supplies[i], heard.named, heard.misnamed,
+               heard.missing, heard.wrong, readings, (unsigned)heard.reference_faults);
+        assert_true(heard.blocks > 200);
+        assert_int_equal(heard.wrong, 0);
+        assert_int_equal(heard.other, 0);
+        assert_int_equal(heard.misnamed, 0);
+        assert_int_equal(heard.named, at_nominal.named);
+        assert_memory_equal(heard.tick, at_nominal.tick, sizeof heard.tick); /* times: to nothing */
+        assert_int_equal(heard.missing, off > 0.02 ? readings : 0);
+        assert_true((heard.reference_faults > 0) == (off > 0.02));
+    }
+    assert_in_range(at_nominal.named, 10, 24);
+}
+
+/* ---- a drawn board ---- */
+
+static void a_curve_keeps_its_bounds(void **state)
+{
+    static float curve[HIL_ADC_CODES];
+    uint64_t random = 3;
+    (void)state;
+    for (unsigned n = 0; n < 50; n++) {
+        double peak = 0.0, jump = 0.0, wanted = n % 2 ? 1.5 : 3.0;
+        hil_adc_draw_inl(curve, wanted, &random);
+        for (unsigned code = 0; code < HIL_ADC_CODES; code++) {
+            peak = fmax(peak, fabs((double)curve[code]));
+            jump = code ? fmax(jump, fabs((double)curve[code] - (double)curve[code - 1])) : 0.0;
+        }
+        assert_near(peak, wanted, 0.02);
+        assert_true(jump < 2.05); /* ED, DS8626 table 68 */
+        assert_near(curve[0], 0.0, 1e-6);
+        assert_near(curve[HIL_ADC_CODES - 1], 0.0, 1e-6);
+    }
+}
+
+/* 112 clocks of 21 MHz are 5.3 us, 108 time constants of 7 kOhm and 7 pF: the kick alone is left.
+ * Three clocks are 143 ns, 2.92 time constants: 5.4 %. */
+static void a_short_window_leaves_some_of_the_neighbour(void **state)
+{
+    static struct hil_adc_errors errors;
+    (void)state;
+    errors.source_ohm[3] = 1000.0;
+    errors.kick_rel[3] = 1e-4;
+    assert_near(hil_adc_left(&errors, 3, 112.0 / 21e6), 1e-4, 1e-12);
+    assert_near(hil_adc_left(&errors, 3, 3.0 / 21e6), 0.0542 + 1e-4, 2e-4);
+}
+
+static void a_seed_is_a_board(void **state)
+{
+    static struct hil_electronics one, again, other, ideal;
+    struct hil_options options;
+    (void)state;
+    hil_options_default(&options);
+    hil_electronics_make(&ideal, &options, NULL);
+    assert_false(ideal.drawn);
+    options.board_drawn = true;
+    options.board_seed = 5;
+    hil_electronics_make(&one, &options, NULL);
+    hil_electronics_make(&again, &options, NULL);
+    options.board_seed = 6;
+    hil_electronics_make(&other, &options, NULL);
+    assert_memory_equal(&one, &again, sizeof one);
+    assert_true(one.gage_gain[0] != other.gage_gain[0]);
+    assert_true(one.adc.inl_lsb[0][1000] != other.adc.inl_lsb[0][1000]);
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
+        assert_near(one.step_codes[i], ideal.step_codes[i], 1.0); /* 0.1 % of 248, twice */
+}
+
+/* A balance trim that reaches 680 lb: a bridge 500 lb off is trimmed to what is left; one 700 lb
+ * off keeps 20. */
+static void a_trim_reaches_so_far(void **state)
+{
+    (void)state;
+    assert_near(hil_electronics_trimmed(500.0, 680.0, 0.3), 0.3, 1e-12);
+    assert_near(hil_electronics_trimmed(-700.0, 680.0, 0.3), -19.7, 1e-12);
+}
+
+static void covers(const char *what, double left, double stated)
+{
+    printf("# %s: %.4g by the figures, %.4g stated\n", what, left, stated);
+    assert_true(stated >= left);
+    assert_true(stated < 2.0 * left);
+}
+
+/* What the built-in configuration states covers the circuits' figures over 10 degrees either way
+ * (evenly: over sqrt(3)), beside what the sensors' own sheets say, 0.5 % evenly. A bridge's zero:
+ * trim, drift, the converter's offset and half of its INL. */
+static void what_is_stated_covers_the_circuits(void **state)
+{
+    const struct mr_channel_config *gage = &config.channel[MR_TRANSDUCERS];
+    const double warmer = 10.0 / sqrt(3.0), sheet = 0.005 / sqrt(3.0);
+    struct hil_figures f;
+    (void)state;
+    hil_figures_reference(&f);
+    double converter = hypot(f.adc_offset_lsb, 0.5 * f.adc_inl_typical_lsb);
+    covers("a bridge's zero before it is measured, lb",
+           hypot(hypot(f.gage_trim_left_lb, f.gage_drift_lb_k * warmer),
+                 converter * (double)gage->unit_per_code),
+           (double)gage->zero_error);
+    double read = hypot(f.reference_read_sd_rel, converter / (double)MR_REFERENCE_CODE);
+    covers("a bridge's gain",
+           hypot(hypot(sheet, f.gage_gain_sd_rel), hypot(f.gage_excitation_sd_rel, read)),
+           (double)gage->gain_error);
+    covers("a transducer's gain",
+           hypot(hypot(hypot(sheet, f.transducer_gain_sd_rel),
+                       f.transducer_cell_ppm_k * 1e-6 * warmer),
+                 hypot(f.transducer_excitation_sd_rel, read)),
+           (double)config.channel[0].gain_error);
+}
+
+/* Twenty boards (make long: a thousand): every switch has its name, every trimmed bridge is inside
+ * the amplifier's range, the command zero is taken, and what a calibration leaves is what it says.
+ * */
+static void boards_name_and_measure(void **state)
+{
+    static struct board_outcome o;
+    unsigned boards = tests_take(20, 1000), named = 0, inside = 0, edge = 0;
+    double zero_lb = 0.0, zero_in = 0.0, worst_lb = 0.0, worst_in = 0.0;
+    (void)state;
+    for (uint64_t seed = 0; seed < boards; seed++) {
+        board_play(&(struct board_request){.seed = seed, .vdda_v = board_vdda_v(seed)}, &o);
+        if (o.trouble[0])
+            fail_msg("board %u: %s", (unsigned)seed, o.trouble);
+        assert_int_equal(o.misnamed, 0);
+        named += o.named;
+        /* at 3.24 and 3.36 V what the reference's own error leaves of the 2 % is 0.18 % */
+        if (!o.zero_taken) {
+            assert_true(fabs(board_vdda_v(seed) - 3.3) > 0.055);
+            edge++;
+            continue;
+        }
+        for (unsigned c = 0; c < HIL_RUN_COLUMNS; c++) {
+            bool gage = c >= HIL_RUN_TRANSDUCERS;
+            double *zero = gage ? &zero_lb : &zero_in, *worst = gage ? &worst_lb : &worst_in;
+            inside += o.channel[c].valid;
+            *zero += o.channel[c].zeroed * o.channel[c].zeroed;
+            *worst = fmax(*worst, fabs(o.channel[c].left_worst));
+        }
+    }
+    zero_lb = sqrt(zero_lb / ((boards - edge) * HIL_RUN_GAGES));
+    zero_in = sqrt(zero_in / ((boards - edge) * HIL_RUN_TRANSDUCERS));
+    printf("# %u boards: %u of %u switches named, %u of %u channels inside, %u at the reference's "
+           "edge, zeros "
+           "%.3f lb, %.5f in rms; calibrated, worst %.2f lb, %.4f in\n",
+           boards, named, 24 * boards, inside, HIL_RUN_COLUMNS * boards, edge, zero_lb, zero_in,
+           worst_lb, worst_in);
+    assert_true(edge <= boards / 50);
+    assert_int_equal(inside, HIL_RUN_COLUMNS * (boards - edge));
+    assert_true(named >= 24 * boards - boards / 100);
+    /* firmware/zero.h states 0.1 lb and 0.0005 in */
+    assert_true(zero_lb < 0.1 && zero_in < 0.0005);
+    /* the converter's curve, 3 LSB at most: 0.5 lb; half a difference: 0.005 in */
+    assert_true(worst_lb < 1.0 && worst_in < 0.006);
+}
+
+/* With INL of exactly 1.5 LSB none of 24 switches is misnamed, on any board; with steps 2.2 times
+ * as far off some are: the check can fail. */
+static void no_switch_is_misnamed_at_typical_inl(void **state)
+{
+    static struct board_outcome o;
+    struct hil_figures f;
+    unsigned boards = tests_take(20, 1000), bad = 0;
+    (void)state;
+    hil_figures_reference(&f);
+    f.adc_inl_typical_lsb = f.adc_inl_most_lsb = 1.5;
+    struct board_request request = {.figures = &f, .only_switches = true};
+    for (request.seed = 0; request.seed < boards; request.seed++) {
+        request.vdda_v = board_vdda_v(request.seed);
+        board_play(&request, &o);
+        assert_int_equal(o.misnamed, 0);
+        assert_int_equal(o.unnamed, 0);
+    }
+    f.staircase_resistor_tol_rel = 0.03;
+    for (request.seed = 0; request.seed < 5; request.seed++) {
+        board_play(&request, &o);
+        bad += o.misnamed + o.unnamed;
+    }
+    assert_true(bad > 0);
+}
+
+/* Lamp and relay with their times: the board's own test finds nothing. */
+static void a_drawn_board_passes_its_self_test(void **state)
+{
+    struct hil_options options = ear_options();
+    (void)state;
+    options.board_drawn = true;
+    options.adc_noise = true;
+    struct ear *ear = ear_open(&options, 0);
+    struct mr_self_test test;
+    ear_until(ear, 1.5);
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_SELF_TEST, 0, 77);
+    ear_until(ear, 8.0);
+    assert_int_equal(mr_self_test_get(&test, ear->last[EAR_SERIAL][MR_ID_SELF_TEST], 8), MR_OK);
+    assert_int_equal(test.tag, 77);
+    assert_int_equal(test.failed, 0);
+    assert_true(test.done & 1u << MR_SELF_TEST_LAMP_ON);
+    ear_close(ear);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_kind_has_its_rule),
+        cmocka_unit_test(the_supply_from_3_0_to_3_6_V),
+        cmocka_unit_test(a_curve_keeps_its_bounds),
+        cmocka_unit_test(a_short_window_leaves_some_of_the_neighbour),
+        cmocka_unit_test(a_seed_is_a_board),
+        cmocka_unit_test(a_trim_reaches_so_far),
+        cmocka_unit_test(what_is_stated_covers_the_circuits),
+        cmocka_unit_test(boards_name_and_measure),
+        cmocka_unit_test(no_switch_is_misnamed_at_typical_inl),
+        cmocka_unit_test(a_drawn_board_passes_its_self_test),
+    };
+    return cmocka_run_group_tests_name("hil/electronics", tests, NULL, NULL);
+}
