@@ -1,10 +1,11 @@
 /* score: how good the predictor's zones and warnings are on landings that are not its own model.
  * See README.md.
  *
- *   score FOLDER FROM COUNT [LEVEL [calibrate|planar]]
+ *   score FOLDER FROM COUNT [LEVEL [calibrate|planar|elastic]]
  *                         series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on
  *                         stdout. LEVEL of the predictor: 0 full, 1 two mats in one, 2 four, 3
- *                         plough. planar: the truth is of the planar model
+ *                         plough. planar: the truth is of the planar model; elastic: the gear has
+ *                         weight, and the ground gives way
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
 #include <errno.h>
@@ -34,13 +35,13 @@ static void put_outcome(void *ctx, const struct score_outcome *outcome)
 
 /* Every JOBS-th series; views in turn, so that a series' outcomes of a view follow each other. */
 static int work(const struct files *files, const char *folder, unsigned from, unsigned count,
-                unsigned level, bool planar, unsigned job)
+                unsigned level, enum score_kind kind, unsigned job)
 {
     static struct score_truth truth;
     const struct score_sink sink = {put_look, put_outcome, (void *)(uintptr_t)files};
     int code = 0;
     for (unsigned n = from + job; n < from + count; n += JOBS) {
-        if (!score_truth_get(&truth, n, planar, folder)) {
+        if (!score_truth_get(&truth, n, kind, folder)) {
             code = 5;
             continue;
         }
@@ -71,13 +72,16 @@ int main(int argc, char **argv)
     FILE *looks[JOBS], *outcomes[JOBS];
     pid_t child[JOBS];
     int code = 0;
-    bool planar = argc == 6 && strcmp(argv[5], "planar") == 0;
+    bool calibrates = argc == 6 && strcmp(argv[5], "calibrate") == 0;
+    enum score_kind kind = argc == 6 && strcmp(argv[5], "planar") == 0  ? SCORE_PLANAR
+                         : argc == 6 && strcmp(argv[5], "elastic") == 0 ? SCORE_ELASTIC
+                                                                        : SCORE_CHAIN;
     unsigned level = argc > 4 ? (unsigned)atoi(argv[4]) : 0;
-    if (argc < 4 || argc > 6 || (argc == 6 && strcmp(argv[5], "calibrate") != 0 && !planar) ||
-        level > 3 || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 ||
-        atoi(argv[2]) + atoi(argv[3]) > 65535) {
-        fprintf(stderr, "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|planar]] (series "
-                        "FROM and on, below 65535; LEVEL 0 to 3)\n");
+    if (argc < 4 || argc > 6 || (argc == 6 && !calibrates && kind == SCORE_CHAIN) || level > 3 ||
+        atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
+        fprintf(stderr,
+                "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|planar|elastic]] (series "
+                "FROM and on, below 65535; LEVEL 0 to 3)\n");
         return 2;
     }
     for (unsigned j = 0; j < JOBS; j++) {
@@ -90,7 +94,7 @@ int main(int argc, char **argv)
         child[j] = fork();
         if (child[j] == 0)
             _exit(work(&files[j], argv[1], (unsigned)atoi(argv[2]), (unsigned)atoi(argv[3]), level,
-                       planar, j));
+                       kind, j));
     }
     for (unsigned j = 0; j < JOBS; j++) {
         int status;
@@ -108,7 +112,7 @@ int main(int argc, char **argv)
         return 5;
     }
     score_print(all_looks, look_count, all_outcomes, outcome_count);
-    if (argc == 6 && !planar) {
+    if (calibrates) {
         score_print_limits(all_outcomes, outcome_count);
         score_calibrate(all_looks, look_count);
     }

@@ -6,10 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 
 #define VERSION         4u /* of the files; a truth of another one is computed anew */
 #define PLANAR_VERSION  5u
+#define ELASTIC_VERSION 6u
+#define ELASTIC_STEP_S  5e-5
 #define STEP_S          2.5e-5
 #define G_FT_S2         32.174
 #define GEAR_LB         1300.0
@@ -175,6 +178,25 @@ static bool make_planar(struct sim_scene *scene, uint32_t number, struct error *
     return sim_scene_set_list(&scene->ground_ft, heights_ft, SCORE_JOINTS, error) == MR_OK;
 }
 
+/* Ground and gear of another rig than the one that host/campaign's elastic ground was fitted to:
+ * stiffness within 1.5 times of that, what springs back, the length that an axle presses and where
+ * the lines stand are drawn. */
+static bool make_elastic(struct sim_scene *scene, uint32_t number, struct error *error)
+{
+    uint64_t state = 0xe1a50000u + number;
+    static const double axles[] = {1.0, 2.0, 1.0, 2.0};
+    double lines_ft[] = {0.0, between(&state, 0.6, 1.0), between(&state, 2.3, 2.9),
+                         between(&state, 3.1, 3.7)};
+    const struct sim_key *key = sim_key_find("gear_k_lb_ft");
+    *(double *)(void *)((char *)scene + key->offset) = 7000.0 * exp(between(&state, -0.4, 0.4));
+    scene->wheel_load_lb = GEAR_LB / AXLES;
+    scene->gear.unloading = between(&state, 0.5, 1.0);
+    scene->gear.axle_law = between(&state, 0.5, 1.0);
+    scene->gear.foot_ft = between(&state, 0.2, 0.4);
+    return sim_scene_set_list(&scene->gear.lines_ft, lines_ft, 4, error) == MR_OK &&
+           sim_scene_set_list(&scene->gear.axles, axles, 4, error) == MR_OK;
+}
+
 /* Runs a scene. A wave that grows until a mat stands upright ends a run without numbers: then the
  * same again, until just before. With another end its step is a little different, and the wave may
  * come a little sooner. */
@@ -210,8 +232,9 @@ static void find_wave(struct score_landing *landing, const struct sim_result *re
     }
 }
 
-static bool land(const struct score_series *series, struct score_landing *landing, bool planar,
-                 const double *gap_ft, const double *grit_lb, double *gap_end_ft, uint64_t *state)
+static bool land(const struct score_series *series, struct score_landing *landing,
+                 enum score_kind kind, const double *gap_ft, const double *grit_lb,
+                 double *gap_end_ft, uint64_t *state)
 {
     static struct sim_path_row rows[SCORE_ROWS_MAX];
     static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
@@ -220,6 +243,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
     struct sim_result result;
     struct gear gear;
     size_t count;
+    bool planar = kind == SCORE_PLANAR;
     draw_gear(&gear, series, state);
     roll(landing, &gear, series, rows, &count, state);
     sim_scene_defaults(&scene);
@@ -238,8 +262,11 @@ static bool land(const struct score_series *series, struct score_landing *landin
         looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
-    bool good = !planar || make_planar(&scene, series->number, &error);
-    const struct sim_options options = {.dt_s = planar ? PLANAR_STEP_S : STEP_S,
+    bool good = kind == SCORE_CHAIN ||
+                (planar ? make_planar : make_elastic)(&scene, series->number, &error);
+    const struct sim_options options = {.dt_s = planar                ? PLANAR_STEP_S
+                                              : kind == SCORE_ELASTIC ? ELASTIC_STEP_S
+                                                                      : STEP_S,
                                         .rtol = planar ? 0.0 : 0.5,
                                         .sample_dt_s = 1e-3 * SCORE_ROW_MS,
                                         .station_ft = stations_ft,
@@ -289,7 +316,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
     return true;
 }
 
-static bool compute(struct score_truth *truth, uint32_t number, bool planar)
+static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind)
 {
     static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
     uint64_t state = 0x5c0e0000u + number;
@@ -306,20 +333,20 @@ static bool compute(struct score_truth *truth, uint32_t number, bool planar)
         landing->number = i + 1;
         for (int j = 0; j < SCORE_JOINTS; j++)
             landing->gap_in[j] = (float)(12.0 * gap_ft[j]);
-        if (!land(&truth->series, landing, planar, gap_ft, grit_lb, gap_ft, &state))
+        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state))
             return false;
-        if (planar && landing->rows == 0) {
+        if (kind == SCORE_PLANAR && landing->rows == 0) {
             truth->series.landings = i;
             break;
         }
-        if (planar && !isnan(landing->wave_s))
+        if (kind == SCORE_PLANAR && !isnan(landing->wave_s))
             truth->series.landings = i + 1; /* the runway has to be laid again */
     }
     return true;
 }
 
 /* A landing on disk: only the rows and looks it has. */
-static bool carry(struct score_landing *landing, bool planar, FILE *file,
+static bool carry(struct score_landing *landing, enum score_kind kind, FILE *file,
                   size_t (*move)(void *, size_t, size_t, FILE *))
 {
     size_t head = offsetof(struct score_landing, u_in);
@@ -330,7 +357,7 @@ static bool carry(struct score_landing *landing, bool planar, FILE *file,
            move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
            move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) ==
                landing->looks &&
-           (!planar || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
+           (kind != SCORE_PLANAR || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
 }
 
 static size_t put(void *from, size_t size, size_t count, FILE *file)
@@ -338,40 +365,43 @@ static size_t put(void *from, size_t size, size_t count, FILE *file)
     return fwrite(from, size, count, file);
 }
 
-static bool carry_all(struct score_truth *truth, bool planar, FILE *file,
+static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *file,
                       size_t (*move)(void *, size_t, size_t, FILE *))
 {
-    const uint32_t expected = planar ? PLANAR_VERSION : VERSION;
+    static const uint32_t versions[] = {VERSION, PLANAR_VERSION, ELASTIC_VERSION};
+    const uint32_t expected = versions[kind];
     uint32_t version = expected;
     if (move(&version, sizeof version, 1, file) != 1 || version != expected ||
         move(&truth->series, sizeof truth->series, 1, file) != 1 ||
         truth->series.landings > SCORE_LANDINGS)
         return false;
     for (uint32_t i = 0; i < truth->series.landings; i++) {
-        if (!carry(&truth->landing[i], planar, file, move))
+        if (!carry(&truth->landing[i], kind, file, move))
             return false;
     }
     return true;
 }
 
-bool score_truth_get(struct score_truth *truth, uint32_t number, bool planar, const char *folder)
+bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                     const char *folder)
 {
+    static const char *const names[] = {"truth", "planar", "elastic"};
     char path[512], made[528];
-    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, planar ? "planar" : "truth", number);
+    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, names[kind], number);
     snprintf(made, sizeof made, "%s.new", path);
     FILE *file = fopen(path, "rb");
     if (file) {
-        bool good = carry_all(truth, planar, file, fread);
+        bool good = carry_all(truth, kind, file, fread);
         fclose(file);
-        for (uint32_t i = 0; good && !planar && i < truth->series.landings; i++)
+        for (uint32_t i = 0; good && kind != SCORE_PLANAR && i < truth->series.landings; i++)
             truth->landing[i].wave_s = NAN;
         if (good)
             return true;
     }
-    if (!compute(truth, number, planar))
+    if (!compute(truth, number, kind))
         return false;
     file = fopen(made, "wb");
-    if (!file || !carry_all(truth, planar, file, put) || fclose(file) != 0 ||
+    if (!file || !carry_all(truth, kind, file, put) || fclose(file) != 0 ||
         rename(made, path) != 0) {
         fprintf(stderr, "score: %s cannot be written; is the disk full?\n", path);
         return false;

@@ -3,12 +3,16 @@
  * thrust and braking drawn from the series' number. Or, for another kind of truth, host/sim's
  * planar landing (host/sim/solvers/landing.h): another engine and scheme, mats that heave and turn,
  * on ground that is uneven under the joints, by up to 0.043 in, the same in all landings of a
- * series. A bow wave ends the series. */
+ * series. A bow wave ends the series. Or the chain again under a gear that has its weight, on four
+ * axle lines, and ground that gives way under it and springs back (elements/gear.h): what the mats
+ * are pushed by is then no thrust of one axle. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+enum score_kind { SCORE_CHAIN, SCORE_PLANAR, SCORE_ELASTIC };
 
 #define SCORE_MATS      420
 #define SCORE_JOINTS    (SCORE_MATS + 1)
@@ -53,7 +57,8 @@ struct score_truth {
 };
 
 /* Series `number`, from the cache in `folder` or computed and put there. False: told on stderr. */
-bool score_truth_get(struct score_truth *truth, uint32_t number, bool planar, const char *folder);
+bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                     const char *folder);
 
 /* Uniform in 0..1 and standard normal from a state. */
 double score_uniform(uint64_t *state);
