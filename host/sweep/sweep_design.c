@@ -40,10 +40,16 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
 {
     const json_t *scale = json_object_get(value, "scale");
     const char *name = scale ? json_string_value(scale) : "linear";
-    if (!name || (strcmp(name, "linear") != 0 && strcmp(name, "log") != 0))
+    if (!name ||
+        (strcmp(name, "linear") != 0 && strcmp(name, "log") != 0 && strcmp(name, "whole") != 0))
         return error_set(error, MR_MALFORMED,
-                         "unknown choice: %s: scale; give \"linear\" or \"log\"", where);
+                         "unknown choice: %s: scale; give \"linear\", \"log\" or \"whole\"", where);
     range->log = strcmp(name, "log") == 0;
+    range->whole = strcmp(name, "whole") == 0;
+    if (range->whole && (range->from != floor(range->from) || range->to != floor(range->to)))
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s goes from %g to %g; give whole ends", where,
+                         range->from, range->to);
     if (range->log && !(range->from > 0.0 && range->to > 0.0))
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s goes from %g to %g; a log range lies above 0",
@@ -106,6 +112,11 @@ size_t design_levels(const struct design_range *range)
 
 double design_number(const struct design_range *range, double u)
 {
+    if (range->whole) {
+        double low = fmin(range->from, range->to), high = fmax(range->from, range->to);
+        double part = range->from < range->to ? u : 1.0 - u;
+        return fmin(low + floor(part * (high - low + 1.0)), high);
+    }
     double value = range->log ? range->from * pow(range->to / range->from, u)
                               : range->from + (range->to - range->from) * u;
     return design_round(u <= 0.0 ? range->from : u >= 1.0 ? range->to : value);
@@ -154,4 +165,12 @@ void design_latin(double *u, size_t n, uint64_t seed, const char *name)
     }
     for (size_t i = 0; i < n; i++)
         u[i] = (u[i] + uniform(&state)) / (double)n;
+}
+
+void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name)
+{
+    design_latin(u, n, seed, name);
+    design_latin(u + n, n, ~seed, name);
+    for (size_t k = 0; k < keys; k++)
+        memcpy(u + (2 + k) * n, k == key ? u + n : u, n * sizeof *u);
 }

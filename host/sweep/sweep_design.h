@@ -16,11 +16,12 @@
 struct design_range {
     double from, to;
     bool log;       /* even steps of the logarithm; from and to above 0 */
+    bool whole;     /* whole numbers, both ends among them */
     size_t count;   /* of a range that is stepped through; 0: not given */
     json_t *levels; /* NULL: a range. Owned */
 };
 
-/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"]}; `where` begins the error:
+/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}; `where` begins the error:
  * "study.json: vary KL". The object may have other keys, which are the caller's. */
 enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where,
                                  struct error *error);
@@ -40,5 +41,10 @@ json_t *design_json(double value);
 /* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on
  * seed and name alone, so another key more, or another order of the keys, changes nothing. */
 void design_latin(double *u, size_t n, uint64_t seed, const char *name);
+
+/* A column of a design for indices of sensitivity (Saltelli 2010): two Latin hypercubes A and B of
+ * n points, and for each of `keys` keys A with that key's column from B. Block by block: u[n (keys
+ * + 2)] of key number `key` from 0. */
+void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "host/base/html.h"
 #include "host/report/page.h"
+#include "host/sweep/sweep_influences.h"
 #include "host/sweep/sweep_plot.h"
 
 #define ROWS_MAX      2000 /* of the table of all cases */
@@ -109,7 +110,10 @@ static void facts(FILE *out, const struct sweep_table *table)
                   : base ? base
                   : name ? name
                          : "in the sweep");
-        if (table->study.samples > 1)
+        if (table->study.points)
+            html_fact(out, "indices of sensitivity", "%zu points, %zu samples of each combination",
+                      table->study.points, table->study.samples);
+        else if (table->study.samples > 1)
             html_fact(out, "Latin hypercube", "%zu samples", table->study.samples);
         if (table->study.find.wanted)
             search_fact(out, &table->study);
@@ -388,7 +392,10 @@ static void quantity_section(FILE *out, const struct sweep_table *table,
     html_text(out, label);
     fputs("</h2>\n", out);
     sweep_plot(out, table, levels, level_count, quantity);
-    influence(out, table, levels, level_count, quantity);
+    if (table->study.points)
+        sweep_influences_write(out, table, quantity);
+    else
+        influence(out, table, levels, level_count, quantity);
     if (level_count == 2 && !levels[0].sampled && !levels[1].sampled &&
         levels[1].count <= PIVOT_MAX && levels[0].count <= ROWS_MAX)
         pivot(out, table, levels, quantity);
@@ -433,6 +440,9 @@ json_t *sweep_table_json(const struct sweep_table *table)
         json_array_append_new(rows, row);
     }
     json_t *missing = table->study.cases ? json_integer((json_int_t)table->missing) : json_null();
-    return json_pack("{s:I,s:I,s:o,s:o}", "cases", (json_int_t)table->count, "failed",
-                     (json_int_t)table->failed, "missing", missing, "rows", rows);
+    json_t *all = json_pack("{s:I,s:I,s:o,s:o}", "cases", (json_int_t)table->count, "failed",
+                            (json_int_t)table->failed, "missing", missing, "rows", rows);
+    if (table->study.points)
+        json_object_set_new(all, "indices", sweep_influences_json(table));
+    return all;
 }

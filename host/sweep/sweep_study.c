@@ -50,19 +50,22 @@ static enum mr_status beside(const char *path, const char *name, char *found, st
     return MR_OK;
 }
 
-/* The scene that a campaign names is put in too, and the parts that it may leave out, so that keys
+/* The scene and the elastic ground that a campaign names are put in too, and the parts that it may leave out, so that keys
  * inside them can be varied. */
 static enum mr_status complete_campaign(struct sweep_study *study, const char *file,
                                         struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
-    json_t *scene = json_object_get(study->base, "scene");
+    static const char *const named[] = {"scene", "elastic"};
     char path[PATH_MAX];
-    if (json_is_string(scene)) {
-        if (beside(file, json_string_value(scene), path, error) != MR_OK ||
-            load_json(path, "scene", &scene, error) != MR_OK)
+    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
+        json_t *part = json_object_get(study->base, named[i]);
+        if (!json_is_string(part))
+            continue;
+        if (beside(file, json_string_value(part), path, error) != MR_OK ||
+            load_json(path, named[i], &part, error) != MR_OK)
             return error->status;
-        json_object_set_new(study->base, "scene", scene);
+        json_object_set_new(study->base, named[i], part);
     }
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (!json_object_get(study->base, parts[i]))
@@ -194,8 +197,8 @@ static enum mr_status add_axis(struct sweep_study *study, const char *path, cons
     for (size_t i = 0; i < study->axis_count; i++) {
         if (strcmp(study->axis[i].name, name) == 0)
             return error_set(error, MR_MALFORMED,
-                             "given twice: %s: \"%s\" is in vary and in lhs; give it once", path,
-                             name);
+                             "given twice: %s: \"%s\" is in vary and in %s; give it once", path,
+                             name, part);
     }
     return read_axis(study, &study->axis[study->axis_count++], path, part, name, value, error);
 }
@@ -228,24 +231,35 @@ static enum mr_status read_vary(struct sweep_study *study, const char *path, str
     return MR_OK;
 }
 
-static enum mr_status read_lhs(struct sweep_study *study, const char *path, struct error *error)
+static size_t count_keys(const json_t *keys)
 {
-    const json_t *lhs = json_object_get(study->root, "lhs"), *n = json_object_get(lhs, "n"),
-                 *seed = json_object_get(lhs, "seed");
-    const json_t *keys = json_object_get(lhs, "keys");
+    size_t count = 0;
     const char *name;
     json_t *value;
-    study->samples = 1;
-    if (!lhs)
-        return MR_OK;
-    if (!json_is_object(keys) || json_object_size(keys) == 0 || !json_is_integer(n) ||
-        json_integer_value(n) < 1 || json_integer_value(n) > SWEEP_CASES_MAX ||
-        !json_is_integer(seed))
+    json_object_foreach((json_t *)(uintptr_t)keys, name, value) count += name[0] != '_';
+    return count;
+}
+
+/* Sampled keys, of the part `lhs` or `sobol`. */
+static enum mr_status read_sampled(struct sweep_study *study, const char *path, const char *part,
+                                   struct error *error)
+{
+    const json_t *sampled = json_object_get(study->root, part), *n = json_object_get(sampled, "n"),
+                 *seed = json_object_get(sampled, "seed");
+    const json_t *keys = json_object_get(sampled, "keys");
+    const char *name;
+    json_t *value;
+    bool indices = strcmp(part, "sobol") == 0;
+    size_t count = json_is_object(keys) ? count_keys(keys) : 0, key = 0;
+    if (count == 0 || !json_is_integer(n) || json_integer_value(n) < 1 ||
+        json_integer_value(n) > SWEEP_CASES_MAX || !json_is_integer(seed))
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: lhs; give {\"n\": SAMPLES, \"seed\": NUMBER, \"keys\": "
+                         "wrong type: %s: %s; give {\"n\": SAMPLES, \"seed\": NUMBER, \"keys\": "
                          "{\"KEY\": {\"from\": A, \"to\": B}}}",
-                         path);
-    study->samples = (size_t)json_integer_value(n);
+                         path, part);
+    size_t points = (size_t)json_integer_value(n);
+    study->points = indices ? points : 0;
+    study->samples = indices ? points * (count + 2) : points;
     if (study->grid > SWEEP_CASES_MAX / study->samples)
         return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
                          path, SWEEP_CASES_MAX);
@@ -253,16 +267,34 @@ static enum mr_status read_lhs(struct sweep_study *study, const char *path, stru
     {
         if (name[0] == '_')
             continue;
-        if (add_axis(study, path, "lhs", name, value, error) != MR_OK)
+        if (add_axis(study, path, part, name, value, error) != MR_OK)
             return error->status;
         struct sweep_axis *axis = &study->axis[study->axis_count - 1];
+        if (indices && axis->range.levels)
+            return error_set(error, MR_MALFORMED,
+                             "wrong type: %s: sobol %s is a list; give a range, so that no two "
+                             "cases are the same",
+                             path, name);
         axis->u = calloc(study->samples, sizeof *axis->u);
         if (!axis->u)
             return error_set(error, MR_FULL, "out of memory: %s: %zu samples; give fewer", path,
                              study->samples);
-        design_latin(axis->u, study->samples, (uint64_t)json_integer_value(seed), name);
+        if (indices)
+            design_radial(axis->u, points, count, key++, (uint64_t)json_integer_value(seed), name);
+        else
+            design_latin(axis->u, points, (uint64_t)json_integer_value(seed), name);
     }
     return MR_OK;
+}
+
+static enum mr_status read_samples(struct sweep_study *study, const char *path, struct error *error)
+{
+    bool lhs = json_object_get(study->root, "lhs"), sobol = json_object_get(study->root, "sobol");
+    study->samples = 1;
+    if (lhs && sobol)
+        return error_set(error, MR_MALFORMED, "given twice: %s: lhs and sobol; give one of them",
+                         path);
+    return lhs || sobol ? read_sampled(study, path, lhs ? "lhs" : "sobol", error) : MR_OK;
 }
 
 /* ---- the search ---- */
@@ -379,8 +411,8 @@ static enum mr_status read_rest(struct sweep_study *study, const char *path, str
 static enum mr_status check_names(const struct sweep_study *study, const char *path,
                                   struct error *error)
 {
-    static const char *const known[] = {"kind",    "name",   "base", "vary",      "lhs",   "find",
-                                        "outputs", "solver", "rtol", "timeout_s", "labels"};
+    static const char *const known[] = {"kind", "name",    "base",   "vary", "lhs",       "sobol",
+                                        "find", "outputs", "solver", "rtol", "timeout_s", "labels"};
     const char *name;
     json_t *value;
     json_object_foreach(study->root, name, value)
@@ -423,12 +455,14 @@ static enum mr_status read_study(struct sweep_study *study, const char *path, st
 {
     if (check_names(study, path, error) != MR_OK || read_kind(study, path, error) != MR_OK ||
         read_base(study, path, error) != MR_OK || read_vary(study, path, error) != MR_OK ||
-        read_lhs(study, path, error) != MR_OK || read_find(study, path, error) != MR_OK ||
+        read_samples(study, path, error) != MR_OK || read_find(study, path, error) != MR_OK ||
         read_rest(study, path, error) != MR_OK)
         return error->status;
     if (study->axis_count == 0)
         return error_set(error, MR_MALFORMED,
-                         "something is missing: %s varies nothing; give \"vary\" or \"lhs\"", path);
+                         "something is missing: %s varies nothing; give \"vary\", \"lhs\" or "
+                         "\"sobol\"",
+                         path);
     study->cases = study->grid * study->samples;
     if (check_first(study, path, error) != MR_OK)
         return error->status;

@@ -33,7 +33,7 @@ struct sweep_axis {
     /* object: keys of the base and the factors that the value is put there with; NULL: the key
      * `name`, the value itself. Borrowed from the study's root */
     json_t *set;
-    double *u; /* Latin hypercube: u[sample]; NULL in the Cartesian part */
+    double *u; /* sampled: u[sample]; NULL in the Cartesian part */
 };
 
 /* The smallest value of a key for which a field is beyond a level. */
@@ -56,7 +56,10 @@ struct sweep_study {
     struct sweep_axis axis[SWEEP_AXES_MAX];
     size_t axis_count;
     size_t grid;    /* cases of the Cartesian part */
-    size_t samples; /* of the Latin hypercube; 1 without */
+    size_t samples; /* of the Latin hypercube or of the indices' design; 1 without */
+    /* indices of sensitivity are wanted: points of the design; samples is that times sampled keys
+     * and 2. 0: not */
+    size_t points;
     struct sweep_find find;
     const char *solver; /* NULL: chosen */
     double rtol;        /* 0: the solver's */

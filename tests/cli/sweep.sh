@@ -346,6 +346,29 @@ influence() { # F pushes, KL holds, CV has no place in a chain
     grep -q '<td>F</td>.*beyond chance' "$tmp/lhs4.html" && grep -q '<td>CV</td>.*within chance' "$tmp/lhs4.html"
 }
 check "rank correlations say which sampled key matters" influence
+indices() { # F and KL move the mats, CV has no place in a chain; the same shares by a second computation, from the order that --list says
+    sed 's/"lhs": {"n": 200/"sobol": {"n": 40/; s/"keys": {/"keys": {"CV": {"from": 1, "to": 2}, /' "$tmp/lhs.json" >"$tmp/sobol.json" &&
+        $m --quiet sweep "$tmp/sobol.json" && $m --json report "$tmp/sobol.jsonl" >"$tmp/o.json" &&
+        [ "$(wc -l <"$tmp/sobol.jsonl")" = 200 ] && $m sweep "$tmp/sobol.json" --list >"$tmp/o" || return 1
+    grep -q 'indices of sensitivity.*40 points, 200 samples' "$tmp/sobol.html" || return 1
+    python3 - "$tmp/o" "$tmp/sobol.jsonl" "$tmp/o.json" <<'P'
+import json, re, statistics, sys
+order = [re.search(r'[0-9a-f]{16}', line).group() for line in open(sys.argv[1]) if re.search(r'[0-9a-f]{16}', line)]
+of = {line['case']: line['result']['peak_u_ft'] for line in map(json.loads, open(sys.argv[2]))}
+f = [of[case] for case in order]
+block = lambda k: f[40 * k:40 * k + 40]
+half = lambda p, q: sum((a - b) ** 2 for a, b in zip(p, q)) / 40 / 2 / statistics.pvariance(f[:80])
+said = json.load(open(sys.argv[3]))['indices']['peak_u_ft'][0]
+assert said['points'] == 40 and said['at'] == {}, said
+for k, key in enumerate(('CV', 'F', 'KL')):
+    first, total = said['keys'][key]['first'], said['keys'][key]['total']
+    assert abs(first[0] - (1 - half(block(1), block(2 + k)))) < 1e-9, (key, first)
+    assert abs(total[0] - half(block(0), block(2 + k))) < 1e-9, (key, total)
+    assert first[1] <= first[0] <= first[2] and total[1] <= total[0] <= total[2]
+assert said['keys']['CV']['total'][:3] == [0, 0, 0] and said['keys']['F']['total'][0] > 0.1
+P
+}
+check "indices say what share of the variance a key makes" indices
 
 # --- what is refused ---
 bad() { # NAME EXIT PATTERN JSON
@@ -357,6 +380,9 @@ check "no file" fails_with 3 'cannot open sweep: .*none.json' $m sweep "$tmp/non
 check "no word" fails_with 2 'needs FILE' $m sweep
 bad "no JSON" 4 'malformed JSON: .*bad.json line 1' '{"base":'
 bad "not a sweep" 4 'not a sweep' '[]'
+bad "a list has no index" 4 'sobol F is a list' "{$b, \"sobol\": {\"n\": 8, \"seed\": 1, \"keys\": {\"F\": [1, 2]}}, $o}"
+bad "two samples of one sweep" 4 'lhs and sobol' "{$b, \"sobol\": {}, \"lhs\": {}, $o}"
+bad "whole numbers from a half" 4 'give whole ends' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
 bad "an unknown key" 4 'unknown key: .*"varies"' "{$b, \"varies\": {}, $o}"
 bad "no base" 4 'something is missing: .*base' "{\"vary\": {\"F\": [1]}, $o}"
 bad "a base that is not there" 3 'cannot open scene: .*nowhere.json' "{\"base\": \"nowhere.json\", \"vary\": {\"F\": [1]}, $o}"
