@@ -49,7 +49,7 @@ const struct command command_sweep = {
     study_start,
     "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] [--force] | FILE --gather | "
     "FILE --slurm|--parallel [--shards N]",
-    "many cases of one scene or study: Cartesian, Latin hypercube, thresholds, indices of sensitivity",
+    "many cases of one scene or study: Cartesian, Latin hypercube, thresholds, indices",
     COMMAND_PARTS(parts),
     {1, 1 + SWEEP_PARTS_MAX, "FILE"},
 };
