@@ -50,8 +50,8 @@ static enum mr_status beside(const char *path, const char *name, char *found, st
     return MR_OK;
 }
 
-/* The scene and the elastic ground that a campaign names are put in too, and the parts that it may leave out, so that keys
- * inside them can be varied. */
+/* The scene and the elastic ground that a campaign names are put in too, and the parts that it may
+ * leave out, so that keys inside them can be varied. */
 static enum mr_status complete_campaign(struct sweep_study *study, const char *file,
                                         struct error *error)
 {
