@@ -2,9 +2,10 @@
  *
  * First order: what knowing that key alone would take off the variance,
  * S = 1 - E[(f_B - f_ABk)^2] / 2V. Total: what is left when all others are known,
- * T = E[(f_A - f_ABk)^2] / 2V (Jansen 1999, Saltelli 2010). A and B are two samples of points, ABk is A with key k from B, V is the variance
- * over A and B. T - S is what the key does together with others. Intervals: 95 % by bootstrap over
- * points. An estimate may lie a little below 0 or above 1. */
+ * T = E[(f_A - f_ABk)^2] / 2V (Jansen 1999, Saltelli 2010). A and B are two samples of points, ABk
+ * is A with key k from B, V is the variance over A and B. T - S is what the key does together with
+ * others. Intervals: 95 % by bootstrap over points. An estimate may lie a little below 0 or above
+ * 1. */
 #ifndef MATRIG_HOST_SWEEP_INDICES_H
 #define MATRIG_HOST_SWEEP_INDICES_H
 
