@@ -1,7 +1,10 @@
 # The predictor on landings that are not its model.
-$(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(wildcard tests/score/*.c)) $(host_lib) $(common_lib)
+score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out tests/score/main.c tests/score/before.c,$(wildcard tests/score/*.c)))
+$(B)/tests/score/score: $(B)/tests/score/main.o $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
-test-programs: $(B)/tests/score/score
+$(B)/tests/score/before: $(B)/tests/score/before.o $(score_parts) $(host_lib) $(common_lib)
+	$(call link,$(HOST_LIBS))
+test-programs: $(B)/tests/score/score $(B)/tests/score/before
 
 .PHONY: score
 score: $(B)/tests/score/score ## longer | the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt

@@ -1,0 +1,136 @@
+#include "host/ensemble/chains.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* 32 bytes: one register with AVX2, two elsewhere. Comparisons give -1 or 0 in each lane. */
+typedef float lanes __attribute__((vector_size(4 * CHAINS_LANES)));
+typedef int32_t masks __attribute__((vector_size(4 * CHAINS_LANES)));
+
+#define INLINE static inline __attribute__((always_inline))
+
+struct chains {
+    unsigned mats, bays;
+    bool avx2;          /* the processor has it */
+    unsigned low, high; /* bays awake in some lane, and some between; low > high: none */
+    lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
+    masks awake[MR_CHAIN_BAYS + 2u];
+    lanes u_ft[MR_CHAIN_PLACES], v_ft_s[MR_CHAIN_PLACES];
+    lanes gap_ft[MR_CHAIN_PLACES], reach_ft[MR_CHAIN_PLACES];
+    lanes grit_lb[MR_CHAIN_PLACES];
+    lanes
+        give_ft[MR_CHAIN_PLACES]; /* grit over stiffness: what a joint yields by before it closes */
+    lanes push_lb[MR_CHAIN_PLACES]; /* of the wheel, while a step lasts */
+    masks runaway;
+};
+
+static inline bool any_set(const masks *mask)
+{
+    uint64_t part[CHAINS_LANES / 2];
+    memcpy(part, mask, sizeof part);
+    return (part[0] | part[1] | part[2] | part[3]) != 0;
+}
+
+#if defined __x86_64__ && !defined __clang__
+#define HAS_AVX2 1
+#pragma GCC push_options
+#pragma GCC target("avx2")
+#define VARIANT(name) name##_avx2
+#define ANY(mask)     (__builtin_ia32_movmskps256((lanes)(mask)) != 0)
+#include "host/ensemble/chains_kernel.h"
+#undef VARIANT
+#undef ANY
+#pragma GCC pop_options
+#else
+#define HAS_AVX2 0
+#endif
+#define VARIANT(name) name##_plain
+#define ANY(mask)     any_set(&(mask))
+#include "host/ensemble/chains_kernel.h"
+
+void chains_step(struct chains *c, const unsigned mat[CHAINS_LANES],
+                 const float thrust_lb[CHAINS_LANES])
+{
+#if HAS_AVX2
+    if (c->avx2) {
+        step_avx2(c, mat, thrust_lb);
+        return;
+    }
+#endif
+    step_plain(c, mat, thrust_lb);
+}
+
+unsigned chains_settle(struct chains *c)
+{
+#if HAS_AVX2
+    if (c->avx2)
+        return settle_avx2(c);
+#endif
+    return settle_plain(c);
+}
+
+struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
+                          const float *const gap_ft[CHAINS_LANES],
+                          const float *const grit_lb[CHAINS_LANES], enum mr_status *status)
+{
+    struct mr_chain *one = malloc(sizeof *one);
+    struct chains *c = aligned_alloc(64, (sizeof *c + 63u) / 64u * 64u);
+    *status = one && c ? MR_OK : MR_FULL;
+    if (*status == MR_OK) {
+        memset(c, 0, sizeof *c);
+        c->mats = params[0].mats;
+        c->bays = (c->mats + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
+        c->low = MR_CHAIN_BAYS + 1u;
+#if HAS_AVX2
+        c->avx2 = __builtin_cpu_supports("avx2");
+#endif
+    }
+    for (unsigned k = 0; k < CHAINS_LANES && *status == MR_OK; k++) {
+        struct mr_chain_params p = params[k];
+        p.mats = params[0].mats;
+        p.step_s = params[0].step_s;
+        *status = mr_chain_start(one, &p, 1, gap_ft[k], grit_lb[k]);
+        c->kl_lb_ft[k] = one->kl_lb_ft;
+        c->cl_lb_s_ft[k] = p.cl_lb_s_ft;
+        c->slack_ft[k] = one->slack_ft;
+        c->friction_lb[k] = one->friction_lb;
+        c->per_lb[k] = one->per_lb;
+        c->step_s[k] = one->step_s;
+        for (unsigned j = 1; j <= c->mats + 1u && *status == MR_OK; j++) {
+            c->gap_ft[j][k] = one->gap_ft[j];
+            c->reach_ft[j][k] = one->reach_ft[j];
+            c->grit_lb[j][k] = one->grit_lb[j];
+            c->give_ft[j][k] = one->grit_lb[j] / one->kl_lb_ft;
+        }
+    }
+    free(one);
+    if (*status == MR_OK)
+        return c;
+    free(c);
+    return NULL;
+}
+
+void chains_free(struct chains *chains)
+{
+    free(chains);
+}
+
+float chains_opening_ft(const struct chains *c, unsigned lane, unsigned joint)
+{
+    return c->gap_ft[joint][lane] + (c->u_ft[joint][lane] - c->u_ft[joint - 1u][lane]);
+}
+
+float chains_displacement_ft(const struct chains *c, unsigned lane, unsigned mat)
+{
+    return c->u_ft[mat][lane];
+}
+
+unsigned chains_mats_awake(const struct chains *c)
+{
+    unsigned mats = 0;
+    for (unsigned bay = c->low; bay <= c->high; bay++)
+        mats += any_plain(&c->awake[bay]) ? last_of_plain(c, bay) - first_of_plain(bay) + 1u : 0u;
+    return mats;
+}
