@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <string.h>
 
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
 #include "hil/core/whatif.h"
 #include "hil/periph/gpio.h"
@@ -214,7 +215,8 @@ static bool matters(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
                     struct hil_difference *difference)
 {
     struct hil_moment read = hil_rules_hold(dev) ? hil_stamp(dev->core) : (struct hil_moment){0};
-    if (!read.ps)
+    bits &= hil_bus_bits_read(dev->core);
+    if (!read.ps || !bits)
         return false;
     if (hil_whatif_matters(dev->core, read.pc, value, bits, difference))
         return true;
