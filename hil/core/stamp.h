@@ -19,7 +19,7 @@ struct hil_moment {
 };
 
 /* Of the access in progress, from a peripheral that is read or written. Ask at every access to the
- * same address, or the first of a block is taken for a later one. Zero when no instruction of
+ * same address, or the first of a block is taken for a later one; several may ask at one. Zero when no instruction of
  * the running block makes it: a debugger does, or nobody can tell. */
 struct hil_moment hil_stamp(struct hil_core *core);
 /* Of what happens without the core, at a cycle. */

@@ -59,6 +59,28 @@ static void each_store_has_the_time_of_its_instruction(void **state)
     hil_board_destroy(board);
 }
 
+/* The first access behind a clock's enabling is looked at by its rule, and then by those of pins:
+ * both ask for its time. In case 33 two NOPs (0xbf00) lie between. */
+static void one_access_has_one_time(void **state)
+{
+    struct hil_options options;
+    uint32_t nops = 0;
+    (void)state;
+    hil_options_default(&options);
+    struct hil_board *board = bench_board("rules", &options);
+    stores = (struct stores){.board = board, .was_high = !hil_board_pin(board, PORT_B, 12)};
+    board->mcu.gpio.stored = note_store;
+    board->mcu.gpio.stored_who = &stores;
+    bench_control(board, 0, 33);
+    bench_run(board, HIL_MS_PS);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].judged, 1);
+    assert_int_equal(stores.count, 1);
+    assert_int_equal(hil_board_peek(board, stores.moment[0].pc - 4u, &nops, 4), MR_OK);
+    assert_int_equal(nops, 0xbf00bf00u);
+    assert_true(stores.moment[0].ps > 0);
+    hil_board_destroy(board);
+}
+
 /* What a hook on every instruction of flash sees, against what hil_stamp says. */
 static struct witness {
     struct hil_board *board;
@@ -504,6 +526,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_store_has_the_time_of_its_instruction),
+        cmocka_unit_test(one_access_has_one_time),
         cmocka_unit_test(a_hook_on_every_instruction_says_the_same),
         cmocka_unit_test(the_firmware_keeps_every_rule),
         cmocka_unit_test(also_on_the_internal_oscillator),
