@@ -461,6 +461,24 @@ static void a_converter_samples_long_enough_for_its_source(void **state)
     hil_board_destroy(board);
 }
 
+/* 3 clocks of 2 MHz take 26 kOhm, of 8 MHz 2: what was right at the first conversion is not when a
+ * prescaler of 4 is gone, of APB2 or of HCLK. */
+static void a_faster_clock_is_another_window(void **state)
+{
+    static const uint32_t by_4[] = {5u << 13, 9u << 4};
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct hil_board *board = bench_board("rules", NULL);
+        board->mcu.adc.outside.source_ohm = ten_kilohm;
+        bench_control(board, 0, 50);
+        bench_control(board, 2, by_4[i]);
+        assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
+        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz take 2051"));
+        assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 2);
+        hil_board_destroy(board);
+    }
+}
+
 static void a_rule_that_only_counts_lets_it_go_on(void **state)
 {
     struct hil_board *board = run_image(1, 0, COUNTED(SELECT_HIGH));
@@ -537,6 +555,7 @@ int main(void)
         cmocka_unit_test(what_was_judged_is_forgotten),
         cmocka_unit_test(the_last_clock_is_held_for_3_ns),
         cmocka_unit_test(a_converter_samples_long_enough_for_its_source),
+        cmocka_unit_test(a_faster_clock_is_another_window),
         cmocka_unit_test(a_rule_that_only_counts_lets_it_go_on),
         cmocka_unit_test(a_bare_board_is_not_driven_by_noise),
         cmocka_unit_test(resistors_are_where_the_pins_say),

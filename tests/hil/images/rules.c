@@ -6,6 +6,7 @@
 #define AHB1ENR  REG(0x40023830u)
 #define APB1ENR  REG(0x40023840u)
 #define ACR      REG(0x40023c00u)
+#define CFGR     REG(0x40023808u)
 #define CR1      REG(0x40003800u)
 #define SR       REG(0x40003808u)
 #define DR       REG(0x4000380cu)
@@ -286,9 +287,19 @@ static void of_the_chip(uint32_t which)
     results[3] = kept;
 }
 
-/* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. */
+static void convert_once(void)
+{
+    REG(0x40012008u) = 1u | 1u << 30;
+    while (!(REG(0x40012000u) & 2u))
+        ;
+    (void)REG(0x4001204cu);
+}
+
+/* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. With control[2],
+ * bits of CFGR that are a prescaler, a second time without it. */
 static void convert(void)
 {
+    CFGR |= control[2];
     AHB1ENR |= 1u;
     (void)AHB1ENR;
     REG(0x40020000u) |= 3u;
@@ -297,10 +308,11 @@ static void convert(void)
     REG(0x40012010u) = control[1];
     REG(0x40012008u) = 1u;
     wait_us(3);
-    REG(0x40012008u) = 1u | 1u << 30;
-    while (!(REG(0x40012000u) & 2u))
-        ;
-    (void)REG(0x4001204cu);
+    convert_once();
+    if (control[2]) {
+        CFGR &= ~control[2];
+        convert_once();
+    }
 }
 
 /* TIM2 captures edges of PB3; control[1]: its pull. */
