@@ -3,6 +3,7 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/periph/adc_sampling.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/rules.h"
 #include "hil/symbols.h"
 #include "tests/hil/ear.h"
@@ -511,33 +512,70 @@ static void a_bare_board_is_not_driven_by_noise(void **state)
 
 /* --- what is pulled outside --- */
 
-/* The board's list of resistors, which the emulator has on its own, is what zg.def says. */
-static void resistors_are_where_the_pins_say(void **state)
-{
-    static const struct {
-        unsigned port, pin;
-        const char *text;
-    } rows[] = {
+/* What the pins of a board promise: "pulled up outside". */
+struct promise {
+    unsigned port, pin;
+    const char *text;
+};
+
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
 #define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
 #define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
-#define BOARD_FILE                                              "firmware/boards/zg.def"
+static const struct promise zg[] = {
+#define BOARD_FILE "firmware/boards/zg.def"
 #include "firmware/boards/pins.def"
-    };
-    uint16_t up[HIL_GPIO_PORTS] = {0}, down[HIL_GPIO_PORTS] = {0};
-    struct hil_board *board = bench_board("wild", NULL);
-    (void)state;
-    for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        uint16_t bit = (uint16_t)(1u << rows[i].pin);
-        if (strstr(rows[i].text, "pulled up outside"))
-            up[rows[i].port] |= bit;
-        if (strstr(rows[i].text, "pulled down outside"))
-            down[rows[i].port] |= bit;
+};
+#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
+#define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
+#define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
+#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
+static const struct promise discovery[] = {
+#undef BOARD_FILE
+#define BOARD_FILE "firmware/boards/discovery.def"
+#include "firmware/boards/pins.def"
+};
+#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
+#define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
+#define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
+#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
+static const struct promise nucleo446[] = {
+#undef BOARD_FILE
+#define BOARD_FILE "firmware/boards/nucleo446.def"
+#include "firmware/boards/pins.def"
+};
+
+/* The list of resistors of each board, which the emulator has on its own, is what its pins say. */
+static void resistors_are_where_the_pins_say(void **state)
+{
+#define BOARD(name)                               \
+    {                                             \
+#name, name, sizeof name / sizeof name[0] \
     }
-    assert_memory_equal(board->mcu.gpio.pulled_up, up, sizeof up);
-    assert_memory_equal(board->mcu.gpio.pulled_down, down, sizeof down);
-    hil_board_destroy(board);
+    static const struct {
+        const char *name;
+        const struct promise *row;
+        size_t rows;
+    } boards[] = {BOARD(zg), BOARD(discovery), BOARD(nucleo446)};
+    (void)state;
+    for (size_t b = 0; b < sizeof boards / sizeof boards[0]; b++) {
+        uint16_t up[HIL_GPIO_PORTS] = {0}, down[HIL_GPIO_PORTS] = {0};
+        struct hil_options options;
+        hil_options_default(&options);
+        options.type = hil_board_type_named(boards[b].name);
+        struct hil_board *board = hil_board_create(&options);
+        for (size_t i = 0; i < boards[b].rows; i++) {
+            const struct promise *row = &boards[b].row[i];
+            uint16_t bit = (uint16_t)(1u << row->pin);
+            if (strstr(row->text, "pulled up o")) /* outside, or on the board */
+                up[row->port] |= bit;
+            if (strstr(row->text, "pulled down outside"))
+                down[row->port] |= bit;
+        }
+        assert_memory_equal(board->mcu.gpio.pulled_up, up, sizeof up);
+        assert_memory_equal(board->mcu.gpio.pulled_down, down, sizeof down);
+        hil_board_destroy(board);
+    }
 }
 
 int main(void)
