@@ -191,10 +191,19 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
     return dev->gpio->state->port[port].otyper >> pin & 1u;
 }
 
+/* Has the table a pin of this port? */
+static bool is_kept(unsigned port)
+{
+    bool kept = false;
+    for (unsigned i = 0; i < HIL_RULES_PINS; i++)
+        kept |= pins[i].port == port;
+    return kept;
+}
+
 void hil_rules_stored(void *device, unsigned port)
 {
     struct hil_rules_device *dev = device;
-    if (!hil_rules_hold(dev) || port != B)
+    if (!hil_rules_hold(dev) || !is_kept(port))
         return;
     struct hil_moment at = hil_stamp(dev->core);
     for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
