@@ -50,6 +50,7 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
         struct mr_config_state state;
         mr_config_state_get(&state, answer->data, info->length);
         answers->board = state.board;
+        answers->board_told = true;
     }
     if (info->id == MR_ID_HELLO) {
         struct mr_hello hello;

@@ -21,6 +21,7 @@ struct answers {
     struct mr_block *block; /* ascending by index */
     size_t blocks;
     unsigned board; /* which it was: common/boards.def */
+    bool board_told;
 };
 
 /* MR_MALFORMED: a record that is none; MR_VERSION: a board of another layout. answers_free releases
