@@ -82,7 +82,12 @@ no_configuration_of_another() {
 }
 no_such_board() {
     make -s BOARD=nosuch help >"$tmp/out" 2>&1
-    [ $? = 2 ] && grep -q 'BOARD=nosuch: there is no such board; there are: zg discovery' "$tmp/out" && fails_with 2 '--board cannot be .nosuch' build/matrig-board --board nosuch
+    [ $? = 2 ] && grep -q 'BOARD=nosuch: there is no such board; there are: zg discovery' "$tmp/out" &&
+        fails_with 2 '--board cannot be .nosuch.; there are: zg discovery nucleo446$' build/matrig-board --board nosuch || return 1
+    for two in 'zg discovery' '%'; do # a name, no list and no pattern
+        make -s BOARD="$two" help >"$tmp/out" 2>&1
+        [ $? = 2 ] && grep -q "BOARD=$two: there is no such board" "$tmp/out" || { echo "BOARD='$two'"; return 1; }
+    done
 }
 on_another_board() {
     fails_with 4 'is an image for the board discovery, and this is zg' build/matrig-board --board zg --elf build/firmware/discovery/matrig.elf --for 0.1 &&
