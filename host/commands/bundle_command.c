@@ -103,7 +103,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
     if (status == MR_OK && !want->elf) {
-        status = replay_image_find(store, run, elf, sizeof elf, &error);
+        replay_image_find(store, run, elf, sizeof elf);
         want->elf = elf;
     }
     if (status == MR_OK)

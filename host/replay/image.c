@@ -13,16 +13,11 @@ void replay_image_of(const struct answers *recorded, char *path, size_t size)
         place_find(PLACE_FIRMWARE, path, size);
 }
 
-enum mr_status replay_image_find(struct store *store, int64_t run, char *path, size_t size,
-                                 struct error *error)
+void replay_image_find(struct store *store, int64_t run, char *path, size_t size)
 {
     struct answers recorded;
-    enum mr_status status = answers_load(store, run, &recorded, error);
-    if (status != MR_OK)
-        return status;
+    answers_load_board(store, run, &recorded);
     replay_image_of(&recorded, path, size);
-    answers_free(&recorded);
-    return MR_OK;
 }
 
 static const char *name_of(unsigned number)

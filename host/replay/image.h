@@ -7,9 +7,8 @@
 /* The image that came with matrig for the board that recorded it. Of a record that does not tell
  * its board: zg's. */
 void replay_image_of(const struct answers *recorded, char *path, size_t size);
-/* The same, of a landing whose answers are not loaded. Errors as answers_load. */
-enum mr_status replay_image_find(struct store *store, int64_t run, char *path, size_t size,
-                                 struct error *error);
+/* The same, of a landing whose answers are not loaded. */
+void replay_image_find(struct store *store, int64_t run, char *path, size_t size);
 /* MR_VERSION: the image says that it is for another board than the one that recorded it. What is no
  * image of matrig, the board refuses by itself. */
 enum mr_status replay_image_check(const char *path, const struct answers *recorded,
