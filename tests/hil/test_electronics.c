@@ -257,8 +257,8 @@ static void boards_name_and_measure(void **state)
     assert_true(worst_lb < 1.0 && worst_in < 0.006);
 }
 
-/* With INL of exactly 1.5 LSB none of 24 switches is misnamed, on any board; with resistors 30 times
- * as far off, 3 %, some are: the check can fail. */
+/* With INL of exactly 1.5 LSB none of 24 switches is misnamed, on any board; with resistors 30
+ * times as far off, 3 %, some are: the check can fail. */
 static void no_switch_is_misnamed_at_typical_inl(void **state)
 {
     static struct board_outcome o;

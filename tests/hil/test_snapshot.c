@@ -91,7 +91,8 @@ static void test_fork_anywhere(void **state)
     hil_board_destroy(whole);
 }
 
-/* A drawn board goes on in one that was made as the ideal one: options and electronics come along. */
+/* A drawn board goes on in one that was made as the ideal one: options and electronics come
+ * along. */
 static void test_drawn(void **state)
 {
     struct hil_options options;
