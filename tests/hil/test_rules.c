@@ -463,7 +463,8 @@ static void a_converter_samples_long_enough_for_its_source(void **state)
 }
 
 /* 3 clocks of 2 MHz take 26 kOhm, of 8 MHz 2: what was right at the first conversion is not when a
- * prescaler of 4 is gone, of APB2 or of HCLK. */
+ * prescaler of 4 is gone, of APB2 or of HCLK, and a timer starts the next: no register of the
+ * converter is written in between. */
 static void a_faster_clock_is_another_window(void **state)
 {
     static const uint32_t by_4[] = {5u << 13, 9u << 4};
@@ -473,7 +474,11 @@ static void a_faster_clock_is_another_window(void **state)
         board->mcu.adc.outside.source_ohm = ten_kilohm;
         bench_control(board, 0, 50);
         bench_control(board, 2, by_4[i]);
-        assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
+        bench_run(board, 20 * HIL_MS_PS);
+        assert_int_equal(bench_result(board, 0), 1);
+        board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
+        hil_adc_trigger(&board->mcu.adc, 0, true, hil_board_now_cycles(board));
+        assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
         assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz take 2051"));
         assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 2);
         hil_board_destroy(board);

@@ -287,16 +287,8 @@ static void of_the_chip(uint32_t which)
     results[3] = kept;
 }
 
-static void convert_once(void)
-{
-    REG(0x40012008u) = 1u | 1u << 30;
-    while (!(REG(0x40012000u) & 2u))
-        ;
-    (void)REG(0x4001204cu);
-}
-
-/* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. With control[2],
- * bits of CFGR that are a prescaler, a second time without it. */
+/* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. control[2]:
+ * bits of CFGR, a prescaler, that are set meanwhile. */
 static void convert(void)
 {
     CFGR |= control[2];
@@ -308,11 +300,11 @@ static void convert(void)
     REG(0x40012010u) = control[1];
     REG(0x40012008u) = 1u;
     wait_us(3);
-    convert_once();
-    if (control[2]) {
-        CFGR &= ~control[2];
-        convert_once();
-    }
+    REG(0x40012008u) = 1u | 1u << 30;
+    while (!(REG(0x40012000u) & 2u))
+        ;
+    (void)REG(0x4001204cu);
+    CFGR &= ~control[2];
 }
 
 /* TIM2 captures edges of PB3; control[1]: its pull. */
