@@ -5,7 +5,7 @@ app_lib := $(B)/host/libapp.a
 # Boards: a file each in firmware/boards, a line each in common/boards.def. Only the drivers know which one they are for; start-up does not.
 boards := zg discovery nucleo446
 BOARD ?= zg
-ifeq ($(filter $(BOARD),$(boards)),)
+ifneq ($(words $(BOARD)) $(filter $(BOARD),$(boards)),1 $(strip $(BOARD)))
 $(error BOARD=$(BOARD): there is no such board; there are: $(boards))
 endif
 arm_src := $(common_src) $(wildcard firmware/*.c) firmware/f407/startup.c

@@ -87,6 +87,8 @@ const char hil_help[] =
     "GTKWave and others\n"
     "  --vcd-functions A,B,...  functions to trace (default: the main ones)\n"
     "  --profile FILE   instructions by function, level and kind\n"
+    "  --force          a file of --margins, --profile or --vcd takes the place of one that is not "
+    "of its kind\n"
     "  --hang S         end when the firmware hangs for S seconds of virtual time (default 5, 0: "
     "never)\n"
     "  --stall S        end when a host does not read for S seconds (default 30)\n"
@@ -213,6 +215,15 @@ static bool parse_board(struct hil_arguments *a, const char *text)
     return a->board_given;
 }
 
+static enum mr_status refuse_board(const char *text)
+{
+    char names[200] = "";
+    for (unsigned i = 0; hil_board_type_of(i); i++)
+        snprintf(names + strlen(names), sizeof names - strlen(names), " %s",
+                 hil_board_type_name(hil_board_type_of(i)));
+    return refuse("--board cannot be `%s`; there are:%s", text, names);
+}
+
 static bool parse_speed(struct hil_arguments *a, const char *text)
 {
     a->real = strcmp(text, "real") == 0;
@@ -293,6 +304,7 @@ static const struct option {
     {"--left-on", FLAG, AT(options.left_on), 0, 0, NULL},
     {"--boot0", FLAG, AT(options.boot0), 0, 0, NULL},
     {"--trace", FLAG, AT(trace), 0, 0, NULL},
+    {"--force", FLAG, AT(force), 0, 0, NULL},
 #undef AT
 };
 
@@ -378,7 +390,10 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
         const struct option *option = find(argv[i]);
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
-        if (!set(a, option, argv[i + 1]))
+        bool is_set = set(a, option, argv[i + 1]);
+        if (!is_set && option->parse == parse_board)
+            return refuse_board(argv[i + 1]);
+        if (!is_set)
             return refuse("%s cannot be `%s`; see matrig-board --help", argv[i], argv[i + 1]);
         i += option->kind != FLAG;
     }
@@ -437,6 +452,28 @@ static bool same_file(const char *a, const char *b)
                                  one.st_dev == other.st_dev && one.st_ino == other.st_ino);
 }
 
+/* A record takes the place of one of its kind only; what the first bytes of each are, the files say
+ * that write them. */
+static enum mr_status check_record(const struct hil_arguments *a, const char *option,
+                                   const char *text, const char *path)
+{
+    const char *head = !text              ? NULL
+                     : text == a->vcd     ? "$version matrig-board $end\n"
+                     : text == a->profile ? "matrig-board profile: "
+                     : text == a->margins ? "rule                  judged "
+                                          : NULL;
+    if (!head || !path[0])
+        return MR_OK;
+    if (hil_is_precious(path))
+        return refuse("%s would overwrite a database or a program: %s; give another file", option,
+                      path);
+    if (!a->force && hil_is_another_file(path, head))
+        return refuse("%s is there already, and is no record of this kind: %s; give another file, "
+                      "or --force to lose this one",
+                      option, path);
+    return MR_OK;
+}
+
 enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
 {
     const struct {
@@ -464,11 +501,9 @@ enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
                 return refuse("%s and %s are both %s; give each its own", given[k].option,
                               given[i].option, path[i]);
         }
-        bool record = given[i].text == a->vcd || given[i].text == a->profile ||
-                      given[i].text == a->margins;
-        if (record && path[i][0] && hil_is_precious(path[i]))
-            return refuse("%s would overwrite a database or a program: %s; give another file",
-                          given[i].option, path[i]);
+        enum mr_status status = check_record(a, given[i].option, given[i].text, path[i]);
+        if (status != MR_OK)
+            return status;
     }
     return MR_OK;
 }

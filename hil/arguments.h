@@ -19,7 +19,8 @@ struct hil_arguments {
     bool parity_given, board_given;
     bool real;
     bool trace;
-    double for_s;                         /* 0: not given */
+    bool force;   /* a record may take the place of any file but a database or a program */
+    double for_s; /* 0: not given */
     double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;
 };

@@ -41,6 +41,8 @@ void reference_bringup(FILE *out)
     row(out, #section, name, #least " to " #most, beyond, none, tolerance, source, advice);
 #define WORD(section, name, words, beyond, none, source, advice) \
     row(out, #section, name, words, beyond, none, SAME, source, advice);
+#define OF_BOARD(section, name, fact, beyond, none, source, advice) \
+    row(out, #section, name, "`" #fact "` of the board", beyond, none, SAME, source, advice);
 #include "host/board/bringup_limits.def"
     fputs("\n## Tasks\n\n"
           "Cycles of each task are counted by the core's cycle counter (DWT) on prepared input. "

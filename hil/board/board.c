@@ -80,6 +80,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         abort();
     memset(board->memories->own.flash, 0xff, sizeof board->memories->own.flash);
     board->options = *options;
+    if (options->board_drawn)
+        hil_electronics_identity(options->board_seed, board->options.uid);
     board->options.log = NULL; /* an empty board has nothing to tell, nor core.trace */
     hil_board_wire(board);
     for (unsigned i = 0; i < 2; i++)

@@ -71,6 +71,8 @@ enum mr_status hil_board_fits(struct hil_board *board, const char *path);
 void hil_board_name_functions(struct hil_board *board, const char *elf);
 /* Reset the chip now, as a debugger asks. */
 void hil_board_reset(struct hil_board *board);
+/* Draw or take the electronics that the options say, and give the converters theirs. */
+void hil_board_fit_electronics(struct hil_board *board);
 /* Join the parts of a board that is zero but for its options and memories. */
 void hil_board_wire(struct hil_board *board);
 

@@ -4,6 +4,7 @@
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define LINKS_MAX 40 /* symbolic ones in a row, as the kernel has it */
@@ -35,6 +36,19 @@ static bool beside_database(const char *path)
         }
     }
     return false;
+}
+
+bool hil_is_another_file(const char *path, const char *head)
+{
+    char begins[64] = {0};
+    struct stat st;
+    if (stat(path, &st) != 0 || !S_ISREG(st.st_mode))
+        return false;
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    ssize_t got = fd < 0 ? 0 : read(fd, begins, sizeof begins - 1);
+    if (fd >= 0)
+        close(fd);
+    return got <= 0 || strncmp(begins, head, strlen(head)) != 0;
 }
 
 bool hil_is_precious(const char *path)

@@ -23,26 +23,6 @@ static void wire_core(struct hil_board *board)
     hil_bus_create(core);
 }
 
-/* Resistors outside the chip, so that nothing starts while its pins still float. */
-static void wire_pulls(struct hil_gpio_device *gpio, const struct hil_board_type *type)
-{
-    enum { B = 1, D = 3, E = 4 };
-    const struct {
-        struct hil_pin_place at;
-        bool up;
-    } pulls[] = {
-        {{B, 12}, true},        /* the memory is not selected */
-        {{B, 6}, true},         /* the thermometer's bus */
-        {{B, 7}, true},         /* and its data */
-        {{D, 1}, true},         /* CAN is recessive */
-        {type->warning, false}, /* the lamp warns */
-        {type->shunts, false},  /* no shunts */
-        {{E, 2}, false},        /* the camera is not triggered */
-    };
-    for (unsigned i = 0; i < sizeof pulls / sizeof pulls[0]; i++)
-        hil_gpio_pull(gpio, pulls[i].at.port, pulls[i].at.pin, pulls[i].up);
-}
-
 /* In the order in which those who listen to pins are told: rig, chip, camera. */
 static void wire_pins(struct hil_board *board)
 {
@@ -57,11 +37,12 @@ static void wire_pins(struct hil_board *board)
     board->rig.electronics = &board->electronics;
     board->camera.options = &board->options;
     board->camera.state = &board->state.camera;
-    wire_pulls(&mcu->gpio, board->options.type);
+    for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
+        const struct hil_pull *pull = &board->options.type->pull[i];
+        hil_gpio_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->up);
+    }
     hil_rig_create(&board->rig);
     hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
-    mcu->adc.vdda_v = board->electronics.vdda_v;
-    mcu->adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
     hil_camera_create(&board->camera);
 }
 
@@ -148,11 +129,18 @@ static void wire_runs(struct hil_board *board)
     hil_faults_create(&board->faults);
 }
 
-void hil_board_wire(struct hil_board *board)
+void hil_board_fit_electronics(struct hil_board *board)
 {
     hil_electronics_make(&board->electronics, &board->options, board->options.figures);
+    board->mcu.adc.vdda_v = board->electronics.vdda_v;
+    board->mcu.adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
+}
+
+void hil_board_wire(struct hil_board *board)
+{
     wire_core(board);
     wire_pins(board);
+    hil_board_fit_electronics(board);
     wire_chips(board);
     wire_links(board);
     wire_runs(board);

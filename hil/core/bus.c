@@ -78,6 +78,22 @@ static uint32_t bit_band_target(uint32_t address, unsigned *bit)
     return base + (offset >> 5);
 }
 
+static bool is_bit_band(uint32_t address)
+{
+    return address - 0x22000000u < 0x02000000u || address - 0x42000000u < 0x02000000u;
+}
+
+uint32_t hil_bus_bits_read(const struct hil_core *core)
+{
+    const struct hil_bus *bus = &core->bus;
+    unsigned bit;
+    if (is_bit_band(bus->issued)) {
+        uint32_t target = bit_band_target(bus->issued, &bit);
+        return 1u << (8u * (target & 3u) + bit);
+    }
+    return lane(UINT32_MAX, 0, bus->access.size) << (8u * (bus->access.address & 3u));
+}
+
 static uint32_t bit_band_read(struct hil_core *core, uint32_t address)
 {
     unsigned bit;
@@ -111,7 +127,7 @@ static uint32_t other_lanes(const struct hil_peripheral *p, uint32_t offset)
 
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
 {
-    if (address - 0x22000000u < 0x02000000u || address - 0x42000000u < 0x02000000u)
+    if (is_bit_band(address))
         return bit_band_read(core, address);
     core->bus.access = (struct hil_access){address, size, false};
     if (address - 0x40000000u < 0x00080000u) {
@@ -136,7 +152,7 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
 
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value)
 {
-    if (address - 0x22000000u < 0x02000000u || address - 0x42000000u < 0x02000000u) {
+    if (is_bit_band(address)) {
         bit_band_write(core, address, value);
         return;
     }

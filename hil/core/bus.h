@@ -18,6 +18,8 @@ void hil_bus_create(struct hil_core *core);
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral);
 /* Access by the core. */
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size);
+/* Of the word that the access in progress reads, the bits that the core is given. */
+uint32_t hil_bus_bits_read(const struct hil_core *core);
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
 #endif

@@ -42,6 +42,8 @@ struct hil_stamped {
     uint32_t address;
     bool write;
     uint32_t pc;
+    uint64_t issue; /* of the core's accesses, which */
+    unsigned before;
 };
 
 /* What there is between this and Unicorn; derived, or of one return from it: no part of a

@@ -89,11 +89,17 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     return false;
 }
 
+static void issue(const struct hil_region *region, uint64_t offset)
+{
+    region->core->bus.issued = region->base + (uint32_t)offset;
+    region->core->bus.issues++;
+}
+
 static uint64_t on_mmio_read(uc_engine *uc, uint64_t offset, unsigned size, void *user)
 {
     const struct hil_region *region = user;
     (void)uc;
-    region->core->bus.issued = region->base + (uint32_t)offset;
+    issue(region, offset);
     return hil_bus_read(region->core, region->base + (uint32_t)offset, size);
 }
 
@@ -101,7 +107,7 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 {
     const struct hil_region *region = user;
     (void)uc;
-    region->core->bus.issued = region->base + (uint32_t)offset;
+    issue(region, offset);
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
     const struct hil_onlookers *lookers = &region->core->onlookers;
     if (lookers->tracer)

@@ -18,9 +18,9 @@ struct hil_moment {
     double slew_ns; /* of the edge that was made then: so long until its level is reached */
 };
 
-/* Of the access in progress, from a peripheral that is read or written. Ask at every access to the
- * same address, or the first of a block is taken for a later one. Zero when no instruction of
- * the running block makes it: a debugger does, or nobody can tell. */
+/* Of the access in progress, from a peripheral that is read or written; several may ask at one. Ask
+ * at every access to the same address, or the first of a block is taken for a later one. Zero when
+ * no instruction of the running block makes it: a debugger does, or nobody can tell. */
 struct hil_moment hil_stamp(struct hil_core *core);
 /* Of what happens without the core, at a cycle. */
 struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);

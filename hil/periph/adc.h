@@ -34,9 +34,10 @@ struct hil_adc {
     bool dr_full;
     bool dma_ended; /* DDS is 0 and the DMA has come to its end */
     bool running;
-    uint64_t start_cycle;  /* first sampling window opens */
-    uint32_t clock_cycles; /* HCLK cycles of an ADC clock, for this sequence */
-    bool planned;          /* length, channels and end_clock are those of the registers */
+    uint64_t start_cycle;     /* first sampling window opens */
+    uint32_t clock_cycles;    /* HCLK cycles of an ADC clock, for this sequence */
+    bool planned;             /* length, channels and end_clock are those of the registers */
+    uint32_t planned_hclk_hz; /* and with `clock_cycles` what `left` was worked out for */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
     int8_t source[16];      /* what is outside on the pin of channel[k]: hil_analogue.source */

@@ -12,6 +12,16 @@
     {                  \
         HIL_NO_PORT, 0 \
     }
+/* The memory is not selected, the thermometer's bus and its data rest, CAN is recessive; the lamp
+ * warns, no shunts are on, the camera is not triggered. */
+#define PULLS(warning, shunts)                                                       \
+    {                                                                                \
+        {P('B', 12), true}, {P('B', 6), true}, {P('B', 7), true}, {P('D', 1), true}, \
+            {warning, false}, {shunts, false},                                       \
+        {                                                                            \
+            P('E', 2), false                                                         \
+        }                                                                            \
+    }
 /* Packages: pinouts of the STM32F405/407 data sheet, figures 13 and 14. */
 #define LQFP144                                                           \
     {                                                                     \
@@ -39,6 +49,7 @@ static const struct hil_board_type types[] = {
                     P('C', 4), P('C', 5)},
         .warning = P('E', 0),
         .shunts = P('E', 1),
+        .pull = PULLS(P('E', 0), P('E', 1)),
         .lamp = P('E', 3),
         .serial_out = P('A', 9),
         .serial_in = P('A', 10),
@@ -63,6 +74,7 @@ static const struct hil_board_type types[] = {
                     P('C', 4), P('C', 5)},
         .warning = P('E', 4),
         .shunts = P('E', 5),
+        .pull = PULLS(P('E', 4), P('E', 5)),
         .lamp = P('E', 6),
         .serial_out = P('C', 6),
         .serial_in = P('C', 7),
@@ -89,6 +101,7 @@ static const struct hil_board_type types[] = {
                     P('C', 4), P('C', 5)},
         .warning = P('E', 0),
         .shunts = P('E', 1),
+        .pull = PULLS(P('E', 0), P('E', 1)),
         .lamp = P('E', 3),
         .serial_out = P('G', 14),
         .serial_in = P('G', 9),

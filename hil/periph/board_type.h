@@ -9,11 +9,18 @@
 
 #define HIL_BOARD_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
 #define HIL_BOARD_PORTS    9u
+#define HIL_BOARD_PULLS    7u
 
 struct hil_pin_place {
     uint8_t port, pin; /* port 0 = A; HIL_NO_PORT: it is not there */
 };
 #define HIL_NO_PORT 0xffu
+
+/* A resistor outside the chip, so that nothing starts while its pin still floats. */
+struct hil_pull {
+    struct hil_pin_place at;
+    bool up;
+};
 
 struct hil_board_type {
     unsigned number; /* as the image's header has it (common/boards.def) */
@@ -25,6 +32,7 @@ struct hil_board_type {
     uint16_t bonded[HIL_BOARD_PORTS]; /* pins of each port that the package has */
     struct hil_pin_place channel[HIL_BOARD_CHANNELS];
     struct hil_pin_place warning, shunts, lamp;
+    struct hil_pull pull[HIL_BOARD_PULLS];
     struct hil_pin_place serial_out, serial_in;
     uint8_t usart, serial_function; /* which is the serial link, and its alternate function */
     bool rom_hears;                 /* the boot ROM listens at the serial link */

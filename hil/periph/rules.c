@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <string.h>
 
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
 #include "hil/core/whatif.h"
 #include "hil/periph/gpio.h"
@@ -190,10 +191,19 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
     return dev->gpio->state->port[port].otyper >> pin & 1u;
 }
 
+/* Has the table a pin of this port? */
+static bool is_kept(unsigned port)
+{
+    bool kept = false;
+    for (unsigned i = 0; i < HIL_RULES_PINS; i++)
+        kept |= pins[i].port == port;
+    return kept;
+}
+
 void hil_rules_stored(void *device, unsigned port)
 {
     struct hil_rules_device *dev = device;
-    if (!hil_rules_hold(dev) || port != B)
+    if (!hil_rules_hold(dev) || !is_kept(port))
         return;
     struct hil_moment at = hil_stamp(dev->core);
     for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
@@ -214,7 +224,8 @@ static bool matters(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
                     struct hil_difference *difference)
 {
     struct hil_moment read = hil_rules_hold(dev) ? hil_stamp(dev->core) : (struct hil_moment){0};
-    if (!read.ps)
+    bits &= hil_bus_bits_read(dev->core);
+    if (!read.ps || !bits)
         return false;
     if (hil_whatif_matters(dev->core, read.pc, value, bits, difference))
         return true;

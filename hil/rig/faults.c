@@ -232,7 +232,7 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
              (unsigned)fault->address, fault->on);
         break;
     case HIL_FAULT_LAMP:
-        dev->rig->state->lamp = (uint8_t)fault->choice;
+        hil_rig_lamp(dev->rig, (enum hil_lamp)fault->choice);
         tell(dev, fault, "warning lamp %s", lamp[fault->choice]);
         break;
     }

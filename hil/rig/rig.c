@@ -373,11 +373,19 @@ static void look_at_shunts(void *device, uint64_t at)
 static void look_at_lamp(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
+    if (!dev->electronics->lamp_sense_ps)
+        return;
     bool on = hil_rig_lamp_draws(dev);
     if (on == dev->state->lamp_on)
         return;
     dev->state->lamp_on = on;
     dev->state->lamp_since_ps = hil_clock_ps(&dev->core->state.clock, at);
+}
+
+void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
+{
+    dev->state->lamp = (uint8_t)lamp;
+    look_at_lamp(dev, hil_now(dev->core));
 }
 
 /* Low while the lamp draws current, as far as its amplifier can tell, and a little later. */
@@ -411,8 +419,7 @@ void hil_rig_create(struct hil_rig_device *dev)
     gpio->timer_listener = (struct hil_pin_listener){dev, look_at_excitation};
     hil_gpio_listen(gpio, look_at_excitation, dev);
     hil_gpio_listen(gpio, look_at_shunts, dev);
-    if (dev->electronics->lamp_sense_ps)
-        hil_gpio_listen(gpio, look_at_lamp, dev);
+    hil_gpio_listen(gpio, look_at_lamp, dev);
     dev->adc->outside = (struct hil_analogue){.who = dev,
                                               .source = hil_rig_channel,
                                               .volts = hil_rig_channel_volts,

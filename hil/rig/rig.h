@@ -120,6 +120,7 @@ void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at);
 void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault);
 /* A bridge or its amplifier drifts: gage from 0, gain 1 and offset 0 as it should be. */
 void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb);
+void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp);
 void hil_rig_skip(struct hil_rig_device *dev, unsigned position);
 void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times,
                     uint64_t period_ps);

@@ -142,10 +142,20 @@ static unsigned find_hidden(const struct measured *measured)
     return 0;
 }
 
+/* The last that the board said: the gear is awaited, or moves. */
+static bool last_said_to_move(const struct measured *measured)
+{
+    return measured->landing.state == MR_LANDING_ARMED ||
+           measured->landing.state == MR_LANDING_LANDING;
+}
+
+/* The stop is known to its error: as long as the board did not say that the gear stood, it may have
+ * moved for that much longer. */
 static bool ends_before_stop(const struct measured *measured)
 {
-    return measured->samples == 0 ||
-           measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value;
+    const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
+    double surely_s = stop_t_s->value + (last_said_to_move(measured) ? 2.0 * stop_t_s->error : 0.0);
+    return measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < surely_s;
 }
 
 static void fit_gear(struct measured *measured)
@@ -184,8 +194,19 @@ static void fit_gear(struct measured *measured)
 
 bool measured_ends_early(const struct measured *measured)
 {
-    return measured->fit_status == MR_TRUNCATED && measured->samples > 0 &&
-           ends_before_stop(measured);
+    if (measured->samples == 0)
+        return false;
+    if (measured->fit_status == MR_TOO_FEW) /* too soon for a stop, even */
+        return measured->gates > 0 && !measured->doubts.torn && last_said_to_move(measured);
+    return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
+}
+
+const char *measured_moves_text(const struct measured *measured)
+{
+    bool past = measured->fit_status == MR_TRUNCATED && measured->samples > 0 &&
+                measured_time_s(measured, measured->samples - 1) >=
+                    measured->summary.stop_t_s.value;
+    return past ? "may still move" : "moves";
 }
 
 void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON])
@@ -198,7 +219,8 @@ void measured_no_stop_text(const struct measured *measured, char out[MEASURED_RE
         snprintf(out, MEASURED_REASON, "nothing was recorded when switch %u was due",
                  measured->hidden_switch);
     else
-        snprintf(out, MEASURED_REASON, "the record ends while the gear moves");
+        snprintf(out, MEASURED_REASON, "the record ends while the gear %s",
+                 measured_moves_text(measured));
 }
 
 /* A moment of the motion: station and speed at a time. */

@@ -133,8 +133,10 @@ void measured_free(struct measured *measured);
 #define MEASURED_REASON 100
 void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON]);
 
-/* The record ends while the gear moves. */
+/* The record ends while the gear moves, or may. */
 bool measured_ends_early(const struct measured *measured);
+/* Which of both: "moves", "may still move". Static storage. */
+const char *measured_moves_text(const struct measured *measured);
 
 double measured_time_s(const struct measured *measured, size_t sample);
 /* Beginning of a block of the board, as t_s. */

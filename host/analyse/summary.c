@@ -81,7 +81,9 @@ static void switches_text(const struct measured *measured, char *out, size_t siz
     }
     if (beyond && length > 0 && (size_t)length < size)
         length += snprintf(out + length, size - (size_t)length, ", %s from %d on",
-                           measured->fit_status == MR_TRUNCATED ? "none heard" : "not reached",
+                           measured->fit_status == MR_TRUNCATED || measured_ends_early(measured)
+                               ? "none heard"
+                               : "not reached",
                            __builtin_ctzll(beyond) + 1);
     if (measured->edges > seen && length > 0 && (size_t)length < size)
         snprintf(out + length, size - (size_t)length, "; %zu edges not named",

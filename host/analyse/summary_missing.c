@@ -56,9 +56,11 @@ void summary_missing_answer(const struct measured *measured, enum mr_channel_kin
     char numbers[NUMBERS];
     if (measured_ends_early(measured))
         answer_sentence(answer, NULL,
-                        "The record ends %.3f s after touchdown, while the gear moves: peaks and "
-                        "ends are those until then.",
-                        measured_time_s(measured, measured->samples - 1));
+                        "The record ends %.3f s after %s, while the gear %s: peaks and ends are "
+                        "those until then.",
+                        measured_time_s(measured, measured->samples - 1),
+                        measured->t0_is_touchdown ? "touchdown" : "the first switch",
+                        measured_moves_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (!lacks(channel, kind) || told_already(measured, c))

@@ -8,6 +8,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "host/base/decimal.h"
+
 int cli_fail(const struct error *error)
 {
     bool colour = cli_colour();
@@ -19,8 +21,8 @@ int cli_fail(const struct error *error)
 enum mr_status cli_number(const char *text, const char *what, double low, double high,
                           double *value, struct error *error)
 {
-    char *end;
-    double number = strtod(text, &end);
+    const char *end;
+    double number = decimal_read(text, &end);
     if (end == text || *end != '\0' || !isfinite(number))
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
                          text, what, low > 1.0 ? low : 1.0);

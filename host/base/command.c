@@ -2,9 +2,9 @@
 
 #include <ctype.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "host/base/decimal.h"
 #include "host/base/run.h"
 #include "host/base/units.h"
 
@@ -97,9 +97,9 @@ static enum mr_status unknown_option(const char *command, const char *word, stru
 static enum mr_status read_number(const struct parsing *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
-    char *end;
+    const char *end;
     const char *bare = p->cli->si && option->unit_si ? option->unit_si : option->unit;
-    double number = strtod(text, &end), factor = 1.0, shown = 1.0;
+    double number = decimal_read(text, &end), factor = 1.0, shown = 1.0;
     const char *unit = end;
     while (isspace((unsigned char)*unit))
         unit++;

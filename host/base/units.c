@@ -69,9 +69,16 @@ static const struct {
     {"kilogram", "kg"},    {"kilograms", "kg"},
 };
 
+/* A capital M is mega: "Mm" and "M" are no mm and m. Wholly in capitals is another spelling. */
+static bool is_mega(const char *word, size_t length)
+{
+    return length <= 2 && word[0] == 'M' && (length == 1 || word[1] != 'M');
+}
+
 static bool is_word(const char *word, size_t length, const char *known)
 {
-    return strlen(known) == length && strncasecmp(word, known, length) == 0;
+    return strlen(known) == length && strncasecmp(word, known, length) == 0 &&
+           !is_mega(word, length);
 }
 
 const struct unit_word *unit_words(size_t index)

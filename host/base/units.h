@@ -35,8 +35,8 @@ struct unit_word {
     enum unit_kind kind;
     double factor; /* multiply a value so written by it to have in or lb */
 };
-/* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not.
- * NULL: none of them. Static storage. */
+/* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not, but
+ * for "M" and "Mm", where M is mega. NULL: none of them. Static storage. */
 const struct unit_word *unit_read(const char *word, size_t length);
 /* All of them, once each: unit_words(0) and on, NULL after the last. Static storage. */
 const struct unit_word *unit_words(size_t index);

@@ -12,11 +12,23 @@ enum { REPORT = 1, MEMORY = 2, BROWN_OUT = 4, EITHER = REPORT | MEMORY, ALL = 7 
 #define ANY           BRINGUP_ANY, 0.0
 #define PLUS(value)   BRINGUP_PLUS, value
 #define PERCENT(part) BRINGUP_PERCENT, part
+
+#define LIMIT(section, name, least, most, beyond, none, tolerance, source, advice)
+#define WORD(section, name, words, beyond, none, source, advice)
+#define OF_BOARD(section, name, fact, beyond, none, source, advice) \
+    static double fact##_of(const struct mr_board *board)           \
+    {                                                               \
+        return board ? (double)board->fact : (double)NAN;           \
+    }
+#include "host/board/bringup_limits.def"
+
 static const struct bringup_limit limits[] = {
 #define LIMIT(section, name, least, most, beyond, none, tolerance, source, advice) \
-    {section, name, NULL, least, most, beyond, none, tolerance, source, advice},
+    {section, name, NULL, least, most, NULL, beyond, none, tolerance, source, advice},
 #define WORD(section, name, words, beyond, none, source, advice) \
-    {section, name, words, 0.0, 0.0, beyond, none, SAME, source, advice},
+    {section, name, words, 0.0, 0.0, NULL, beyond, none, SAME, source, advice},
+#define OF_BOARD(section, name, fact, beyond, none, source, advice) \
+    {section, name, NULL, 0.0, 0.0, fact##_of, beyond, none, SAME, source, advice},
 #include "host/board/bringup_limits.def"
 };
 #define LIMITS (sizeof limits / sizeof limits[0])
@@ -62,11 +74,12 @@ static bool is_among(const char *words, const char *word)
     return false;
 }
 
-static bool is_within(const struct bringup_limit *limit, const struct bringup_line *line)
+static bool is_within(const struct bringup_judged *j)
 {
-    if (limit->words)
-        return !*limit->words || is_among(limit->words, line->value);
-    return line->number >= limit->least && line->number <= limit->most;
+    const char *words = j->limit->words;
+    if (words)
+        return !*words || is_among(words, j->line->value);
+    return j->line->number >= j->least && j->line->number <= j->most;
 }
 
 static bool has_moved(const struct bringup_limit *limit, const struct bringup_line *now,
@@ -81,12 +94,24 @@ static bool has_moved(const struct bringup_limit *limit, const struct bringup_li
     return fabs(now->number - last->number) > may;
 }
 
-static void judge(struct bringup_judged *j)
+static const struct mr_board *board_of(const struct bringup *now)
 {
-    j->verdict = !j->limit                    ? BRINGUP_LOOK
-               : j->line->none                ? j->limit->none
-               : is_within(j->limit, j->line) ? BRINGUP_OK
-                                              : j->limit->beyond;
+    const struct bringup_line *line = bringup_find(now, "board");
+    int number = line ? mr_board_named(line->value) : -1;
+    return number < 0 ? NULL : mr_board_of((unsigned)number);
+}
+
+static void judge(struct bringup_judged *j, const struct mr_board *board)
+{
+    const struct bringup_limit *limit = j->limit;
+    if (limit) {
+        j->least = limit->of_board ? limit->of_board(board) : limit->least;
+        j->most = limit->of_board ? j->least : limit->most;
+    }
+    j->verdict = !j->limit     ? BRINGUP_LOOK
+               : j->line->none ? j->limit->none
+               : is_within(j)  ? BRINGUP_OK
+                               : j->limit->beyond;
     j->moved = j->limit && j->last && has_moved(j->limit, j->line, j->last);
     if (j->moved && j->verdict == BRINGUP_OK)
         j->verdict = BRINGUP_LOOK;
@@ -105,6 +130,7 @@ size_t bringup_judge(const struct bringup *now, const struct bringup *last,
                      struct bringup_judged judged[BRINGUP_JUDGED])
 {
     unsigned section = section_bit(now->section);
+    const struct mr_board *board = board_of(now);
     size_t count = 0;
     for (size_t i = 0; i < now->lines; i++) {
         struct bringup_judged *j = &judged[count++];
@@ -112,7 +138,7 @@ size_t bringup_judge(const struct bringup *now, const struct bringup *last,
                                      .line = &now->line[i],
                                      .limit = limit_of(section, &now->line[i]),
                                      .last = last ? bringup_find(last, now->line[i].name) : NULL};
-        judge(j);
+        judge(j, board);
     }
     for (size_t i = 0; i < LIMITS; i++) {
         const struct bringup_limit *limit = &limits[i];

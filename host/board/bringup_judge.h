@@ -3,6 +3,7 @@
 #ifndef MATRIG_HOST_BOARD_BRINGUP_JUDGE_H
 #define MATRIG_HOST_BOARD_BRINGUP_JUDGE_H
 
+#include "common/boards.h"
 #include "host/board/bringup.h"
 
 enum bringup_verdict { BRINGUP_OK, BRINGUP_LOOK, BRINGUP_WRONG };
@@ -14,6 +15,8 @@ struct bringup_limit {
     const char *name;  /* with * at its end: all that begin so */
     const char *words; /* one of these; "": any; NULL: a number from least to most */
     double least, most;
+    /* the number that this board has instead; NULL: of all boards alike */
+    double (*of_board)(const struct mr_board *board);
     enum bringup_verdict beyond, none;
     enum bringup_tolerance tolerance;
     double change;
@@ -24,8 +27,9 @@ struct bringup_judged {
     const char *name;
     const struct bringup_line *line;   /* NULL: it was not said */
     const struct bringup_limit *limit; /* NULL: the name is not known here */
-    const struct bringup_line *last;   /* NULL: nothing to compare with */
-    bool moved;                        /* beyond its tolerance, since the last time */
+    double least, most;              /* of the limit for this board; NaN: the board is not known */
+    const struct bringup_line *last; /* NULL: nothing to compare with */
+    bool moved;                      /* beyond its tolerance, since the last time */
     enum bringup_verdict verdict;
 };
 

@@ -488,8 +488,9 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
                   "%s; %lld frames, %lld lost, %lld dropped by the board", state,
                   (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
     limit(c, "good, none lost");
-    advise(c, f->alarm_known && f->alarm.state == MR_CAN_SILENT
-                  ? "the board keeps CAN silent until its clock is exact: see clock"
+    bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
+                                      : f->identity.hello.clock_source != 0;
+    advise(c, kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
               : f->can_frames == 0 ? "look at plug, terminators and bit rate"
                                    : "look at the bus and this computer's load");
 }

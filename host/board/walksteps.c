@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "host/board/configtext.h"
@@ -63,6 +64,20 @@ static void find_nearest(const struct walk_steps *steps, const struct mr_config 
     }
 }
 
+/* Are the configured steps as far from each other as they are built? */
+static bool is_as_built(const struct mr_config *config, unsigned count)
+{
+    for (unsigned i = 1; i < count; i++) {
+        for (unsigned k = 0; k < i; k++) {
+            int one = config->gate[fitted(config, i) - 1].step_codes,
+                other = config->gate[fitted(config, k) - 1].step_codes;
+            if (abs(one - other) < (int)WALK_STEP_BUILT_CODES)
+                return false;
+        }
+    }
+    return true;
+}
+
 static bool is_sound(const struct mr_config *learned, char *why, size_t size)
 {
     struct mr_config_reason reason;
@@ -100,7 +115,11 @@ bool walk_steps_learn(const struct walk_steps *steps, const struct mr_config *co
         learned->gate[position - 1].step_codes = (uint16_t)lround(steps->codes[n]);
     }
     find_nearest(steps, config, found);
-    if (found->apart_codes < MR_CONFIG_STEP_APART_CODES) {
+    bool close = found->apart_codes < MR_CONFIG_STEP_APART_CODES;
+    if (close && found->furthest_codes <= WALK_STEP_CURVE_CODES && is_as_built(config, wanted)) {
+        found->configured_stay = true;
+        *learned = *config;
+    } else if (close) {
         snprintf(why, size,
                  "switches %u and %u: their steps are %.1f codes apart, %u are needed to tell them "
                  "apart: walk once more; else change a resistor, or keep the configured steps",

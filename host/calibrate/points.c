@@ -3,9 +3,9 @@
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "host/base/decimal.h"
 #include "host/calibrate/column.h"
 
 #define BLANKS          " \t\r\n"
@@ -36,11 +36,11 @@ static enum mr_status complain(const struct reader *r, enum mr_status status, co
 /* The names of the columns, when it is them: neither begins with a number. */
 static bool is_names(const char *line, const char *comma)
 {
-    char *end;
-    (void)strtod(line, &end);
+    const char *end;
+    (void)decimal_read(line, &end);
     if (end != line)
         return false;
-    (void)strtod(comma + 1, &end);
+    (void)decimal_read(comma + 1, &end);
     return end == comma + 1;
 }
 
@@ -105,8 +105,8 @@ static enum mr_status read_names(struct reader *r, const char *line, const char 
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
                      double *value)
 {
-    char *end;
-    *value = strtod(text, &end);
+    const char *end;
+    *value = decimal_read(text, &end);
     if (end == text || !isfinite(*value))
         return false;
     end += strspn(end, BLANKS);
@@ -120,8 +120,8 @@ bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_wo
 
 static bool read_code(const char *text, double *code)
 {
-    char *end;
-    *code = strtod(text, &end);
+    const char *end;
+    *code = decimal_read(text, &end);
     return end != text && isfinite(*code) && end[strspn(end, BLANKS)] == '\0';
 }
 

@@ -106,6 +106,15 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
     return status;
 }
 
+/* A port that came back goes on wherever the board is: nothing joins on to a frame it went away
+ * in. */
+static void forget_torn_frame(struct side *side)
+{
+    if (side->deframer.length > 0)
+        side->account.counts.bad++;
+    mr_deframer_init(&side->deframer);
+}
+
 enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
                                   const struct link_counters *counters, struct error *error)
 {
@@ -125,6 +134,8 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
         }
         side->told[i] = counters->trouble[i];
         side->pending[i] += more;
+        if (i == LINK_BACK)
+            forget_torn_frame(side);
         account_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
     }
     return status;

@@ -4,11 +4,11 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/analyse/banddesign.h"
 #include "host/base/answer.h"
+#include "host/base/decimal.h"
 #include "host/commands/commands.h"
 #include "host/base/units.h"
 
@@ -114,9 +114,9 @@ static enum mr_status find_input(const char *word, const struct input **input, c
 static enum mr_status read_value(const struct input *input, const char *text, double *value,
                                  struct error *error)
 {
-    char *end;
+    const char *end;
     char names[160] = "";
-    double number = strtod(text, &end);
+    double number = decimal_read(text, &end);
     if (end == text || !isfinite(number))
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; give a number and a unit",
                          text, input->name);

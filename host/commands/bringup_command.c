@@ -42,8 +42,8 @@ static json_t *line_json(const struct bringup_judged *j)
     json_object_set_new(json, "last", number_or_word(j->last));
     json_object_set_new(json, "moved", json_boolean(j->moved));
     if (j->limit && !j->limit->words) {
-        json_object_set_new(json, "least", json_real(j->limit->least));
-        json_object_set_new(json, "most", json_real(j->limit->most));
+        json_object_set_new(json, "least", cli_json_number(j->least, 15));
+        json_object_set_new(json, "most", cli_json_number(j->most, 15));
     }
     if (j->limit && j->limit->words && *j->limit->words)
         json_object_set_new(json, "words", json_string(j->limit->words));
@@ -69,21 +69,23 @@ static int print_json(const struct bringup *b, const struct bringup_judged *judg
 }
 
 /* In the form of the value. */
-static void limits_text(const struct bringup_limit *limit, bool hexadecimal, char out[VALUE_TEXT])
+static void limits_text(const struct bringup_judged *j, char out[VALUE_TEXT])
 {
+    const struct bringup_limit *limit = j->limit;
+    bool hexadecimal = j->line && strncmp(j->line->value, "0x", 2) == 0;
     if (!limit || (limit->words && !*limit->words) ||
-        (!limit->words && limit->beyond == BRINGUP_OK))
+        (!limit->words && (limit->beyond == BRINGUP_OK || isnan(j->least))))
         *out = 0;
     else if (limit->words)
         snprintf(out, VALUE_TEXT, "%s", limit->words);
-    else if (hexadecimal && limit->least == limit->most)
-        snprintf(out, VALUE_TEXT, "0x%x", (unsigned)limit->least);
+    else if (hexadecimal && j->least == j->most)
+        snprintf(out, VALUE_TEXT, "0x%x", (unsigned)j->least);
     else if (hexadecimal)
-        snprintf(out, VALUE_TEXT, "0x%x to 0x%x", (unsigned)limit->least, (unsigned)limit->most);
-    else if (limit->least == limit->most)
-        snprintf(out, VALUE_TEXT, "%.10g", limit->least);
+        snprintf(out, VALUE_TEXT, "0x%x to 0x%x", (unsigned)j->least, (unsigned)j->most);
+    else if (j->least == j->most)
+        snprintf(out, VALUE_TEXT, "%.10g", j->least);
     else
-        snprintf(out, VALUE_TEXT, "%.10g to %.10g", limit->least, limit->most);
+        snprintf(out, VALUE_TEXT, "%.10g to %.10g", j->least, j->most);
 }
 
 /* Lines of one group in a row that are all in order: how many, from `at` on. */
@@ -120,7 +122,7 @@ static void print_row(struct answer *answer, const struct bringup_judged *j, siz
 {
     char value[VALUE_TEXT], limits[VALUE_TEXT], name[VALUE_TEXT];
     value_text(j, group, value);
-    limits_text(j->limit, j->line && strncmp(j->line->value, "0x", 2) == 0, limits);
+    limits_text(j, limits);
     if (group > 1)
         snprintf(name, sizeof name, "%s (%zu)", j->limit->name, group);
     else

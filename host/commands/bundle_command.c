@@ -6,6 +6,7 @@
 
 #include "host/bundle/bundle.h"
 #include "host/commands/commands.h"
+#include "host/replay/image.h"
 #include "host/base/place.h"
 #include "host/base/run.h"
 #include "host/sim/scene/scene.h"
@@ -94,16 +95,17 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
         status = leave_out(r.without, want->without, &error);
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
-    place_find(PLACE_FIRMWARE, elf, sizeof elf);
     if (status == MR_OK && want->scene)
         status = scene_check(want->scene, &error);
     place_find(PLACE_RUNWAY, scene, sizeof scene);
-    if (!want->elf)
-        want->elf = elf;
     if (!want->scene && access(scene, R_OK) == 0)
         want->scene = scene;
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
+    if (status == MR_OK && !want->elf) {
+        replay_image_find(store, run, elf, sizeof elf);
+        want->elf = elf;
+    }
     if (status == MR_OK)
         status = bundle_make(store, run, want, r.path, &made, &error);
     store_close(store);

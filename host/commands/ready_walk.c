@@ -274,11 +274,20 @@ static enum mr_status learn(const struct walk *walk, struct ready_report *report
     enum mr_status status = output_bytes(walk->request->learn, walk->request->force, text,
                                          strlen(text), error);
     free(text);
-    ready_add(report, READY_GO, "steps",
-              "%u learned, at most %.1f codes from those configured; nearest to each other are %u "
-              "and %u, %.1f codes apart; in %.200s, for matrig board config set",
-              found.count, found.furthest_codes, found.near, found.near_other, found.apart_codes,
-              walk->request->learn);
+    if (found.configured_stay)
+        ready_add(
+            report, READY_GO, "steps",
+            "%u answered at most %.1f codes from those configured, which stay: learned, %u and "
+            "%u would be %.1f codes apart; in %.200s, as configured",
+            found.count, found.furthest_codes, found.near, found.near_other, found.apart_codes,
+            walk->request->learn);
+    else
+        ready_add(
+            report, READY_GO, "steps",
+            "%u learned, at most %.1f codes from those configured; nearest to each other are %u "
+            "and %u, %.1f codes apart; in %.200s, for matrig board config set",
+            found.count, found.furthest_codes, found.near, found.near_other, found.apart_codes,
+            walk->request->learn);
     return status;
 }
 

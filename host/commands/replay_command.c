@@ -6,7 +6,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "common/boards.h"
 #include "host/board/configtext.h"
 #include "host/bundle/bundle.h"
 #include "host/bundle/show.h"
@@ -15,6 +14,7 @@
 #include "host/base/scratch.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
+#include "host/replay/image.h"
 #include "host/replay/input.h"
 #include "host/base/run.h"
 
@@ -117,14 +117,6 @@ static enum mr_status give_configuration(struct replay *replay, struct store *st
     return MR_OK;
 }
 
-/* Of the board that recorded it, unless another was asked for. */
-static void take_image(struct replay *replay)
-{
-    const struct mr_board *board = mr_board_of(replay->recorded.board);
-    if (replay->board.elf == replay->elf && board)
-        place_find_firmware(board->name, replay->elf, sizeof replay->elf);
-}
-
 static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli,
                                  struct error *error)
 {
@@ -132,9 +124,12 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     char path[PATH_MAX + 20];
     enum mr_status status = answers_load(store, replay->run, &replay->recorded, error);
     if (status == MR_OK) {
-        take_image(replay);
+        if (replay->board.elf == replay->elf) /* no other was asked for, nor is one bundled */
+            replay_image_of(&replay->recorded, replay->elf, sizeof replay->elf);
         status = replay_board_check(&replay->board, error);
     }
+    if (status == MR_OK)
+        status = replay_image_check(replay->board.elf, &replay->recorded, error);
     if (status == MR_OK && !replay->directory[0])
         status = scratch_make(replay->directory, "replay", error);
     snprintf(path, sizeof path, "%s/replay.txt", replay->directory);

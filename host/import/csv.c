@@ -2,9 +2,9 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "host/base/decimal.h"
 #include "host/import/stray.h"
 
 #define FIELDS_MAX 1024u
@@ -132,14 +132,13 @@ static bool take_number(const struct mapping *m, struct field field, double *val
         return false;
     for (size_t i = 0; i < field.length; i++) {
         char c = field.at[i];
-        /* no hexadecimal, inf or nan */
         if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal))
             return false;
         digits[i] = c == m->decimal ? '.' : c;
     }
     digits[field.length] = '\0';
-    char *end;
-    *value = strtod(digits, &end);
+    const char *end;
+    *value = decimal_read(digits, &end);
     return *end == '\0' && isfinite(*value);
 }
 

@@ -359,7 +359,7 @@ static enum mr_status take_device(struct link *link, struct error *error)
         return MR_OK;
     if (taken)
         pthread_mutex_unlock(&link->device);
-    return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
+    return error_set(error, MR_IO, "the device is away: %s; plug it in again", link->spec);
 }
 
 /* `counts`: what it is on the counter of what was sent. */

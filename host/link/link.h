@@ -94,7 +94,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
  * Links that have no line stay as they are. MR_IO: the port does not do it. */
 enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error);
 
-/* Send to the board; waits at most 1 s for room. MR_NOT_NOW: a file cannot be sent to. */
+/* Send to the board; waits at most 1 s for room. MR_NOT_NOW: a file cannot be sent to;
+ * MR_IO: the device is away, or fails. */
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame,
                                struct error *error);
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,

@@ -22,6 +22,15 @@ static enum mr_status no_memory(const struct loading *loading)
                      loading->path);
 }
 
+static void take_board(struct answers *answers, uint32_t id, const uint8_t *data, size_t length)
+{
+    struct mr_config_state state;
+    if (id != MR_ID_CONFIG_STATE || mr_config_state_get(&state, data, length) != MR_OK)
+        return;
+    answers->board = state.board;
+    answers->board_told = true;
+}
+
 static enum mr_status take_frame(void *context, const struct store_frame *frame)
 {
     struct loading *loading = context;
@@ -46,11 +55,7 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     }
     if (answer->block < loading->told)
         answer->block = loading->told;
-    if (info->id == MR_ID_CONFIG_STATE) {
-        struct mr_config_state state;
-        mr_config_state_get(&state, answer->data, info->length);
-        answers->board = state.board;
-    }
+    take_board(answers, info->id, answer->data, info->length);
     if (info->id == MR_ID_HELLO) {
         struct mr_hello hello;
         mr_hello_get(&hello, answer->data, info->length);
@@ -109,6 +114,21 @@ enum mr_status answers_load(struct store *store, int64_t run, struct answers *an
     if (status != MR_OK)
         answers_free(answers);
     return status;
+}
+
+static enum mr_status take_board_frame(void *context, const struct store_frame *frame)
+{
+    if (frame->direction == 0)
+        take_board(context, frame->id, frame->data, frame->length);
+    return MR_OK;
+}
+
+void answers_load_board(struct store *store, int64_t run, struct answers *answers)
+{
+    struct error ignored = {0};
+    *answers = (struct answers){0};
+    for (int link = 0; link < LINK_KINDS; link++)
+        (void)store_frames_each(store, run, link, take_board_frame, answers, &ignored);
 }
 
 void answers_free(struct answers *answers)

@@ -21,12 +21,16 @@ struct answers {
     struct mr_block *block; /* ascending by index */
     size_t blocks;
     unsigned board; /* which it was: common/boards.def */
+    bool board_told;
 };
 
 /* MR_MALFORMED: a record that is none; MR_VERSION: a board of another layout. answers_free releases
  * what it holds. */
 enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers,
                             struct error *error);
+/* Only which board it was, as far as the record tells, whatever is damaged in it; nothing is to be
+ * released. */
+void answers_load_board(struct store *store, int64_t run, struct answers *answers);
 void answers_free(struct answers *answers);
 
 #endif

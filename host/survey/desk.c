@@ -2,8 +2,9 @@
 
 #include <ctype.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "host/base/decimal.h"
 
 #define IN_PER_MM  (1.0 / 25.4)
 #define AGAIN_IN   0.015  /* three reading errors: a repeated reading is the same */
@@ -29,10 +30,11 @@ static bool parse_number(const char *text, bool si, double *value_in)
         return false;
     memcpy(number, text, length);
     number[length] = '\0';
-    char *comma = strchr(number, ','), *end;
+    char *comma = strchr(number, ',');
+    const char *end;
     if (comma)
         *comma = '.'; /* as some calipers type it */
-    double value = strtod(number, &end);
+    double value = decimal_read(number, &end);
     const char *unit = skip_space(text + length);
     bool mm = strncmp(unit, "mm", 2) == 0 && is_end(unit + 2),
          in = strncmp(unit, "in", 2) == 0 && is_end(unit + 2);

@@ -130,6 +130,12 @@ rules() { # what is held at the pins: names, files, what a broken rule does to t
         fails_with 2 "--rules cannot be .count:." $board --elf $elf --rules count: --for 0.1 &&
         fails_with 2 '--margins would overwrite a database' $board --elf $elf --margins "$tmp/campaign.db" --for 0.1 &&
         fails_with 3 '--margins: cannot write .*nowhere/margins' $board --elf $elf --margins "$tmp/nowhere/margins" --for 0.1 || return 1
+    local record
+    for record in margins profile vcd; do # over one of its kind, over nothing that a hand made, not even an empty file
+        echo "mine" >"$tmp/by_hand" && fails_with 2 "--$record is there already.*by_hand; .*--force" $board --elf $elf --for 0.01 --$record "$tmp/by_hand" &&
+            [ "$(cat "$tmp/by_hand")" = mine ] && $board --elf $elf --for 0.01 --$record "$tmp/by_hand" --force && $board --elf $elf --for 0.01 --$record "$tmp/by_hand" || return 1
+        : >"$tmp/by_hand" && fails_with 2 "--$record is there already" $board --elf $elf --for 0.01 --$record "$tmp/by_hand" || return 1
+    done
     $board --elf $old --for 0.1 --margins "$tmp/margins" 2>"$tmp/err"
     [ $? -eq 3 ] && grep -q 'stopped at 0.00[0-9]* s: rule WAIT_STATES: .*; clock_start, PC 0x' "$tmp/err" &&
         awk '$1 == "WAIT_STATES" { found = $2 == 1 && $3 == 1 } END { exit !found }' "$tmp/margins" &&

@@ -36,6 +36,17 @@ says_the_same() { # NAME: without naming the image
     [ "$(in_json "$tmp/$1.json" differ)" = 0 ] && [ "$(in_json "$tmp/$1.json" compared)" = exactly ]
 }
 
+# the image that a replay takes is the one that is bundled: it is named nowhere
+bundles() {
+    $matrig --quiet bundle "$tmp/$1.db" 1 -o "$tmp/$1.bundle" && $matrig --json --quiet replay "$tmp/$1.bundle" >"$tmp/$1.json" || return 1
+    [ "$(in_json "$tmp/$1.json" compared)" = exactly ] && sqlite3 "$tmp/$1.bundle" -A --list | grep -q firmware.elf
+}
+no_replay_on_another() {
+    fails_with 4 'recorded by board zg, and the image is for discovery: build/firmware/discovery/matrig.elf; leave --elf out' \
+        $matrig replay "$tmp/zg.db" 1 --elf build/firmware/discovery/matrig.elf &&
+        fails_with 4 'recorded by board discovery, and the image is for zg' $matrig --quiet replay "$tmp/discovery.bundle" --elf build/firmware/matrig.elf
+}
+
 start_board() { # NAME OPTION...
     timeout 60 build/matrig-board --elf "$(elf_of "$1")" --serial "unix:$sockets/serial" --can "unix:$sockets/can" --for 60 "${@:2}" 2>"$tmp/board.err" &
     board=$!
@@ -71,7 +82,12 @@ no_configuration_of_another() {
 }
 no_such_board() {
     make -s BOARD=nosuch help >"$tmp/out" 2>&1
-    [ $? = 2 ] && grep -q 'BOARD=nosuch: there is no such board; there are: zg discovery' "$tmp/out" && fails_with 2 '--board cannot be .nosuch' build/matrig-board --board nosuch
+    [ $? = 2 ] && grep -q 'BOARD=nosuch: there is no such board; there are: zg discovery' "$tmp/out" &&
+        fails_with 2 '--board cannot be .nosuch.; there are: zg discovery nucleo446$' build/matrig-board --board nosuch || return 1
+    for two in 'zg discovery' '%'; do # a name, no list and no pattern
+        make -s BOARD="$two" help >"$tmp/out" 2>&1
+        [ $? = 2 ] && grep -q "BOARD=$two: there is no such board" "$tmp/out" || { echo "BOARD='$two'"; return 1; }
+    done
 }
 on_another_board() {
     fails_with 4 'is an image for the board discovery, and this is zg' build/matrig-board --board zg --elf build/firmware/discovery/matrig.elf --for 0.1 &&
@@ -93,6 +109,8 @@ check "nucleo446: landing 5, all channels" lands nucleo446 8 14
 check "discovery: nothing lost, no fault, its page" is_sound discovery 11
 check "nucleo446: nothing lost, no fault, its page" is_sound nucleo446 22
 check "discovery: replay finds its image, no field differs" says_the_same discovery
+check "discovery: bundled with its image" bundles discovery
+check "a landing is not replayed on another board" no_replay_on_another
 check "discovery: go before a landing" is_ready
 check "discovery: it says which board it is" says_its_kind
 check "a configuration with channels that the board lacks is refused by name" no_configuration_of_another

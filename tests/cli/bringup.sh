@@ -83,6 +83,7 @@ each_limit_is_looked_at() { # a line, what it says now, what is said of it
         grep -Eq "^$verdict: $what: " "$tmp/out" || { echo "$what $to is not $verdict"; return 1; }
     done <<'L'
 chip 0x419 wrong
+chip 0x421 wrong
 read_protection 0xff wrong
 write_protected 0x10 wrong
 options_stored differ look
@@ -237,12 +238,43 @@ broken_off_is_said() { # text, and then nothing
     few_words 100 300
     fails_with 4 'report began and broke off after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
 }
+unplugged() { # the device goes away when the word is said: it failed, and the usage is right
+    python3 - "$sockets/port" <<'P' &
+import os, sys, tty
+ours, theirs = os.openpty()
+tty.setraw(theirs)
+os.symlink(os.ttyname(theirs), sys.argv[1])
+os.read(ours, 100)
+os.unlink(sys.argv[1])
+P
+    local port=$!
+    await test -L "$sockets/port"
+    fails_with 3 'the device is away: serial:.*; plug it in again' build/matrig board --serial "serial:$sockets/port" bringup
+    local status=$?
+    wait $port
+    return $status
+}
 nobody_there() { # the firmware speaks at another rate
     timeout 100 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/s" --speed real --for 30 2>"$tmp/board.err" &
     fails_with 3 'no bring-up image answers at 115200 baud \([0-9]+ bytes came\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
     local status=$?
     kill %% 2>/dev/null
     return $status
+}
+# What the how-to page tells people to expect is what is judged.
+page_has_the_limits() { # the table's figures, and where they stand on the page
+    python3 - host/board/bringup_limits.def docs/howto/bring-up.md <<'P'
+import re, sys
+limits = {m[0]: m[1:] for m in re.findall(r'^LIMIT\(REPORT, "([^"]+)", ([^,]+), ([^,]+),', open(sys.argv[1]).read(), re.M)}
+rows = {}
+for names, expect in re.findall(r'^\| (`[^|]+`) \| ([^|]+) \|', open(sys.argv[2]).read(), re.M):
+    rows.update({n: expect for n in re.findall('`([^`]+)`', names)})
+texts = {"can_frame": "{0} to {1} us", "watchdog": "{0} to {1} ms", "low_speed": "{0} to {1} kHz", "noise_*": "at most {1} codes",
+         "noise_without_prefetch_*": "at most {1} codes", "of_budget_*": "at most {1};", "supply_error": "within {1} of", "can_frames": "{0}, "}
+bad = [(n, t.format(*limits[n]), rows.get(n)) for n, t in texts.items() if t.format(*limits[n]) not in rows.get(n, "")]
+print(bad)
+sys.exit(bool(bad))
+P
 }
 silly_words() {
     fails_with 2 "not report, memory, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
@@ -275,5 +307,7 @@ check "the memory a thousand times" a_thousand_rounds
 check "another image answers nothing that is understood" nobody_there
 check "a word that is obeyed is not said again" a_word_is_said_once
 check "what breaks off is said so" broken_off_is_said
+check "a line that is unplugged is a device that failed" unplugged
+check "the page of how it is done has the limits that are judged" page_has_the_limits
 check "silly words" silly_words
 finish

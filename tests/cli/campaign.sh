@@ -84,6 +84,22 @@ cut_landing_has_no_stop() {
     grep -Eq 'touchdown +35\.[45]' "$tmp/cut.txt" && grep -q 'stop  *not known: the record ends while the gear moves' "$tmp/cut.txt" &&
         ! grep -q deceleration "$tmp/cut.txt" && fails_with 4 "record ends while the gear moves" build/matrig --quiet compare "$tmp/cut.db" 1
 }
+# The same before there are switches enough for a fit, and about where the gear stands: 4.69 s after touchdown, of which the stop at 4.58 s
+# is known to some tenths.
+cut_peaks_are_marked() {
+    local for how
+    while read -r for how; do
+        played --elf $elf --serial "file:$tmp/cut2.serial" --rig $run --for "$for" || return 1
+        rm -f "$tmp/cut2.db"
+        build/matrig log --serial "file:$tmp/cut2.serial" --db "$tmp/cut2.db" >"$tmp/cut2.txt" 2>"$tmp/cut.err" || grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1
+        cat "$tmp/cut2.txt"
+        [ "$(grep -Ec "The record ends .*, while the gear $how: peaks" "$tmp/cut2.txt")" = 2 ] && ! grep -q '^  stop  *[0-9]\|not reached' "$tmp/cut2.txt" &&
+            build/matrig predict "$tmp/cut2.db" 1 | grep -q '^  left  *ahead of the gear when the record ends: ' || return 1
+    done <<'L'
+1.74 moves
+6.30 may still move
+L
+}
 two_logs_begin_a_new_database() { # at once: it is one's alone, or one was done before the other began; never half a schema
     local first good=0
     build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/two.db" >/dev/null 2>"$tmp/two1.err" &
@@ -131,6 +147,7 @@ check "the report stands alone and is small" page_stands_alone
 check "compare --limit decides the exit code" compare_limit_decides
 check "a log killed in mid-landing keeps all but the last 100 ms" killed_log_keeps_everything
 check "a landing cut short has a touchdown and no stop" cut_landing_has_no_stop
+check "the peaks of one that ends too soon for a fit, or about the stop, are marked as cut" cut_peaks_are_marked
 check "of two logs that begin a new database at once, one has it" two_logs_begin_a_new_database
 check "an output never replaces a campaign" an_output_never_replaces_a_campaign
 check "a closed pipe does not end the log" a_closed_pipe_does_not_end_the_log

@@ -57,14 +57,17 @@ static double full(unsigned channel)
     return channel < HIL_RUN_TRANSDUCERS ? FULL_IN : FULL_LB;
 }
 
-static bool make_run(struct hil_run *run, bool only_switches)
+static bool make_run(struct hil_run *run, const struct board_request *request)
 {
+    bool only_switches = request->only_switches;
     *run = (struct hil_run){.duration_s = 10.0, .rate_hz = RATE_HZ, .sample_count = 1};
     if (!only_switches)
         run->sample_count = (size_t)((LEVELS_S + LEVELS * LEVEL_S) * RATE_HZ) + 1u;
     run->samples = calloc(run->sample_count, sizeof *run->samples);
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        run->switch_open_ps[i] = (uint64_t)((FIRST_OPENS_S + OPENS_EACH_S * i) * 1e12);
+        run->switch_open_ps[i] = i + 1u == request->stays_closed
+                                   ? HIL_RUN_NEVER
+                                   : (uint64_t)((FIRST_OPENS_S + OPENS_EACH_S * i) * 1e12);
     for (size_t row = 0; run->samples && row < run->sample_count; row++) {
         double since_s = (double)row / RATE_HZ - LEVELS_S + 0.5 / RATE_HZ;
         if (since_s < 0.0)
@@ -84,6 +87,7 @@ static void take_edge(struct play *play, const struct mr_edge *edge)
 {
     struct board_outcome *outcome = play->outcome;
     unsigned i = play->edges++;
+    i += play->request->stays_closed && i + 1u >= play->request->stays_closed;
     if (i >= HIL_RUN_SWITCHES)
         return;
     outcome->step_codes[i] = edge->step_codes;
@@ -227,7 +231,7 @@ void board_play(const struct board_request *request, struct board_outcome *outco
     memset(outcome, 0, sizeof *outcome);
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         outcome->step_codes[i] = NAN;
-    if (!play || !make_run(&truth, request->only_switches))
+    if (!play || !make_run(&truth, request))
         abort();
     struct hil_callbacks callbacks = {.ctx = play, .on_serial_bytes = on_serial};
     *play = (struct play){.request = request, .outcome = outcome, .zeroed = config};

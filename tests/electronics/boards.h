@@ -40,6 +40,7 @@ struct board_request {
     double vdda_v;
     const struct hil_figures *figures; /* NULL: the reference circuits' */
     bool only_switches;
+    unsigned stays_closed; /* a switch that does not open, 1 to 24; 0: all open */
 };
 
 void board_play(const struct board_request *request, struct board_outcome *outcome);

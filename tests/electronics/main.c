@@ -11,6 +11,7 @@
 
 #include "common/config.h"
 #include "common/staircase.h"
+#include "host/board/walksteps.h"
 #include "tests/electronics/boards.h"
 
 struct spread {
@@ -153,40 +154,58 @@ static int boards(uint64_t count, uint64_t from)
 
 /* ---- staircase ---- */
 
-/* Names of a second run by the steps that a first one learned: whole codes, as the configuration
- * has them. */
-static void name_learned(const struct board_outcome *first, const struct board_outcome *second,
-                         unsigned *unnamed, unsigned *misnamed)
+/* What matrig ready --walk --learn would make of a board (host/board/walksteps.h): its steps, whole
+ * codes as the configuration has them; the configured ones; or nothing. */
+enum learning { LEARNED, CONFIGURED_STAY, REFUSED };
+
+static enum learning learn(const struct board_outcome *board, uint16_t steps[HIL_RUN_SWITCHES])
 {
-    uint16_t steps[HIL_RUN_SWITCHES];
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        steps[i] = isnan(first->step_codes[i]) ? 0 : (uint16_t)lroundf(first->step_codes[i]);
+    double apart = (double)INFINITY, furthest = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        unsigned name = mr_staircase_name(second->step_codes[i], steps, HIL_RUN_SWITCHES, 0);
-        *unnamed += name == 0;
-        *misnamed += name != 0 && name != i + 1u;
+        double step = (double)board->step_codes[i], configured = hil_step_codes(i + 1u);
+        steps[i] = isnan(step) ? 0 : (uint16_t)lround(step);
+        furthest = fmax(furthest, fabs(step - configured));
+        for (unsigned k = 0; k < i; k++)
+            apart = fmin(apart, fabs(step - (double)board->step_codes[k]));
     }
+    if (apart >= MR_CONFIG_STEP_APART_CODES)
+        return LEARNED;
+    if (furthest > WALK_STEP_CURVE_CODES)
+        return REFUSED;
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
+        steps[i] = (uint16_t)hil_step_codes(i + 1u);
+    return CONFIGURED_STAY;
 }
 
-/* Would matrig ready --walk --learn take the steps? */
-static bool learnable(const struct board_outcome *board)
+/* Of the switches that opened in another run, those whose steps these do not name. */
+static unsigned not_named(const struct board_outcome *run, const uint16_t steps[HIL_RUN_SWITCHES])
 {
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        for (unsigned k = 0; k < i; k++)
-            if (fabsf(board->step_codes[i] - board->step_codes[k]) <
-                (float)MR_CONFIG_STEP_APART_CODES)
-                return false;
-    return true;
+    unsigned bad = 0;
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
+        if (!isnan(run->step_codes[i]))
+            bad += mr_staircase_name(run->step_codes[i], steps, HIL_RUN_SWITCHES, 0) != i + 1u;
+    }
+    return bad;
+}
+
+static void play(const struct board_request *request, struct board_outcome *outcome)
+{
+    board_play(request, outcome);
+    if (!outcome->trouble[0])
+        return;
+    fprintf(stderr, "electronics: board %llu: %s\n", (unsigned long long)request->seed,
+            outcome->trouble);
+    exit(1);
 }
 
 static void staircase_row(uint64_t count, double inl_lsb, double tolerance)
 {
     struct hil_figures figures;
-    struct board_outcome *first = malloc(sizeof *first), *second = malloc(sizeof *second);
-    size_t unnamed = 0, misnamed = 0, unnamed_boards = 0, misnamed_boards = 0, learned_bad = 0,
-           refused = 0;
+    struct board_outcome *first = malloc(sizeof *first), *other = malloc(sizeof *other);
+    size_t unnamed = 0, misnamed = 0, unnamed_boards = 0, misnamed_boards = 0, open_bad = 0,
+           shut_bad = 0, of[REFUSED + 1] = {0};
     double worst = 0.0;
-    if (!first || !second)
+    if (!first || !other)
         abort();
     hil_figures_reference(&figures);
     figures.adc_inl_typical_lsb = figures.adc_inl_most_lsb = inl_lsb;
@@ -195,31 +214,30 @@ static void staircase_row(uint64_t count, double inl_lsb, double tolerance)
     for (uint64_t seed = 0; seed < count; seed++) {
         struct board_request request = {
             .seed = seed, .vdda_v = board_vdda_v(seed), .figures = &figures, .only_switches = true};
-        unsigned learned_unnamed = 0, learned_misnamed = 0;
-        board_play(&request, first);
-        request.vdda_v = board_vdda_v(seed + count); /* another day */
-        board_play(&request, second);
-        if (first->trouble[0] || second->trouble[0]) {
-            fprintf(stderr, "electronics: board %llu: %s%s\n", (unsigned long long)seed,
-                    first->trouble, second->trouble);
-            exit(1);
-        }
-        name_learned(first, second, &learned_unnamed, &learned_misnamed);
+        uint16_t steps[HIL_RUN_SWITCHES];
+        play(&request, first);
+        enum learning learning = learn(first, steps);
+        of[learning]++;
+        request.vdda_v = board_vdda_v(seed + 1000u); /* another day */
+        play(&request, other);
+        open_bad += not_named(other, steps) != 0;
+        request.stays_closed = 1u + (unsigned)(seed % HIL_RUN_SWITCHES);
+        play(&request, other);
+        shut_bad += learning != REFUSED && not_named(other, steps) != 0;
         unnamed += first->unnamed;
         misnamed += first->misnamed;
         unnamed_boards += first->unnamed != 0;
         misnamed_boards += first->misnamed != 0;
-        refused += !learnable(first);
-        learned_bad += learned_unnamed + learned_misnamed != 0;
         for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
             worst = fmax(worst, fabs((double)first->step_codes[i] - hil_step_codes(i + 1u)));
     }
-    printf("| %llu | %.1f | %.2f | %zu on %zu | %zu on %zu | %.2f | %zu | %zu |\n",
+    printf("| %llu | %.1f | %.2f | %zu on %zu | %zu on %zu | %.2f | %zu | %zu | %zu | %zu |\n",
            (unsigned long long)count, inl_lsb, 100.0 * figures.staircase_resistor_tol_rel, misnamed,
-           misnamed_boards, unnamed, unnamed_boards, worst, refused, learned_bad);
+           misnamed_boards, unnamed, unnamed_boards, worst, of[CONFIGURED_STAY], of[REFUSED],
+           open_bad, shut_bad);
     fflush(stdout);
     free(first);
-    free(second);
+    free(other);
 }
 
 static int staircase(uint64_t count)
@@ -229,8 +247,8 @@ static int staircase(uint64_t count)
     printf("| boards | INL, LSB | resistors, %% | named wrongly, boards | not named, boards | "
            "worst step, "
            "codes "
-           "off | refused by --learn | boards with learned steps that fail "
-           "|\n|---|---|---|---|---|---|---|---|\n");
+           "off | --learn: configured stay | refused | boards then not named right | the same, a "
+           "switch shut |\n|---|---|---|---|---|---|---|---|---|---|\n");
     staircase_row(count, 1.5, 0.0);
     staircase_row(count, 3.0, 0.0);
     staircase_row((count + 4u) / 5u, 1.5, 0.01); /* what a drawer holds */

@@ -75,6 +75,7 @@ void snapshot_restore(struct hil_board *board, const struct snapshot *snapshot)
     FILE *log = board->options.log;
     board->options = snapshot->options;
     board->options.log = log;
+    hil_board_fit_electronics(board);
     copy_cells(board->memories->nor, board->state.w25q.used, snapshot->memories.nor,
                snapshot->state.w25q.used);
     core->state = snapshot->core;

@@ -6,6 +6,7 @@
 #include "common/channels.h"
 #include "common/crash.h"
 #include "firmware/config.h"
+#include "hil/periph/board_type.h"
 #include "tests/electronics/boards.h"
 #include "tests/hil/ear.h"
 #include "tests/long.h"
@@ -256,8 +257,8 @@ static void boards_name_and_measure(void **state)
     assert_true(worst_lb < 1.0 && worst_in < 0.006);
 }
 
-/* With INL of exactly 1.5 LSB none of 24 switches is misnamed, on any board; with steps 2.2 times
- * as far off some are: the check can fail. */
+/* With INL of exactly 1.5 LSB none of 24 switches is misnamed, on any board; with resistors 30
+ * times as far off, 3 %, some are: the check can fail. */
 static void no_switch_is_misnamed_at_typical_inl(void **state)
 {
     static struct board_outcome o;
@@ -300,6 +301,69 @@ static void a_drawn_board_passes_its_self_test(void **state)
     ear_close(ear);
 }
 
+/* Changes of the lamp's read-back in 20 ms, while pins of the board go on changing. */
+static unsigned changes_of_lamp(struct hil_board *board)
+{
+    const struct hil_pin_place lamp = board->options.type->lamp;
+    bool was = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
+    uint64_t now_ps = hil_board_now_ps(board);
+    unsigned changes = 0;
+    for (unsigned i = 0; i < 400; i++) {
+        assert_int_equal(hil_board_run_until(board, now_ps + i * 50 * HIL_US_PS), MR_OK);
+        if (i % 40 == 20)
+            hil_gpio_changed(&board->mcu.gpio, hil_board_now_cycles(board));
+        bool is = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
+        changes += is != was;
+        was = is;
+    }
+    return changes;
+}
+
+/* Not driven, its output warns: the lamp draws. A lamp that breaks is noticed after the read-back's
+ * time, once, whatever other pins do then; so is one that was mended. */
+static void a_lamp_that_breaks_is_noticed_once(void **state)
+{
+    struct hil_options options;
+    (void)state;
+    hil_options_default(&options);
+    options.board_drawn = true;
+    struct hil_board *board = bench_board("pins", &options);
+    (void)changes_of_lamp(board);
+    assert_true(board->electronics.lamp_sense_ps > 0);
+    hil_rig_lamp(&board->rig, HIL_LAMP_BROKEN);
+    assert_int_equal(changes_of_lamp(board), 1);
+    hil_rig_lamp(&board->rig, HIL_LAMP_GOOD);
+    assert_int_equal(changes_of_lamp(board), 1);
+    hil_board_destroy(board);
+}
+
+/* The 24 hexadecimal digits that a campaign files a board under: a thousand seeds, a thousand
+ * boards; without a seed the one of ever. */
+static void a_drawn_board_has_its_own_identity(void **state)
+{
+    enum { BOARDS = 1000 };
+    static uint32_t uid[BOARDS][3];
+    struct hil_options options, usual;
+    (void)state;
+    hil_options_default(&usual);
+    options = usual;
+    options.board_drawn = true;
+    for (options.board_seed = 0; options.board_seed < BOARDS; options.board_seed++) {
+        uint32_t *own = uid[options.board_seed], again[3];
+        hil_electronics_identity(options.board_seed, own);
+        hil_electronics_identity(options.board_seed, again);
+        assert_memory_equal(own, again, sizeof again);
+        for (uint64_t i = 0; i < options.board_seed; i++)
+            assert_memory_not_equal(uid[i], own, sizeof uid[i]);
+    }
+    options.board_seed = 7;
+    struct hil_board *drawn = hil_board_create(&options), *ideal = hil_board_create(&usual);
+    assert_memory_equal(drawn->options.uid, uid[7], sizeof uid[7]);
+    assert_memory_equal(ideal->options.uid, usual.uid, sizeof usual.uid);
+    hil_board_destroy(drawn);
+    hil_board_destroy(ideal);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -313,6 +377,8 @@ int main(void)
         cmocka_unit_test(boards_name_and_measure),
         cmocka_unit_test(no_switch_is_misnamed_at_typical_inl),
         cmocka_unit_test(a_drawn_board_passes_its_self_test),
+        cmocka_unit_test(a_lamp_that_breaks_is_noticed_once),
+        cmocka_unit_test(a_drawn_board_has_its_own_identity),
     };
     return cmocka_run_group_tests_name("hil/electronics", tests, NULL, NULL);
 }

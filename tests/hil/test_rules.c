@@ -3,6 +3,7 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/periph/adc_sampling.h"
+#include "hil/periph/board_type.h"
 #include "hil/periph/rules.h"
 #include "hil/symbols.h"
 #include "tests/hil/ear.h"
@@ -56,6 +57,28 @@ static void each_store_has_the_time_of_its_instruction(void **state)
         assert_int_equal(fell->ps - rose->ps, high_cycles[i] * CYCLE_PS);
     }
     assert_int_equal(stores.moment[4].pc - stores.moment[3].pc, 2);
+    hil_board_destroy(board);
+}
+
+/* The first access behind a clock's enabling is looked at by its rule, and then by those of pins:
+ * both ask for its time. In case 33 two NOPs (0xbf00) lie between. */
+static void one_access_has_one_time(void **state)
+{
+    struct hil_options options;
+    uint32_t nops = 0;
+    (void)state;
+    hil_options_default(&options);
+    struct hil_board *board = bench_board("rules", &options);
+    stores = (struct stores){.board = board, .was_high = !hil_board_pin(board, PORT_B, 12)};
+    board->mcu.gpio.stored = note_store;
+    board->mcu.gpio.stored_who = &stores;
+    bench_control(board, 0, 33);
+    bench_run(board, HIL_MS_PS);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].judged, 1);
+    assert_int_equal(stores.count, 1);
+    assert_int_equal(hil_board_peek(board, stores.moment[0].pc - 4u, &nops, 4), MR_OK);
+    assert_int_equal(nops, 0xbf00bf00u);
+    assert_true(stores.moment[0].ps > 0);
     hil_board_destroy(board);
 }
 
@@ -333,6 +356,8 @@ static void each_rule_stops_who_breaks_it(void **state)
         {44, 0, "FLOATING", "PE7"},
         {45, 0, NULL, NULL},
         {47, 0, "FLOATING", "PE7"},
+        {48, 0, NULL, NULL},
+        {49, 0, "FLOATING", "PE7"},
         /* at 8 MHz: 2.5 / (8e6 * 4e-12 * 14 ln 2) - 6000 = 2051 Ohm; at 3 clocks and 8 MHz it is
          * enough for 1 k */
         {50, 0, NULL, NULL},
@@ -437,6 +462,29 @@ static void a_converter_samples_long_enough_for_its_source(void **state)
     hil_board_destroy(board);
 }
 
+/* 3 clocks of 2 MHz take 26 kOhm, of 8 MHz 2: what was right at the first conversion is not when a
+ * prescaler of 4 is gone, of APB2 or of HCLK, and a timer starts the next: no register of the
+ * converter is written in between. */
+static void a_faster_clock_is_another_window(void **state)
+{
+    static const uint32_t by_4[] = {5u << 13, 9u << 4};
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct hil_board *board = bench_board("rules", NULL);
+        board->mcu.adc.outside.source_ohm = ten_kilohm;
+        bench_control(board, 0, 50);
+        bench_control(board, 2, by_4[i]);
+        bench_run(board, 20 * HIL_MS_PS);
+        assert_int_equal(bench_result(board, 0), 1);
+        board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
+        hil_adc_trigger(&board->mcu.adc, 0, true, hil_board_now_cycles(board));
+        assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
+        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz take 2051"));
+        assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 2);
+        hil_board_destroy(board);
+    }
+}
+
 static void a_rule_that_only_counts_lets_it_go_on(void **state)
 {
     struct hil_board *board = run_image(1, 0, COUNTED(SELECT_HIGH));
@@ -469,39 +517,77 @@ static void a_bare_board_is_not_driven_by_noise(void **state)
 
 /* --- what is pulled outside --- */
 
-/* The board's list of resistors, which the emulator has on its own, is what zg.def says. */
-static void resistors_are_where_the_pins_say(void **state)
-{
-    static const struct {
-        unsigned port, pin;
-        const char *text;
-    } rows[] = {
+/* What the pins of a board promise: "pulled up outside". */
+struct promise {
+    unsigned port, pin;
+    const char *text;
+};
+
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
 #define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
 #define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
 #define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
-#define BOARD_FILE                                              "firmware/boards/zg.def"
+static const struct promise zg[] = {
+#define BOARD_FILE "firmware/boards/zg.def"
 #include "firmware/boards/pins.def"
-    };
-    uint16_t up[HIL_GPIO_PORTS] = {0}, down[HIL_GPIO_PORTS] = {0};
-    struct hil_board *board = bench_board("wild", NULL);
-    (void)state;
-    for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        uint16_t bit = (uint16_t)(1u << rows[i].pin);
-        if (strstr(rows[i].text, "pulled up outside"))
-            up[rows[i].port] |= bit;
-        if (strstr(rows[i].text, "pulled down outside"))
-            down[rows[i].port] |= bit;
+};
+#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
+#define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
+#define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
+#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
+static const struct promise discovery[] = {
+#undef BOARD_FILE
+#define BOARD_FILE "firmware/boards/discovery.def"
+#include "firmware/boards/pins.def"
+};
+#define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) {(#port)[0] - 'A', pin, text},
+#define OUTPUT(port, pin, first, pull, SIGNAL, text)            {(#port)[0] - 'A', pin, text},
+#define INPUT(port, pin, pull, SIGNAL, text)                    {(#port)[0] - 'A', pin, text},
+#define RESERVED(port, pin, signal, SIGNAL, text)               {(#port)[0] - 'A', pin, text},
+static const struct promise nucleo446[] = {
+#undef BOARD_FILE
+#define BOARD_FILE "firmware/boards/nucleo446.def"
+#include "firmware/boards/pins.def"
+};
+
+/* The list of resistors of each board, which the emulator has on its own, is what its pins say. */
+static void resistors_are_where_the_pins_say(void **state)
+{
+#define BOARD(name)                               \
+    {                                             \
+#name, name, sizeof name / sizeof name[0] \
     }
-    assert_memory_equal(board->mcu.gpio.pulled_up, up, sizeof up);
-    assert_memory_equal(board->mcu.gpio.pulled_down, down, sizeof down);
-    hil_board_destroy(board);
+    static const struct {
+        const char *name;
+        const struct promise *row;
+        size_t rows;
+    } boards[] = {BOARD(zg), BOARD(discovery), BOARD(nucleo446)};
+    (void)state;
+    for (size_t b = 0; b < sizeof boards / sizeof boards[0]; b++) {
+        uint16_t up[HIL_GPIO_PORTS] = {0}, down[HIL_GPIO_PORTS] = {0};
+        struct hil_options options;
+        hil_options_default(&options);
+        options.type = hil_board_type_named(boards[b].name);
+        struct hil_board *board = hil_board_create(&options);
+        for (size_t i = 0; i < boards[b].rows; i++) {
+            const struct promise *row = &boards[b].row[i];
+            uint16_t bit = (uint16_t)(1u << row->pin);
+            if (strstr(row->text, "pulled up o")) /* outside, or on the board */
+                up[row->port] |= bit;
+            if (strstr(row->text, "pulled down outside"))
+                down[row->port] |= bit;
+        }
+        assert_memory_equal(board->mcu.gpio.pulled_up, up, sizeof up);
+        assert_memory_equal(board->mcu.gpio.pulled_down, down, sizeof down);
+        hil_board_destroy(board);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_store_has_the_time_of_its_instruction),
+        cmocka_unit_test(one_access_has_one_time),
         cmocka_unit_test(a_hook_on_every_instruction_says_the_same),
         cmocka_unit_test(the_firmware_keeps_every_rule),
         cmocka_unit_test(also_on_the_internal_oscillator),
@@ -512,6 +598,7 @@ int main(void)
         cmocka_unit_test(what_was_judged_is_forgotten),
         cmocka_unit_test(the_last_clock_is_held_for_3_ns),
         cmocka_unit_test(a_converter_samples_long_enough_for_its_source),
+        cmocka_unit_test(a_faster_clock_is_another_window),
         cmocka_unit_test(a_rule_that_only_counts_lets_it_go_on),
         cmocka_unit_test(a_bare_board_is_not_driven_by_noise),
         cmocka_unit_test(resistors_are_where_the_pins_say),

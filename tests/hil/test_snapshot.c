@@ -91,6 +91,29 @@ static void test_fork_anywhere(void **state)
     hil_board_destroy(whole);
 }
 
+/* A drawn board goes on in one that was made as the ideal one: options and electronics come
+ * along. */
+static void test_drawn(void **state)
+{
+    struct hil_options options;
+    (void)state;
+    hil_options_default(&options);
+    struct hil_board *ideal = bench_board("scan", &options);
+    options.board_drawn = true;
+    options.board_seed = 7;
+    struct hil_board *drawn = bench_board("scan", &options);
+    bench_run(drawn, 3 * HIL_MS_PS);
+    struct snapshot *snapshot = snapshot_take(drawn);
+    snapshot_restore(ideal, snapshot);
+    bench_run(drawn, 9 * HIL_MS_PS);
+    bench_run(ideal, 9 * HIL_MS_PS);
+    assert_same(drawn, ideal);
+    assert_memory_equal(&ideal->electronics, &drawn->electronics, sizeof drawn->electronics);
+    free(snapshot);
+    hil_board_destroy(drawn);
+    hil_board_destroy(ideal);
+}
+
 /* Back to an earlier moment, twice. */
 static void test_restore(void **state)
 {
@@ -154,9 +177,8 @@ static void test_firmware(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fork),
-        cmocka_unit_test(test_fork_anywhere),
-        cmocka_unit_test(test_restore),
+        cmocka_unit_test(test_fork),     cmocka_unit_test(test_fork_anywhere),
+        cmocka_unit_test(test_restore),  cmocka_unit_test(test_drawn),
         cmocka_unit_test(test_firmware),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

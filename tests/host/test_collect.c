@@ -298,6 +298,52 @@ static void truncated_serial_says_so(void **state)
     session_end(&s);
 }
 
+/* The byte behind the n-th frame. */
+static size_t behind_frame(const struct session *session, unsigned n)
+{
+    size_t at = 0;
+    while (n)
+        n -= session->serial[at++] == 0;
+    return at;
+}
+
+/* A port goes away inside frame 30 and comes back where frame 34 begins: three frames and the torn
+ * one are lost, and the first that comes whole is not joined to it. */
+static void a_port_that_comes_back_begins_anew(void **state)
+{
+    struct session s;
+    struct link_counters counters = {.troubles = 2};
+    char path[200];
+    (void)state;
+    session_begin(&s, false, true);
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 500);
+    fclose(s.stream.serial);
+    unsigned frames = 0;
+    for (size_t i = 0; i < s.serial_length; i++)
+        frames += s.serial[i] == 0;
+    assert_true(frames > 40);
+    size_t torn = behind_frame(&s, 29) + 5, anew = behind_frame(&s, 33);
+    store_open(scratch_path(path, sizeof path, "collect.db"), STORE_CREATE, &s.store, &s.error);
+    store_begin(s.store, &s.error);
+    collector_open(s.store, NULL, "file:serial", &s.collector, &s.error);
+    collector_bytes(s.collector, (const uint8_t *)s.serial, torn, 1700000000000000u, &s.error);
+    counters.trouble[LINK_AWAY] = counters.trouble[LINK_BACK] = 1;
+    collector_troubles(s.collector, LINK_SERIAL, &counters, &s.error);
+    collector_bytes(s.collector, (const uint8_t *)s.serial + anew, s.serial_length - anew,
+                    1700000000000000u, &s.error);
+    collector_link_end(s.collector, LINK_SERIAL, &s.error);
+    collector_end(s.collector, "end", &s.error);
+    store_commit(s.store, &s.error);
+    assert_no_error(&s.error);
+    struct store_link_counts counts = counts_of(&s, LINK_SERIAL);
+    assert_int_equal(counts.received, frames - 4);
+    assert_int_equal(counts.lost, 4);
+    assert_int_equal(counts.bad, 1);
+    session_end(&s);
+}
+
 static void joined_late(void **state)
 {
     struct session s;
@@ -642,6 +688,7 @@ int main(void)
         cmocka_unit_test(losses_are_found_and_named),
         cmocka_unit_test(damaged_bytes_cost_one_frame),
         cmocka_unit_test(truncated_serial_says_so),
+        cmocka_unit_test(a_port_that_comes_back_begins_anew),
         cmocka_unit_test(joined_late),
         cmocka_unit_test(board_restarts_in_mid_landing),
         cmocka_unit_test(standing_scans_are_no_restart),

@@ -93,6 +93,15 @@ static void only_no_go(const char *name, const char *words)
     all_well(NULL);
 }
 
+static void no_go_advises(const char *name, const char *words)
+{
+    ready_judge(&f, &report);
+    const struct ready_check *c = check_named(name);
+    if (c->verdict != READY_NO_GO || !strstr(c->advice, words))
+        fail_msg("%s: %s -> %s", name, ready_text(c->verdict), c->advice);
+    all_well(NULL);
+}
+
 static void what_is_well_is_go(void **state)
 {
     (void)state;
@@ -140,6 +149,11 @@ static void each_thing_that_is_wrong_is_named(void **state)
     only_no_go("calibration", "expired: gage 1");
     f.identity.hello.clock_source = 1;
     only_no_go("clock", "internal oscillator");
+    f.identity.hello.clock_source =
+        2; /* its cause is named, also when the alarm has not come yet */
+    f.alarm_known = false;
+    f.can_frames = 0;
+    no_go_advises("CAN", "see clock");
     f.time.fast_ppm.value = 260.0;
     only_no_go("time of day", "+260");
     f.blocks_lost = 1;

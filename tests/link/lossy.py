@@ -148,13 +148,9 @@ def whole_again(all_csv, csv):
 
 
 def cut(serial, before, after):
-    """A frame that begins just where the port comes back is joined to the rest of the one that it went away in."""
     at, kept, blocks, lost = 0, 0, 0, 0
-    ends = set()
     for frame, block in serial_frames(serial):
-        ends.add(at + len(frame))
-        joined = at == int(after) and int(before) not in ends
-        whole = at + len(frame) <= int(before) or (at >= int(after) and not joined)
+        whole = at + len(frame) <= int(before) or at >= int(after)
         at += len(frame)
         kept, blocks, lost = kept + whole, blocks + (whole and block is not None), lost + (not whole)
     print(kept, blocks, lost)

@@ -1,7 +1,8 @@
 #include "host/sim/scene/scene_units.h"
 
-#include <stdlib.h>
 #include <string.h>
+
+#include "host/base/decimal.h"
 
 #define M_PER_FT 0.3048
 #define N_PER_LB 4.4482216152605 /* both exact */
@@ -37,9 +38,9 @@ const char *sim_unit_si(const char *unit, double *factor)
 
 bool sim_unit_read(const struct sim_key *key, const char *text, double *value)
 {
-    char *end;
+    const char *end;
     double factor = 1.0;
-    *value = strtod(text, &end);
+    *value = decimal_read(text, &end);
     if (end == text)
         return false;
     end += strspn(end, " ");

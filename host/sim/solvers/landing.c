@@ -10,22 +10,21 @@
 #include "host/sim/solvers/planar.h"
 #include "host/sim/solvers/spread.h"
 
-#define STEP_SHARE          0.25 /* of the stability limit, when the step is not given */
-#define HOP_SHARE           0.25 /* of a mat the aircraft may cross in a step */
+#define STEP_SHARE     0.25 /* of the stability limit, when the step is not given */
+#define HOP_SHARE      0.25 /* of a mat the aircraft may cross in a step */
 /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
-#define STABLE              1.8
-#define LEAST_STEPS         1000.0
-#define MOST_STEPS          1e8
-#define MOST_SHORTENED      4
-#define PLANAR_DISAGREEMENT 0.2
+#define STABLE         1.8
+#define LEAST_STEPS    1000.0
+#define MOST_STEPS     1e8
+#define MOST_SHORTENED 4
 /* times the difference of two marches: of first order the finer one's error is as large as that */
-#define CAUTION             2.0
+#define CAUTION        2.0
 /* between steps of two marches. Not 2: the shorter steps would end wherever the longer ones do, and
  * every other switch would be sampled at the same moment in both */
-#define STEP_RATIO          1.9
-#define BESIDE_RATIO        1.37 /* the same, of one march more */
-#define SENSITIVE           1e-3 /* an estimate of so much of the largest movement or lift */
-#define DOUBT               1.5  /* times what four marches are apart by, where chance decides it */
+#define STEP_RATIO     1.9
+#define BESIDE_RATIO   1.37 /* the same, of one march more */
+#define SENSITIVE      1e-3 /* an estimate of so much of the largest movement or lift */
+#define DOUBT          1.5  /* times what four marches are apart by, where chance decides it */
 
 static void drop(struct march *march)
 {

@@ -28,10 +28,10 @@
 #define EXPLICIT_MOST    500000.0 /* more are not tried */
 #define STEP_RATIO       4.0      /* a step of implicit costs as much as so many of event */
 #define BOW_WAVE_FT      0.05
-/* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
- * every other switch would be sampled at the same moment in both. */
 /* An estimate beyond so many tolerances: errors grow on the way, and chance decides how much. */
 #define SENSITIVE        1000.0
+/* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
+ * every other switch would be sampled at the same moment in both. */
 #define GRID_RATIO       1.9
 /* Times the difference of two passes that sample their switches: of first order the finer one's
  * error is as large as that. */

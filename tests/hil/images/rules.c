@@ -6,6 +6,7 @@
 #define AHB1ENR  REG(0x40023830u)
 #define APB1ENR  REG(0x40023840u)
 #define ACR      REG(0x40023c00u)
+#define CFGR     REG(0x40023808u)
 #define CR1      REG(0x40003800u)
 #define SR       REG(0x40003808u)
 #define DR       REG(0x4000380cu)
@@ -227,6 +228,15 @@ static __attribute__((noinline)) uint32_t read_e(void)
     return IDR_E;
 }
 
+/* The alias of a bit of IDR_E: RM0090 2.3.3. */
+static __attribute__((noinline)) void read_alias(unsigned last, unsigned times)
+{
+    for (unsigned i = 0; i <= times; i++) {
+        if (REG(0x42000000u + 0x21010u * 32u + 4u * (i < times ? 3u : last)))
+            results[2]++;
+    }
+}
+
 static void of_the_chip(uint32_t which)
 {
     static volatile uint32_t kept;
@@ -270,14 +280,18 @@ static void of_the_chip(uint32_t which)
             (void)read_e();
         results[2] = read_e() >> 7 & 1u;
         break;
+    case 48: /* PE3 alone, by its alias */ read_alias(3, 1); break;
+    case 49: /* PE3 often, then PE7, by their aliases */ read_alias(7, 100); break;
     default: break;
     }
     results[3] = kept;
 }
 
-/* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. */
+/* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. control[2]:
+ * bits of CFGR, a prescaler, that are set meanwhile. */
 static void convert(void)
 {
+    CFGR |= control[2];
     AHB1ENR |= 1u;
     (void)AHB1ENR;
     REG(0x40020000u) |= 3u;
@@ -290,6 +304,7 @@ static void convert(void)
     while (!(REG(0x40012000u) & 2u))
         ;
     (void)REG(0x4001204cu);
+    CFGR &= ~control[2];
 }
 
 /* TIM2 captures edges of PB3; control[1]: its pull. */

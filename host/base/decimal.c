@@ -1,0 +1,42 @@
+#include "host/base/decimal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define DIGITS "0123456789"
+
+static size_t sign_of(const char *text)
+{
+    return *text == '+' || *text == '-';
+}
+
+/* Characters of the number at `text`; 0: there is none. */
+static size_t extent(const char *text)
+{
+    size_t n = sign_of(text), digits = strspn(text + n, DIGITS);
+    n += digits;
+    if (text[n] == '.') {
+        size_t behind = strspn(text + n + 1, DIGITS);
+        digits += behind;
+        n += digits ? 1 + behind : 0;
+    }
+    if (digits && (text[n] == 'e' || text[n] == 'E')) {
+        size_t sign = sign_of(text + n + 1), power = strspn(text + n + 1 + sign, DIGITS);
+        n += power ? 1 + sign + power : 0;
+    }
+    return digits ? n : 0;
+}
+
+double decimal_read(const char *text, const char **end)
+{
+    const char *number = text + strspn(text, " \t\n\v\f\r");
+    size_t length = extent(number);
+    char *read;
+    *end = length ? number + length : text;
+    if (!length)
+        return 0.0;
+    double value = strtod(number, &read);
+    if (read == *end)
+        return value;
+    return *number == '-' ? -0.0 : 0.0; /* it took "0x10" for a number: before the x stands 0 */
+}
