@@ -51,8 +51,8 @@ static void add_keys(const struct params_request *request, struct params_reader 
 {
     const struct push_ground *ground = &push->ground;
     add_told(reader, "f", "1", &ground->friction, 0.0, HUGE_VAL);
-    if (ground->law != PUSH_ELASTIC)
-        return;
+    if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.of.value))
+        return; /* the other keys mean nothing without it */
     add_told(reader, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
     add_told(reader, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
     add_told(reader, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MOST);

@@ -270,10 +270,15 @@ enum mr_status push_ground_find(const struct push_readings *readings,
     if (ground->stretch > 1.0 &&
         fit_all(readings, setting, ground->stretch, ground, error) != MR_OK)
         return error->status;
+    if (!isfinite(ground->log_odds))
+        return error_set(error, MR_NUMERICS,
+                         "beyond all numbers: %s: no law comes near these readings; check their "
+                         "units and the gages' errors",
+                         readings->series[0].path);
     find_stiffness(readings, setting, ground);
     find_unloading(readings, ground);
     find_friction(readings, setting, ground);
-    if (ground->log_odds > log(PUSH_ODDS) && !isnan(ground->k_lb_ft.of.value))
+    if (ground->log_odds > log(PUSH_ODDS) && ground->untold < readings->count)
         ground->law = PUSH_ELASTIC;
     else if (ground->log_odds < -log(PUSH_ODDS))
         ground->law = PUSH_RIGID;

@@ -43,28 +43,33 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     }
 }
 
-static void add_untold(struct answer *answer, const char *name, const struct push_told *told)
+/* `kept`: what a scene has without it; NULL: nothing. */
+static void add_untold(struct answer *answer, const char *name, const struct push_told *told,
+                       const char *kept)
 {
-    if (isnan(told->of.value))
-        answer_words(answer, NULL, name, "cannot tell: %s", told->reason);
+    if (!isnan(told->of.value))
+        return;
+    answer_words(answer, NULL, name, "cannot tell: %s", told->reason);
+    if (kept)
+        answer_remark(answer, "; a scene keeps %s", kept);
 }
 
 static void add_bounds(struct answer *answer, const struct push_ground *ground)
 {
-    add_untold(answer, "gear_k_lb_ft", &ground->k_lb_ft);
+    add_untold(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
     if (isnan(ground->k_lb_ft.of.value) && ground->k_lb_ft.of.low > 0.0) {
         answer_remark(answer, "; at least %.3g lb/ft", ground->k_lb_ft.of.low);
         answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.of.low, 0);
     }
-    add_untold(answer, "gear_unloading", &ground->unloading);
-    add_untold(answer, "gear_axle_law", &ground->axle_law);
-    add_untold(answer, "f", &ground->friction);
+    add_untold(answer, "gear_unloading", &ground->unloading, "1");
+    add_untold(answer, "gear_axle_law", &ground->axle_law, "1");
+    add_untold(answer, "f", &ground->friction, NULL);
     if (isnan(ground->friction.of.value)) {
         answer_remark(answer, "; at least %.3f", ground->friction.of.low);
         answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.of.low, 3);
     }
     answer_words(answer, NULL, "gear_damping",
-                 "cannot tell: readings at rest say nothing of it; 0.5 of critical is the scene's");
+                 "cannot tell: readings at rest say nothing of it; a scene keeps 0.5 of critical");
 }
 
 static void add_axle_law(struct answer *answer, const struct push_interval *law)

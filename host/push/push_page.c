@@ -19,7 +19,8 @@ static const char style[] =
     "gap:14px 22px}.push figure{margin:0}.push svg{font-size:13px}.push .label,.push .tick{"
     "font-size:13px}.push .rigid{stroke:var(--ink);stroke-dasharray:7 4;stroke-width:1.6;fill:none}"
     ".push .law{stroke:var(--b);stroke-width:2;fill:none}.push .way{stroke:var(--soft);"
-    "stroke-width:.8;fill:none}.push .read{fill:var(--a)}pre{background:var(--panel);"
+    "stroke-width:.8;fill:none}.push "
+    ".read{fill:var(--a)}td:last-child{min-width:11em}pre{background:var(--panel);"
     "border:1px solid var(--rule);border-radius:6px;padding:10px 14px;overflow-x:auto}</style>\n";
 
 /* Pixels are those of the picture: a key of a line that svg_text cannot place. */

@@ -176,15 +176,20 @@ static enum mr_status take_row(struct table *t, char *cell[CELLS_MAX])
     }
     if ((load[0] || isnan(t->load_lb)) && take_value(t, LOAD, load, &t->load_lb) != MR_OK)
         return t->error->status;
-    if (!(t->load_lb > 0.0))
+    if (!(t->load_lb > 0.0 && t->load_lb <= PUSH_MOST_LB))
         return error_set(t->error, MR_MALFORMED,
                          "reading out of range: %s, line %u: load %.*s; give what stands on the "
-                         "mat, above 0",
-                         t->path, t->line, CELL_SHOWN, load);
+                         "mat, above 0 and at most %g lb",
+                         t->path, t->line, CELL_SHOWN, load, PUSH_MOST_LB);
     if (take_value(t, FORCE, cell[t->cell_of[FORCE]], &force_lb) != MR_OK ||
         take_value(t, MOVED, cell[t->cell_of[MOVED]], &moved_in) != MR_OK ||
         series_of(t, &series) != MR_OK)
         return t->error->status;
+    if (fabs(force_lb) > PUSH_MOST_LB || fabs(moved_in) > PUSH_MOST_IN)
+        return error_set(t->error, MR_MALFORMED,
+                         "reading out of range: %s, line %u: %g lb, %g in; give at most %g lb and "
+                         "%g in",
+                         t->path, t->line, force_lb, moved_in, PUSH_MOST_LB, PUSH_MOST_IN);
     series->force_lb[series->count] = force_lb;
     series->moved_in[series->count++] = moved_in;
     return MR_OK;

@@ -19,9 +19,11 @@
 
 #include "host/base/error.h"
 
-#define PUSH_SERIES_MAX   60u
-#define PUSH_READINGS_MAX 120u /* of a series */
+#define PUSH_SERIES_MAX   40u
+#define PUSH_READINGS_MAX 60u /* of a series: 0.3 s each */
 #define PUSH_NAME         24u
+#define PUSH_MOST_LB      1e7 /* a load or a force; a displacement */
+#define PUSH_MOST_IN      1e4
 
 struct push_series {
     const char *path;     /* of the file, for errors; the caller's */
