@@ -373,8 +373,9 @@ void push_fit_curve(const struct push_series *series, struct push_gages gages,
                     const struct push_fit *fit, double *moved_in)
 {
     struct push_path *path = malloc(sizeof *path);
-    double a = 1.0 / fit->k_lb_in.value,
-           b = isnan(fit->unloading.value) ? 0.0 : fit->unloading.value * a, shift_in = 0.0;
+    bool told = !isnan(fit->k_lb_in.value);
+    double a = 1.0 / (told ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
+           b = isnan(fit->unloading.value) ? a : fit->unloading.value * a;
     bool made = path && push_path_make(path, series, gages.force_lb);
     for (size_t i = 0; i < series->count; i++) {
         double sum = 0.0;

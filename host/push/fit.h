@@ -59,7 +59,8 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
                         double expected_lb_in, double stretch, struct push_fit *fit,
                         struct error *error);
 
-/* The elastic law's way through the forces as they were read, in. `moved_in` has room for
+/* The elastic law's way through the forces as they were read, in; where K is not told, with the
+ * least that it may be; where rho is not, with 1. `moved_in` has room for
  * series->count. */
 void push_fit_curve(const struct push_series *series, struct push_gages gages,
                     const struct push_fit *fit, double *moved_in);

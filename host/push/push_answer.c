@@ -58,7 +58,7 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
 {
     add_untold(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
     if (isnan(ground->k_lb_ft.of.value) && ground->k_lb_ft.of.low > 0.0) {
-        answer_remark(answer, "; at least %.3g lb/ft", ground->k_lb_ft.of.low);
+        answer_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.of.low);
         answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.of.low, 0);
     }
     add_untold(answer, "gear_unloading", &ground->unloading, "1");

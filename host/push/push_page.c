@@ -65,17 +65,15 @@ static void draw_test(FILE *out, const struct push_series *series, struct push_g
     struct svg_plot plot = axes(out, series, limit_lb);
     bool told = !isnan(fit->k_lb_in.value);
     svg_line(&plot, "way", series->moved_in, series->force_lb, series->count);
-    draw_rigid(&plot, told ? fit->zero_in : series->moved_in[0], limit_lb);
-    if (told) {
-        push_fit_curve(series, gages, fit, law_in);
-        svg_line(&plot, "law", law_in, series->force_lb, series->count);
-    }
+    draw_rigid(&plot, fit->zero_in, limit_lb);
+    push_fit_curve(series, gages, fit, law_in);
+    svg_line(&plot, "law", law_in, series->force_lb, series->count);
     for (size_t i = 0; i < series->count; i++)
         svg_mark(out, "read", 0, svg_x(&plot, series->moved_in[i]),
                  svg_y(&plot, series->force_lb[i]), 3.2);
     svg_mark(out, "read", 0, LEFT + 13.0, 14.0, 3.2);
     fprintf(out, "<text class=\"tick\" x=\"%.0f\" y=\"18\">read, in turn</text>\n", LEFT + 32.0);
-    key(out, "law", LEFT + 150.0, 18.0, told ? "elastic ground" : "elastic: cannot tell");
+    key(out, "law", LEFT + 150.0, 18.0, told ? "elastic ground" : "elastic, as soft as it may be");
     key(out, "rigid", LEFT + 150.0, 38.0,
         isfinite(limit_lb) ? "Coulomb, rigid, to its limit" : "Coulomb, rigid; limit not known");
 }
