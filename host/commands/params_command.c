@@ -5,33 +5,22 @@
 
 #include "host/analyse/params.h"
 #include "host/commands/commands.h"
+#include "host/commands/params_push.h"
 #include "host/base/output.h"
 
-#define READINGS_MAX   1000
-#define IN_PER_FT      12.0
-#define RAD_PER_DEG    (M_PI / 180.0)
-#define PARAMETERS_MAX 8
+#define READINGS_MAX 1000
+#define IN_PER_FT    12.0
+#define RAD_PER_DEG  (M_PI / 180.0)
 
-struct parameter {
-    const char *key; /* of the scene */
-    const char *unit;
-    const char *from;
-    struct estimate estimate;
-};
-
-struct reader {
-    const char *path;
-    const json_t *root;
-    struct parameter parameters[PARAMETERS_MAX];
-    char from[PARAMETERS_MAX][96]; /* texts made here */
-    size_t count;
-    struct error *error;
-};
-
-static void add(struct reader *reader, const char *key, const char *unit, const char *from,
+void params_add(struct params_reader *reader, const char *key, const char *unit, const char *from,
                 struct estimate estimate)
 {
-    reader->parameters[reader->count++] = (struct parameter){key, unit, from, estimate};
+    reader->parameters[reader->count++] = (struct params_found){.key = key,
+                                                                .unit = unit,
+                                                                .from = from,
+                                                                .estimate = estimate,
+                                                                .low = (double)NAN,
+                                                                .high = (double)NAN};
 }
 
 static bool is_reading(const json_t *value)
@@ -54,7 +43,7 @@ static bool is_reading(const json_t *value)
 
 /* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}.
  * Must be above 0. */
-static enum mr_status take(struct reader *reader, const char *group, const char *name,
+static enum mr_status take(struct params_reader *reader, const char *group, const char *name,
                            struct estimate *estimate)
 {
     const json_t *value = json_object_get(json_object_get(reader->root, group), name);
@@ -92,7 +81,7 @@ static enum mr_status take(struct reader *reader, const char *group, const char 
 }
 
 /* A list of numbers, for a slope. */
-static enum mr_status take_list(struct reader *reader, const char *group, const char *name,
+static enum mr_status take_list(struct params_reader *reader, const char *group, const char *name,
                                 double factor, double *values, size_t *count)
 {
     const json_t *list = json_object_get(json_object_get(reader->root, group), name);
@@ -111,7 +100,8 @@ static enum mr_status take_list(struct reader *reader, const char *group, const 
     return MR_OK;
 }
 
-static enum mr_status same_length(struct reader *reader, const char *group, size_t a, size_t b)
+static enum mr_status same_length(struct params_reader *reader, const char *group, size_t a,
+                                  size_t b)
 {
     if (a != b)
         return error_set(reader->error, MR_MALFORMED,
@@ -120,12 +110,12 @@ static enum mr_status same_length(struct reader *reader, const char *group, size
     return MR_OK;
 }
 
-static bool has(const struct reader *reader, const char *group, const char *name)
+static bool has(const struct params_reader *reader, const char *group, const char *name)
 {
     return json_object_get(json_object_get(reader->root, group), name) != NULL;
 }
 
-static enum mr_status read_inertia(struct reader *reader)
+static enum mr_status read_inertia(struct params_reader *reader)
 {
     struct estimate weight, spacing, cord, period;
     if (take(reader, "inertia", "weight_lb", &weight) != MR_OK ||
@@ -133,15 +123,15 @@ static enum mr_status read_inertia(struct reader *reader)
         take(reader, "inertia", "cord_ft", &cord) != MR_OK ||
         take(reader, "inertia", "period_s", &period) != MR_OK)
         return reader->error->status;
-    add(reader, "W", "lb", "weighing", weight);
-    add(reader, "I", "slug ft2", "period on two cords",
-        params_inertia(weight, spacing, cord, period));
+    params_add(reader, "W", "lb", "weighing", weight);
+    params_add(reader, "I", "slug ft2", "period on two cords",
+               params_inertia(weight, spacing, cord, period));
     return MR_OK;
 }
 
 /* One line on why readings of a spring behind a free travel say nothing of it. x comes in units of
  * `per_unit`. */
-static enum mr_status refuse_travel(struct reader *reader, const char *group,
+static enum mr_status refuse_travel(struct params_reader *reader, const char *group,
                                     const struct params_travel *travel, size_t count,
                                     double per_unit, const char *unit, const char *y_unit)
 {
@@ -178,7 +168,7 @@ static enum mr_status refuse_travel(struct reader *reader, const char *group,
 }
 
 /* "WHAT", or "WHAT, 4 of 7 readings beyond the free travel". */
-static const char *from_travel(struct reader *reader, const char *what,
+static const char *from_travel(struct params_reader *reader, const char *what,
                                const struct params_travel *travel, size_t count)
 {
     char *text = reader->from[reader->count];
@@ -191,7 +181,7 @@ static const char *from_travel(struct reader *reader, const char *what,
 }
 
 /* Either the slope itself, or forces and stretches of a strip. */
-static enum mr_status read_tension(struct reader *reader)
+static enum mr_status read_tension(struct params_reader *reader)
 {
     struct estimate slope, joint, strip;
     const char *from = "joint pulled";
@@ -215,11 +205,11 @@ static enum mr_status read_tension(struct reader *reader)
         slope = params_friction(travel.k, strip); /* a quotient */
         from = from_travel(reader, from, &travel, forces);
     }
-    add(reader, "KL", "lb/ft", from, params_joint_stiffness(slope, joint));
+    params_add(reader, "KL", "lb/ft", from, params_joint_stiffness(slope, joint));
     return MR_OK;
 }
 
-static enum mr_status read_hinge(struct reader *reader)
+static enum mr_status read_hinge(struct params_reader *reader)
 {
     double angle[READINGS_MAX], moment[READINGS_MAX];
     size_t angles, moments;
@@ -254,25 +244,25 @@ static enum mr_status read_hinge(struct reader *reader)
                          "where angle and moment are 0",
                          reader->path, tad.value, tad.error);
     tad.value = fmax(0.0, tad.value); /* below 0 by less than its error */
-    add(reader, "KT", "ft lb/rad",
-        from_travel(reader, "slope of moment against angle", &travel, angles),
-        params_hinge_stiffness(travel.k, wider));
-    add(reader, "TAD_deg", "deg", from_travel(reader, "angle without moment", &travel, angles),
-        tad);
+    params_add(reader, "KT", "ft lb/rad",
+               from_travel(reader, "slope of moment against angle", &travel, angles),
+               params_hinge_stiffness(travel.k, wider));
+    params_add(reader, "TAD_deg", "deg",
+               from_travel(reader, "angle without moment", &travel, angles), tad);
     return MR_OK;
 }
 
-static enum mr_status read_pull(struct reader *reader)
+static enum mr_status read_pull(struct params_reader *reader)
 {
     struct estimate pull, weight;
     if (take(reader, "pull", "pull_lb", &pull) != MR_OK ||
         take(reader, "pull", "weight_lb", &weight) != MR_OK)
         return reader->error->status;
-    add(reader, "f", "1", "pulling", params_friction(pull, weight));
+    params_add(reader, "f", "1", "pulling", params_friction(pull, weight));
     return MR_OK;
 }
 
-static enum mr_status read_deflection(struct reader *reader)
+static enum mr_status read_deflection(struct params_reader *reader)
 {
     struct estimate load, deflection, mats = {1.0, 0.0};
     if (take(reader, "deflection", "load_lb", &load) != MR_OK ||
@@ -281,13 +271,14 @@ static enum mr_status read_deflection(struct reader *reader)
         return reader->error->status;
     deflection.value /= IN_PER_FT;
     deflection.error /= IN_PER_FT;
-    add(reader, "KV", "lb/ft", "static deflection", params_soil(load, deflection, mats.value));
+    params_add(reader, "KV", "lb/ft", "static deflection",
+               params_soil(load, deflection, mats.value));
     return MR_OK;
 }
 
 static const struct group {
     const char *name;
-    enum mr_status (*read)(struct reader *reader);
+    enum mr_status (*read)(struct params_reader *reader);
     const char *names; /* that it may hold */
 } groups[] = {
     {"inertia", read_inertia, " weight_lb spacing_ft cord_ft period_s "},
@@ -299,7 +290,7 @@ static const struct group {
 #define GROUPS (sizeof groups / sizeof groups[0])
 
 /* A misspelt name would be left out in silence: refuse it. */
-static enum mr_status check_names(struct reader *reader)
+static enum mr_status check_names(struct params_reader *reader)
 {
     const char *key, *name;
     json_t *value, *inner;
@@ -334,7 +325,7 @@ static enum mr_status check_names(struct reader *reader)
     return MR_OK;
 }
 
-static enum mr_status read_all(struct reader *reader)
+static enum mr_status read_all(struct params_reader *reader)
 {
     if (check_names(reader) != MR_OK)
         return reader->error->status;
@@ -343,7 +334,7 @@ static enum mr_status read_all(struct reader *reader)
             return reader->error->status;
     }
     for (size_t i = 0; i < reader->count; i++) {
-        const struct parameter *p = &reader->parameters[i];
+        const struct params_found *p = &reader->parameters[i];
         if (!isfinite(p->estimate.value) || !isfinite(p->estimate.error))
             return error_set(reader->error, MR_NUMERICS,
                              "beyond all numbers: %s: %s (%s); check the readings", reader->path,
@@ -356,14 +347,16 @@ static enum mr_status read_all(struct reader *reader)
 }
 
 /* Scene keys with the errors in comment keys. */
-static json_t *scene_of(const struct reader *reader)
+static json_t *scene_of(const struct params_reader *reader)
 {
     json_t *scene = json_object();
     for (size_t i = 0; i < reader->count; i++) {
-        const struct parameter *p = &reader->parameters[i];
+        const struct params_found *p = &reader->parameters[i];
         char key[24], text[200];
         snprintf(key, sizeof key, "_%s", p->key);
-        if (p->estimate.error > 0.0)
+        if (p->given)
+            snprintf(text, sizeof text, "%s", p->from);
+        else if (p->estimate.error > 0.0)
             snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from,
                      p->estimate.error, p->unit);
         else
@@ -374,80 +367,142 @@ static json_t *scene_of(const struct reader *reader)
     return scene;
 }
 
-static int show(const struct reader *reader, const char *output_path, bool force,
-                const struct cli *cli)
+/* "95 %: 6559 to 7689", or nothing. */
+static void print_interval(const struct params_found *p)
+{
+    if (!isnan(p->low))
+        printf("; 95 %%: %.4g to %.4g", p->low, p->high);
+}
+
+static json_t *found_json(const struct params_found *p)
+{
+    bool known = p->estimate.error > 0.0; /* one that nobody stated is not 0 */
+    json_t *json = json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12),
+                             "error", known ? cli_json_number(p->estimate.error, 6) : json_null(),
+                             "unit", p->unit, "from", p->from);
+    if (!isnan(p->low)) {
+        json_object_set_new(json, "low", cli_json_number(p->low, 6));
+        json_object_set_new(json, "high", cli_json_number(p->high, 6));
+    }
+    return json;
+}
+
+static void print_found(const struct params_found *p)
+{
+    printf("%-14s %12.6g ", p->key, p->estimate.value);
+    if (p->estimate.error > 0.0)
+        printf("+- %-10.2g", p->estimate.error);
+    else
+        printf("%-13s", p->given ? "" : "error unknown");
+    printf(" %-10s %s", p->unit, p->from);
+    print_interval(p);
+    putchar('\n');
+}
+
+static enum mr_status write_scene(const struct params_request *r, json_t *scene,
+                                  struct error *error)
+{
+    struct output output;
+    if (!r->output_path || output_begin(&output, r->output_path, r->force, error) != MR_OK)
+        return error->status;
+    json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
+    fputc('\n', output.file);
+    return output_end(&output, error);
+}
+
+/* `push`: NULL: none. */
+static int show(const struct params_reader *reader, const struct params_request *r,
+                const struct params_push *push, const struct cli *cli)
 {
     struct error error = {0};
-    json_t *scene = scene_of(reader), *list = json_object();
+    json_t *scene = scene_of(reader), *list = json_object(), *root;
+    struct answer *answer = push ? answer_new(false) : NULL;
     for (size_t i = 0; i < reader->count; i++) {
-        const struct parameter *p = &reader->parameters[i];
-        bool known = p->estimate.error > 0.0; /* one that nobody stated is not 0 */
-        json_object_set_new(list, p->key,
-                            json_pack("{s:o,s:o,s:s,s:s}", "value",
-                                      cli_json_number(p->estimate.value, 12), "error",
-                                      known ? cli_json_number(p->estimate.error, 6) : json_null(),
-                                      "unit", p->unit, "from", p->from));
-        if (cli->json)
-            continue;
-        printf("%-8s %14.6g ", p->key, p->estimate.value);
-        if (known)
-            printf("+- %-10.2g", p->estimate.error);
-        else
-            printf("%-13s", "error unknown");
-        printf(" %-10s %s\n", p->unit, p->from);
+        const struct params_found *p = &reader->parameters[i];
+        json_object_set_new(list, p->key, found_json(p));
+        if (!cli->json)
+            print_found(p);
     }
-    struct output output;
-    if (output_path && output_begin(&output, output_path, force, &error) == MR_OK) {
-        json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
-        fputc('\n', output.file);
-        output_end(&output, &error);
-    }
+    if (push)
+        params_push_answer(push, answer);
+    if (write_scene(r, scene, &error) == MR_OK && push)
+        params_push_page(r, reader, push, &error);
     int code = error.status != MR_OK ? cli_fail(&error) : 0;
-    if (cli->json && code == 0)
-        code = cli_print_json(json_pack("{s:O,s:O}", "parameters", list, "scene", scene), code);
+    if (cli->json && code == 0) {
+        root = json_pack("{s:O,s:O}", "parameters", list, "scene", scene);
+        if (push)
+            json_object_set_new(root, "push", answer_json(answer));
+        code = cli_print_json(root, code);
+    } else if (push && code == 0 && !answer_text(answer, stdout))
+        code = cli_fail_output();
+    answer_free(answer);
     json_decref(list);
     json_decref(scene);
     return code;
 }
 
-struct request {
-    const char *output_path;
-    bool force;
-};
+static json_t *load(const char *path, struct error *error)
+{
+    json_error_t where;
+    FILE *file = fopen(path, "rb");
+    if (!file) {
+        error_set(error, MR_IO, "cannot open readings: %s; check the path", path);
+        return NULL;
+    }
+    json_t *root = json_loadf(file, JSON_REJECT_DUPLICATES, &where);
+    fclose(file);
+    if (!root)
+        error_set(error, MR_MALFORMED,
+                  "no JSON object: %s: line %d column %d: %s; see matrig params --help", path,
+                  where.line, where.column, where.text);
+    else if (!json_is_object(root))
+        error_set(error, MR_MALFORMED,
+                  "no JSON object: %s: it begins with [; see matrig params --help", path);
+    return root;
+}
+
+/* Before anything is read: files that would be written over. */
+static enum mr_status check_outputs(const struct params_request *r, const char *path,
+                                    struct error *error)
+{
+    if ((r->page_path || r->mats > 0) && !r->push_path)
+        return error_set(error, MR_USAGE,
+                         "%s without a push test: add --push F.csv, or leave it out",
+                         r->page_path ? "--page" : "--mats");
+    if (!path && !r->push_path)
+        return error_set(error, MR_USAGE,
+                         "nothing to read: give READINGS, --push F.csv or both; see matrig params "
+                         "--help");
+    if (output_check(r->output_path, r->force, path, error) == MR_OK &&
+        output_check(r->page_path, r->force, path, error) == MR_OK &&
+        output_not_input(r->output_path, r->push_path, error) == MR_OK)
+        output_not_input(r->page_path, r->push_path, error);
+    return error->status;
+}
 
 static int params_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1];
-    struct request r = {0};
+    struct params_request r = {0};
+    struct params_push push = {0};
     struct error error = {0};
-    json_error_t where;
     if (command_parse(&command_params, argc, argv, cli, &r, words, &error) != MR_OK ||
-        output_check(r.output_path, r.force, words[0], &error) != MR_OK)
+        check_outputs(&r, words[0], &error) != MR_OK)
         return cli_fail(&error);
-    FILE *file = fopen(words[0], "rb");
-    if (!file) {
-        error_set(&error, MR_IO, "cannot open readings: %s; check the path", words[0]);
-        return cli_fail(&error);
-    }
-    json_t *root = json_loadf(file, JSON_REJECT_DUPLICATES, &where);
-    fclose(file);
-    struct reader reader = {.path = words[0], .root = root, .error = &error};
-    int code;
-    if (!root)
-        error_set(&error, MR_MALFORMED,
-                  "no JSON object: %s: line %d column %d: %s; see matrig params --help", words[0],
-                  where.line, where.column, where.text);
-    else if (!json_is_object(root))
-        error_set(&error, MR_MALFORMED,
-                  "no JSON object: %s: it begins with [; see matrig params --help", words[0]);
-    else
+    json_t *root = words[0] ? load(words[0], &error) : NULL;
+    struct params_reader reader = {.path = words[0], .root = root, .error = &error};
+    if (error.status == MR_OK && root)
         read_all(&reader);
-    code = error.status != MR_OK ? cli_fail(&error) : show(&reader, r.output_path, r.force, cli);
+    if (error.status == MR_OK && r.push_path)
+        params_push_find(&r, &reader, &push);
+    int code = error.status != MR_OK ? cli_fail(&error)
+                                     : show(&reader, &r, r.push_path ? &push : NULL, cli);
+    params_push_free(&push);
     json_decref(root);
     return code;
 }
 
-#define VALUES struct request
+#define VALUES struct params_request
 static const struct command_part parts[] = {
     HELP_ITEM(
         "READINGS",
@@ -463,15 +518,40 @@ static const struct command_part parts[] = {
         "deflection  load_lb, deflection_in [, mats]: KV"),
     OPTION_TEXT("-o", "F", output_path, "write the parameters as the beginning of a scene"),
     OPTION_FORCE(force),
+    HELP_NOTE("\nPush tests, how a loaded mat gives way along the runway: gear_k_lb_ft, "
+              "gear_unloading, gear_axle_law, f"),
+    OPTION_TEXT("--push", "F.csv", push_path,
+                "rows in the order read; the first line names the columns with their units:\n"
+                "test,load (lb),force (lb),displacement (in). Also N, kg, mm; see "
+                "docs/howto/push-test.md"),
+    OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
+                 "how many mats the load pressed, and that moved as one: k is of one of them"),
+    OPTION_TEXT("--page", "F.html", page_path, "write a page: each test's curve, with both laws"),
+    OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,
+                  "what one axle stands with on the strip; else the least load tested"),
+    OPTION_NUMBER("--mat-weight", "LB", mat_weight_lb, "lb", 1e-6, 1e6, 0.0,
+                  "of a mat, which friction carries too; else of READINGS, or left out"),
+    OPTION_NUMBER("--mat-length", "FT", mat_length_ft, "ft", 1e-3, 1e3, 0.0,
+                  "along the runway: with it gear_foot_ft is written"),
+    OPTION_NUMBER("--force-error", "LB", force_error_lb, "lb", 1e-6, 1e6, 0.5,
+                  "standard error of a force; else {standard} lb"),
+    OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
+                  "standard error of a displacement; else {standard} in"),
+    OPTION_NUMBER("--expect", "LB/FT", expected_lb_ft, NULL, 1e-3, 1e12, PUSH_EXPECTED_LB_FT,
+                  "gear_k_lb_ft that was likely before, within ten times either way; which law "
+                  "holds is\n"
+                  "judged by it, nothing else; else {standard}, from the report's static "
+                  "deflection"),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),
+    HELP_EXAMPLE("matrig params --push push.csv --mats 2 --page push.html"),
 };
 
 const struct command command_params = {
     "params",
     params_command,
-    "READINGS [-o F] [--force]",
+    "[READINGS] [--push F.csv --mats N] [-o F] ...",
     "readings of simple tests to scene parameters",
     COMMAND_PARTS(parts),
-    {1, 1, "READINGS"},
+    {0, 1, "READINGS"},
 };

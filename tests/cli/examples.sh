@@ -24,6 +24,7 @@ files() { # of the names that examples have
         matrig --quiet survey campaign.db --edges none --from read.csv || return 1
     printf '{"channels": {"all": {"rms_in": 9}}}' >limits.json
     printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >readings.json
+    cp tests/push/one.csv push.csv
     printf 't,x\n' >lvdt.csv && awk 'BEGIN {for (i = 0; i < 400; i++) printf "%.4f,%.5f\n", i * 0.002, i * 0.0001}' >>lvdt.csv
     printf '{"header_lines": 1, "time": {"column": "t"}, "channels": [{"column": "x", "channel": "d2", "unit": "in", "error": 0.001}]}' >lvdt.json
     printf '{"base": {"model": "chain", "N": 20, "F": 10, "tend": 0.02}, "vary": {"KL": [1e6, 2e6]}, "outputs": ["peak_u_ft"]}' >small.json

@@ -1,0 +1,389 @@
+#include "host/push/fit.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "host/push/path.h"
+
+#define Z_95         1.96
+#define STEPS_MAX    40
+#define SETTLED      1e-7  /* of chi-square */
+#define FREE         100.0 /* offset of what may be anywhere, in ranges of the readings */
+#define GRID_K       41
+#define NARROW       1.3 /* an interval of K that falls between the points of the grid */
+#define GRID_RHO     11
+#define SLIDES_MOST  20u  /* readings before the top that are tried */
+#define SLIDE_SPREAD 25.0 /* chi-square of the forces of what slid, at most */
+
+/* A way to slide; chi-square has to fall below the bar. */
+struct slide {
+    size_t from, to;
+    double a, b, chi_square, bar;
+};
+
+/* A test made ready: chi2 of any (a, b) at the price of one decomposition. */
+struct work {
+    const struct push_series *series;
+    struct push_gages gages;
+    struct push_path path;
+    size_t slid_from, slid_to; /* from beyond to: nothing slid */
+    double free2, slide_gain;
+    double grows_lb[PUSH_READINGS_MAX], falls_lb[PUSH_READINGS_MAX]; /* times the forces read */
+    double gg[PUSH_READINGS_MAX][PUSH_READINGS_MAX];                 /* grows grows', and so on */
+    double gf[PUSH_READINGS_MAX][PUSH_READINGS_MAX], ff[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
+    double v[PUSH_READINGS_MAX][PUSH_READINGS_MAX], r[PUSH_READINGS_MAX];
+};
+
+static void prepare(struct work *w)
+{
+    const struct push_series *series = w->series;
+    const struct push_path *path = &w->path;
+    size_t n = path->count;
+    double low = series->moved_in[0], high = low;
+    for (size_t i = 0; i < n; i++) {
+        low = fmin(low, series->moved_in[i]);
+        high = fmax(high, series->moved_in[i]);
+        w->grows_lb[i] = w->falls_lb[i] = 0.0;
+        for (size_t m = 0; m < n; m++) {
+            w->grows_lb[i] += path->grows[i][m] * series->force_lb[m];
+            w->falls_lb[i] += path->falls[i][m] * series->force_lb[m];
+        }
+        for (size_t k = 0; k <= i; k++) {
+            double gg = 0.0, gf = 0.0, ff = 0.0;
+            for (size_t m = 0; m < n; m++) {
+                gg += path->grows[i][m] * path->grows[k][m];
+                gf += path->grows[i][m] * path->falls[k][m] + path->falls[i][m] * path->grows[k][m];
+                ff += path->falls[i][m] * path->falls[k][m];
+            }
+            w->gg[i][k] = gg;
+            w->gf[i][k] = gf;
+            w->ff[i][k] = ff;
+        }
+    }
+    double free_in = FREE * (high - low + 10.0 * w->gages.moved_in);
+    w->free2 = free_in * free_in;
+}
+
+/* V = L L' in place, lower half. Positive definite by its diagonal. */
+static void decompose(struct work *w, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k <= i; k++) {
+            double sum = w->v[i][k];
+            for (size_t m = 0; m < k; m++)
+                sum -= w->v[i][m] * w->v[k][m];
+            w->v[i][k] = i == k ? sqrt(fmax(sum, 1e-300)) : sum / w->v[k][k];
+        }
+    }
+}
+
+static bool slid(const struct work *w)
+{
+    return w->slid_from <= w->slid_to;
+}
+
+/* Both readings share an offset: all have u0, what slid one each, what comes after it the last. */
+static bool share_offset(const struct work *w, size_t i, size_t k)
+{
+    return slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
+}
+
+static double chi_square(struct work *w, double a, double b)
+{
+    size_t n = w->path.count;
+    double force2 = w->gages.force_lb * w->gages.force_lb,
+           moved2 = w->gages.moved_in * w->gages.moved_in, sum = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k <= i; k++) {
+            w->v[i][k] = force2 *
+                             (a * a * w->gg[i][k] + a * b * w->gf[i][k] + b * b * w->ff[i][k]) +
+                         w->free2 + (i == k ? moved2 : 0.0);
+            if (share_offset(w, i, k))
+                w->v[i][k] += w->free2;
+        }
+        w->r[i] = w->series->moved_in[i] - w->series->moved_in[0] - a * w->grows_lb[i] -
+                  b * w->falls_lb[i];
+    }
+    decompose(w, n);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < i; k++)
+            w->r[i] -= w->v[i][k] * w->r[k];
+        w->r[i] /= w->v[i][i];
+        sum += w->r[i] * w->r[i];
+    }
+    return sum;
+}
+
+/* The forces of what slid are one limit. */
+static double slide_force(const struct work *w, double *limit_lb)
+{
+    double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
+    for (size_t i = w->slid_from; i <= w->slid_to; i++)
+        sum += w->series->force_lb[i];
+    *limit_lb = sum / count;
+    for (size_t i = w->slid_from; i <= w->slid_to; i++)
+        squares += pow((w->series->force_lb[i] - *limit_lb) / w->gages.force_lb, 2.0);
+    return squares;
+}
+
+/* chi2 along one parameter with the other one held: which = 0: a is held, b free; 1: rho is held,
+ * a free. */
+static double held(struct work *w, int which, double fixed, double free)
+{
+    return which == 0 ? chi_square(w, fixed, free) : chi_square(w, free, fixed * free);
+}
+
+/* The least chi2 over the free parameter, by Newton's method on a curve that is nearly a parabola;
+ * *at is where to begin, and where it is. */
+static double least(struct work *w, int which, double fixed, double *at, double scale)
+{
+    double best = held(w, which, fixed, *at);
+    if (w->path.falling == 0 && which == 0)
+        return best;
+    for (int step = 0; step < STEPS_MAX; step++) {
+        double up = held(w, which, fixed, *at + scale), down = held(w, which, fixed, *at - scale);
+        double slope = (up - down) / (2.0 * scale), bend = (up - 2.0 * best + down) / scale / scale;
+        double move = bend > 0.0 ? -slope / bend : -copysign(scale, slope), next = (double)NAN;
+        for (int halved = 0; halved < 20; halved++, move *= 0.5) {
+            next = held(w, which, fixed, *at + move);
+            if (next <= best)
+                break;
+        }
+        if (!(next <= best))
+            break;
+        double gain = best - next;
+        *at += move;
+        best = next;
+        if (gain < SETTLED)
+            break;
+    }
+    return best;
+}
+
+/* Where both are free. Returns chi2. */
+static double fit_both(struct work *w, double *a, double *b, double scale)
+{
+    double best = HUGE_VAL;
+    for (int step = 0; step < STEPS_MAX; step++) {
+        double rho = *a > 0.0 ? *b / *a : 1.0;
+        if (w->path.falling > 0) /* b given a, then a given rho: both ways one soon agrees */
+            least(w, 0, *a, b, scale);
+        rho = *a != 0.0 ? *b / *a : rho;
+        double now = least(w, 1, rho, a, scale);
+        *b = rho * *a;
+        if (best - now < SETTLED)
+            return fmin(best, now);
+        best = now;
+    }
+    return best;
+}
+
+/* How far from `at` chi2, the other one free, has risen by q^2; INFINITY: nowhere within `most`. */
+static double reach(struct work *w, int which, double at, double other, double best, double q,
+                    double step, double most, double scale)
+{
+    double near = 0.0, near_root = 0.0, far = step, root = 0.0;
+    for (int tries = 0; tries < STEPS_MAX; tries++) {
+        double from = other;
+        root = sqrt(fmax(0.0, least(w, which, at + far, &from, scale) - best));
+        if (root >= q || fabs(far) >= most)
+            break;
+        near = far;
+        near_root = root;
+        far *= root > 0.2 * q ? 1.05 * q / root : 2.0;
+        if (fabs(far) > most)
+            far = copysign(most, far);
+    }
+    if (root < q)
+        return (double)INFINITY;
+    for (int tries = 0; tries < STEPS_MAX && fabs(root - q) > 1e-4; tries++) {
+        double guess = near + (far - near) * (q - near_root) / (root - near_root), from = other;
+        double at_guess = sqrt(fmax(0.0, least(w, which, at + guess, &from, scale) - best));
+        if (at_guess < q) {
+            near = guess;
+            near_root = at_guess;
+        } else {
+            far = guess;
+            root = at_guess;
+        }
+        if (fabs(at_guess - q) < 1e-4)
+            return fabs(guess);
+    }
+    return fabs(far);
+}
+
+/* What slides from `from` to `to`: its chi2 is tried against the best so far. */
+static void try_slide(struct work *w, bool elastic, size_t from, size_t to, double scale,
+                      struct slide *best)
+{
+    double way = (w->series->moved_in[to] - w->series->moved_in[from - 1]) *
+                 w->series->force_lb[to];
+    double limit_lb, a = best->a, b = best->b;
+    w->slid_from = from;
+    w->slid_to = to;
+    double now = slide_force(w, &limit_lb);
+    if (now > SLIDE_SPREAD * (double)(to + 1 - from) || !(way > 0.0))
+        return;
+    now += elastic ? fit_both(w, &a, &b, scale) : chi_square(w, 0.0, 0.0);
+    if (now < best->bar)
+        *best = (struct slide){from, to, a, b, now, now};
+}
+
+/* Which readings slid: none, or those to the end of the first way up, where that says so much more.
+ * With `elastic` a and b are fitted, from where they are; else they are 0. Returns chi2 with the
+ * forces'. */
+static double find_slide(struct work *w, bool elastic, double *a, double *b, double scale)
+{
+    struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
+    w->slid_from = best.from;
+    w->slid_to = best.to;
+    best.chi_square = elastic ? fit_both(w, &best.a, &best.b, scale) : chi_square(w, 0.0, 0.0);
+    best.bar = best.chi_square - w->slide_gain;
+    size_t first = w->path.top > SLIDES_MOST ? w->path.top - SLIDES_MOST : 1;
+    for (size_t to = w->path.top; to <= w->path.plateau; to++) {
+        for (size_t from = to; from >= first && from >= 1; from--)
+            try_slide(w, elastic, from, to, scale, &best);
+    }
+    w->slid_from = best.from;
+    w->slid_to = best.to;
+    *a = best.a;
+    *b = best.b;
+    return best.chi_square;
+}
+
+/* The sum over a grid, where the readings say little. */
+static double grid_log_odds(struct work *w, const struct push_fit *fit, double force,
+                            double expected_lb_in, double stretch2)
+{
+    double logs[GRID_K * GRID_RHO], sum = 0.0, most = -HUGE_VAL;
+    size_t count = 0;
+    for (int i = 0; i < GRID_K; i++) {
+        double k = expected_lb_in * pow(10.0, PUSH_DECADES * (2.0 * i / (GRID_K - 1.0) - 1.0));
+        for (int j = 0; j < (w->path.falling > 0 ? GRID_RHO : 1); j++) {
+            double now = force + chi_square(w, 1.0 / k, j / (GRID_RHO - 1.0) / k);
+            logs[count] = -0.5 * (now - fit->rigid_chi_square) / stretch2;
+            most = fmax(most, logs[count++]);
+        }
+    }
+    for (size_t i = 0; i < count; i++)
+        sum += exp(logs[i] - most) / (double)count;
+    return most + log(sum);
+}
+
+/* The parabola about the best, where they say much: how likely that is, times how much of what was
+ * likely before lies under it. */
+static double peak_log_odds(const struct push_fit *fit, double stretch2)
+{
+    double width = 2.0 * PUSH_DECADES * log(10.0);
+    double of_k = log(fit->k_lb_in.high / fit->k_lb_in.low) / (2.0 * Z_95);
+    double of_rho = fit->falling > 0 ? (fit->unloading.high - fit->unloading.low) / (2.0 * Z_95)
+                                     : 1.0;
+    return -0.5 * (fit->chi_square - fit->rigid_chi_square) / stretch2 +
+           log(fmin(1.0, sqrt(2.0 * M_PI) * of_k / width)) +
+           log(fmin(1.0, fit->falling > 0 ? sqrt(2.0 * M_PI) * of_rho : 1.0));
+}
+
+/* Marginal likelihood of the elastic law over that of the rigid one. */
+static double log_odds(struct work *w, const struct push_fit *fit, double force,
+                       double expected_lb_in, double stretch2)
+{
+    const struct push_interval *k = &fit->k_lb_in;
+    double decades = fabs(log10(k->value / expected_lb_in));
+    bool told = isfinite(k->high) && decades < PUSH_DECADES;
+    if (told && k->high < NARROW * k->low)
+        return peak_log_odds(fit, stretch2);
+    double grid = grid_log_odds(w, fit, force, expected_lb_in, stretch2);
+    return told ? fmax(grid, peak_log_odds(fit, stretch2)) : grid;
+}
+
+static void find_intervals(struct work *w, double a, double b, double best, double force, double q,
+                           double scale, struct push_fit *fit)
+{
+    double least_chi = best - force, rho = b / a, step = q * scale;
+    double up = reach(w, 0, a, b, least_chi, q, step, HUGE_VAL, scale);
+    double down = a > 0.0 ? reach(w, 0, a, b, least_chi, q, -step, a, scale) : (double)INFINITY;
+    bool told = down < a;
+    fit->k_lb_in = (struct push_interval){told ? 1.0 / a : (double)NAN, 1.0 / (a + up),
+                                          told ? 1.0 / (a - down) : (double)INFINITY};
+    fit->unloading = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
+    if (!told || w->path.falling == 0)
+        return;
+    fit->unloading.value = rho;
+    fit->unloading.high = rho + reach(w, 1, rho, a, least_chi, q, 0.05, 100.0, scale);
+    fit->unloading.low = rho - reach(w, 1, rho, a, least_chi, q, -0.05, 100.0, scale);
+}
+
+static void fit_series(struct work *w, double expected_lb_in, double stretch, struct push_fit *fit)
+{
+    size_t n = w->path.count, top = w->path.top;
+    double most_lb = 0.0, a, b, none = 0.0;
+    for (size_t i = 0; i < n; i++)
+        most_lb = fmax(most_lb, fabs(w->series->force_lb[i]));
+    /* what the gage could just see at the largest force */
+    double scale = 0.3 * w->gages.moved_in / most_lb;
+    a = fmax(scale, fabs(w->series->moved_in[top] - w->series->moved_in[0]) / most_lb);
+    b = w->path.falling > 0 ? a : 0.0;
+    prepare(w);
+    w->slide_gain = PUSH_SLIDE_GAIN * stretch * stretch;
+    *fit = (struct push_fit){.limit_lb = (double)NAN, .most_lb = most_lb};
+    fit->falling = w->path.falling;
+    fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
+    fit->chi_square = find_slide(w, true, &a, &b, scale);
+    fit->slid_from = w->slid_from;
+    double force = slid(w) ? slide_force(w, &fit->limit_lb) : 0.0;
+    fit->slid = slid(w) ? w->slid_to + 1 - w->slid_from : 0;
+    size_t taken = 2u + (w->path.falling > 0 ? 1u : 0u) + (slid(w) ? 1u : 0u);
+    fit->freedom = n > taken ? n - taken : 0;
+    find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
+    fit->log_odds = log_odds(w, fit, force, expected_lb_in, stretch * stretch);
+    double sum = 0.0;
+    size_t before = slid(w) ? w->slid_from : n;
+    for (size_t i = 0; i < before; i++)
+        sum += w->series->moved_in[i] - a * w->grows_lb[i] - b * w->falls_lb[i];
+    fit->zero_in = sum / (double)before;
+}
+
+enum mr_status push_fit(const struct push_series *series, struct push_gages gages,
+                        double expected_lb_in, double stretch, struct push_fit *fit,
+                        struct error *error)
+{
+    if (series->count < PUSH_LEAST)
+        return error_set(error, MR_TOO_FEW,
+                         "too few readings: %s: test %s under %.4g lb has %zu; read at %u forces "
+                         "or more, up and down",
+                         series->path, series->name, series->load_lb, series->count, PUSH_LEAST);
+    struct work *w = calloc(1, sizeof *w);
+    if (!w)
+        return error_set(error, MR_FULL, "out of memory: %s: test %s; close other programs",
+                         series->path, series->name);
+    w->series = series;
+    w->gages = gages;
+    if (!push_path_make(&w->path, series, gages.force_lb))
+        error_set(error, MR_TOO_FEW,
+                  "no force to be told from none: %s: test %s under %.4g lb: the gage's error is "
+                  "%.3g lb; push harder, or say what the gage is good for (--force-error)",
+                  series->path, series->name, series->load_lb, gages.force_lb);
+    else
+        fit_series(w, expected_lb_in, stretch, fit);
+    free(w);
+    return error->status;
+}
+
+void push_fit_curve(const struct push_series *series, struct push_gages gages,
+                    const struct push_fit *fit, double *moved_in)
+{
+    struct push_path *path = malloc(sizeof *path);
+    bool told = !isnan(fit->k_lb_in.value);
+    double a = 1.0 / (told ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
+           b = isnan(fit->unloading.value) ? a : fit->unloading.value * a;
+    bool made = path && push_path_make(path, series, gages.force_lb);
+    for (size_t i = 0; i < series->count; i++) {
+        double sum = 0.0;
+        for (size_t m = 0; made && m <= i; m++)
+            sum += (a * path->grows[i][m] + b * path->falls[i][m]) * series->force_lb[m];
+        if (made && fit->slid > 0 && i >= fit->slid_from && i < fit->slid_from + fit->slid)
+            shift_in = series->moved_in[i] - fit->zero_in - sum;
+        moved_in[i] = made ? fit->zero_in + sum + shift_in : (double)NAN;
+    }
+    free(path);
+}

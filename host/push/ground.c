@@ -1,0 +1,300 @@
+#include "host/push/ground.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "common/braking.h"
+#include "common/gates.h"
+
+#define Z_95        1.96
+#define CHI_95_OF_1 3.84
+#define ALIKE       0.02 /* loads, relative */
+#define BISECTIONS  60
+#define SPREAD_MOST 10.0
+#define IN_PER_FT   12.0
+
+/* y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms` of them. */
+struct pooled {
+    double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
+    size_t count, terms;
+    double c[2], c_error[2], spread, reach; /* reach: errors to the end of a 95 % interval */
+};
+
+/* Returns the weighted squares that are left. */
+static double solve(struct pooled *p, double spread)
+{
+    double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0, left = 0.0;
+    for (size_t i = 0; i < p->count; i++) {
+        double weight = 1.0 / (p->error[i] * p->error[i] + spread * spread);
+        s += weight;
+        sx += weight * p->x[i];
+        sxx += weight * p->x[i] * p->x[i];
+        sy += weight * p->y[i];
+        sxy += weight * p->x[i] * p->y[i];
+    }
+    double whole = s * sxx - sx * sx;
+    bool line = p->terms == 2;
+    p->c[0] = line ? (sxx * sy - sx * sxy) / whole : sy / s;
+    p->c[1] = line ? (s * sxy - sx * sy) / whole : 0.0;
+    p->c_error[0] = sqrt(line ? sxx / whole : 1.0 / s);
+    p->c_error[1] = line ? sqrt(s / whole) : 0.0;
+    for (size_t i = 0; i < p->count; i++) {
+        double off = p->y[i] - p->c[0] - p->c[1] * p->x[i];
+        left += off * off / (p->error[i] * p->error[i] + spread * spread);
+    }
+    return left;
+}
+
+static void pool(struct pooled *p)
+{
+    size_t more = p->count > p->terms ? p->count - p->terms : 0;
+    double left = solve(p, 0.0), low = 0.0, high = SPREAD_MOST;
+    p->spread = 0.0;
+    p->reach = Z_95;
+    if (more == 0 || (more == 1 && left <= CHI_95_OF_1))
+        return;
+    if (left > (double)more) {
+        for (int i = 0; i < BISECTIONS; i++) {
+            double middle = 0.5 * (low + high);
+            if (solve(p, middle) > (double)more)
+                low = middle;
+            else
+                high = middle;
+        }
+        p->spread = high;
+        left = solve(p, p->spread);
+    }
+    double scatter = sqrt(left / (double)more) * mr_gates_student((unsigned)more);
+    p->reach = Z_95 * fmax(1.0, scatter);
+}
+
+static struct push_interval interval(const struct pooled *p, size_t term)
+{
+    double half = p->reach * p->c_error[term];
+    return (struct push_interval){p->c[term], p->c[term] - half, p->c[term] + half};
+}
+
+static void untold(struct push_told *told, const char *reason)
+{
+    told->of = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
+    snprintf(told->reason, sizeof told->reason, "%s", reason);
+}
+
+static size_t loads_of(const struct push_readings *readings)
+{
+    double low = HUGE_VAL, high = 0.0;
+    for (size_t i = 0; i < readings->count; i++) {
+        low = fmin(low, readings->series[i].load_lb);
+        high = fmax(high, readings->series[i].load_lb);
+    }
+    return high > low * (1.0 + ALIKE) ? 2 : 1;
+}
+
+/* Natural logarithm of a test's stiffness under one mat, with its standard error. */
+static bool stiffness_of(const struct push_fit *fit, const struct push_setting *setting, double *ln,
+                         double *error)
+{
+    const struct push_interval *k = &fit->k_lb_in;
+    if (!isfinite(k->high) || !(k->low > 0.0))
+        return false;
+    *ln = log(IN_PER_FT * k->value / setting->mats);
+    *error = fmax(log(k->high / k->value), log(k->value / k->low)) / Z_95;
+    return true;
+}
+
+/* Only bounds: the stiffest lower one holds for its own place, so the least of them is told. */
+static void bound_stiffness(const struct push_setting *setting, size_t count,
+                            struct push_ground *ground)
+{
+    double least = HUGE_VAL;
+    for (size_t i = 0; i < count; i++)
+        least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mats);
+    untold(&ground->k_lb_ft, "no test moved by more than its gages' errors explain");
+    ground->k_lb_ft.of.low = fmax(0.0, least);
+}
+
+static void find_stiffness(const struct push_readings *readings, const struct push_setting *setting,
+                           struct push_ground *ground)
+{
+    struct pooled p = {.terms = loads_of(readings)};
+    double low = HUGE_VAL, high = 0.0;
+    for (size_t i = 0; i < readings->count; i++) {
+        if (!stiffness_of(&ground->fit[i], setting, &p.y[p.count], &p.error[p.count]))
+            continue;
+        p.x[p.count++] = log(readings->series[i].load_lb / ground->axle_load_lb);
+        low = fmin(low, readings->series[i].load_lb);
+        high = fmax(high, readings->series[i].load_lb);
+    }
+    ground->untold = readings->count - p.count;
+    if (p.count == 0) {
+        bound_stiffness(setting, readings->count, ground);
+        untold(&ground->axle_law, ground->k_lb_ft.reason);
+        return;
+    }
+    bool two = p.terms == 2 && high > low * (1.0 + ALIKE);
+    p.terms = two ? 2 : 1;
+    if (!two && fabs(log(low / ground->axle_load_lb)) > ALIKE) {
+        char why[PUSH_REASON];
+        snprintf(why, sizeof why,
+                 "tested under %.4g lb, an axle has %.4g lb: how stiffness follows the load takes "
+                 "a test under another load",
+                 low, ground->axle_load_lb);
+        untold(&ground->k_lb_ft, why);
+        untold(&ground->axle_law, "one load alone: test under twice the load of an axle, too");
+        return;
+    }
+    pool(&p);
+    struct push_interval ln = interval(&p, 0);
+    size_t more = p.count - p.terms;
+    ground->k_lb_ft.of = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
+    snprintf(ground->k_lb_ft.reason, PUSH_REASON, "%zu push test%s, %s", p.count,
+             p.count == 1 ? "" : "s",
+             more >= 2      ? "with what places differ"
+             : p.spread > 0 ? "which contradict each other"
+                            : "of these places alone: three tests or more tell how places differ");
+    if (more >= 2)
+        ground->spread = p.spread;
+    if (!two) {
+        untold(&ground->axle_law, "one load alone: test under twice the load of an axle, too");
+        return;
+    }
+    ground->axle_law.of = interval(&p, 1);
+    snprintf(ground->axle_law.reason, PUSH_REASON, "stiffness under %.4g against %.4g lb", high,
+             low);
+}
+
+static void find_unloading(const struct push_readings *readings, struct push_ground *ground)
+{
+    struct pooled p = {.terms = 1};
+    size_t falling = 0;
+    for (size_t i = 0; i < readings->count; i++) {
+        const struct push_interval *rho = &ground->fit[i].unloading;
+        falling += ground->fit[i].falling;
+        if (isnan(rho->value) || !isfinite(rho->high - rho->low))
+            continue;
+        p.y[p.count] = rho->value;
+        p.error[p.count++] = fmax(rho->high - rho->value, rho->value - rho->low) / Z_95;
+    }
+    if (p.count == 0) {
+        untold(&ground->unloading, falling == 0 ? "no unloading: read on the way down, too"
+                                                : "the stiffness is not told either");
+        return;
+    }
+    pool(&p);
+    ground->unloading.of = interval(&p, 0);
+    snprintf(ground->unloading.reason, PUSH_REASON, "readings on the way down of %zu push test%s",
+             p.count, p.count == 1 ? "" : "s");
+}
+
+static double pressing_lb(const struct push_setting *setting, double load_lb)
+{
+    return load_lb + setting->mats * setting->mat_weight_lb;
+}
+
+static void find_friction(const struct push_readings *readings, const struct push_setting *setting,
+                          struct push_ground *ground)
+{
+    struct pooled p = {.terms = 1};
+    double held = 0.0;
+    for (size_t i = 0; i < readings->count; i++) {
+        const struct push_fit *fit = &ground->fit[i];
+        double pressing = pressing_lb(setting, readings->series[i].load_lb);
+        held = fmax(held, (fit->slid ? fabs(fit->limit_lb) : fit->most_lb) / pressing);
+        if (fit->slid == 0)
+            continue;
+        p.y[p.count] = fabs(fit->limit_lb) / pressing;
+        p.error[p.count++] = ground->stretch * setting->gages.force_lb / sqrt((double)fit->slid) /
+                             pressing;
+    }
+    if (p.count == 0) {
+        untold(&ground->friction, "no mat slid: push on until one does, or pull one without load");
+        ground->friction.of.low = held;
+        return;
+    }
+    pool(&p);
+    ground->friction.of = interval(&p, 0);
+    snprintf(ground->friction.reason, PUSH_REASON, "%zu push test%s in which the mat slid", p.count,
+             p.count == 1 ? "" : "s");
+}
+
+/* How much more the readings of all tests scatter than the gages are said to: one pair of gages
+ * read them all. */
+static void find_scatter(size_t count, struct push_ground *ground)
+{
+    double squares = 0.0;
+    size_t freedom = 0;
+    for (size_t i = 0; i < count; i++) {
+        squares += ground->fit[i].chi_square;
+        freedom += ground->fit[i].freedom;
+    }
+    ground->scatter = (double)NAN;
+    ground->stretch = 1.0;
+    if (freedom == 0)
+        return;
+    ground->scatter = sqrt(squares / (double)freedom);
+    ground->poor = squares > mr_chi_square((unsigned)freedom, MR_ONE_IN_1000);
+    ground->stretch = fmax(1.0, ground->scatter * mr_gates_student((unsigned)freedom));
+}
+
+static enum mr_status fit_all(const struct push_readings *readings,
+                              const struct push_setting *setting, double stretch,
+                              struct push_ground *ground, struct error *error)
+{
+    double expected_lb_in = setting->expected_lb_ft * setting->mats / IN_PER_FT;
+    ground->log_odds = 0.0;
+    for (size_t i = 0; i < readings->count; i++) {
+        if (push_fit(&readings->series[i], setting->gages, expected_lb_in, stretch, &ground->fit[i],
+                     error) != MR_OK)
+            return error->status;
+        ground->log_odds += ground->fit[i].log_odds;
+    }
+    return MR_OK;
+}
+
+enum mr_status push_ground_find(const struct push_readings *readings,
+                                const struct push_setting *setting, struct push_ground *ground,
+                                struct error *error)
+{
+    double load_lb = HUGE_VAL;
+    *ground = (struct push_ground){.spread = (double)NAN};
+    ground->fit = calloc(readings->count, sizeof *ground->fit);
+    if (!ground->fit)
+        return error_set(error, MR_FULL, "out of memory: push tests; close other programs");
+    for (size_t i = 0; i < readings->count; i++)
+        load_lb = fmin(load_lb, readings->series[i].load_lb);
+    ground->axle_load_lb = setting->axle_load_lb > 0.0 ? setting->axle_load_lb : load_lb;
+    if (fit_all(readings, setting, 1.0, ground, error) != MR_OK)
+        return error->status;
+    find_scatter(readings->count, ground);
+    if (ground->stretch > 1.0 &&
+        fit_all(readings, setting, ground->stretch, ground, error) != MR_OK)
+        return error->status;
+    if (!isfinite(ground->log_odds))
+        return error_set(error, MR_NUMERICS,
+                         "beyond all numbers: %s: no law comes near these readings; check their "
+                         "units and the gages' errors",
+                         readings->series[0].path);
+    find_stiffness(readings, setting, ground);
+    find_unloading(readings, ground);
+    find_friction(readings, setting, ground);
+    if (ground->log_odds > log(PUSH_ODDS) && ground->untold < readings->count)
+        ground->law = PUSH_ELASTIC;
+    else if (ground->log_odds < -log(PUSH_ODDS))
+        ground->law = PUSH_RIGID;
+    return MR_OK;
+}
+
+void push_ground_free(struct push_ground *ground)
+{
+    free(ground->fit);
+    *ground = (struct push_ground){0};
+}
+
+double push_ground_limit_lb(const struct push_ground *ground, const struct push_setting *setting,
+                            double load_lb)
+{
+    double own = ground->friction.of.value;
+    double friction = !isnan(own) ? own : setting->friction > 0.0 ? setting->friction : (double)NAN;
+    return friction * pressing_lb(setting, load_lb);
+}
