@@ -126,6 +126,8 @@ static double spread(struct playing *playing, enum run_id from, enum run_id to)
 {
     double least = INFINITY, most = 0;
     for (int id = (int)from; id <= (int)to; id++) {
+        if (id == RUN_SOIL_DULL && !playing->fine)
+            continue; /* its damper takes ten times the steps of any other run */
         const struct played *p = play_run(playing, (enum run_id)id);
         if (!p->ok)
             return (double)NAN;

@@ -7,13 +7,17 @@
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar.h"
 
-#define RISEN_FT   0.05
-#define FINE_RTOL  1e-8
-#define STEP_SHARE 2.4 /* of 1 / fastest rate; rk4 is stable to 2.785 */
-#define MOST_STEPS 200000u
-#define W_12FT_LB  160.0 /* of the mat of 12 ft that a scene is a multiple of */
-#define BUMP_FT    0.015625
-#define BUMP38_FT  0.0299
+#define RISEN_FT      0.05
+#define FINE_RTOL     1e-8
+#define STEP_SHARE    2.4 /* of 1 / fastest rate; rk4 is stable to 2.785 */
+#define MOST_STEPS    200000u
+#define LOCATED       8000u /* more steps: switches pile up */
+#define FINER         4.0   /* times, of rk4 where the switches of the accurate method pile up */
+#define W_12FT_LB     160.0 /* of the mat of 12 ft that a scene is a multiple of */
+#define BUMP_FT       0.015625
+#define BUMP38_FT     0.0299
+/* scenes have heights to so much: 0.015 for a half of 0.0299 */
+#define BUMP_DIGIT_FT 1e-4
 
 /* Which raised joints a scene has, and what of it is stated, so that no reading changes it. */
 enum bump { BUMP_NONE, BUMP_36, BUMP_38, BUMP_39, BUMP_310, BUMP_311, BUMP_312, BUMP_STATED };
@@ -56,16 +60,6 @@ static const struct source {
 
 static struct sim_scene loaded[RUNS];
 static int loaded_count;
-
-const char *play_scene_name(enum run_id id)
-{
-    return sources[id].scene;
-}
-
-const struct sim_scene *play_loaded(enum run_id id)
-{
-    return &loaded[id];
-}
 
 enum mr_status play_load(struct error *error)
 {
@@ -173,6 +167,35 @@ struct sim_scene play_scene(enum run_id id, const struct reading *reading, struc
     return scene;
 }
 
+/* A scene in what readings change, lists apart. */
+static bool same_scene(const struct sim_scene *a, const struct sim_scene *b)
+{
+    bool bumps = a->bump_ft.count == b->bump_ft.count;
+    for (size_t i = 0; bumps && i < a->bump_ft.count; i++)
+        bumps = fabs(a->bump_ft.values[i] - b->bump_ft.values[i]) < BUMP_DIGIT_FT;
+    return bumps && a->weight_lb == b->weight_lb && a->v0_ft_s == b->v0_ft_s &&
+           a->vac_ft_s == b->vac_ft_s && a->s0_ft == b->s0_ft && a->mats == b->mats &&
+           a->left == b->left && a->right == b->right && a->force_lb == b->force_lb &&
+           a->cl_lb_s_ft == b->cl_lb_s_ft && a->thrust == b->thrust &&
+           a->friction_law == b->friction_law && a->shear_lb == b->shear_lb &&
+           a->lift_shear == b->lift_shear && a->kv_lb_ft == b->kv_lb_ft &&
+           a->tad_mode == b->tad_mode && a->bump_first == b->bump_first &&
+           fabs(a->t_end_s - sim_scene_end_s(b)) < 1e-9;
+}
+
+enum mr_status play_check_rstar(struct error *error)
+{
+    const struct reading rstar = reading_rstar();
+    for (int id = 0; id < RUNS && error->status == MR_OK; id++) {
+        struct play_room room;
+        struct sim_scene scene = play_scene((enum run_id)id, &rstar, &room);
+        if (!same_scene(&scene, &loaded[id]))
+            error_set(error, MR_LIMIT, "%s: R* of tests/figures/inputs.c is not what it has",
+                      sources[id].scene);
+    }
+    return error->status;
+}
+
 static void take(struct played *played, const struct sim_record *record)
 {
     double before_s = 0, before_ft = 0;
@@ -194,37 +217,79 @@ static void take(struct played *played, const struct sim_record *record)
     }
 }
 
-const struct played *play_run(struct playing *playing, enum run_id id)
+/* One pass of a scene: by the accurate method, or, where that is not asked for or does not end
+ * well, by the one that samples its switches. True: it came to its end. Either way the caller
+ * frees. */
+static bool pass(struct pass_outcome *outcome, const struct sim_scene *scene, bool fine)
 {
-    struct played *played = &playing->run[id];
-    if (played->done)
-        return played;
-    struct play_room room;
-    struct sim_scene scene = play_scene(id, &playing->reading, &room);
     struct model model;
     struct error error = {0};
     const struct sim_options options = {0};
-    struct pass_outcome outcome = {0};
-    struct pass_request request = {.kind = stepper_find(playing->fine ? "event" : "rk4"),
-                                   .rtol = FINE_RTOL,
-                                   .most_steps = MOST_STEPS};
-    *played = (struct played){.done = true, .threshold_ft = planar_bow_threshold_ft(&scene)};
-    if (model_make(&model, &scene, false, &error) != MR_OK)
-        return played;
+    const struct pass_request located = {
+        .kind = stepper_find("event"), .rtol = FINE_RTOL, .most_steps = LOCATED};
+    struct pass_request sampled = {.kind = stepper_find("rk4"), .most_steps = MOST_STEPS};
+    bool ended = false;
+    *outcome = (struct pass_outcome){0};
+    if (model_make(&model, scene, false, &error) != MR_OK)
+        return false;
     double *z = calloc(2 * (size_t)model.size, sizeof *z);
-    if (z) {
+    if (z && fine)
+        ended = pass_run(outcome, &model, &located, &options, &error) == MR_OK &&
+                outcome->status == SIM_OK;
+    if (z && !ended) {
+        pass_free(outcome);
+        error = (struct error){0};
         model_start(&model, z);
-        request.dt_s = STEP_SHARE / model_fastest_rate(&model, z, MODEL_EXPLICIT);
-        if (pass_run(&outcome, &model, &request, &options, &error) == MR_OK &&
-            outcome.status == SIM_OK) {
-            played->ok = true;
-            played->times = (int)scene.t_out_s.count;
-            played->peak_ft = outcome.max_lift_ft;
-            take(played, &outcome.record);
-        }
-        pass_free(&outcome);
+        sampled.dt_s = STEP_SHARE / model_fastest_rate(&model, z, MODEL_EXPLICIT);
+        sampled.dt_s /= fine ? FINER : 1.0;
+        ended = pass_run(outcome, &model, &sampled, &options, &error) == MR_OK &&
+                outcome->status == SIM_OK;
     }
     free(z);
     model_free(&model);
+    return ended;
+}
+
+const struct played *play_run(struct playing *playing, enum run_id id)
+{
+    struct played *played = &playing->run[id];
+    struct play_room room;
+    struct pass_outcome outcome;
+    if (played->done)
+        return played;
+    struct sim_scene scene = play_scene(id, &playing->reading, &room);
+    *played = (struct played){.done = true, .threshold_ft = planar_bow_threshold_ft(&scene)};
+    if (pass(&outcome, &scene, playing->fine)) {
+        played->ok = true;
+        played->times = (int)scene.t_out_s.count;
+        played->peak_ft = outcome.max_lift_ft;
+        take(played, &outcome.record);
+    }
+    pass_free(&outcome);
     return played;
+}
+
+enum mr_status play_profile(struct profile *profile, enum run_id id, const struct reading *reading,
+                            int at, struct error *error)
+{
+    struct play_room room;
+    struct pass_outcome outcome;
+    struct sim_scene scene = play_scene(id, reading, &room);
+    *profile = (struct profile){.t_s = room.t_out_s[at], .mats = scene.mats};
+    profile->wheel_ft = scene.s0_ft + scene.vac_ft_s * profile->t_s;
+    scene.t_end_s = profile->t_s;
+    scene.t_out_s.count = 0;
+    if (pass(&outcome, &scene, true)) {
+        for (int j = 0; j <= scene.mats; j++) {
+            double u = outcome.z[2 * (j < scene.mats ? j : scene.mats - 1) + 1];
+            profile->x_ft[j] = j * scene.length_ft + u;
+            profile->height_ft[j] = -outcome.z[2 * j];
+            profile->station_ft[j] = (j + 0.5) * scene.length_ft;
+            profile->u_ft[j] = u;
+        }
+    } else {
+        error_set(error, MR_NUMERICS, "no profile: %s at %g s", sources[id].scene, profile->t_s);
+    }
+    pass_free(&outcome);
+    return error->status;
 }

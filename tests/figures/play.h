@@ -59,16 +59,28 @@ struct playing {
 
 /* Loads the scenes of host/scenes; play_free releases them. */
 enum mr_status play_load(struct error *error);
+/* MR_LIMIT when R* applied to a scene changes it: then inputs.c or the scene is wrong. */
+enum mr_status play_check_rstar(struct error *error);
 void play_free(void);
-const char *play_scene_name(enum run_id id);
 
 /* The scene of a run by a reading. Its lists stay those of the loaded scene and of `room`. */
 struct play_room {
     double bump_ft[3], t_out_s[PLAY_TIMES];
 };
 struct sim_scene play_scene(enum run_id id, const struct reading *reading, struct play_room *room);
-const struct sim_scene *play_loaded(enum run_id id);
 
 const struct played *play_run(struct playing *playing, enum run_id id);
+
+/* Heights of the nodes and displacements of the mats at the run's time `at` (from 0), for drawing.
+ * MR_NUMERICS when it does not get there. */
+#define PLAY_NODES 162
+struct profile {
+    double t_s, wheel_ft;
+    int mats;
+    double x_ft[PLAY_NODES], height_ft[PLAY_NODES];  /* by node */
+    double station_ft[PLAY_NODES], u_ft[PLAY_NODES]; /* by mat: its centre */
+};
+enum mr_status play_profile(struct profile *profile, enum run_id id, const struct reading *reading,
+                            int at, struct error *error);
 
 #endif
