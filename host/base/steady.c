@@ -20,3 +20,10 @@ int64_t steady_ms(void)
 {
     return (int64_t)(steady_us() / 1000u);
 }
+
+double processor_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
+}

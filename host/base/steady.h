@@ -9,4 +9,7 @@ double steady_s(void);
 int64_t steady_ms(void);
 uint64_t steady_us(void);
 
+/* Processor time that this process has used: other processes do not count. */
+double processor_ms(void);
+
 #endif

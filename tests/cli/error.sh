@@ -56,6 +56,22 @@ page() {
 }
 check "the page is whole and self-contained" page
 
+# The predictor's section: eight of its variants and three steps of the chain's solver; errors are the study's own.
+predictor_page() {
+    mkdir -p "$tmp/pp" && build/tests/error_report/error-report "$tmp/pp" predictor &&
+        [ "$(grep -c '^<tr><td>predictor</td>' "$tmp/pp/index.html")" = 8 ] &&
+        [ "$(grep -c '^<tr><td>fixed</td>' "$tmp/pp/index.html")" = 3 ] && [ "$(grep -c '<svg ' "$tmp/pp/index.html")" = 2 ] &&
+        ! grep -Eqi 'src=|[^a-z](nan|inf)[^a-z]' "$tmp/pp/index.html"
+}
+check "the predictor is on the page beside the chain's solver" predictor_page
+same_errors() { # the page's mean over landings is the JSON's
+    local page json
+    page=$(grep -o '<td>predictor</td><td>four in one</td>.*' "$tmp/pp/index.html" | sed 's/<[^>]*>/ /g' | awk '{ print $7 }')
+    json=$(predictor_json "four in one" own_runway.rms_in)
+    echo "page $page, JSON $json"
+    awk -v a="$page" -v b="$json" 'BEGIN { exit !(a > 0 && a - b < 1e-4 && b - a < 1e-4) }'
+}
+
 # The predictor: the finer, the nearer and the dearer; what is beyond the limit is refused.
 predictor_json() { sqlite3 :memory: "select round(avg(json_extract(l.value, '\$.$2')), 5) from json_each(json_extract(cast(readfile('$tmp/predictor.json') as text), '\$.variants')) v, json_each(json_extract(v.value, '\$.landings')) l where json_extract(v.value, '\$.variant') = '$1'"; }
 falls() { # KEY VARIANT...
@@ -68,6 +84,7 @@ falls() { # KEY VARIANT...
     done
 }
 check "a study of the predictor" eval "$m error --predictor --plot $tmp/p.svg >$tmp/predictor.txt && $m --json error --predictor >$tmp/predictor.json"
+check "with the errors of the study" same_errors
 groups_are_near() { awk -v a="$(predictor_json "four in one" own_runway.rms_in)" 'BEGIN { print a; exit !(a > 0 && a < 0.03) }'; }
 check "every mat errs less than two in one, and that less than the plough" falls own_runway.rms_in plough "two in one" "full, 0.167 ms"
 check "four in one follow the fine chain to 0.03 in rms" groups_are_near

@@ -1,6 +1,8 @@
-/* error-report FOLDER [SCENE...]: error studies of the standard scenes, or of those given, as
- * FOLDER/index.html. Exit 5 when the reference of a scene fails. */
+/* error-report FOLDER [SCENE...]: error studies of the standard scenes, with campaigns' engines and
+ * the onboard predictor; or of the scenes given. FOLDER/index.html. Exit 5 when the reference of a
+ * scene fails. `predictor` in place of scenes: the section of the predictor alone. */
 #include <stdio.h>
+#include <string.h>
 
 #include "host/base/steady.h"
 #include "host/base/output.h"
@@ -81,10 +83,13 @@ int main(int argc, char **argv)
         const char *const *scenes = argc > 2 ? (const char *const *)argv + 2 : standard;
         size_t count = argc > 2 ? (size_t)argc - 2 : sizeof standard / sizeof standard[0];
         fputs(head, out);
-        for (size_t i = 0; i < count && error.status == MR_OK; i++)
+        bool predictor = argc == 3 && strcmp(argv[2], "predictor") == 0;
+        for (size_t i = 0; i < count && !predictor && error.status == MR_OK; i++)
             one_scene(out, scenes[i], &error);
         if (argc == 2 && error.status == MR_OK)
             write_engines(out, "host/campaign/series/standard.json", &error);
+        if ((argc == 2 || predictor) && error.status == MR_OK)
+            write_predictor(out, &error);
         fputs("</body></html>\n", out);
         output_end(&output, &error);
     }

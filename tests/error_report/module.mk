@@ -4,6 +4,6 @@ $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(wildcard tests/e
 test-programs: $(B)/tests/error_report/error-report
 
 .PHONY: error-report
-error-report: $(B)/tests/error_report/error-report ## studies | every solver's error against its run time, seven scenes: build/error-report/index.html
+error-report: $(B)/tests/error_report/error-report ## studies | every solver's error against its run time, seven scenes, engines and predictor: build/error-report/index.html
 	@mkdir -p $(B)/error-report
 	$(B)/tests/error_report/error-report $(B)/error-report

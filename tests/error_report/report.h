@@ -13,6 +13,9 @@ void write_conclusion(FILE *out, const struct error_study *study);
 /* The engines of campaigns on the first landing of a series, as a section. */
 enum mr_status write_engines(FILE *out, const char *series, struct error *error);
 
+/* The onboard predictor beside the chain's solver, as a section. */
+enum mr_status write_predictor(FILE *out, struct error *error);
+
 /* Runs, slopes and cheapest solvers as tables. */
 void write_tables(FILE *out, const struct error_study *study);
 

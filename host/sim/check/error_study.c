@@ -4,8 +4,8 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
+#include "host/base/steady.h"
 #include "host/sim/check/error_work.h"
 #include "host/sim/solvers/pass.h"
 
@@ -54,14 +54,6 @@ struct error_run *error_add(struct error_study *study)
                               .lift_ft = (double)NAN,
                               .max_lift_ft = (double)NAN};
     return run;
-}
-
-/* What this process has used: other processes do not count. */
-static double processor_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
 }
 
 /* outcome->ms becomes processor time. */

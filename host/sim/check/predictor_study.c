@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/predictor.h"
+#include "host/base/steady.h"
 #include "host/sim/check/predictor_cost.h"
 #include "host/sim/sim.h"
 
@@ -42,6 +43,8 @@ static const struct {
                 {"two in one", MR_PREDICTOR_TWO, 1e-3 / 6.0},
                 {"four in one", MR_PREDICTOR_FOUR, 1e-3 / 6.0},
                 {"plough", MR_PREDICTOR_PLOUGH, 1e-3 / 6.0}};
+
+static const double solver_steps_s[PREDICTOR_STUDY_SOLVERS] = {5e-5, 1e-4, 1e-3 / 6.0};
 
 /* The wheel by millisecond. */
 struct gear {
@@ -83,8 +86,9 @@ static void drive(struct gear *gear, size_t k)
     }
 }
 
-static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
-                                 struct error *error)
+/* The chain in double precision. `single`: one pass, as an answer that nothing checks. */
+static enum mr_status run_chain(const struct runway *runway, const struct gear *gear, double dt_s,
+                                bool single, struct sim_result *result, struct error *error)
 {
     static struct sim_path_row rows[NODES_MAX / 5 + 2];
     static double stations_ft[STATIONS];
@@ -109,8 +113,9 @@ static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
     scene.left = scene.right = SIM_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = AFTER_STOP_S;
-    const struct sim_options options = {.dt_s = FINE_S,
-                                        .rtol = 0.5,
+    const struct sim_options options = {.dt_s = dt_s,
+                                        .rtol = single ? 0.0 : 0.5,
+                                        .single = single,
                                         .sample_dt_s = NODE_S,
                                         .station_ft = stations_ft,
                                         .station_count = STATIONS};
@@ -120,13 +125,45 @@ static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
     if (status == MR_OK)
         status = sim_scene_set_path(&scene, rows, count, error);
     if (status == MR_OK)
-        status = sim_run(&scene, &options, &runway->truth, error);
+        status = sim_run(&scene, &options, result, error);
     sim_scene_free(&scene);
-    if (status != MR_OK)
-        return status;
+    return status;
+}
+
+static enum mr_status find_truth(struct runway *runway, const struct gear *gear,
+                                 struct error *error)
+{
+    if (run_chain(runway, gear, FINE_S, false, &runway->truth, error) != MR_OK)
+        return error->status;
     for (int j = 0; j < JOINTS; j++)
         runway->gap_ft[j] = fmin(fmax(runway->truth.gap_ft[j + 1], 0.0), SLACK_FT);
     return MR_OK;
+}
+
+/* What the simulator's own solver does with coarser steps, from the openings of `before_ft`. */
+static enum mr_status run_solver(struct predictor_solver *solver, const struct bench *bench,
+                                 size_t landing, struct error *error)
+{
+    static struct runway runway;
+    struct sim_result coarse = {0};
+    const struct sim_result *truth = &bench->own.truth;
+    struct predictor_error *off = &solver->run[landing].own;
+    double sum = 0.0;
+    memcpy(runway.gap_ft, bench->before_ft, sizeof runway.gap_ft);
+    memcpy(runway.grit_lb, bench->own.grit_lb, sizeof runway.grit_lb);
+    double begin_ms = processor_ms();
+    if (run_chain(&runway, &bench->gear, solver->step_s, true, &coarse, error) == MR_OK) {
+        solver->run[landing].ms = processor_ms() - begin_ms;
+        size_t count = truth->sample_count * STATIONS;
+        for (size_t i = 0; i < count; i++) {
+            double off_in = 12.0 * (coarse.sample_u_ft[i] - truth->sample_u_ft[i]);
+            sum += off_in * off_in;
+            off->most_in = fmax(off->most_in, fabs(off_in));
+        }
+        off->rms_in = sqrt(sum / (double)count);
+    }
+    sim_result_free(&coarse);
+    return error->status;
 }
 
 static struct mr_predictor_config rig(const struct predictor_variant *variant, bool transducers)
@@ -168,6 +205,7 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
     size_t blocks = truth->sample_count - 1;
     off->most_in = 0.0;
     cycles[0] = 0.0;
+    double begin_ms = processor_ms();
     mr_predictor_arm(p);
     for (size_t ms = 0; ms < blocks; ms++) {
         size_t at = ms < gear->nodes ? ms : gear->nodes - 1;
@@ -188,6 +226,7 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
             off->most_in = fmax(off->most_in, fabs(off_in));
         }
     }
+    cost->ms = processor_ms() - begin_ms; /* the comparison is a millisecond of it */
     off->rms_in = sqrt(sum / (double)(blocks * STATIONS));
     cost->updates = p->updates;
     cost->visits = p->visits;
@@ -211,6 +250,7 @@ static void play_both(struct bench *bench, struct predictor_variant *variant,
         state.gap_hmil[j] = (uint16_t)(bench->before_ft[j] * 1.2e6 + 0.5);
     (void)mr_predictor_load(p, &state);
     play(p, &bench->gear, &bench->own.truth, false, &run->own, run);
+    double own_ms = run->ms;
     config = rig(variant, true);
     (void)mr_predictor_start(p, &config);
     if (landing == 0)
@@ -218,6 +258,7 @@ static void play_both(struct bench *bench, struct predictor_variant *variant,
     else
         (void)mr_predictor_load(p, kept);
     play(p, &bench->gear, &bench->other.truth, true, &run->other, run);
+    run->ms = own_ms;
     mr_predictor_fold(p);
     mr_predictor_save(p, kept);
 }
@@ -270,6 +311,10 @@ enum mr_status predictor_study_run(struct predictor_study *study, struct error *
         if (status != MR_OK)
             break;
         status = find_truth(&bench->other, &bench->gear, error);
+        for (size_t i = 0; i < PREDICTOR_STUDY_SOLVERS && status == MR_OK; i++) {
+            study->solver[i].step_s = solver_steps_s[i];
+            status = run_solver(&study->solver[i], bench, k, error);
+        }
         for (size_t i = 0; i < study->count && status == MR_OK; i++) {
             if (!study->variant[i].refused)
                 play_both(bench, &study->variant[i], &bench->kept[i], k);

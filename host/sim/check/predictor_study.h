@@ -8,6 +8,9 @@
  * knows a survey before the first landing and eight transducers at 40 to 110 ft; it carries its own
  * state: what a rig would see.
  *
+ * A solver of the simulator (`fixed`, single passes in double precision) runs the same landings on
+ * `own` at three steps: what the same time buys there.
+ *
  * Cycles: what the predictor counts times the instructions measured on the emulated board
  * (predictor_cost.h). Units in, s. */
 #ifndef MATRIG_HOST_SIM_CHECK_PREDICTOR_STUDY_H
@@ -20,6 +23,7 @@
 
 #define PREDICTOR_STUDY_LANDINGS 5
 #define PREDICTOR_STUDY_VARIANTS 10
+#define PREDICTOR_STUDY_SOLVERS  3
 #define PREDICTOR_STUDY_LIMIT    0.60 /* of 168 MHz, over any second */
 
 struct predictor_error {
@@ -30,6 +34,7 @@ struct predictor_run {
     struct predictor_error own, other;
     double updates, visits, blocks; /* of `other` */
     double cycles;                  /* of the landing */
+    double ms;                      /* processor time of this computer, of `own` */
     double share;                   /* of 168 MHz over the worst second */
 };
 
@@ -41,11 +46,21 @@ struct predictor_variant {
     struct predictor_run run[PREDICTOR_STUDY_LANDINGS];
 };
 
+/* Solver `fixed` on `own`. */
+struct predictor_solver {
+    double step_s;
+    struct {
+        struct predictor_error own;
+        double ms; /* processor time of this computer */
+    } run[PREDICTOR_STUDY_LANDINGS];
+};
+
 struct predictor_study {
     double step_limit_s;                      /* what a step must not exceed */
     double peak_in[PREDICTOR_STUDY_LANDINGS]; /* largest true movement, `other` */
     size_t count;
     struct predictor_variant variant[PREDICTOR_STUDY_VARIANTS];
+    struct predictor_solver solver[PREDICTOR_STUDY_SOLVERS];
 };
 
 /* MR_OK, or what the fine chain says. Takes some seconds. */
