@@ -1,7 +1,7 @@
 /* Parting: mats that come apart in a planar landing. MODIFICATIONS.md, "Joints that come apart".
  *
- * A joint parts when it is turned downwards (v) by `unhinge_deg` or torn in tension (`tear`). Before
- * that it turns freely downwards. The mats' ends are then two: the node stays the left end of the
+ * A joint parts when it is turned downwards (v) by `unhinge_deg` or torn in tension (`tear`).
+ * Before that it turns freely downwards. The mats' ends are then two: the node stays the left end of the
  * mat on the right; the end of the mat on the left has a height of its own, here. Neither tension
  * nor moment passes; compression does while the ends are as high as each other to within
  * `unhinge_lap`. Once they are not they pass over each other (lap), until the joint is open again.

@@ -31,7 +31,7 @@ KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inv
     return mat;
 }
 
-/* What the ground under the right end of mat n pushes with; its own end where the joint is apart. */
+/* What the ground under the right end of mat n pushes with; its own end where that is apart. */
 KERNEL_INLINE double right_soil_lb(const struct model *m, const double *p, const double *v, int n,
                                    bool apart)
 {

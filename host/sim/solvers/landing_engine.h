@@ -86,7 +86,8 @@ bool landing_mat_rests(const struct landing *l, int n);
 /* Tensions of all joints of the sliding part, and the most that each has had. */
 void landing_stretch_joints(struct landing *l);
 
-/* With parting: joints that come apart at t_s; the hinges of the heaving part; its ends' speeds (returns the largest change by the soil) and heights over a step. */
+/* With parting: joints that come apart at t_s; the hinges of the heaving part; its ends' speeds
+ * (returns the largest change by the soil) and heights over a step. */
 void landing_part_joints(struct landing *l, double t_s);
 void landing_shape_ends(struct landing *l);
 double landing_kick_ends(struct landing *l, double h_s);
