@@ -1,12 +1,13 @@
 /* Parting: mats that come apart in a planar landing. MODIFICATIONS.md, "Joints that come apart".
  *
  * A joint parts when it is turned downwards (v) by `unhinge_deg` or torn in tension (`tear`).
- * Before that it turns freely downwards. The mats' ends are then two: the node stays the left end of the
- * mat on the right; the end of the mat on the left has a height of its own, here. Neither tension
- * nor moment passes; compression does while the ends are as high as each other to within
+ * Before that it turns freely downwards. The mats' ends are then two: the node stays the left end
+ * of the mat on the right; the end of the mat on the left has a height of its own, here. Neither
+ * tension nor moment passes; compression does while the ends are as high as each other to within
  * `unhinge_lap`. Once they are not they pass over each other (lap), until the joint is open again.
- * Lapped mats do not bear on each other: each lies on the ground. A mat apart from a neighbour that
- * stands upright (85 degrees) is pushed over: it lies flat, and passes nothing on either side.
+ * Lapped mats do not bear on each other: each lies on the ground. A mat apart from a neighbour
+ * that stands upright (85 degrees) is pushed over: it lies flat, and passes nothing on either
+ * side.
  *
  * Mats, nodes and joints count from 0; heights as in model.h, Y down. One owner; parting_make
  * allocates, parting_free releases. */
