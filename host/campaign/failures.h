@@ -15,4 +15,10 @@
 int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                   const double *met_ft, int met, double failure_ft[CAMPAIGN_FAILURES_MAX]);
 
+/* Where joints come apart during a landing (`unhinged_s`: when, by joint 1..joints; 0: not), those
+ * farther apart than the longest wave of the report (seven panels, 5.6) are failures of their own.
+ * The station of each, and `first_ft` of all, is the joint that came apart first. */
+int failures_apart(const double *unhinged_s, size_t joints, double length_ft,
+                   double failure_ft[CAMPAIGN_FAILURES_MAX], double *first_ft);
+
 #endif

@@ -337,9 +337,10 @@ json_t *campaign_scene_json(const char *file, const json_t *root, struct error *
 static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {
-        "name",        "scene",      "runway",           "aircraft", "engine", "landings", "seeds",
-        "stations_ft", "observed",   "observed_landing", "within",   "needed", "facts",    "awaits",
-        "basis",       "afterwards", "ground",           "elastic",  NULL};
+        "name",       "scene",  "runway",      "aircraft", "engine",
+        "landings",   "seeds",  "stations_ft", "observed", "observed_landing",
+        "within",     "needed", "facts",       "awaits",   "basis",
+        "afterwards", "ground", "elastic",     "parting",  NULL};
     static const char *const grounds[] = {"weightless", "elastic", NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
@@ -350,6 +351,10 @@ static void read_root(const struct keys *r, const json_t *root, struct campaign 
     keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
     keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
     keys_choice(r, "", root, "ground", grounds, 0); /* campaign_scene_json looks at it */
+    const json_t *parting = json_object_get(root, "parting");
+    if (parting && !json_is_boolean(parting))
+        keys_wrong(r, "", "parting", "true or false");
+    c->parting = json_is_true(parting);
     double landing = 0.0, within = 0.0;
     keys_number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
     c->observed_landing = (int)landing;
@@ -432,15 +437,17 @@ void campaign_ground_text(const struct campaign *c, char *text, size_t size)
     size_t lines = s->gear.lines_ft.count > 0 ? s->gear.lines_ft.count : 1;
     for (size_t i = 0; i < lines; i++)
         axles += s->gear.axles.count > 0 ? s->gear.axles.values[i] : 1.0;
+    const char *parts = c->parting ? "; joints come apart" : "";
     if (k > 0.0)
         snprintf(text, size,
                  "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb an axle, "
-                 "%g axles in %zu line%s",
-                 k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s");
+                 "%g axles in %zu line%s%s",
+                 k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s", parts);
     else if (s->wheel_load_lb > 0.0)
-        snprintf(text, size, "Coulomb's law under one axle of %.6g lb", s->wheel_load_lb);
+        snprintf(text, size, "Coulomb's law under one axle of %.6g lb%s", s->wheel_load_lb, parts);
     else
-        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses");
+        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses%s",
+                 parts);
 }
 
 void campaign_free(struct campaign *campaign)

@@ -72,6 +72,11 @@ static void follow_ground(struct runway *r)
     }
 }
 
+static double strength_lb(const struct campaign *c)
+{
+    return c->strength_lb_in * c->strip_ft * IN_PER_FT;
+}
+
 static enum mr_status own_list(struct sim_list *list, struct error *error)
 {
     struct sim_list copy = {0};
@@ -88,6 +93,10 @@ static enum mr_status modify(struct runway *r, const struct campaign_landing *la
     r->mods.torn = (struct sim_list){0};
     mods_free_lists(&r->mods);
     r->mods = landing->scene.mods;
+    if (r->campaign->parting) {
+        r->mods.unhinge_deg = r->campaign->unhinge_deg;
+        r->mods.tear_lb = fmin(r->mods.tear_lb, strength_lb(r->campaign));
+    }
     struct sim_list *lists[MODS_LISTS];
     mods_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
@@ -201,6 +210,19 @@ static void note_waves(const struct runway *r, const struct sim_scene *scene, co
     }
 }
 
+/* Where joints came apart by turning. */
+static void note_parted(const struct runway *r, const struct sim_scene *scene,
+                        const struct sim_result *result, struct campaign_outcome *out)
+{
+    for (size_t j = 1; j <= r->joints && result->mods; j++)
+        out->parted += result->mods->unhinged_s[j] > 0.0;
+    if (out->parted == 0)
+        return;
+    out->unhinged = out->buckled = true;
+    out->failures = failures_apart(result->mods->unhinged_s, r->joints, scene->length_ft,
+                                   out->failure_ft, &out->buckle_ft);
+}
+
 static void note_planar(const struct runway *r, const struct sim_scene *scene,
                         const struct sim_result *result, struct campaign_outcome *out)
 {
@@ -217,6 +239,7 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
         out->rise_in = r->campaign->buckle_in;
         out->failures = 1;
         out->failure_ft[0] = out->buckle_ft;
+        note_parted(r, scene, result, out);
         return;
     }
     note_waves(r, scene, result->rise_ft, out);
@@ -236,14 +259,25 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
                                   out->overruns, out->failure_ft);
     if (out->buckled && out->failures == 0)
         out->failure_ft[out->failures++] = out->buckle_ft;
+    note_parted(r, scene, result, out);
 }
 
-static void note_movement(struct runway *r, const struct sim_scene *scene, const double *u_ft,
-                          struct campaign_outcome *out)
+/* A mat that has come apart from both neighbours is no part of the runway any more. */
+static bool is_loose(const struct sim_result *result, int mat)
+{
+    const struct mods_state *s = result->mods;
+    return s && s->torn[mat] != 0.0 && s->torn[mat + 1] != 0.0;
+}
+
+static void note_movement(struct runway *r, const struct sim_scene *scene,
+                          const struct sim_result *result, struct campaign_outcome *out)
 {
     const struct campaign *c = r->campaign;
+    const double *u_ft = result->u_ft;
     for (int n = 1; n <= r->mats; n++) {
         r->u_ft[n] += u_ft[n];
+        if (is_loose(result, n))
+            continue;
         out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
         double station_ft = (n - 0.5) * scene->length_ft;
         if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft &&
@@ -260,11 +294,11 @@ static void note_movement(struct runway *r, const struct sim_scene *scene, const
 static void note_joints(const struct runway *r, const struct sim_result *result,
                         struct campaign_outcome *out)
 {
-    double strength_lb = r->campaign->strength_lb_in * r->campaign->strip_ft * IN_PER_FT;
+    double most_lb = strength_lb(r->campaign);
     for (size_t j = 0; j < r->joints; j++) {
         out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
         out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
-        out->tears += result->pull_lb[j + 1] > strength_lb;
+        out->tears += result->pull_lb[j + 1] > most_lb;
     }
 }
 
@@ -358,7 +392,7 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
             moved = &planar;
     }
     if (error->status == MR_OK && moved->u_ft) {
-        note_movement(r, &landing->scene, moved->u_ft, out);
+        note_movement(r, &landing->scene, moved, out);
         open_gaps(r, moved->u_ft);
         follow_ground(r);
         note_joints(r, moved, out);

@@ -27,13 +27,15 @@ struct campaign_outcome {
     double wave_ft[CAMPAIGN_WAVES_MAX]; /* stations, highest first */
     double rise_in;                     /* highest */
     double crest_deg, sag_deg;
+    int parted; /* joints that came apart by turning, with parting */
     bool unhinged, buckled;
     /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
     double buckle_ft;
     int overruns;
     /* all such stations, the wheel having left the wave in between */
     double overrun_ft[SIM_OVERRUNS_MAX];
-    /* stretches of mats that rose so far, between mats that did not; at least 1 when buckled */
+    /* stretches of mats that rose so far, between mats that did not, or, with parting, that came
+     * apart; at least 1 when buckled */
     int failures;
     /* stations, downfield: where the wheel first met it, else its crest */
     double failure_ft[CAMPAIGN_FAILURES_MAX];

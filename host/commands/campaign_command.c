@@ -17,6 +17,8 @@ static const struct command_part parts[] = {
         "--ground", "G", ground, "ground", "weightless|elastic",
         "weightless: the gear has thrust and no weight. elastic: axle lines with weight on "
         "ground that gives way (the file's key elastic). Else as the file says"),
+    OPTION_FLAG("--parting", parting,
+                "joints come apart during a landing (the file's key parting)"),
     OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
     OPTION_FLAG("--check", check,
                 "compute everything once more, every mat and both engines in every landing, and "
@@ -32,8 +34,8 @@ static const struct command_part parts[] = {
 const struct command command_campaign = {
     "study",
     study_start,
-    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [-o F.html|F.svg] [--force] [--check] "
-    "[--no-prune]",
+    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [-o F.html|F.svg] "
+    "[--force] [--check] [--no-prune]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),
     {1, 1, "FILE"},

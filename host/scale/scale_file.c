@@ -79,6 +79,7 @@ static const struct scaled_key scaled_keys[] = {
     {"stiff_gap0", {0, 1, 0}},
     {"lay_slide", {1, 0, 0}},
     {"tear", {1, 0, 0}},
+    {"unhinge_lap", {0, 1, 0}},
     {"ground", {0, 1, 0}},
     {"gear_lines_ft", {0, 1, 0}},
     {"gear_foot_ft", {0, 1, 0}},

@@ -125,6 +125,7 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
         campaign_load_on(&campaign, request.path, request.ground, &error) != MR_OK)
         return cli_fail(&error);
+    campaign.parting = campaign.parting || request.parting;
     if (request.seeds)
         campaign.seeds = (size_t)request.seeds;
     struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);

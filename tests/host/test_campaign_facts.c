@@ -110,6 +110,23 @@ static void test_quantities(void **state)
 
 /* Nodes 0.5 ft apart; 3 in is a failure. Drawn: two waves and a low one; what the wheel met of
  * them. */
+/* Joints 3, 5 and 10 came apart in one wave, 5 first; 20 before them, in another. */
+static void joints_apart_are_failures(void **state)
+{
+    (void)state;
+    double unhinged_s[31] = {0}, at_ft[CAMPAIGN_FAILURES_MAX], first_ft = 0.0;
+    assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 0);
+    unhinged_s[3] = 4.2;
+    unhinged_s[5] = 4.1;
+    unhinged_s[10] = 4.3;
+    unhinged_s[20] = 4.0;
+    assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 2);
+    assert_true(at_ft[0] == 2.0 && at_ft[1] == 9.5 && first_ft == 9.5);
+    unhinged_s[17] = 4.4; /* seven mats from both sides: one failure */
+    assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 1);
+    assert_true(at_ft[0] == 9.5);
+}
+
 static void test_failures(void **state)
 {
     /* by node, 1 to 12 */
@@ -199,9 +216,8 @@ static void test_mistakes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_quantities),
-        cmocka_unit_test(test_failures),
-        cmocka_unit_test(test_agreement),
+        cmocka_unit_test(test_quantities), cmocka_unit_test(joints_apart_are_failures),
+        cmocka_unit_test(test_failures),   cmocka_unit_test(test_agreement),
         cmocka_unit_test(test_mistakes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -17,14 +17,14 @@ static void place_state(struct mods_state *s)
     double **per_segment[] = {&s->band_lb, &s->band_least_lb, &s->band_most_lb};
     double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_out, &s->band_mat};
     double **per_cleat[] = {&s->cleat_left, &s->cleat_mat};
-    double **per_joint[] = {&s->stiff_gap_ft, &s->torn};
+    double **per_joint[] = {&s->stiff_gap_ft, &s->torn, &s->unhinged_s};
     for (size_t i = 0; i < 3; i++, at += s->segments)
         *per_segment[i] = at;
     for (size_t i = 0; i < 4; i++, at += s->connections)
         *per_connection[i] = at;
     for (size_t i = 0; i < 2; i++, at += s->cleats)
         *per_cleat[i] = at;
-    for (size_t i = 0; i < 2; i++, at += s->joints + 1)
+    for (size_t i = 0; i < 3; i++, at += s->joints + 1)
         *per_joint[i] = at;
     s->count = (size_t)(at - s->values);
 }
@@ -38,7 +38,7 @@ static struct mods_state *make_state(const struct sim_scene *scene)
         connections += of_group;
         segments += of_group > 0 ? of_group + 1 : 0;
     }
-    size_t count = 3 * segments + 4 * connections + 2 * cleats + 2 * (joints + 1);
+    size_t count = 3 * segments + 4 * connections + 2 * cleats + 3 * (joints + 1);
     struct mods_state *s = calloc(1, sizeof *s + count * sizeof s->values[0]);
     if (!s)
         return NULL;
@@ -104,7 +104,7 @@ enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, stru
             .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
             .stiffened = s->stiff_span > 1,
             .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
-            .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0,
+            .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0 || s->unhinge_deg < HUGE_VAL,
             .mats = scene->mats,
             .cleats = mods_cleats(scene),
             .state = make_state(scene),
@@ -178,7 +178,7 @@ static void reset_joints(struct mods *m)
             m->cap_lb[j] = s->lay_slide_lb * sin(s->lay_deg * RADIANS);
         }
         m->turn_rad[j] = laid_turn_rad(m->scene, j);
-        m->state->torn[j] = 0.0;
+        m->state->torn[j] = m->state->unhinged_s[j] = 0.0;
     }
     for (size_t i = 0; i < s->torn.count; i++)
         m->state->torn[(int)s->torn.values[i]] = 1.0;

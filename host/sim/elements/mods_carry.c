@@ -51,6 +51,7 @@ enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *resu
     if (m->stiff_span > 1 && sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1,
                                                 (size_t)scene->mats + 1, error) != MR_OK)
         return error->status;
-    return m->tear_lb < HUGE_VAL ? set_flagged(&m->torn, s->torn, NULL, s->joints + 1, error)
-                                 : MR_OK;
+    return m->tear_lb < HUGE_VAL || m->unhinge_deg < HUGE_VAL
+             ? set_flagged(&m->torn, s->torn, NULL, s->joints + 1, error)
+             : MR_OK;
 }

@@ -405,8 +405,8 @@ static double stretch_ft(const struct chain *chain, int j)
     double g_ft = chain_opening_ft(chain, j);
     if ((j == 1 && chain->left_free) || (j == chain->mats + 1 && chain->right_free))
         return 0.0;
-    bool torn = chain->joints != JOINT_LINEAR && chain->mods && mods_is_torn(chain->mods, j);
-    if (torn && g_ft > chain->joint.slack_ft)
+    bool torn = chain->mods && mods_is_torn(chain->mods, j);
+    if (torn && g_ft > fmax(0.0, chain->joint.slack_ft))
         return 0.0;
     return joint_stretch_ft(chain->joints, g_ft, chain->joint.slack_ft, chain->reach_ft[j]);
 }

@@ -4,7 +4,8 @@
 #include <stdlib.h>
 
 /* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
- * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in). */
+ * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in), AM2's thickness
+ * (1.5 in). */
 void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
@@ -16,6 +17,8 @@ void mods_defaults(struct sim_mods *mods)
         .stiff_grip_lb = (double)INFINITY,
         .stiff_yield_lb_ft = (double)INFINITY,
         .tear_lb = (double)INFINITY,
+        .unhinge_deg = (double)INFINITY,
+        .unhinge_lap_ft = 1.5 / 12.0,
     };
     for (int g = 0; g < SIM_BAND_GROUPS; g++)
         mods->band[g] = (struct sim_bands){
@@ -58,7 +61,8 @@ bool mods_any(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
     return m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
-           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
+           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0 ||
+           m->unhinge_deg < HUGE_VAL;
 }
 
 int mods_connections(const struct sim_scene *scene, int group)

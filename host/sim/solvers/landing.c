@@ -362,8 +362,9 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->rest_cos = l->tilt_ft + joints;
     lay_ground(l);
     bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
-    if (braced || l->gear) {
-        l->brace_heaves = l->gear ? landing_load_heaves : landing_brace_heaves;
+    m->parting = l->parting;
+    if (braced || l->gear || l->parting) {
+        l->brace_heaves = l->gear ? landing_load_heaves : braced ? landing_brace_heaves : NULL;
         l->brace_lb = l->rest_cos + joints;
         l->brace_lb_ft = l->brace_lb + joints;
         model_brace(m, l->brace_lb, l->brace_lb_ft);
@@ -402,7 +403,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     sim_result_note(result, "error estimate: the larger of twice the difference to the run at "
                             "1.9 times the step and that run's difference to one at 3.6 times");
     if (mods_make(&l.mods, scene, error) == MR_OK && gear_make(&l.gear, scene, error) == MR_OK &&
-        lay_out(&l, error) == MR_OK) {
+        parting_make(&l.parting, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
         if (l.mods)
             mods_describe(l.mods, result);
         run_with(&l, options, result, error);
@@ -410,6 +411,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     result->run_ms = 1e3 * (steady_s() - begin_s);
     mods_free(l.mods);
     gear_free(l.gear);
+    parting_free(l.parting);
     model_free(&l.model);
     free(l.z);
     return error->status;

@@ -2,7 +2,8 @@
  * landing*.c.
  *
  * landing_parts.c follows which mats slide and which heave, landing_joints.c has tensions,
- * landing_kick.c the speeds' change in a step, landing_march.c the steps of one run and what is
+ * landing_kick.c the speeds' change in a step,
+ * landing_parting.c ends of mats that came apart, landing_march.c the steps of one run and what is
  * noted on the way, landing.c the runs and what they are worth. Mats, nodes and joints count from 0
  * as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
@@ -37,10 +38,11 @@ struct landing {
     double *tension_lb;
     double slack_ft;
     enum joint_law joints;
-    struct part slides; /* mats that move along the runway, and one at rest on either side */
-    struct part heaves; /* mats whose nodes are not at rest */
-    struct mods *mods;  /* NULL when the scene has none */
-    struct gear *gear;  /* likewise */
+    struct part slides;      /* mats that move along the runway, and one at rest on either side */
+    struct part heaves;      /* mats whose nodes are not at rest */
+    struct mods *mods;       /* NULL when the scene has none */
+    struct gear *gear;       /* likewise */
+    struct parting *parting; /* likewise, with mods */
 };
 
 struct march {
@@ -83,6 +85,30 @@ bool landing_mat_rests(const struct landing *l, int n);
 
 /* Tensions of all joints of the sliding part, and the most that each has had. */
 void landing_stretch_joints(struct landing *l);
+
+/* With parting: joints that come apart at t_s; the hinges of the heaving part; its ends' speeds
+ * (returns the largest change by the soil) and heights over a step. */
+void landing_part_joints(struct landing *l, double t_s);
+void landing_shape_ends(struct landing *l);
+double landing_kick_ends(struct landing *l, double h_s);
+void landing_move_ends(struct landing *l, double h_s);
+bool landing_settle_ends(struct landing *l, double h_s); /* as the soil's contacts */
+double landing_worst_angle_deg(const struct landing *l, int *mat_from_1);
+/* Mat n stands upright: if it has come apart from a neighbour it is pushed over and lies loose on
+ * the ground. False: it has not. */
+bool landing_topple(struct landing *l, int n, double t_s);
+/* Loose mats that the brakes push get no faster than the aircraft. */
+void landing_hold_back(struct landing *l, const struct sim_wheel *wheel,
+                       const struct sim_touch *touch, int count);
+
+/* Sine of mat n's angle. */
+static inline double landing_slope(const struct landing *l, int n)
+{
+    const struct model *m = &l->model;
+    return (parting_right_y_ft(l->parting, l->z, n) - l->z[2 * n] +
+            (m->tilt_ft ? m->tilt_ft[n] : 0.0)) /
+           m->length_ft;
+}
 
 /* What modifications do in a step, before its kicks: along the runway, and on nodes and joints of
  * the heaving part. */

@@ -29,10 +29,13 @@ void landing_load_heaves(struct landing *l)
         for (int j = l->heaves.first; j <= l->heaves.last + 1; j++)
             l->brace_lb[j] = 0.0;
     }
+    for (int i = 0; l->parting && i < l->parting->count; i++)
+        l->parting->down_lb[l->parting->joint[i]] = 0.0;
     for (int i = 0; i < gear->loaded_count; i++) {
         int n = gear->loaded[i] - 1;
         double half_lb = 0.5 * l->scene->wheel_load_lb * gear->share[n + 1];
+        bool apart = l->parting && l->parting->apart[n + 1];
         l->brace_lb[n] += half_lb;
-        l->brace_lb[n + 1] += half_lb;
+        *(apart ? &l->parting->down_lb[n + 1] : &l->brace_lb[n + 1]) += half_lb;
     }
 }

@@ -12,12 +12,13 @@ static inline struct shortening shortening_of(const struct landing *l, int n)
     if (!m->full || n < l->heaves.first || n > l->heaves.last)
         return (struct shortening){0.0, 0.0};
     const double *p = l->z, *v = l->z + m->size;
-    struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
+    struct kernel_mat mat = l->parting ? kernel_parted_mat(m, p, v, n, 1.0 / m->length_ft)
+                          : m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
                                        : kernel_mat(p, v, n, 1.0 / m->length_ft);
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
-LAW_INLINE void stretch(struct landing *l, enum joint_law law)
+LAW_INLINE void stretch(struct landing *l, enum joint_law law, bool parts)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
@@ -37,6 +38,8 @@ LAW_INLINE void stretch(struct landing *l, enum joint_law law)
         struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
         double t_lb = pulled.lb;
+        if (parts && l->parting->apart[j])
+            t_lb = parting_abuts(l->parting, j, g, p[2 * j]) && t_lb < 0.0 ? t_lb : 0.0;
         if (law == JOINT_GRIT)
             l->reach_ft[j] = pulled.reach_ft;
         l->tension_lb[j] = t_lb;
@@ -46,14 +49,27 @@ LAW_INLINE void stretch(struct landing *l, enum joint_law law)
 }
 
 /* Every law that occurs gets a loop of its own. */
-void landing_stretch_joints(struct landing *l)
+LAW_INLINE void stretch_all(struct landing *l, bool parts)
 {
     if (l->joints == JOINT_LINEAR)
-        stretch(l, JOINT_LINEAR);
+        stretch(l, JOINT_LINEAR, parts);
     else if (l->joints == JOINT_SLACK)
-        stretch(l, JOINT_SLACK);
+        stretch(l, JOINT_SLACK, parts);
     else
-        stretch(l, JOINT_GRIT);
+        stretch(l, JOINT_GRIT, parts);
+}
+
+static __attribute__((noinline)) void stretch_parted(struct landing *l)
+{
+    stretch_all(l, true);
+}
+
+void landing_stretch_joints(struct landing *l)
+{
+    if (l->parting)
+        stretch_parted(l);
+    else
+        stretch_all(l, false);
     if (l->mods && l->mods->jointed) {
         struct mods_view view = landing_view(l);
         mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);

@@ -54,8 +54,12 @@ void landing_brace_heaves(struct landing *l)
 static double soil_limit_lb(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;
-    return m->friction *
-           (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
+    const struct parting *parting = m->parting;
+    double right_lb = !parting || !parting->apart[n + 1] ? kernel_soil_lb(m, z, v, n + 1)
+                    : parting->contact[n + 1]
+                        ? soil_lb(m->kv, m->cv, parting->y_ft[n + 1], parting->v_ft_s[n + 1])
+                        : 0.0;
+    return m->friction * (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, right_lb));
 }
 
 /* A mat under the gear: the ground holds it, up to the Coulomb limit of its load beside its own. */
@@ -154,6 +158,8 @@ static bool settle_contacts(struct landing *l, double h_s)
         changed = changed || pushed != m->contact[j];
         m->contact[j] = pushed;
     }
+    if (l->parting)
+        changed = landing_settle_ends(l, h_s) || changed;
     return changed;
 }
 
@@ -171,5 +177,5 @@ double landing_kick_heaves(struct landing *l, double h_s)
         if (m->contact[j] && fabs(change_ft_s) > jolt_ft_s)
             jolt_ft_s = fabs(change_ft_s);
     }
-    return jolt_ft_s;
+    return l->parting ? fmax(jolt_ft_s, landing_kick_ends(l, h_s)) : jolt_ft_s;
 }

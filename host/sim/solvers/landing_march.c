@@ -75,6 +75,13 @@ static void note_shape(struct landing *l, struct march *march)
         double tilt = j <= l->heaves.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
         double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
         l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
+        if (l->parting) {
+            right = j <= l->heaves.last ? landing_slope(l, j) : 0.0;
+            if (l->parting->apart[j]) {
+                l->rise_ft[j] = fmax(l->rise_ft[j], -l->parting->y_ft[j]);
+                left = right; /* not a joint any more */
+            }
+        }
         if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
             double turn_deg = (asin(right) - asin(left)) * DEGREES;
             if (turn_deg > march->crest_deg) {
@@ -110,7 +117,7 @@ static void note_overrun(const struct landing *l, struct march *march, double li
         note_crest(l, march, lift_ft);
     if (mat < 0)
         return;
-    double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
+    double left_ft = -l->z[2 * mat], right_ft = -parting_right_y_ft(l->parting, l->z, mat);
     int node = (left_ft > right_ft ? mat : mat + 1) + 1;
     bool meets = fmax(left_ft, right_ft) >= lift_ft;
     if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
@@ -127,7 +134,10 @@ LAW_INLINE bool sound(struct landing *l, struct march *march, double t_s)
     for (int n = l->slides.first; n <= l->slides.last; n++)
         sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
     if (l->heaves.last >= l->heaves.first) {
-        double angle = model_worst_angle_deg(m, l->z, &mat);
+        double angle = l->parting ? landing_worst_angle_deg(l, &mat)
+                                  : model_worst_angle_deg(m, l->z, &mat);
+        while (l->parting && angle > FOLDED_DEG && landing_topple(l, mat - 1, t_s))
+            angle = landing_worst_angle_deg(l, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
         note_shape(l, march);
         if (angle > FOLDED_DEG)
@@ -152,6 +162,8 @@ static void begin(struct landing *l, bool prunes)
     memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
     if (l->mods)
         mods_reset(l->mods);
+    if (l->parting)
+        parting_reset(l->parting);
     if (!prunes)
         return;
     landing_stretch_joints(l);
@@ -194,19 +206,27 @@ LAW_INLINE void march_with(struct landing *l, struct march *march,
         if (l->mods)
             landing_brace_slides(l, touch, count, to_s - from_s);
         landing_stretch_joints(l);
+        if (l->parting)
+            landing_part_joints(l, (double)i * h);
         if (heaves) {
             model_look_at(m, l->heaves.first, l->heaves.last);
             model_sample_shape(m, l->z);
+            if (l->parting)
+                landing_shape_ends(l);
             if (l->brace_heaves)
                 l->brace_heaves(l);
         }
         if (heaves)
             march->jolt_ft_s = fmax(march->jolt_ft_s, landing_kick_heaves(l, to_s - from_s));
         march->events += landing_kick_slides(l, touch, count, to_s - from_s);
+        if (l->parting)
+            landing_hold_back(l, l->gear ? &l->gear->line[0] : &wheel, touch, count);
         for (int n = l->slides.first; n <= l->slides.last; n++)
             p[2 * n + 1] += h * v[2 * n + 1];
         for (int j = m->first; heaves && j <= m->last + 1; j++)
             p[2 * j] += h * v[2 * j];
+        if (heaves && l->parting)
+            landing_move_ends(l, h);
         int live = l->slides.last - l->slides.first + 1;
         march->awake_s += live * h;
         march->mats_max = live > march->mats_max ? live : march->mats_max;

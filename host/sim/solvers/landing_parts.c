@@ -66,9 +66,19 @@ static bool node_rests(const struct landing *l, int node)
            fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
+/* The end of a mat that came apart from the next. */
+static bool end_rests(const struct landing *l, int joint)
+{
+    const struct model *m = &l->model;
+    double still_ft_s = (m->tilt_ft ? CALM : QUIET) * sqrt(m->scene->g_ft_s2 * m->length_ft);
+    return fabs(l->parting->v_ft_s[joint]) <= still_ft_s &&
+           (m->tilt_ft || fabs(l->parting->y_ft[joint] - m->rest_y_ft) <= QUIET * m->length_ft);
+}
+
 bool landing_mat_rests(const struct landing *l, int n)
 {
-    return node_rests(l, n) && node_rests(l, n + 1);
+    return node_rests(l, n) && node_rests(l, n + 1) &&
+           (!l->parting || !l->parting->apart[n + 1] || end_rests(l, n + 1));
 }
 
 /* On uneven ground every joint whose force changes lifts or presses its mats. */

@@ -1,0 +1,78 @@
+#include "host/sim/elements/parting.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RADIANS (3.14159265358979323846 / 180.0)
+
+enum mr_status parting_make(struct parting **parting, const struct sim_scene *scene,
+                            struct error *error)
+{
+    size_t joints = (size_t)scene->mats + 2;
+    *parting = NULL;
+    if (!(scene->mods.unhinge_deg < HUGE_VAL))
+        return MR_OK;
+    struct parting *p = calloc(1, sizeof *p);
+    if (p) {
+        *p = (struct parting){.unhinge_rad = scene->mods.unhinge_deg * RADIANS,
+                              .lap_ft = scene->mods.unhinge_lap_ft,
+                              .joint = calloc(joints, sizeof *p->joint),
+                              .apart = calloc(4 * joints, sizeof *p->apart),
+                              .storage = calloc(4 * joints, sizeof *p->storage)};
+    }
+    if (!p || !p->joint || !p->apart || !p->storage) {
+        parting_free(p);
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
+    }
+    p->lapped = p->apart + joints;
+    p->contact = p->lapped + joints;
+    p->gone = p->contact + joints;
+    p->y_ft = p->storage;
+    p->v_ft_s = p->y_ft + joints;
+    p->accel = p->v_ft_s + joints;
+    p->down_lb = p->accel + joints;
+    *parting = p;
+    return MR_OK;
+}
+
+void parting_free(struct parting *p)
+{
+    if (!p)
+        return;
+    free(p->joint);
+    free(p->apart);
+    free(p->storage);
+    free(p);
+}
+
+void parting_reset(struct parting *p)
+{
+    for (int i = 0; i < p->count; i++)
+        p->apart[p->joint[i]] = false;
+    p->count = 0;
+}
+
+void parting_part(struct parting *p, int joint, double y_ft, double v_ft_s)
+{
+    if (p->apart[joint])
+        return;
+    p->joint[p->count++] = joint;
+    p->apart[joint] = true;
+    p->lapped[joint] = p->gone[joint] = false;
+    p->contact[joint] = y_ft > 0.0;
+    p->y_ft[joint] = y_ft;
+    p->v_ft_s[joint] = v_ft_s;
+    p->accel[joint] = p->down_lb[joint] = 0.0;
+}
+
+bool parting_abuts(struct parting *p, int joint, double g_ft, double y_ft)
+{
+    if (p->gone[joint])
+        return false;
+    if (g_ft > 0.0)
+        p->lapped[joint] = false;
+    else if (fabs(p->y_ft[joint] - y_ft) > p->lap_ft)
+        p->lapped[joint] = true;
+    return !p->lapped[joint];
+}
