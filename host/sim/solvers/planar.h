@@ -17,9 +17,9 @@
  * step beyond the stability limit of the equations with every node on the ground is refused before
  * it runs: what it would return can look right.
  *
- * auto: where its first solver makes no progress the other one takes over, then hamming, then fixed
- * (rk4 for the report model): methods that sample what piles up. A landing that no step of fixed
- * decides goes to event and implicit, where they have its laws. */
+ * auto: where its first solver makes no progress the other one takes over, then hamming, which
+ * samples what piles up, then moreau, which settles it. A landing that no step of fixed decides
+ * goes to event and implicit, where they have its laws. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
