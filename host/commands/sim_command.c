@@ -191,7 +191,7 @@ static const struct command_part parts[] = {
                 "Schema of a scene"),
     OPTION_TEXT("--solver", "S", options.solver,
                 "auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, "
-                "hamming for the\n"
+                "hamming, moreau for the\n"
                 "planar models, fixed for the chain. Each answer is checked by a second run"),
     OPTION_NUMBER(
         "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,

@@ -28,6 +28,7 @@ struct pass {
     double *z_until; /* the last step is looked at up to here */
     double until_s;
     double *u, *v, *height; /* by mat, for the record */
+    signed char *modes;     /* contact, torsion and joint after the last step, sampled */
     int stalls;
     int wary;                    /* steps for which the dense output is not believed: see redo */
     struct model_switch flipped; /* last */
@@ -363,6 +364,16 @@ static bool stop_turned(struct pass *p)
     return any;
 }
 
+/* What has changed since the last step, of modes that are sampled. */
+static void count_sampled(struct pass *p)
+{
+    const struct model *m = p->model;
+    size_t length = (size_t)(m->slide - m->contact);
+    for (size_t i = 0; i < length; i++)
+        p->out->sampled += m->contact[i] != p->modes[i];
+    memcpy(p->modes, m->contact, length);
+}
+
 static bool one_step(struct pass *p, double limit_s)
 {
     struct stepper *s = &p->stepper;
@@ -375,7 +386,8 @@ static bool one_step(struct pass *p, double limit_s)
     if (s->kind->samples) {
         keep_until(p, s->t_new_s);
         top(p, s->t_new_s, s->z_new, p->z_event);
-        event = stop_turned(p);
+        event = !s->kind->settles && stop_turned(p);
+        count_sampled(p);
     } else {
         if (!handle_events(p, &event))
             return false;
@@ -457,7 +469,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
     double end_s = sim_scene_end_s(m->scene), begin_s = steady_s();
     struct pass p = {.model = m, .out = out};
     *out = (struct pass_outcome){0};
-    p.storage = calloc(4 * length + 3 * ((size_t)m->mats + 1), sizeof *p.storage);
+    p.storage = calloc(4 * length + 4 * ((size_t)m->mats + 1), sizeof *p.storage);
     out->z = calloc(length, sizeof *out->z);
     if (!p.storage || !out->z) {
         free(p.storage);
@@ -468,6 +480,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
     p.u = p.z_until + length;
     p.v = p.u + m->mats + 1;
     p.height = p.v + m->mats + 1;
+    p.modes = (signed char *)(p.height + m->mats + 1);
     const struct stepper_kind *kind = request->kind;
     if (kind->looser && request->rtol >= kind->looser_rtol)
         kind = kind->looser;

@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "host/base/steady.h"
+#include "host/sim/solvers/apart.h"
 #include "host/sim/solvers/landing.h"
+#include "host/sim/solvers/moreau.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/spread.h"
 
@@ -20,7 +22,6 @@
 #define MOST_AUTO        300000u /* of implicit, when there is nothing else */
 #define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
-#define MOST_LEFT_STEPS  500000.0 /* of the longest, of rk4 when nothing else is left */
 /* where the negative real axis leaves the classical method's stability region */
 #define RK4_REAL         2.785
 #define EXPLICIT_REACH   6.0      /* the same of the order 8 method, about */
@@ -37,6 +38,9 @@
  * error is as large as that. */
 #define CAUTION          2.0
 #define FINER_CAUTION    1.2 /* to a finer one */
+/* Two runs whose numbers of sampled switches differ by so much, and some, do not do the same. */
+#define OTHERWISE        0.1
+#define OTHERWISE_LEAST  4.0
 #define LONGER_CAUTION   4.0 /* the same where the coarser one answers: twice as far off */
 
 bool planar_has_solver(const char *name)
@@ -82,7 +86,9 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
     if (!automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        sim_result_note(result, "friction sign chatters around rest; give stick, its exact form");
+        sim_result_note(
+            result, "auto: friction sign leaves open what holds a mat at rest; taken as stick, its "
+                    "exact form");
     if (steps <= EXPLICIT_STEPS) {
         sim_result_note(
             result,
@@ -153,7 +159,7 @@ enum mr_status planar_deliver(const struct model *m, const double *z, struct sim
     return sim_record_deliver(record, result, error);
 }
 
-static enum mr_status answer(const struct model *m, struct pass_outcome *pass,
+enum mr_status planar_answer(const struct model *m, struct pass_outcome *pass,
                              const struct pass_outcome *other, struct sim_result *result,
                              struct error *error)
 {
@@ -166,31 +172,6 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass,
     result->mats_mean = pass->mats_mean;
     return planar_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s,
                           result, error);
-}
-
-/* How far two complete passes are apart. */
-struct apart {
-    struct sim_difference u;
-    double lift_ft;
-};
-
-static struct apart apart_of(const struct pass_outcome *a, const struct pass_outcome *b)
-{
-    return (struct apart){sim_record_difference(&a->record, &b->record),
-                          fmax(sim_record_lift_difference(&a->record, &b->record),
-                               fabs(a->max_lift_ft - b->max_lift_ft))};
-}
-
-/* False when two passes contradict each other. */
-static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
-                  struct apart apart)
-{
-    double threshold = planar_bow_threshold_ft(m->scene);
-    double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
-    double lift = fmin(a->max_lift_ft, b->max_lift_ft);
-    return apart.u.u_ft <= PLANAR_DISAGREEMENT * peak + 1e-9 * m->length_ft &&
-           apart.lift_ft <= PLANAR_DISAGREEMENT * lift + 0.01 * threshold &&
-           (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
 }
 
 static void widen(struct sim_result *result, struct apart apart, double factor)
@@ -242,10 +223,37 @@ static enum mr_status doubt(struct model *m, const struct sim_options *options, 
     } else if (!longer) {
         widen(result, fine, share);
         widen(result, coarse, runs->coarse_answers ? share : 1.0);
-    } else if (agree(m, &runs->coarse, &runs->third, coarse)) {
+    } else if (apart_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
         widen(result, coarse, share / GRID_RATIO);
     }
     return MR_OK;
+}
+
+/* Switches that are sampled fall otherwise in two runs: something hovers, and each step follows it
+ * in a way of its own, as runs do that are alike by chance. Two finer ones say how far that goes. */
+static enum mr_status linger(struct model *m, const struct sim_options *options,
+                             const struct runs *runs, struct sim_result *result,
+                             struct error *error)
+{
+    struct pass_request request = runs->request;
+    double before = (double)runs->coarse.sampled, after = (double)runs->fine.sampled;
+    if (!request.kind->fixed || fabs(after - before) <= OTHERWISE * before + OTHERWISE_LEAST)
+        return MR_OK;
+    sim_result_note(result, "sampled switches fall otherwise with another step: two finer runs are in the "
+                            "error estimate");
+    for (int i = 0; i < 2 && error->status == MR_OK; i++) {
+        struct pass_outcome pass = {0};
+        request.dt_s /= GRID_RATIO;
+        request.number = ++result->passes;
+        if (pass_run(&pass, m, &request, options, error) == MR_OK && pass.status == SIM_OK) {
+            cost(result, &pass);
+            widen(result, apart_of(&runs->fine, &pass), CAUTION);
+            if (runs->coarse_answers)
+                widen(result, apart_of(&runs->coarse, &pass), CAUTION);
+        }
+        pass_free(&pass);
+    }
+    return error->status;
 }
 
 /* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
@@ -289,9 +297,10 @@ static bool weigh(struct model *m, const struct sim_options *options, struct run
     *where = apart.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
     widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
-    if (!agree(m, a, b, apart))
+    if (!apart_agree(m->scene, a, b, apart))
         return false;
     if (doubt(m, options, runs, result, error) != MR_OK ||
+        linger(m, options, runs, result, error) != MR_OK ||
         feel(m, options, runs, result, error) != MR_OK)
         return false;
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
@@ -323,7 +332,7 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
         runs.request.number = result->passes + 1;
         if (coarse->status == SIM_INTERRUPTED) {
             refuse(result, coarse->status, coarse->mat, coarse->t_s);
-            answer(m, coarse, coarse, result, error);
+            planar_answer(m, coarse, coarse, result, error);
         } else if (result->passes++, pass_run(fine, m, &runs.request, options, error) == MR_OK) {
             cost(result, fine);
             const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
@@ -341,9 +350,9 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
             if (error->status != MR_OK)
                 ;
             else if (coarse_answers)
-                answer(m, coarse, fine, result, error);
+                planar_answer(m, coarse, fine, result, error);
             else
-                answer(m, fine, coarse, result, error);
+                planar_answer(m, fine, coarse, result, error);
         }
     }
     pass_free(coarse);
@@ -402,29 +411,21 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
     return error->status;
 }
 
-/* What is left where both make no progress, as switches pile up: methods that sample them. */
+/* What is left where both make no progress, as switches pile up: hamming samples them, moreau
+ * settles any number of them in a step. */
 static enum mr_status run_left(struct model *m, const struct sim_options *options,
                                struct sim_result *result, struct error *error)
 {
-    struct sim_options fixed = *options;
-    fixed.solver = NULL;
-    fixed.rtol = 0.0;
-    double steps = sim_scene_end_s(m->scene) / result->dt_limit_s;
-    bool lands = m->consistent && (m->law == SIM_STICK || m->law == SIM_NONE);
+    const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
-        const char *next = i == 0 ? stepper_hamming.name : lands ? "fixed" : stepper_rk4.name;
-        if (i == 1 && !lands && !(steps <= MOST_LEFT_STEPS))
-            continue;
         sim_result_note(result, "auto: %s came to %.9g s only; %s instead", result->solver,
-                        result->t_s, next);
+                        result->t_s, kinds[i]->name);
         result->status = SIM_OK;
-        result->solver = next;
+        result->solver = kinds[i]->name;
         if (i == 0)
-            run_adaptive(m, options, &stepper_hamming, true, result, error);
-        else if (lands)
-            landing_run(m->scene, &fixed, result, error);
+            run_adaptive(m, options, kinds[i], true, result, error);
         else
-            run_fixed(m, &fixed, &stepper_rk4, result, error);
+            moreau_run(m, options, result, error);
         if (error->status != MR_OK)
             return error->status;
     }
@@ -439,7 +440,7 @@ static enum mr_status run_auto(struct model *m, const struct sim_options *option
     const struct stepper_kind *other = kind == &stepper_event ? &stepper_implicit : &stepper_event;
     bool last = other == &stepper_event && explicit_steps(m, result) > EXPLICIT_MOST;
     if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
-        result->status != SIM_STEP_UNDERFLOW || m->law == SIM_SIGN)
+        result->status != SIM_STEP_UNDERFLOW)
         return error->status;
     if (!last) {
         result->status = SIM_OK;
@@ -470,6 +471,8 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         free(z);
         return error->status;
     }
+    if (automatic(options) && model.law == SIM_SIGN)
+        model.law = SIM_STICK;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
     const struct stepper_kind *kind = choose(scene, options, rate, result);
@@ -486,6 +489,8 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         error_set(error, MR_USAGE,
                   "no tolerance: solver %s has a fixed step; give --dt, or another solver",
                   kind->name);
+    else if (kind == &stepper_moreau)
+        moreau_run(&model, options, result, error);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
     else if (automatic(options))

@@ -17,15 +17,15 @@
  * step beyond the stability limit of the equations with every node on the ground is refused before
  * it runs: what it would return can look right.
  *
- * auto: where its first solver makes no progress the other one takes over, then hamming, then fixed
- * (rk4 for the report model): methods that sample what piles up. A landing that no step of fixed
- * decides goes to event and implicit, where they have its laws. */
+ * auto: where its first solver makes no progress the other one takes over, then hamming, which
+ * samples what piles up, then moreau, which settles it. A landing that no step of fixed decides
+ * goes to event and implicit, where they have its laws. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
 #include "host/sim/models/model.h"
 #include "host/sim/scene/options.h"
-#include "host/sim/solvers/record.h"
+#include "host/sim/solvers/pass.h"
 
 #define PLANAR_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
 
@@ -40,6 +40,11 @@ double planar_bow_threshold_ft(const struct sim_scene *scene);
 enum mr_status planar_deliver(const struct model *model, const double *z, struct sim_record *record,
                               double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
                               struct error *error);
+
+/* The same of a pass, with what another, shorter or longer one cost. */
+enum mr_status planar_answer(const struct model *model, struct pass_outcome *pass,
+                             const struct pass_outcome *other, struct sim_result *result,
+                             struct error *error);
 
 /* Run a checked scene. MR_OK: look at result->status. The caller frees the result in every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,

@@ -15,6 +15,7 @@ struct stepper_kind {
     const char *name;
     bool samples;       /* switches are looked up at every evaluation instead of located */
     bool samples_shape; /* that, but stick-slip is located */
+    bool settles;       /* samples, and finds within the step who stops */
     bool fixed;         /* the step is given (dt), not chosen */
     bool prunes;        /* may leave out mats at rest */
     bool long_steps;    /* long enough for a mat to slip and stick within one */
@@ -52,7 +53,7 @@ struct stepper {
 };
 
 extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit,
-    stepper_rkgs, stepper_hamming;
+    stepper_rkgs, stepper_hamming, stepper_moreau;
 /* SUNDIALS': only where it is linked, which it is not in matrig but in matrig-study. Weak: its
  * address is NULL elsewhere. */
 extern const struct stepper_kind stepper_cvode __attribute__((weak));

@@ -1,0 +1,439 @@
+/* moreau: time stepping of the velocities with all switches settled within the step, after Moreau
+ * (1988) and Jean (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical
+ * Systems, 2008, chapter 10. No switch is located, so any number of them may fall into a step.
+ *
+ *     M (v1 - v0)/h = force(p_m, v1) + laws that switch     p_m = p0 + h (v0 + v1)/4
+ *     p1 = p0 + h (v0 + v1)/2
+ *
+ * Springs act in the middle of the step (without loss), dampers and all that switches at its end
+ * speeds. The unknown v1 comes from Newton's method with one banded factorisation a round.
+ * What switches is settled with it:
+ *   - Friction. A mat that slides has its C against its way; one that would turn round has v1 = 0
+ *     and a force of at most C. Mats change between the two until all fit (pivoting).
+ *   - Contact, torsion, slack and the apex have the mode of (p_m, v1). One that fits neither on nor
+ *     off, as each drives it to the other, has a share s of its force, 0 < s < 1, with which it
+ *     stays at its edge, sigma = 0: a foot that hovers. s = 0 where sigma < 0, s = 1 where sigma
+ *     > 0. All shares of a step come from projected Gauss-Seidel over what each does to every
+ *     sigma. */
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/models/band.h"
+#include "host/sim/solvers/stepper.h"
+
+#define SHARED_MAX  32 /* switches with a share at once */
+#define ROUNDS      40
+#define HALVINGS    5     /* of a step that does not settle; the last is taken as it is */
+#define FLIPS       3     /* of a switch in a step, before it has a share */
+#define SLIDE_FLIPS 10    /* of a mat in a step; then it stays as it is */
+#define SWEEPS      100   /* of Gauss-Seidel */
+#define CLOSE       1e-11 /* of the speeds, sqrt(g L) among them */
+#define SAME_SHARE  1e-9
+#define SHARE_PART  1e-4
+
+struct shared {
+    struct model_switch which;
+    int on, off; /* its modes */
+    double share, change, sigma;
+    double by[SHARED_MAX]; /* sigma by each share */
+    double *push;          /* size: of accelerations by the share; size: of v1 */
+};
+
+struct work {
+    double *at;    /* (p_m, v1) */
+    double *moved; /* that, with another share */
+    double *rate;  /* size: accelerations in the modes; size: with one switch on */
+    double *pushes[SHARED_MAX];
+    double *mass, *by_p, *by_v, *on_p, *on_v, *off_p, *off_v, *lu, *drift, *step;
+    int *pivot;
+    signed char *was, *flips; /* modes before a look; how often they changed in this step */
+    int apex_flips;
+    struct shared shared[SHARED_MAX];
+    int count;
+};
+
+/* The model's modes, contact to lift, lie one after the other. */
+static size_t modes_length(const struct model *m)
+{
+    return (size_t)(m->lift - m->contact) + (size_t)m->mats + 2;
+}
+
+static enum mr_status make(struct stepper *s, double *more, struct error *error)
+{
+    struct work *w = s->work;
+    size_t size = (size_t)s->model->size;
+    (void)error;
+    w->mass = more;
+    w->by_p = w->mass + MODEL_ROW * size;
+    w->by_v = w->by_p + MODEL_ROW * size;
+    w->on_p = w->by_v + MODEL_ROW * size;
+    w->on_v = w->on_p + MODEL_ROW * size;
+    w->off_p = w->on_v + MODEL_ROW * size;
+    w->off_v = w->off_p + MODEL_ROW * size;
+    w->lu = w->off_v + MODEL_ROW * size;
+    w->drift = w->lu + BAND_WIDTH * size;
+    w->step = w->drift + size;
+    w->pivot = (int *)(w->step + size);
+    w->was = (signed char *)(w->pivot + 2 * size);
+    w->flips = w->was + 4 * sizeof(double) * size;
+    return MR_OK;
+}
+
+static void restart(struct stepper *s)
+{
+    ((struct work *)s->work)->count = 0;
+}
+
+static signed char *mode_of(const struct model *m, struct model_switch which)
+{
+    return which.kind == MODEL_CONTACT ? &m->contact[which.index]
+         : which.kind == MODEL_TORSION ? &m->torsion[which.index]
+                                       : &m->joint[which.index];
+}
+
+/* Everything else that depends on a mode follows, but not who slides. */
+static void set_mode(struct stepper *s, struct model_switch which, int mode, double t_s)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    if (which.kind == MODEL_APEX)
+        m->apex = mode;
+    else
+        *mode_of(m, which) = (signed char)mode;
+    if (which.kind != MODEL_CONTACT && which.kind != MODEL_APEX)
+        return;
+    signed char *slide = w->was + (m->slide - m->contact);
+    memcpy(slide, m->slide, (size_t)m->mats);
+    model_settle(m, t_s, w->at);
+    memcpy(m->slide, slide, (size_t)m->mats);
+}
+
+static void place(const struct stepper *s, double h, const double *v1, double scale,
+                  const double *more, double *at)
+{
+    int size = s->model->size;
+    for (int i = 0; i < size; i++) {
+        double v = v1[i] + (more ? scale * more[i] : 0.0);
+        at[i] = s->z[i] + 0.25 * h * (s->z[size + i] + v);
+        at[size + i] = v;
+    }
+}
+
+static struct shared *share_of(struct work *w, enum model_switch_kind kind, int index)
+{
+    for (int k = 0; k < w->count; k++) {
+        if (w->shared[k].which.kind == kind && w->shared[k].which.index == index)
+            return &w->shared[k];
+    }
+    return NULL;
+}
+
+static void give_share(struct stepper *s, enum model_switch_kind kind, int index, int on, int off)
+{
+    struct work *w = s->work;
+    if (w->count < SHARED_MAX && on != off)
+        w->shared[w->count++] =
+            (struct shared){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
+}
+
+/* Modes of the state `at`; those with a share stay off. Returns how many have changed. */
+static int look(struct stepper *s, double t_s)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    const struct {
+        enum model_switch_kind kind;
+        signed char *modes;
+    } kinds[] = {{MODEL_CONTACT, m->contact}, {MODEL_TORSION, m->torsion}, {MODEL_SLACK, m->joint}};
+    int changed = 0, apex = m->apex;
+    memcpy(w->was, m->contact, modes_length(m));
+    model_sample_shape(m, w->at);
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        signed char *mode = kinds[k].modes, *was = w->was + (mode - m->contact),
+                    *flips = w->flips + (mode - m->contact);
+        for (int j = 0; j <= m->mats; j++) {
+            if (mode[j] == was[j])
+                continue;
+            if (share_of(w, kinds[k].kind, j)) {
+                mode[j] = was[j];
+                continue;
+            }
+            changed++;
+            if (++flips[j] > FLIPS && mode[j] * was[j] == 0) {
+                give_share(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
+                mode[j] = 0;
+            }
+        }
+    }
+    for (int k = 0; k < w->count; k++) { /* may have been sampled as on */
+        if (w->shared[k].which.kind != MODEL_APEX)
+            *mode_of(m, w->shared[k].which) = (signed char)w->shared[k].off;
+    }
+    if (m->shear != SIM_NO_SHEAR && m->apex != apex && m->lifted > 0) {
+        bool has = false;
+        for (int k = 0; k < w->count; k++)
+            has = has || w->shared[k].which.kind == MODEL_APEX;
+        if (!has && ++w->apex_flips > FLIPS)
+            give_share(s, MODEL_APEX, m->apex, m->apex, apex);
+        changed += !has;
+        if (has || w->apex_flips > FLIPS)
+            m->apex = apex;
+    }
+    if (w->count > 0 && m->shear != SIM_NO_SHEAR)
+        set_mode(s, (struct model_switch){MODEL_APEX, m->apex}, m->apex, t_s);
+    return changed;
+}
+
+/* Push and limit of a mat with the shares of what is beside it. */
+static void forces(struct stepper *s, double t_s, int mat, double *push_lb, double *limit_lb)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    *push_lb = model_push_lb(m, t_s, w->at, mat);
+    *limit_lb = model_limit_lb(m, w->at, mat);
+    double push = *push_lb, limit = *limit_lb;
+    for (int k = 0; k < w->count; k++) {
+        struct shared *one = &w->shared[k];
+        bool beside = one->which.index == mat || one->which.index == mat + 1;
+        if (!beside || (one->which.kind != MODEL_CONTACT && one->which.kind != MODEL_SLACK))
+            continue;
+        *mode_of(m, one->which) = (signed char)one->on;
+        *push_lb += one->share * (model_push_lb(m, t_s, w->at, mat) - push);
+        *limit_lb += one->share * (model_limit_lb(m, w->at, mat) - limit);
+        *mode_of(m, one->which) = (signed char)one->off;
+    }
+}
+
+/* Who stops, and who is thrown off. */
+static int look_at_mats(struct stepper *s, double h, double t_s)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    signed char *flips = w->flips + (m->slide - m->contact);
+    int changed = 0;
+    if (m->law != SIM_STICK)
+        return 0;
+    for (int n = 0; n < m->mats; n++) {
+        double v0 = s->z[m->size + 2 * n + 1], v1 = w->at[m->size + 2 * n + 1];
+        signed char way = m->slide[n];
+        if (way != 0 && way * v1 < 0.0) {
+            m->slide[n] = 0;
+        } else if (way == 0) {
+            double push, limit;
+            forces(s, t_s, n, &push, &limit);
+            push += m->mass_slug * v0 / h;
+            if (fabs(push) > limit)
+                m->slide[n] = push > 0.0 ? 1 : -1;
+        }
+        if (m->slide[n] == way)
+            continue;
+        if (flips[n] >= SLIDE_FLIPS) {
+            m->slide[n] = way;
+        } else {
+            flips[n]++;
+            changed++;
+        }
+    }
+    return changed;
+}
+
+/* The matrix of Newton's method for v1 and what is left of the equations, in w->step; accelerations
+ * by each share. False when it cannot be factored. */
+static bool equations(struct stepper *s, double h, double t_s, const double *v1)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    int size = m->size;
+    double *left = w->moved;
+    model_rates(m, t_s, w->at, w->rate);
+    for (int i = 0; i < size; i++)
+        w->drift[i] = (v1[i] - s->z[size + i]) / h;
+    double *slope = w->moved + size; /* dR/dt: not needed */
+    model_linearise(m, t_s, w->at, w->drift, w->mass, w->by_p, w->by_v, slope);
+    memcpy(left, w->rate, (size_t)size * sizeof *left);
+    if (w->count > 0) {
+        memcpy(w->off_p, w->by_p, (size_t)size * MODEL_ROW * sizeof *w->off_p);
+        memcpy(w->off_v, w->by_v, (size_t)size * MODEL_ROW * sizeof *w->off_v);
+    }
+    for (int k = 0; k < w->count; k++) {
+        struct shared *one = &w->shared[k];
+        one->push = w->pushes[k];
+        set_mode(s, one->which, one->on, t_s);
+        model_rates(m, t_s, w->at, one->push);
+        model_linearise(m, t_s, w->at, w->drift, w->mass, w->on_p, w->on_v, slope);
+        set_mode(s, one->which, one->off, t_s);
+        for (int i = 0; i < size; i++) {
+            one->push[i] -= w->rate[i];
+            left[i] += one->share * one->push[i];
+        }
+        /* slopes are those of the modes plus shares of what each adds */
+        for (int i = 0; i < size * MODEL_ROW; i++) {
+            w->by_p[i] += one->share * (w->on_p[i] - w->off_p[i]);
+            w->by_v[i] += one->share * (w->on_v[i] - w->off_v[i]);
+        }
+    }
+    for (int i = 0; i < size; i++)
+        left[i] -= w->drift[i];
+    band_multiply(size, w->mass, left, w->step);
+    band_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
+    for (int n = 0; n < m->mats && m->law == SIM_STICK; n++) {
+        if (m->slide[n] == 0) /* the row is v1/h */
+            w->step[2 * n + 1] = -v1[2 * n + 1] / h;
+    }
+    if (!band_factor(size, w->lu, w->pivot))
+        return false;
+    band_solve(size, w->lu, w->pivot, w->step);
+    for (int k = 0; k < w->count; k++) {
+        double *push = w->shared[k].push;
+        for (int n = 0; n < m->mats && m->law == SIM_STICK; n++)
+            push[2 * n + 1] = m->slide[n] == 0 ? 0.0 : push[2 * n + 1];
+        band_multiply(size, w->mass, push, push + size);
+        band_solve(size, w->lu, w->pivot, push + size);
+    }
+    return true;
+}
+
+/* Shares with which every sigma fits, as far as it is linear in them. Returns the largest change.
+ */
+static double find_shares(struct stepper *s, double h, double t_s, double *v1)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    double most = 0.0;
+    place(s, h, v1, 0.0, NULL, w->moved);
+    for (int j = 0; j < w->count; j++) {
+        w->shared[j].sigma = -model_margin(m, t_s, w->moved, w->shared[j].which);
+        w->shared[j].change = 0.0;
+    }
+    for (int k = 0; k < w->count; k++) {
+        /* sigma has kinks: its slope towards where it is 0 */
+        double part = copysign(SHARE_PART, w->shared[k].sigma);
+        place(s, h, v1, part, w->shared[k].push + m->size, w->moved);
+        for (int j = 0; j < w->count; j++)
+            w->shared[j].by[k] =
+                (-model_margin(m, t_s, w->moved, w->shared[j].which) - w->shared[j].sigma) / part;
+    }
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        double moved = 0.0;
+        for (int j = 0; j < w->count; j++) {
+            struct shared *one = &w->shared[j];
+            double sigma = one->sigma;
+            for (int k = 0; k < w->count; k++)
+                sigma += one->by[k] * w->shared[k].change;
+            /* one that is driven away from its edge is on or off */
+            double share = one->share + one->change;
+            double to = one->by[j] < 0.0  ? share - sigma / one->by[j]
+                      : one->by[j] == 0.0 ? share
+                      : sigma > 0.0       ? 1.0
+                                          : 0.0;
+            to = fmin(fmax(to, 0.0), 1.0);
+            moved = fmax(moved, fabs(to - share));
+            one->change = to - one->share;
+        }
+        if (moved < 0.1 * SAME_SHARE)
+            break;
+    }
+    for (int k = 0; k < w->count; k++) {
+        struct shared *one = &w->shared[k];
+        for (int i = 0; i < m->size; i++)
+            v1[i] += one->change * one->push[m->size + i];
+        one->share += one->change;
+        most = fmax(most, fabs(one->change));
+    }
+    return most;
+}
+
+/* v1 (z_new's second half) over a step of h. False when it does not settle in ROUNDS. */
+static bool settle(struct stepper *s, double h)
+{
+    struct model *m = s->model;
+    struct work *w = s->work;
+    int size = m->size;
+    double t_s = s->t_s + 0.5 * h, scale = sqrt(m->scene->g_ft_s2 * m->length_ft);
+    double *v1 = s->z_new + size;
+    memcpy(v1, s->z + size, (size_t)size * sizeof *v1);
+    memset(w->flips, 0, modes_length(m));
+    w->apex_flips = 0;
+    place(s, h, v1, 0.0, NULL, w->at);
+    look(s, t_s);
+    for (int round = 0; round < ROUNDS; round++) {
+        if (!equations(s, h, t_s, v1))
+            return false;
+        double most = 0.0, speed = scale;
+        for (int i = 0; i < size; i++) {
+            v1[i] += w->step[i];
+            most = fmax(most, fabs(w->step[i]));
+            speed = fmax(speed, fabs(v1[i]));
+        }
+        if (!isfinite(most))
+            return false;
+        double changed = w->count > 0 ? find_shares(s, h, t_s, v1) : 0.0;
+        place(s, h, v1, 0.0, NULL, w->at);
+        int flipped = look(s, t_s);
+        flipped += look_at_mats(s, h, t_s);
+        if (flipped == 0 && most <= CLOSE * speed && changed <= SAME_SHARE)
+            return true;
+    }
+    return false;
+}
+
+/* Shares that have become 0 or 1 are modes again. */
+static void keep_shares(struct stepper *s, double t_s)
+{
+    struct work *w = s->work;
+    int kept = 0;
+    for (int k = 0; k < w->count; k++) {
+        struct shared one = w->shared[k];
+        if (one.share > 0.0 && one.share < 1.0)
+            w->shared[kept++] = one;
+        else
+            set_mode(s, one.which, one.share > 0.0 ? one.on : one.off, t_s);
+    }
+    w->count = kept;
+}
+
+static bool advance(struct stepper *s, double limit_s)
+{
+    struct model *m = s->model;
+    double h = s->dt_s;
+    bool last = s->t_s + h * (1.0 + 1e-9) >= limit_s;
+    if (last)
+        h = limit_s - s->t_s;
+    for (int half = 0; !settle(s, h) && half < HALVINGS; half++) {
+        stepper_reject(s, s->h_s);
+        restart(s);
+        h *= 0.5;
+        last = false;
+    }
+    for (int i = 0; i < m->size; i++)
+        s->z_new[i] = s->z[i] + 0.5 * h * (s->z[m->size + i] + s->z_new[m->size + i]);
+    s->t_new_s = last ? limit_s : s->t_s + h;
+    keep_shares(s, s->t_new_s);
+    return true;
+}
+
+static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+{
+    double h = s->t_new_s - s->t_s, part = (t_s - s->t_s) / h;
+    int size = s->model->size;
+    for (int i = low; i < high; i++) {
+        double v0 = s->z[size + i], more = s->z_new[size + i] - v0;
+        z[i] = s->z[i] + part * h * (v0 + 0.5 * part * more);
+        z[size + i] = v0 + part * more;
+    }
+}
+
+const struct stepper_kind stepper_moreau = {
+    .name = "moreau",
+    .samples = true,
+    .settles = true,
+    .fixed = true,
+    .method = "Moreau and Jean, fixed step, all switches settled within it",
+    .work_bytes = sizeof(struct work),
+    .rows = 3 + SHARED_MAX,
+    .more = 7 * MODEL_ROW + BAND_WIDTH + 12,
+    .make = make,
+    .restart = restart,
+    .advance = advance,
+    .dense = dense,
+};
