@@ -239,8 +239,9 @@ static enum mr_status linger(struct model *m, const struct sim_options *options,
     double before = (double)runs->coarse.sampled, after = (double)runs->fine.sampled;
     if (!request.kind->fixed || fabs(after - before) <= OTHERWISE * before + OTHERWISE_LEAST)
         return MR_OK;
-    sim_result_note(result, "sampled switches fall otherwise with another step: two finer runs are in the "
-                            "error estimate");
+    sim_result_note(result,
+                    "sampled switches fall otherwise with another step: two finer runs are in the "
+                    "error estimate");
     for (int i = 0; i < 2 && error->status == MR_OK; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= GRID_RATIO;
