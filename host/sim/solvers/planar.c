@@ -230,7 +230,8 @@ static enum mr_status doubt(struct model *m, const struct sim_options *options, 
 }
 
 /* Switches that are sampled fall otherwise in two runs: something hovers, and each step follows it
- * in a way of its own, as runs do that are alike by chance. Two finer ones say how far that goes. */
+ * in a way of its own, as runs do that are alike by chance. Two finer ones say how far that
+ * goes. */
 static enum mr_status linger(struct model *m, const struct sim_options *options,
                              const struct runs *runs, struct sim_result *result,
                              struct error *error)
