@@ -4,12 +4,12 @@
 . "$(dirname "$0")/tap.sh"
 study() { build/tests/stability/stability --every 40 "$tmp" >"$tmp/summary.txt" || { cat "$tmp/summary.txt"; false; }; }
 check "no answer is contradicted, nothing crashes" study
-most_answered() {
+most_answered() { # three of them hover, and no other method answers those that moreau settles
     awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i }
         NR > 1 { ok += $column["auto"] == "ok"
                  seen += $column["auto"] == "ok" && ($column["event"] $column["implicit"] $column["cvode"] ~ /ok/) }
         END { print NR - 1 " scenes, " ok " answered, " seen " of them by another solver too"
-              exit !(NR == 51 && ok >= 40 && seen >= 0.9 * ok) }' "$tmp/table.csv"
+              exit !(NR == 51 && ok >= 45 && seen >= 40) }' "$tmp/table.csv"
 }
 check "most scenes are answered, most answers are confirmed" most_answered
 landings() { build/tests/stability/stability --fixed --every 125 "$tmp" >"$tmp/landings.txt" || { cat "$tmp/landings.txt"; false; }; }
