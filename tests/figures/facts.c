@@ -124,7 +124,7 @@ static double falls_back(struct playing *playing)
 
 static double spread(struct playing *playing, enum run_id from, enum run_id to)
 {
-    double least = INFINITY, most = 0;
+    double least = (double)INFINITY, most = 0;
     for (int id = (int)from; id <= (int)to; id++) {
         if (id == RUN_SOIL_DULL && !playing->fine)
             continue; /* its damper takes ten times the steps of any other run */

@@ -199,7 +199,7 @@ enum mr_status play_check_rstar(struct error *error)
 static void take(struct played *played, const struct sim_record *record)
 {
     double before_s = 0, before_ft = 0;
-    played->rise_s = INFINITY;
+    played->rise_s = (double)INFINITY;
     for (size_t i = 0; i < record->snapshot_count; i++) {
         const struct sim_snapshot *shot = &record->snapshots[i];
         if (shot->lift_ft >= RISEN_FT && isinf(played->rise_s))
