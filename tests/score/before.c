@@ -384,13 +384,12 @@ static double value_of(unsigned way, const struct ranked *ranked, const double *
 }
 
 /* Area of the landings of some series, drawn with replacement (`pick`) or all. */
-static double area(const struct ranked *ranked, size_t count, unsigned from, unsigned series,
-                   const unsigned *times, unsigned way, const double *weight, bool later)
+static double area(const struct ranked *ranked, size_t count, unsigned from, const unsigned *times,
+                   unsigned way, const double *weight, bool later)
 {
     static float rank[200000];
     static bool event[200000];
     size_t n = 0;
-    (void)series;
     for (size_t i = 0; i < count; i++) {
         for (unsigned t = 0; t < (times ? times[ranked[i].series - from] : 1u); t++) {
             if ((later && ranked[i].landing == 1) || n == 200000)
@@ -418,17 +417,17 @@ static void print_areas(const struct ranked *ranked, size_t count, unsigned from
         memset(times, 0, series * sizeof *times);
         for (unsigned s = 0; s < series; s++)
             times[(unsigned)(score_uniform(&state) * series)]++;
-        double own = area(ranked, count, from, series, times, BY_ENSEMBLE, weight, later);
+        double own = area(ranked, count, from, times, BY_ENSEMBLE, weight, later);
         for (unsigned w = 1; w < WAYS; w++)
-            lead[w][d] = own - area(ranked, count, from, series, times, w, weight, later);
+            lead[w][d] = own - area(ranked, count, from, times, w, weight, later);
     }
     for (unsigned w = 0; w < WAYS; w++) {
-        double all = area(ranked, count, from, series, NULL, w, weight, later);
+        double all = area(ranked, count, from, NULL, w, weight, later);
         printf("  %-42s %.3f", way_names[w], all);
         if (w) {
             qsort(lead[w], BOOTSTRAPS, sizeof lead[w][0], by_size);
             printf("   ensemble's lead %+.3f (%+.3f to %+.3f)",
-                   area(ranked, count, from, series, NULL, BY_ENSEMBLE, weight, later) - all,
+                   area(ranked, count, from, NULL, BY_ENSEMBLE, weight, later) - all,
                    lead[w][BOOTSTRAPS / 40], lead[w][BOOTSTRAPS - BOOTSTRAPS / 40 - 1]);
         }
         printf("\n");
