@@ -87,23 +87,26 @@ static inline float pull(struct mr_chain *chain, const struct law *law, unsigned
                          float opening_ft_s)
 {
     float reach_ft = chain->reach_ft[j];
-    if (g_ft >= reach_ft && g_ft <= law->slack_ft) {
-        chain->reach_ft[j] = g_ft;
-        return 0.0f;
-    }
-    float damper_lb = law->cl_lb_s_ft * opening_ft_s;
-    if (g_ft > law->slack_ft) {
+    /* A reach is never beyond the slack, so that most joints are settled by two comparisons. */
+    if (g_ft >= reach_ft) {
+        if (g_ft <= law->slack_ft) {
+            chain->reach_ft[j] = g_ft;
+            return 0.0f;
+        }
         chain->reach_ft[j] = law->slack_ft;
-        return law->kl_lb_ft * (g_ft - law->slack_ft) + damper_lb;
+        return law->kl_lb_ft * (g_ft - law->slack_ft) + law->cl_lb_s_ft * opening_ft_s;
     }
+    if (!(reach_ft > 0.0f))
+        return g_ft < 0.0f ? law->kl_lb_ft * g_ft + law->cl_lb_s_ft * opening_ft_s : 0.0f;
+    float damper_lb = law->cl_lb_s_ft * opening_ft_s;
     float grit_lb = chain->grit_lb[j];
     float held_lb = law->kl_lb_ft * (g_ft - reach_ft);
-    if (reach_ft > 0.0f && held_lb >= -grit_lb) {
+    if (held_lb >= -grit_lb) {
         float kept_lb = held_lb + damper_lb;
         return kept_lb < -grit_lb ? -grit_lb : kept_lb > 0.0f ? 0.0f : kept_lb;
     }
     float yielded_ft = g_ft + grit_lb / law->kl_lb_ft;
-    if (reach_ft > 0.0f && yielded_ft > 0.0f) {
+    if (yielded_ft > 0.0f) {
         chain->reach_ft[j] = yielded_ft;
         return -grit_lb;
     }
