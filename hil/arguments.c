@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/decimal.h"
 #include "hil/board/precious.h"
 #include "hil/core/time.h"
 #include "hil/periph/board_type.h"
@@ -114,8 +115,8 @@ void hil_complain(const char *format, ...)
 
 static bool parse_number(const char *text, double low, double high, double *value)
 {
-    char *end;
-    *value = strtod(text, &end);
+    const char *end;
+    *value = mr_decimal_read(text, &end);
     return end != text && !*end && *value >= low && *value <= high;
 }
 
@@ -174,12 +175,12 @@ static bool parse_times(struct hil_arguments *a, const char *text)
 /* Degrees, and degrees per hour behind a comma. */
 static bool parse_temperature(struct hil_arguments *a, const char *text)
 {
-    char *end;
+    const char *end;
     a->options.temperature_c = (double)NAN;
     a->options.temperature_c_per_h = 0.0;
     if (strcmp(text, "none") == 0)
         return true;
-    a->options.temperature_c = strtod(text, &end);
+    a->options.temperature_c = mr_decimal_read(text, &end);
     if (end == text || !(a->options.temperature_c >= -60.0 && a->options.temperature_c <= 150.0))
         return false;
     return !*end ||
@@ -192,8 +193,8 @@ static bool parse_camera(struct hil_arguments *a, const char *text)
     double value[3] = {0.0, 0.0, 0.0};
     const double most[3] = {1e5, 1e6, 1e6};
     for (unsigned i = 0; i < 3; i++) {
-        char *end;
-        value[i] = strtod(text, &end);
+        const char *end;
+        value[i] = mr_decimal_read(text, &end);
         if (end == text || (*end && *end != ',') ||
             !(value[i] >= (i ? 0.0 : 0.01) && value[i] <= most[i]))
             return false;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/decimal.h"
 #include "hil/core/elf.h"
 #include "hil/core/file_place.h"
 #include "hil/core/time.h"
@@ -42,9 +43,9 @@ static bool take(struct reader *r, const char *word)
 
 static bool number(struct reader *r, double low, double high, double *value)
 {
-    char *end;
+    const char *end;
     const char *text = peek(r);
-    *value = strtod(text, &end);
+    *value = mr_decimal_read(text, &end);
     if (end == text || *end || !(*value >= low && *value <= high))
         return false;
     r->next++;

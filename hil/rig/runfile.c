@@ -8,6 +8,7 @@
 
 #include "common/command.h"
 #include "common/crc32.h"
+#include "common/decimal.h"
 #include "hil/core/file_place.h"
 
 #define FILE_MAX     (256u * 1024u * 1024u)
@@ -61,10 +62,10 @@ static char *word(char **p)
 static bool number(char **p, double *value)
 {
     char *text = word(p);
-    char *end;
+    const char *end;
     if (!text)
         return false;
-    *value = strtod(text, &end);
+    *value = mr_decimal_read(text, &end);
     return *end == '\0' && isfinite(*value);
 }
 
@@ -158,8 +159,8 @@ static enum mr_status read_gaps(struct reader *r, char *p, double *gap_in, unsig
 {
     char *text;
     while ((text = word(&p)) != NULL) {
-        char *end;
-        double value = strtod(text, &end);
+        const char *end;
+        double value = mr_decimal_read(text, &end);
         if (*end || !isfinite(value))
             return refuse(r, MR_MALFORMED, "`%s` is no joint gap in inches", text);
         if (*count == HIL_RUN_JOINTS)

@@ -8,7 +8,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 
 int cli_fail(const struct error *error)
 {
@@ -22,7 +22,7 @@ enum mr_status cli_number(const char *text, const char *what, double low, double
                           double *value, struct error *error)
 {
     const char *end;
-    double number = decimal_read(text, &end);
+    double number = mr_decimal_read(text, &end);
     if (end == text || *end != '\0' || !isfinite(number))
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
                          text, what, low > 1.0 ? low : 1.0);

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/base/run.h"
 #include "host/base/units.h"
 
@@ -99,7 +99,7 @@ static enum mr_status read_number(const struct parsing *p, const struct command_
 {
     const char *end;
     const char *bare = p->cli->si && option->unit_si ? option->unit_si : option->unit;
-    double number = decimal_read(text, &end), factor = 1.0, shown = 1.0;
+    double number = mr_decimal_read(text, &end), factor = 1.0, shown = 1.0;
     const char *unit = end;
     while (isspace((unsigned char)*unit))
         unit++;

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/calibrate/column.h"
 
 #define BLANKS          " \t\r\n"
@@ -37,10 +37,10 @@ static enum mr_status complain(const struct reader *r, enum mr_status status, co
 static bool is_names(const char *line, const char *comma)
 {
     const char *end;
-    (void)decimal_read(line, &end);
+    (void)mr_decimal_read(line, &end);
     if (end != line)
         return false;
-    (void)decimal_read(comma + 1, &end);
+    (void)mr_decimal_read(comma + 1, &end);
     return end == comma + 1;
 }
 
@@ -106,7 +106,7 @@ bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_wo
                      double *value)
 {
     const char *end;
-    *value = decimal_read(text, &end);
+    *value = mr_decimal_read(text, &end);
     if (end == text || !isfinite(*value))
         return false;
     end += strspn(end, BLANKS);
@@ -121,7 +121,7 @@ bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_wo
 static bool read_code(const char *text, double *code)
 {
     const char *end;
-    *code = decimal_read(text, &end);
+    *code = mr_decimal_read(text, &end);
     return end != text && isfinite(*code) && end[strspn(end, BLANKS)] == '\0';
 }
 

@@ -8,7 +8,7 @@
 
 #include "host/analyse/banddesign.h"
 #include "host/base/answer.h"
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/commands/commands.h"
 #include "host/base/units.h"
 
@@ -116,7 +116,7 @@ static enum mr_status read_value(const struct input *input, const char *text, do
 {
     const char *end;
     char names[160] = "";
-    double number = decimal_read(text, &end);
+    double number = mr_decimal_read(text, &end);
     if (end == text || !isfinite(number))
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; give a number and a unit",
                          text, input->name);

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/base/units.h"
@@ -77,7 +77,7 @@ static enum mr_status read_number(const char *text, const char *name, struct val
     char number[40];
     double factor = 1.0;
     const char *end;
-    (void)decimal_read(text, &end);
+    (void)mr_decimal_read(text, &end);
     const char *own = value->quantity->unit, *unit = end + strspn(end, " ");
     size_t length = (size_t)(end - text);
     if (length == 0 || length >= sizeof number || !*unit) /* none, or a mistake: told in full */

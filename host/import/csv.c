@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/import/stray.h"
 
 #define FIELDS_MAX 1024u
@@ -138,7 +138,7 @@ static bool take_number(const struct mapping *m, struct field field, double *val
     }
     digits[field.length] = '\0';
     const char *end;
-    *value = decimal_read(digits, &end);
+    *value = mr_decimal_read(digits, &end);
     return *end == '\0' && isfinite(*value);
 }
 

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 
 #define IN_PER_MM  (1.0 / 25.4)
 #define AGAIN_IN   0.015  /* three reading errors: a repeated reading is the same */
@@ -34,7 +34,7 @@ static bool parse_number(const char *text, bool si, double *value_in)
     const char *end;
     if (comma)
         *comma = '.'; /* as some calipers type it */
-    double value = decimal_read(number, &end);
+    double value = mr_decimal_read(number, &end);
     const char *unit = skip_space(text + length);
     bool mm = strncmp(unit, "mm", 2) == 0 && is_end(unit + 2),
          in = strncmp(unit, "in", 2) == 0 && is_end(unit + 2);

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/base/units.h"
 
 #define LINE_MAX_BYTES  2000
@@ -113,7 +113,7 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
     if (!isnan(sheet->value_in[at]))
         return error_set(error, MR_MALFORMED, "%s %s %s stands twice: %s, line %zu; leave one out",
                          text[KIND], text[LINE], text[PLACE], path, line);
-    double value = decimal_read(text[READING], &end) * (mm ? 1.0 / 25.4 : 1.0);
+    double value = mr_decimal_read(text[READING], &end) * (mm ? 1.0 / 25.4 : 1.0);
     if (end == text[READING] || *end != '\0' || !(fabs(value) <= READING_MOST_IN))
         return error_set(error, MR_MALFORMED,
                          "not a reading, '%s': %s, line %zu; write a number, or nothing",

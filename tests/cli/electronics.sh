@@ -32,5 +32,6 @@ check "a seed is a board" a_seed_is_a_board
 check "what is stated of landing 5 holds on drawn boards" stated_errors_hold
 check "stated errors of a tenth do not hold, and that is told" a_tenth_does_not_hold
 check "a supply beyond the chip's" fails_with 2 '--vdda cannot be `2.6`' build/matrig-board --vdda 2.6
+check "a supply in hexadecimal" fails_with 2 '--vdda cannot be `0x3`' build/matrig-board --vdda 0x3
 check "a board that is no number" fails_with 2 '--board-seed cannot be `x`' build/matrig-board --board-seed x
 finish

@@ -147,6 +147,7 @@ static void test_malformed(void **state)
     } cases[] = {
         {"landing 5", "lending 5", "test.run:4: unknown keyword `lending`"},
         {"duration_s 1.5", "duration_s no!", "test.run:5"},
+        {"duration_s 1.5", "duration_s 0x1", "test.run:5"},
         {"switch 3 12.5", "switch 9 12.5", "switch 3 of 24"},
         {"0.123456789", "0.12345678x", "test.run:9"},
         {"can survey 3 0.305", "can survey x 0.305", "no command"},

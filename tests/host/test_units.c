@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 #include "host/base/units.h"
 
 static void numbers_are_decimal(void **state)
@@ -28,11 +28,11 @@ static void numbers_are_decimal(void **state)
     const char *end;
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        assert_true(decimal_read(cases[i].text, &end) == cases[i].value);
+        assert_true(mr_decimal_read(cases[i].text, &end) == cases[i].value);
         assert_int_equal(end - cases[i].text, cases[i].length);
     }
     for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
-        assert_true(decimal_read(none[i], &end) == 0.0);
+        assert_true(mr_decimal_read(none[i], &end) == 0.0);
         assert_ptr_equal(end, none[i]);
     }
 }
@@ -52,7 +52,7 @@ static void as_the_library_reads_them(void **state)
             text[i] = letters[(random >> 16) % (sizeof letters - 1)];
         }
         text[sizeof text - 1] = '\0';
-        double wanted = strtod(text, &library), value = decimal_read(text, &end);
+        double wanted = strtod(text, &library), value = mr_decimal_read(text, &end);
         assert_ptr_equal(end, library);
         assert_memory_equal(&value, &wanted, sizeof value);
     }

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 
 #define M_PER_FT 0.3048
 #define N_PER_LB 4.4482216152605 /* both exact */
@@ -40,7 +40,7 @@ bool sim_unit_read(const struct sim_key *key, const char *text, double *value)
 {
     const char *end;
     double factor = 1.0;
-    *value = decimal_read(text, &end);
+    *value = mr_decimal_read(text, &end);
     if (end == text)
         return false;
     end += strspn(end, " ");

@@ -1,4 +1,4 @@
-#include "host/base/decimal.h"
+#include "common/decimal.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static size_t extent(const char *text)
     return digits ? n : 0;
 }
 
-double decimal_read(const char *text, const char **end)
+double mr_decimal_read(const char *text, const char **end)
 {
     const char *number = text + strspn(text, " \t\n\v\f\r");
     size_t length = extent(number);

@@ -3,11 +3,11 @@
  *     [blanks] [+|-] digits [. digits] [(e|E) [+|-] digits]        also ".5" and "5."
  *
  * Decimal only: no hexadecimal, inf or nan. What stands behind is the caller's: a unit, an end. */
-#ifndef MATRIG_HOST_BASE_DECIMAL_H
-#define MATRIG_HOST_BASE_DECIMAL_H
+#ifndef MATRIG_COMMON_DECIMAL_H
+#define MATRIG_COMMON_DECIMAL_H
 
 /* `*end`: behind the number; `text` itself when there is none, and the value is 0. Too large:
  * infinite. */
-double decimal_read(const char *text, const char **end);
+double mr_decimal_read(const char *text, const char **end);
 
 #endif
