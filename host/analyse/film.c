@@ -3,15 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/base/ordered.h"
+
 #define PERIODS_MOST 1e9 /* of a gap, whatever a damaged time says */
 /* steps on each side whose median is the period: half of them may be gaps */
 #define AROUND       7u
-
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* Median of the steps from `from` to `to`. A gap of n periods is n steps, so a shorter one is taken
  * where there are two. */
@@ -21,7 +17,7 @@ static double median_step(const double *t_us, size_t from, size_t to)
     size_t count = 0;
     for (size_t i = from; i < to; i++)
         step_us[count++] = t_us[i + 1] - t_us[i];
-    qsort(step_us, count, sizeof *step_us, ascending);
+    order_numbers(step_us, count);
     return step_us[(count - 1) / 2];
 }
 

@@ -1,7 +1,8 @@
 #include "host/compare/align.h"
 
 #include <math.h>
-#include <stdlib.h>
+
+#include "host/base/ordered.h"
 
 /* where the stop has no error: as much as the last edges before it are apart, about */
 #define STOP_UNKNOWN_S 0.1
@@ -18,18 +19,12 @@ static double reach_s(const struct sim_scene *scene, double station_ft)
     return (double)NAN;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void find_offset(struct compare_alignment *a)
 {
     double late_s[MR_GATES_MAX], squares = 0.0;
     for (size_t i = 0; i < a->edges; i++)
         late_s[i] = a->simulated_s[i] - a->measured_s[i];
-    qsort(late_s, a->edges, sizeof *late_s, by_value);
+    order_numbers(late_s, a->edges);
     a->offset_s = 0.5 * (late_s[(a->edges - 1) / 2] + late_s[a->edges / 2]);
     for (size_t i = 0; i < a->edges; i++)
         squares += (late_s[i] - a->offset_s) * (late_s[i] - a->offset_s);

@@ -7,6 +7,7 @@
 #include "common/boardtime.h"
 #include "common/channels.h"
 #include "host/analyse/measured.h"
+#include "host/base/ordered.h"
 #include "host/export/origin.h"
 #include "host/link/link.h"
 
@@ -43,12 +44,6 @@ struct work {
 
 /* ---- time ---- */
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Median time between samples; NaN: fewer than two. */
 static double usual_step_s(const struct series *series)
 {
@@ -59,7 +54,7 @@ static double usual_step_s(const struct series *series)
         return (double)NAN;
     for (size_t i = 0; i + 1 < series->count; i++)
         step[i] = series->time_s[i + 1] - series->time_s[i];
-    qsort(step, series->count - 1, sizeof *step, by_size);
+    order_numbers(step, series->count - 1);
     double median = step[(series->count - 1) / 2];
     free(step);
     return median;

@@ -2,8 +2,9 @@
 
 #include <math.h>
 #include <stdbool.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "host/base/ordered.h"
 
 #define STAMP_US       0.5 /* half the grain of the host's stamps */
 #define LEAST_SCALE_US 1e-3
@@ -59,12 +60,6 @@ static size_t lower_hull(const struct point *point, size_t n, struct point *hull
         hull[count++] = point[i];
     }
     return count;
-}
-
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 /* The line below all points that is least below them on average: the hull's edge over the mean
@@ -198,7 +193,7 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
     for (size_t i = 0; i < n; i++)
         over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_s);
-    qsort(over_us, n, sizeof *over_us, ascending);
+    order_numbers(over_us, n);
     fit->spread_us = over_us[n / 2];
     size_t m = strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));

@@ -4,6 +4,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "host/base/ordered.h"
+
 #define LEAST_POINTS 8
 #define DRAWS        1000
 
@@ -44,15 +46,9 @@ static struct pair pair_of(const double *values, size_t points, size_t key, cons
                          total / (double)count / twice_variance};
 }
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 static void bound(struct sweep_index *index, double *drawn, size_t count)
 {
-    qsort(drawn, count, sizeof *drawn, by_size);
+    order_numbers(drawn, count);
     index->low = count ? drawn[(size_t)(0.025 * (double)count)] : (double)NAN;
     index->high = count ? drawn[(size_t)(0.975 * (double)count)] : (double)NAN;
 }

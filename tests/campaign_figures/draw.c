@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host/base/html.h"
+#include "host/base/ordered.h"
 #include "host/base/svg.h"
 #include "host/base/svg_words.h"
 #include "tests/campaign_figures/figures.h"
@@ -60,12 +61,6 @@ struct bundle {
     size_t runways;
 };
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 static void bundle_curve(struct bundle *bundle, const struct figure *figure,
                          const struct figure_run *run, size_t curve)
 {
@@ -80,7 +75,7 @@ static void bundle_curve(struct bundle *bundle, const struct figure *figure,
         size_t n = bundle->runways;
         for (size_t i = 0; i < n; i++)
             column[i] = moved[i][k];
-        qsort(column, n, sizeof *column, ascending);
+        order_numbers(column, n);
         bundle->x_ft[k] = c->stations_ft[k] + figure->zero_ft;
         bundle->low[k] = column[0];
         bundle->middle[k] = 0.5 * (column[(n - 1) / 2] + column[n / 2]);

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/base/ordered.h"
 #include "host/campaign/summary.h"
 #include "tests/campaign_figures/figures.h"
 
@@ -144,12 +145,6 @@ static double on_runway(const struct figure *figure, const struct figure_fact *f
     }
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 struct fact_value figure_fact_of(const struct figure *figure, const struct figure_fact *fact,
                                  const struct figure_run *run)
 {
@@ -164,7 +159,7 @@ struct fact_value figure_fact_of(const struct figure *figure, const struct figur
     }
     if (value.of > 0) {
         /* few runways: all of them, and the middle one (the lower of two: never is infinite) */
-        qsort(values, value.of, sizeof *values, ascending);
+        order_numbers(values, value.of);
         value.low = values[0];
         value.middle = values[(value.of - 1) / 2];
         value.high = values[value.of - 1];

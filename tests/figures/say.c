@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/ordered.h"
 #include "host/base/output.h"
 #include "tests/figures/found.h"
 
@@ -63,12 +64,6 @@ static double favour(const struct search *search, int in, const size_t *order, s
     return (sum / (double)count - share) / sqrt(share * (1 - share) / (double)count);
 }
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void print_value(FILE *out, int in, double value)
 {
     if (inputs[in].kind == INPUT_CHOICE)
@@ -95,7 +90,7 @@ static void print_walked(FILE *out, const struct search *search, int in)
     for (size_t i = 0; sorted && i < count; i++)
         sorted[i] = input_value((enum input_id)in, search->walked[i].part[in]);
     if (sorted && count > 0) {
-        qsort(sorted, count, sizeof *sorted, by_value);
+        order_numbers(sorted, count);
         fprintf(out, "%.3g (%.3g to %.3g)", sorted[count / 2], sorted[count / 10],
                 sorted[count - 1 - count / 10]);
     }

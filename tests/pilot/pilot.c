@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "host/base/ordered.h"
 #include "host/campaign/play.h"
 
 #define FT_S_PER_MPH (5280.0 / 3600.0)
@@ -71,15 +72,9 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
     return error->status;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 static double middle(double *values, size_t count)
 {
-    qsort(values, count, sizeof *values, ascending);
+    order_numbers(values, count);
     return count > 0 ? 0.5 * (values[(count - 1) / 2] + values[count / 2]) : (double)NAN;
 }
 
