@@ -7,6 +7,7 @@
 #include "host/base/steady.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
+#include "host/sim/going.h"
 #include "host/sim/scene/scene_schema.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_answer.h"
@@ -15,8 +16,7 @@
 #define M_PER_FT  0.3048
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
 
-#define PROGRESS_S 0.5  /* between two lines of --progress */
-#define UNASKED_S  30.0 /* and without it: a long run says that it runs */
+#define PROGRESS_S 0.5 /* between two lines of --progress */
 
 struct request {
     const char *scene_path;
@@ -49,8 +49,9 @@ static void on_interrupt(int number)
 }
 
 struct progress {
-    bool shown, drawn; /* wanted; a line is on the terminal */
-    double next_s, every_s;
+    bool shown, drawn; /* by --progress; a line is on the terminal */
+    double next_s;
+    struct sim_going going; /* what is said without it */
 };
 
 /* Every answer takes at least two passes; how many more is not known before. */
@@ -63,8 +64,9 @@ static bool go_on(void *ctx, int pass, double part)
                                : "matrig: sim: pass %d: %.0f %%\n",
                 pass, 100.0 * part);
         progress->drawn = cli_terminal();
-        progress->next_s = steady_s() + progress->every_s;
+        progress->next_s = steady_s() + PROGRESS_S;
     }
+    sim_going_on(&progress->going, pass, part);
     return !interrupted;
 }
 
@@ -73,9 +75,11 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
 {
-    double every_s = request->progress ? PROGRESS_S : UNASKED_S;
-    struct progress progress = {
-        .shown = !cli->quiet, .next_s = steady_s() + every_s, .every_s = every_s};
+    struct progress progress = {.shown = request->progress && !cli->quiet,
+                                .next_s = steady_s() + PROGRESS_S,
+                                .going = {.who = "sim", .quicker = "--limit S ends it"}};
+    progress.going.to = cli->quiet || request->progress ? NULL : stderr;
+    sim_going_begin(&progress.going, &request->options, scene);
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.go_on = go_on;
     request->options.go_on_ctx = &progress;
@@ -203,7 +207,9 @@ static const struct command_part parts[] = {
                 "write the history of the mats in u_mats (or all): displacements, heights of their "
                 "left ends"),
     OPTION_FLAG("--progress", progress,
-                "say how far the run is; without it a run of more than 30 s says so"),
+                "say how far the run is; without it a run says so every 30 s"),
+    OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
+                  "stop after S seconds of computing, as Ctrl-C does; else never"),
     OPTION_FORCE(force),
     HELP_NOTE("Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
@@ -212,7 +218,8 @@ static const struct command_part parts[] = {
 const struct command command_sim = {
     "sim",
     sim_command,
-    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress] | --keys",
+    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress] [--limit "
+    "S] | --keys",
     "run a mat scene",
     COMMAND_PARTS(parts),
     {0, 1, "SCENE"},

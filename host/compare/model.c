@@ -7,6 +7,7 @@
 
 #include "common/wire.h"
 #include "host/campaign/draw.h"
+#include "host/sim/going.h"
 
 #define IN_PER_FT 12.0
 #define POINTS    (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
@@ -246,7 +247,11 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
                                   .station_ft = station_ft,
                                   .station_count = columns,
                                   .single = seed > 0};
+    struct sim_going going = {.who = "compare", .quicker = "", .to = stderr};
     struct sim_result result = {0};
+    options.go_on = sim_going_on;
+    options.go_on_ctx = &going;
+    sim_going_begin(&going, &options, &s->scene);
     sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints, error);
     sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints,
                        error);

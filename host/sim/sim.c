@@ -4,6 +4,7 @@
 
 #include "host/sim/solvers/fixed.h"
 #include "host/sim/solvers/planar.h"
+#include "host/sim/solvers/deadline.h"
 
 bool sim_solver_elsewhere(const char *solver)
 {
@@ -28,6 +29,9 @@ static enum mr_status check_options(const struct sim_scene *scene,
     if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
         return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step",
                          options->dt_s);
+    if (!(options->limit_s >= 0.0))
+        return error_set(error, MR_USAGE, "limit out of range: %g s; give 0, for none, or more",
+                         options->limit_s);
     if (options->rtol != 0.0 &&
         !(options->rtol >= (chain ? 1e-9 : 1e-13) && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
@@ -46,12 +50,18 @@ static enum mr_status check_options(const struct sim_scene *scene,
 }
 
 static void fail_text(const struct sim_result *result, const struct sim_scene *scene,
-                      struct error *error)
+                      const struct deadline *deadline, struct error *error)
 {
     const char *name = scene->name[0] ? scene->name : "scene";
     bool given = result->solver &&
                  (strcmp(result->solver, "fixed") == 0 || strcmp(result->solver, "rk4") == 0);
-    if (result->status == SIM_INTERRUPTED)
+    if (result->status == SIM_INTERRUPTED && deadline->late)
+        error_set(error, MR_NUMERICS,
+                  "interrupted: %s: at %.9g of %.9g s, as the limit of %g s of computing is over; "
+                  "what was computed until then is given; give a longer limit, an earlier tend or "
+                  "a looser rtol",
+                  name, result->t_s, result->t_end_s, deadline->asked->limit_s);
+    else if (result->status == SIM_INTERRUPTED)
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
                   result->t_s, result->t_end_s);
@@ -106,23 +116,36 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
             sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s);
 }
 
+/* A run that was stopped while it was checked has an answer, but not what that is worth. */
+static enum mr_status conclude(struct sim_result *result, const struct sim_scene *scene,
+                               const struct deadline *deadline, struct error *error)
+{
+    if (error->status != MR_OK)
+        return error->status;
+    if (deadline->late && result->status == SIM_OK)
+        sim_result_end(result, SIM_INTERRUPTED, 1, result->t_end_s);
+    if (result->status != SIM_OK)
+        fail_text(result, scene, deadline, error);
+    return error->status;
+}
+
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error)
 {
     const char *where = scene->name[0] ? scene->name : "scene";
+    struct deadline deadline;
     *result = (struct sim_result){0};
+    deadline_begin(&deadline, options, options->limit_s);
     if (sim_scene_check(scene, where, error) != MR_OK ||
         check_options(scene, options, error) != MR_OK)
         return error->status;
     if (scene->model != SIM_CHAIN) {
-        if (planar_run(scene, options, result, error) == MR_OK && result->status != SIM_OK)
-            fail_text(result, scene, error);
-        return error->status;
+        planar_run(scene, &deadline.options, result, error);
+        return conclude(result, scene, &deadline, error);
     }
     if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
         return error_set(error, MR_USAGE,
                          "no soil in model chain: %s: friction_normal soil; give weight", where);
-    if (fixed_run(scene, options, result, error) == MR_OK && result->status != SIM_OK)
-        fail_text(result, scene, error);
-    return error->status;
+    fixed_run(scene, &deadline.options, result, error);
+    return conclude(result, scene, &deadline, error);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/campaign/campaign_answer.h"
+#include "host/sim/going.h"
 #include "host/sim/sim_answer.h"
 #include "host/sweep/jsonpath.h"
 
@@ -34,6 +35,10 @@ static json_t *simulate_scene(const struct sweep_study *study, const json_t *inp
     struct error error = {0};
     if (read_scene(&scene, input, "scene", &error) != MR_OK)
         return refused(&error);
+    struct sim_going going = {.who = "sweep", .quicker = "so is another solver", .to = stderr};
+    options.go_on = sim_going_on;
+    options.go_on_ctx = &going;
+    sim_going_begin(&going, &options, &scene);
     sim_run(&scene, &options, &result, &error);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);

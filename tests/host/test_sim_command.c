@@ -135,6 +135,21 @@ static void an_unstable_run_says_where(void **state)
     one_error_line("stability limit");
 }
 
+static void a_limit_leaves_what_was_computed(void **state)
+{
+    (void)state;
+    assert_int_equal(SIM(JSON, "host/scenes/consistent_fig3_11_12000.json", "--limit", "0.001"), 5);
+    assert_non_null(strstr(err, "the limit of 0.001 s of computing is over"));
+    json_t *object = json_loads(out, 0, NULL);
+    assert_non_null(object);
+    assert_string_equal(json_string_value(json_object_get(object, "status")), "interrupted");
+    assert_true(json_number_value(json_object_get(object, "t_s")) <
+                json_number_value(json_object_get(object, "t_end_s")));
+    json_decref(object);
+    assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--limit", "never"), 2);
+    one_error_line("--limit");
+}
+
 static void errors_have_their_exit_codes(void **state)
 {
     (void)state;
@@ -205,6 +220,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_object_is_the_contract),
         cmocka_unit_test(an_unstable_run_says_where),
+        cmocka_unit_test(a_limit_leaves_what_was_computed),
         cmocka_unit_test(errors_have_their_exit_codes),
         cmocka_unit_test(the_table_is_the_history),
         cmocka_unit_test(keys_are_listed),

@@ -10,7 +10,7 @@
 #define BARS_SCENES 5000u
 
 /* Who answered: `auto`, and each solver by its name, `auto`'s choices among them. */
-#define BARS_ROWS 8
+#define BARS_ROWS 9
 
 /* One solver's answers. Ratio: true error over the stated one, in u or in lift, whichever is
  * larger. */

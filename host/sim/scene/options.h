@@ -25,6 +25,11 @@ struct sim_options {
      * SIM_INTERRUPTED. NULL: never. */
     bool (*go_on)(void *ctx, int pass_from_1, double part);
     void *go_on_ctx;
+    /* After so much time on the clock the run is stopped: SIM_INTERRUPTED. 0: never. What auto
+     * tries after its first solver has a limit of its own (planar.h) */
+    double limit_s;
+    double (*clock_s)(void *ctx); /* seconds that only grow; NULL: host/base/steady.h's */
+    void *clock_ctx;
     double sample_dt_s; /* 0: no samples */
     /* where to sample: the mat that begins at the station or lies over it */
     const double *station_ft;

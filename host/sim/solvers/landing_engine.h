@@ -34,6 +34,13 @@ struct landing {
     double *brace_lb, *brace_lb_ft;
     void (*brace_heaves)(struct landing *l); /* puts it there; NULL: nothing */
     double *push_lb, *pull_lb, *rise_ft;     /* per joint and node: most so far */
+    /* a step in parts, as a node lands in it: what mats rub with, in it and in the next one */
+    bool in_parts;
+    double *rub_lb, *rub_next_lb; /* per node, from rub_first to rub_last */
+    int rub_first, rub_last;
+    double rub_share; /* of that in the next step, which rub_next_lb does not have; else 1 */
+    double
+        closing_step_s; /* joints that closed in the last step are damped for their share; or 0 */
     /* per joint; between mats at rest that of the last step in which one of them moved */
     double *tension_lb;
     double slack_ft;
@@ -124,6 +131,7 @@ void landing_load_heaves(struct landing *l);
  * that step. Slides say how many mats came to rest within the step. */
 /* The largest change of a node's speed by the soil. */
 double landing_kick_heaves(struct landing *l, double h_s);
+double landing_soil_lb(const struct model *m, const double *z, int node);
 unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count,
                              double h_s);
 

@@ -1,3 +1,5 @@
+#include <math.h>
+
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/landing_engine.h"
 
@@ -18,6 +20,16 @@ static inline struct shortening shortening_of(const struct landing *l, int n)
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
+/* The rate that a joint's damper has, when the joint was open a step ago: what of the step it was
+ * closed for has moved it, not the whole step. Else the damper brakes what lies before its slack,
+ * by the same amount at every step that is longer than that. */
+LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft, double step_s)
+{
+    double over_ft = g_ft < 0.0 ? g_ft : fmax(0.0, g_ft - slack_ft);
+    bool closing = over_ft * rate_ft_s > 0.0;
+    return closing && fabs(over_ft) < fabs(rate_ft_s) * step_s ? over_ft / step_s : rate_ft_s;
+}
+
 LAW_INLINE void stretch(struct landing *l, enum joint_law law, bool parts)
 {
     const struct model *m = &l->model;
@@ -35,6 +47,8 @@ LAW_INLINE void stretch(struct landing *l, enum joint_law law, bool parts)
         double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
         double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft,
                rate = v_r - v_l + left.ft_s + right.ft_s;
+        if (law == JOINT_SLACK && l->closing_step_s > 0.0)
+            rate = damped_rate_ft_s(g, rate, l->slack_ft, l->closing_step_s);
         struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
         double t_lb = pulled.lb;

@@ -48,11 +48,31 @@ void landing_brace_heaves(struct landing *l)
     mods_brace_heave(l->mods, &heave);
 }
 
+double landing_soil_lb(const struct model *m, const double *z, int node)
+{
+    return kernel_soil_lb(m, z, z + m->size, node);
+}
+
+/* What the soil pushes a node with while its mats are kicked, in a step in parts and in the one
+ * after it. */
+static double rubbing_lb(const struct landing *l, int node)
+{
+    if (l->in_parts)
+        return l->rub_lb[node];
+    double now_lb = fmax(0.0, landing_soil_lb(&l->model, l->z, node));
+    bool known = node >= l->rub_first && node <= l->rub_last;
+    return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
+}
+
 /* What the soil holds a heaving mat with: the reaction that its nodes have just been kicked with,
  * dampers at the end of the step. A foot that lands faster than the step can follow so rubs with
  * the impulse it lands with. */
-static double soil_limit_lb(const struct model *m, const double *z, int n)
+static double soil_limit_lb(const struct landing *l, int n)
 {
+    const struct model *m = &l->model;
+    const double *z = l->z;
+    if (l->in_parts || l->rub_share < 1.0)
+        return m->friction * (rubbing_lb(l, n) + rubbing_lb(l, n + 1));
     const double *v = z + m->size;
     const struct parting *parting = m->parting;
     double right_lb = !parting || !parting->apart[n + 1] ? kernel_soil_lb(m, z, v, n + 1)
@@ -93,7 +113,7 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
-            limit = soil_limit_lb(m, l->z, n);
+            limit = soil_limit_lb(l, n);
         for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;

@@ -12,6 +12,8 @@
 #define SLIGHT_TURN          0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS           4    /* between looks at lifts and angles */
+#define LANDING_PARTS        16   /* of a step in which a node lands */
+#define GENTLE               1e-4 /* of sqrt(g L): what lands slower lifts nobody */
 
 /* The mat that carries most of the wheel; -1: none. */
 static int under_wheel(const struct sim_touch *touch, int count)
@@ -178,6 +180,57 @@ static void begin(struct landing *l, bool prunes)
     }
 }
 
+/* Whether a node will reach the ground in the step. Two that do so within one step lift their
+ * neighbours otherwise together than one after the other, at every step alike that is longer than
+ * what lies between them. */
+static bool lands(const struct landing *l, double h_s)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    double gentle_ft_s = GENTLE * sqrt(m->scene->g_ft_s2 * m->length_ft);
+    for (int j = m->first; j <= m->last + 1; j++) {
+        if (!m->contact[j] && v[2 * j] > gentle_ft_s && l->z[2 * j] + h_s * v[2 * j] > 0.0)
+            return true;
+    }
+    return false;
+}
+
+/* Heights over a step of h_s in parts; speeds are then those of half a part before its end. Mats
+ * rub with the mean of what the soil pushes with while they are kicked, from half a step before to
+ * half a step after the step's beginning; what comes after that is for the next step. Returns the
+ * largest change of a node's speed. */
+static double heave_in_parts(struct landing *l, bool after_parts, double first_kick_s, double h_s)
+{
+    struct model *m = &l->model;
+    double *p = l->z, *v = l->z + m->size;
+    double part_s = h_s / LANDING_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
+    double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean that was before this step */
+    for (int j = m->first; j <= m->last + 1; j++) {
+        bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
+        l->rub_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, landing_soil_lb(m, l->z, j));
+        l->rub_next_lb[j] = 0.0;
+    }
+    for (int k = 0; k < LANDING_PARTS; k++) {
+        double kick_s = k == 0 ? first_kick_s : part_s;
+        if (k > 0)
+            model_sample_shape(m, l->z);
+        if (k > 0 && l->brace_heaves)
+            l->brace_heaves(l);
+        jolt_ft_s = fmax(jolt_ft_s, landing_kick_heaves(l, kick_s));
+        double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
+        for (int j = m->first; j <= m->last + 1; j++) {
+            double push_lb = fmax(0.0, landing_soil_lb(m, l->z, j));
+            l->rub_lb[j] += now_s / h_s * push_lb;
+            l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
+            p[2 * j] += part_s * v[2 * j];
+        }
+        done_s += kick_s;
+    }
+    l->rub_first = m->first;
+    l->rub_last = m->last + 1;
+    return jolt_ft_s;
+}
+
 /* `touch`: room for the wheel's parts. */
 LAW_INLINE void march_with(struct landing *l, struct march *march,
                            const struct sim_options *options, struct sim_touch *touch)
@@ -186,7 +239,12 @@ LAW_INLINE void march_with(struct landing *l, struct march *march,
     struct model *m = &l->model;
     struct sim_wheel wheel;
     double h = march->h_s, begin_s = steady_s();
+    bool divides = !options->single && !l->parting;
+    double before_s = h; /* step of the heights, the last one */
     double *p = l->z, *v = l->z + m->size;
+    l->closing_step_s = divides ? h : 0.0;
+    l->rub_share = 1.0;
+    l->in_parts = false;
     begin(l, prunes);
     sim_wheel_start(&wheel, l->scene);
     if (l->gear)
@@ -216,14 +274,28 @@ LAW_INLINE void march_with(struct landing *l, struct march *march,
             if (l->brace_heaves)
                 l->brace_heaves(l);
         }
-        if (heaves)
-            march->jolt_ft_s = fmax(march->jolt_ft_s, landing_kick_heaves(l, to_s - from_s));
+        l->in_parts = heaves && divides && lands(l, h);
+        if (l->in_parts) {
+            double part_s = h / LANDING_PARTS;
+            double kick_s = 0.5 * ((i > 0 ? before_s : 0.0) + part_s);
+            march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, before_s < h, kick_s, h));
+            before_s = part_s;
+            l->rub_share = 0.5 * (part_s + h) / h; /* of the next step's mean */
+        } else if (heaves) {
+            /* speeds lie half a part before the step, where the last one was divided */
+            double kick_s = before_s < h ? 0.5 * (before_s + h) : to_s - from_s;
+            l->rub_share = before_s < h ? kick_s / h : 1.0;
+            march->jolt_ft_s = fmax(march->jolt_ft_s, landing_kick_heaves(l, kick_s));
+            before_s = h;
+        } else {
+            before_s = h;
+        }
         march->events += landing_kick_slides(l, touch, count, to_s - from_s);
         if (l->parting)
             landing_hold_back(l, l->gear ? &l->gear->line[0] : &wheel, touch, count);
         for (int n = l->slides.first; n <= l->slides.last; n++)
             p[2 * n + 1] += h * v[2 * n + 1];
-        for (int j = m->first; heaves && j <= m->last + 1; j++)
+        for (int j = m->first; heaves && !l->in_parts && j <= m->last + 1; j++)
             p[2 * j] += h * v[2 * j];
         if (heaves && l->parting)
             landing_move_ends(l, h);

@@ -10,6 +10,7 @@
 #include "host/sim/solvers/moreau.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/spread.h"
+#include "host/sim/solvers/deadline.h"
 
 #define CHECK_FACTOR     30.0
 #define TIGHTEN          0.01
@@ -434,26 +435,48 @@ static enum mr_status run_left(struct model *m, const struct sim_options *option
     return MR_OK;
 }
 
-/* Auto: the other solver, where the first makes no progress. */
-static enum mr_status run_auto(struct model *m, const struct sim_options *options,
-                               const struct stepper_kind *kind, struct sim_result *result,
-                               struct error *error)
+/* The other solver, and what is left. */
+static enum mr_status run_others(struct model *m, const struct sim_options *options,
+                                 const struct stepper_kind *first, struct sim_result *result,
+                                 struct error *error)
 {
-    const struct stepper_kind *other = kind == &stepper_event ? &stepper_implicit : &stepper_event;
-    bool last = other == &stepper_event && explicit_steps(m, result) > EXPLICIT_MOST;
-    if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
-        result->status != SIM_STEP_UNDERFLOW)
-        return error->status;
-    if (!last) {
+    const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
+    if (other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST) {
         result->status = SIM_OK;
         result->solver = other->name;
-        sim_result_note(result, "auto: %s came to %.9g s only; %s instead", kind->name, result->t_s,
-                        other->name);
+        sim_result_note(result, "auto: %s came to %.9g s only; %s instead", first->name,
+                        result->t_s, other->name);
         if (run_adaptive(m, options, other, true, result, error) != MR_OK ||
             result->status != SIM_STEP_UNDERFLOW)
             return error->status;
     }
     return options->rtol > 0.0 ? MR_OK : run_left(m, options, result, error);
+}
+
+/* Auto: others, where the first makes no progress; together they have PLANAR_OTHERS_S. What is not
+ * answered then is refused for what the first one said. */
+static enum mr_status run_auto(struct model *m, const struct sim_options *options,
+                               const struct stepper_kind *kind, struct sim_result *result,
+                               struct error *error)
+{
+    struct deadline deadline;
+    bool last = kind == &stepper_implicit && explicit_steps(m, result) > EXPLICIT_MOST;
+    if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
+        result->status != SIM_STEP_UNDERFLOW)
+        return error->status;
+    struct sim_result refused = *result; /* one that holds no arrays */
+    deadline_begin(&deadline, options, PLANAR_OTHERS_S);
+    run_others(m, &deadline.options, kind, result, error);
+    if (deadline.late) {
+        memcpy(refused.notes, result->notes, sizeof refused.notes);
+        refused.rhs = result->rhs;
+        refused.passes = result->passes;
+        sim_result_note(&refused, "auto: others were given %g s; %s came to %.9g s in them",
+                        PLANAR_OTHERS_S, result->solver, result->t_s);
+        sim_result_free(result);
+        *result = refused;
+    }
+    return error->status;
 }
 
 /* Run with the solvers that are not `fixed`. */
@@ -517,7 +540,12 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
 {
     struct sim_result other = {0};
     struct error not_theirs = {0};
-    if (run_planar(scene, options, &other, &not_theirs) != MR_OK || other.status != SIM_OK) {
+    struct deadline deadline;
+    deadline_begin(&deadline, options, PLANAR_OTHERS_S);
+    if (run_planar(scene, &deadline.options, &other, &not_theirs) != MR_OK ||
+        other.status != SIM_OK) {
+        if (deadline.late)
+            sim_result_note(result, "auto: others were given %g s", PLANAR_OTHERS_S);
         sim_result_free(&other);
         return MR_OK;
     }

@@ -18,8 +18,9 @@
  * it runs: what it would return can look right.
  *
  * auto: where its first solver makes no progress the other one takes over, then hamming, which
- * samples what piles up, then moreau, which settles it. A landing that no step of fixed decides
- * goes to event and implicit, where they have its laws. */
+ * samples what piles up, then moreau, which settles it; together they have a minute, and what they
+ * have not answered then is refused for what the first one said. A landing that no step of fixed
+ * decides goes to event and implicit, where they have its laws. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
@@ -27,6 +28,8 @@
 #include "host/sim/scene/options.h"
 #include "host/sim/solvers/pass.h"
 
+/* Wall time that solvers which auto tries after its first one may take, together. */
+#define PLANAR_OTHERS_S     60.0
 #define PLANAR_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
 
 /* Whether sim_run has a solver of this name for planar models ("auto" included). */

@@ -1,0 +1,154 @@
+/* How long a run may take and what it says on the way, on a clock that goes on by itself: nobody
+ * waits here. Units s. */
+#include <stdio.h>
+#include <string.h>
+
+#include "host/sim/going.h"
+#include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
+
+static struct error error;
+
+struct clock {
+    double now_s, tick_s; /* what every look at it adds */
+    int looks;
+};
+
+static double look(void *ctx)
+{
+    struct clock *clock = ctx;
+    double now_s = clock->now_s;
+    clock->now_s += clock->tick_s;
+    clock->looks++;
+    return now_s;
+}
+
+static struct sim_scene load(const char *path)
+{
+    struct sim_scene scene;
+    memset(&error, 0, sizeof error);
+    if (sim_scene_load(&scene, path, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    return scene;
+}
+
+/* Every kind of solver asks: located, implicit, sampled, settled, chain, landing engine. */
+static void a_limit_ends_every_solver(void **state)
+{
+    (void)state;
+    static const char *const solvers[] = {"event",   "implicit", "rk4",   "rkgs",
+                                          "hamming", "moreau",   "fixed", "fixed"};
+    for (size_t i = 0; i < sizeof solvers / sizeof solvers[0]; i++) {
+        struct sim_scene scene = load(i == 6 ? "host/scenes/wave.json"
+                                             : "host/scenes/consistent_fig3_7.json");
+        struct clock clock = {100.0, 1.0, 0};
+        struct sim_options options = {
+            .solver = solvers[i], .limit_s = 2.0, .clock_s = look, .clock_ctx = &clock};
+        struct sim_result result;
+        memset(&error, 0, sizeof error);
+        if (sim_run(&scene, &options, &result, &error) != MR_NUMERICS)
+            fail_msg("%s: not stopped after %d looks", solvers[i], clock.looks);
+        assert_int_equal(result.status, SIM_INTERRUPTED);
+        if (!strstr(error.text, "limit of 2 s"))
+            fail_msg("%s: %s", solvers[i], error.text);
+        assert_true(result.t_s < result.t_end_s);
+        assert_int_equal(clock.looks, 3); /* at the beginning, and twice until it is over */
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+static void without_a_limit_nobody_looks(void **state)
+{
+    (void)state;
+    struct sim_scene scene = load("host/scenes/friction_block.json");
+    struct clock clock = {100.0, 1e9, 0};
+    struct sim_options options = {.clock_s = look, .clock_ctx = &clock};
+    struct sim_result result;
+    assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
+    assert_int_equal(clock.looks, 0);
+    sim_result_free(&result);
+    options.limit_s = -1.0;
+    assert_int_equal(sim_run(&scene, &options, &result, &error), MR_USAGE);
+    assert_non_null(strstr(error.text, "limit"));
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Beads (test_sim_spread.c) under an aircraft that stands by: no step of fixed decides them, and
+ * what auto asks then has a minute. The result is fixed's, and says so. */
+static void what_auto_tries_next_has_a_minute(void **state)
+{
+    (void)state;
+    static const struct sim_path_row rows[] = {{0.0, 2.0, 40.5972}, {0.005, 2.0, 40.5972}};
+    for (int late = 0; late < 2; late++) {
+        struct clock clock = {100.0, late ? 61.0 : 0.0, 0};
+        struct sim_options options = {.clock_s = look, .clock_ctx = &clock};
+        struct sim_result result;
+        struct sim_scene scene;
+        bool said = false;
+        memset(&error, 0, sizeof error);
+        sim_scene_defaults(&scene);
+        scene.model = SIM_CONSISTENT;
+        scene.mats = 7;
+        scene.left = scene.right = SIM_FIXED;
+        scene.thrust = SIM_LINEAR;
+        scene.weight_lb = 0.541296;
+        scene.inertia_slug_ft2 = 108.333;
+        scene.kv_lb_ft = 258222.0;
+        scene.cv_lb_s_ft = 86.7103;
+        scene.kl_lb_ft = 4.26391e8;
+        scene.cl_lb_s_ft = 0.555537;
+        scene.slack_ft = 0.005;
+        scene.friction_law = SIM_NONE;
+        scene.v0_ft_s = 2.0;
+        scene.t_end_s = 0.005;
+        assert_int_equal(sim_scene_set_path(&scene, rows, 2, &error), MR_OK);
+        sim_run(&scene, &options, &result, &error);
+        assert_int_equal(result.status, SIM_UNPREDICTABLE);
+        assert_int_equal(error.status, MR_NUMERICS);
+        assert_string_equal(result.solver, "fixed");
+        for (int i = 0; i < SIM_NOTES_MAX; i++)
+            said = said || strstr(result.notes[i], "others were given 60 s");
+        assert_int_equal(said, late);
+        assert_true(late ? clock.looks == 2 : clock.looks > 2);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* A line every half minute: how long, how far, what is quicker. */
+static void a_long_run_says_that_it_goes_on(void **state)
+{
+    (void)state;
+    struct sim_scene scene = load("host/scenes/friction_block.json");
+    struct clock clock = {100.0, 0.0, 0};
+    struct sim_options options = {.clock_s = look, .clock_ctx = &clock};
+    char text[1000] = "";
+    FILE *to = fmemopen(text, sizeof text, "w");
+    struct sim_going going = {.who = "sim", .quicker = "--limit S ends it", .to = to};
+    sim_going_begin(&going, &options, &scene);
+    static const double times_s[] = {100.0, 129.0, 131.0, 160.0, 162.0};
+    for (size_t i = 0; i < 5; i++) {
+        clock.now_s = times_s[i];
+        assert_true(sim_going_on(&going, 2, 0.1 * (double)i));
+    }
+    fclose(to);
+    assert_string_equal(
+        text, "matrig: sim: goes on after 31 s: run 2 is at 0.06 of 0.3 s; an earlier tend, fewer "
+              "mats or a looser rtol is quicker; --limit S ends it\n"
+              "matrig: sim: goes on after 62 s: run 2 is at 0.12 of 0.3 s; an earlier tend, fewer "
+              "mats or a looser rtol is quicker; --limit S ends it\n");
+    sim_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_limit_ends_every_solver),
+        cmocka_unit_test(without_a_limit_nobody_looks),
+        cmocka_unit_test(what_auto_tries_next_has_a_minute),
+        cmocka_unit_test(a_long_run_says_that_it_goes_on),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
