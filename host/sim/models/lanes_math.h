@@ -9,13 +9,10 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "host/sim/models/lanes.h"
+
 #define LANES_COUNT 4
 
-#if defined __x86_64__ && !defined __clang__ /* clang 14 gives clones a name that nobody links to */
-#define LANES __attribute__((target_clones("avx2", "default")))
-#else
-#define LANES
-#endif
 #define LANES_INLINE static inline __attribute__((always_inline))
 
 typedef double lanes __attribute__((vector_size(8 * LANES_COUNT)));
