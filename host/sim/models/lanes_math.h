@@ -1,7 +1,7 @@
-/* Four numbers at a time, in vector instructions where the machine has them. Every lane does what one
- * number alone would, in the same order, and no product is fused with a sum (-ffp-contract=off): the
- * same bits on every machine. Vectors stay within inlined functions, so no calling convention is in
- * it. Private to this folder. */
+/* Four numbers at a time, in vector instructions where the machine has them. Every lane does what
+ * one number alone would, in the same order, and no product is fused with a sum
+ * (-ffp-contract=off): the same bits on every machine. Vectors stay within inlined functions, so no
+ * calling convention is in it. Private to this folder. */
 #ifndef MATRIG_HOST_SIM_MODELS_LANES_MATH_H
 #define MATRIG_HOST_SIM_MODELS_LANES_MATH_H
 
