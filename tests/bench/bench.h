@@ -2,7 +2,8 @@
  * prints.
  *
  * Each part prints one line per figure: measured, wanted, "met" or "missed". Nothing here fails: a
- * loaded machine is not a fault. Times are medians of interleaved repetitions. */
+ * loaded machine is not a fault. Times are medians of interleaved repetitions, or the least where
+ * the wall clock takes them. */
 #ifndef MATRIG_TESTS_BENCH_H
 #define MATRIG_TESTS_BENCH_H
 

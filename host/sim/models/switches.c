@@ -380,8 +380,8 @@ void model_sample(struct model *m, double t_s, const double *z)
  * step). */
 static inline double stray(double h, double from, double to, double rate_from, double rate_to)
 {
-    double mean = (to - from) / h;
-    return 8.0 / 27.0 * h * (fabs(rate_from - mean) + fabs(rate_to - mean));
+    double change = to - from;
+    return 8.0 / 27.0 * (fabs(rate_from * h - change) + fabs(rate_to * h - change));
 }
 
 struct step_ends {

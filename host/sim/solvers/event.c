@@ -3,6 +3,7 @@
  * II.6). */
 #include <math.h>
 
+#include "host/sim/models/lanes.h"
 #include "host/sim/solvers/stepper.h"
 
 #define STAGES 16 /* 12, the new point, 3 for the dense output */
@@ -133,7 +134,7 @@ static void restart(struct stepper *s)
 }
 
 /* State of stage i: z plus h times the weighed rates; both halves of the state. */
-static void combine(const struct stepper *s, int i, double h, double *to)
+LANES static void combine(const struct stepper *s, int i, double h, double *to)
 {
     const struct work *w = s->work;
     int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
@@ -197,6 +198,8 @@ static bool advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_try(s, limit_s, &h, &last))
             return false;
+        bool turns = stepper_turns(s, w->rate[0], &h);
+        last = last && !turns;
         for (int i = 1; i < 12; i++) {
             combine(s, i, h, w->at);
             stepper_rates(s, s->t_s + nodes[i] * h, w->at, w->rate[i]);
@@ -205,7 +208,7 @@ static bool advance(struct stepper *s, double limit_s)
         double error = error_of(s, h);
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * pow(error, -0.125) : 6.0;
-            stepper_accept(s, h, last ? limit_s : s->t_s + h, last,
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last || turns,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.333, grow)));
             stepper_rates(s, s->t_new_s, s->z_new, w->rate[12]);
             w->h_s = h;
@@ -246,7 +249,7 @@ static void prepare(struct stepper *s)
     w->dense = true;
 }
 
-static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+LANES static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;
     if (!w->dense)
@@ -266,6 +269,7 @@ const struct stepper_kind stepper_event = {
     .name = "event",
     .prunes = true,
     .long_steps = true,
+    .turn_veps = 2.0,
     .rtol = 1e-8,
     .looser = &stepper_event5,
     .looser_rtol = 9e-8,

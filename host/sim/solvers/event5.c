@@ -4,6 +4,7 @@
  * the evaluations of the order 8 method give the same step. */
 #include <math.h>
 
+#include "host/sim/models/lanes.h"
 #include "host/sim/solvers/stepper.h"
 
 #define STAGES 7 /* the last is the first of the next step */
@@ -41,7 +42,7 @@ static void restart(struct stepper *s)
     w->error_before = 1e-4;
 }
 
-static void combine(const struct stepper *s, int i, double h, double *to)
+LANES static void combine(const struct stepper *s, int i, double h, double *to)
 {
     const struct work *w = s->work;
     const double *row = stage[i];
@@ -121,6 +122,8 @@ static bool advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_try(s, limit_s, &h, &last))
             return false;
+        bool turns = stepper_turns(s, w->rate[0], &h);
+        last = last && !turns;
         for (int i = 1; i < STAGES; i++) {
             double *to = i < STAGES - 1 ? w->at : s->z_new;
             combine(s, i, h, to);
@@ -132,7 +135,7 @@ static bool advance(struct stepper *s, double limit_s)
              * failing there */
             double grow = error > 0.0 ? 0.9 * pow(error, -0.17) * pow(w->error_before, 0.04) : 6.0;
             w->error_before = fmax(error, 1e-4);
-            stepper_accept(s, h, last ? limit_s : s->t_s + h, last,
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last || turns,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
             w->h_s = h;
             w->begun = true;
@@ -145,7 +148,7 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+LANES static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     const struct work *w = s->work;
     double h = w->h_s, x = (t_s - s->t_s) / h, y = 1.0 - x;
@@ -165,6 +168,7 @@ const struct stepper_kind stepper_event5 = {
     .name = "event",
     .prunes = true,
     .long_steps = true,
+    .turn_veps = 6.0,
     .rtol = 1e-5,
     .method = "Dormand-Prince 5(4), every switch located",
     .work_bytes = sizeof(struct work),

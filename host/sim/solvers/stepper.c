@@ -50,6 +50,27 @@ bool stepper_try(const struct stepper *s, double limit_s, double *h_s, bool *las
     return s->h_s >= s->least_s;
 }
 
+bool stepper_turns(const struct stepper *s, const double *rate, double *h_s)
+{
+    const struct model *m = s->model;
+    const double veps = m->veps_ft_s, edge = s->kind->turn_veps * veps;
+    double h = *h_s;
+    if (m->law != SIM_TANH || !(edge > 0.0))
+        return false;
+    for (int k = m->size + stepper_low(s) + 1; k < m->size + stepper_high(s); k += 2) {
+        double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k]; /* rises */
+        if (a * h < veps || v > edge || v + a * h < -edge)
+            continue;
+        /* the edge is not aimed at from so near that the step would be nothing */
+        double to_s = (v < -1.25 * edge ? -edge - v : edge) / a;
+        if (to_s < h && to_s > s->least_s)
+            h = to_s;
+    }
+    bool cut = h < *h_s;
+    *h_s = h;
+    return cut;
+}
+
 void stepper_accept(struct stepper *s, double h_s, double t_new_s, bool last, double grow)
 {
     if (!last || h_s * grow < s->h_s)

@@ -19,6 +19,7 @@ struct stepper_kind {
     bool fixed;         /* the step is given (dt), not chosen */
     bool prunes;        /* may leave out mats at rest */
     bool long_steps;    /* long enough for a mat to slip and stick within one */
+    double turn_veps;   /* friction tanh turns over within so many veps of rest; 0: not asked */
     double rtol;        /* default tolerance */
     const struct stepper_kind *looser; /* does better at looser_rtol and above; NULL: none does */
     double looser_rtol;
@@ -80,8 +81,14 @@ static inline int stepper_high(const struct stepper *s)
  * False: h_s has become too small. */
 bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
+/* Friction tanh turns over where a mat's speed passes through 0, within a few veps: for a step much
+ * longer than that it is a jump, which costs a method its order and which the estimate of its error
+ * may miss. True: the step is cut so that it ends where that begins, and over it two steps go. From
+ * the rates at the start of the step. */
+bool stepper_turns(const struct stepper *stepper, const double *rate, double *h_s);
+
 /* The step h_s to t_new_s holds; the next is `grow` times as long, or as long as was meant before
- * the limit cut this one (`last`). */
+ * the limit, or friction that turns over, cut this one (`last`). */
 void stepper_accept(struct stepper *stepper, double h_s, double t_new_s, bool last, double grow);
 /* It does not; the next try is with next_s. */
 void stepper_reject(struct stepper *stepper, double next_s);
