@@ -7,6 +7,11 @@ static float square_root(float x)
     return __builtin_sqrtf(x);
 }
 
+static inline float magnitude(float x)
+{
+    return __builtin_fabsf(x);
+}
+
 float mr_chain_step_limit_s(const struct mr_chain_params *params)
 {
     float rate2 = 4.0f * params->kl_lb_ft / params->mass_slug;
@@ -130,15 +135,15 @@ static inline float slip(float v_ft_s, float x_lb, float friction_lb, float per_
             return (x_lb + friction_lb) * per_lb;
         return 0.0f;
     }
-    float after_ft_s = v_ft_s + (x_lb - (v_ft_s > 0.0f ? friction_lb : -friction_lb)) * per_lb;
+    float braking_lb = x_lb - __builtin_copysignf(friction_lb, v_ft_s);
+    float after_ft_s = v_ft_s + braking_lb * per_lb;
     if (after_ft_s * v_ft_s > 0.0f)
         return after_ft_s;
-    if (x_lb <= friction_lb && x_lb >= -friction_lb)
+    if (magnitude(x_lb) <= friction_lb)
         return 0.0f;
     /* It stops within the step and is thrown back: what is left of the step with friction the other
      * way. */
-    float braking = x_lb - (v_ft_s > 0.0f ? friction_lb : -friction_lb);
-    float left = 1.0f + v_ft_s / (braking * per_lb);
+    float left = 1.0f + v_ft_s / (braking_lb * per_lb);
     float back_lb = x_lb > 0.0f ? x_lb - friction_lb : x_lb + friction_lb;
     return left > 0.0f ? back_lb * per_lb * left : 0.0f;
 }
@@ -169,7 +174,7 @@ static float step_bay(struct mr_chain *chain, const struct law *law, unsigned ba
         float right_lb = pull(chain, law, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft),
                               next_ft_s - v_ft_s);
         float x_lb = right_lb - left_lb + chain->push_lb[n];
-        if (v_ft_s != 0.0f || x_lb > law->friction_lb || x_lb < -law->friction_lb) {
+        if (v_ft_s != 0.0f || magnitude(x_lb) > law->friction_lb) {
             v_ft_s = slip(v_ft_s, x_lb, law->friction_lb, law->per_lb);
             chain->v_ft_s[n] = v_ft_s;
             chain->u_ft[n] = u_ft + law->step_s * v_ft_s;
@@ -244,8 +249,8 @@ bool mr_chain_settle(struct mr_chain *chain)
         for (unsigned n = first; n <= last; n++) {
             float u_ft = chain->u_ft[n], v_ft_s = chain->v_ft_s[n];
             moves = moves || v_ft_s != 0.0f;
-            if (!(u_ft < MR_CHAIN_RUNAWAY_FT && u_ft > -MR_CHAIN_RUNAWAY_FT &&
-                  v_ft_s < MR_CHAIN_RUNAWAY_FT_S && v_ft_s > -MR_CHAIN_RUNAWAY_FT_S))
+            if (!(magnitude(u_ft) < MR_CHAIN_RUNAWAY_FT &&
+                  magnitude(v_ft_s) < MR_CHAIN_RUNAWAY_FT_S))
                 chain->runaway = true;
         }
         chain->awake[bay] = moves;
