@@ -122,8 +122,8 @@ double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double li
     for (size_t i = 1; i < rows; i++) {
         double before = row[i - 1].zone.p, here = row[i].zone.p;
         if (here >= limit)
-            return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
-                                               (limit - before) / (here - before);
+            return row[i - 1].mean_ft_s2 +
+                   (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) * (limit - before) / (here - before);
     }
     *beyond = true;
     return row[rows - 1].mean_ft_s2;
@@ -205,8 +205,8 @@ double advise_explained(const double *input, size_t inputs, const bool *event, s
 {
     double mean = 0.0, explained = 0.0;
     double *column = calloc(2 * inputs * count + 1, sizeof *column),
-           *a = calloc(4 * inputs * inputs + 1, sizeof *a),
-           *b = calloc(2 * inputs + 1, sizeof *b), *covariance = calloc(2 * inputs + 1, sizeof *b);
+           *a = calloc(4 * inputs * inputs + 1, sizeof *a), *b = calloc(2 * inputs + 1, sizeof *b),
+           *covariance = calloc(2 * inputs + 1, sizeof *b);
     for (size_t m = 0; m < count; m++)
         mean += event[m] / (double)count;
     double variance = mean * (1.0 - mean) * (double)count;

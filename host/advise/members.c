@@ -16,7 +16,7 @@
 #define AFTER_S      0.1  /* mats go on for so long when the gear stands */
 #define LONGEST_S    60.0 /* nobody brakes that gently */
 #define CLOSED_FT    (0.001f / 12.0f)
-#define TALLY        10 /* joints in a row of a zone, of which one may be open */
+#define TALLY        10  /* joints in a row of a zone, of which one may be open */
 #define LAID_MOST    1.2 /* gaps as laid: up to so many slacks, none beyond one */
 
 /* What is known before any reading, as host/campaign's ranges have it: factors of what is told,
@@ -25,19 +25,19 @@ static const struct {
     double low, high; /* no member is beyond: of what is told */
     double least;     /* spread (of the logarithm) that no reading takes away */
 } bounds[ADVISE_UNKNOWNS] = {
-    [ADVISE_SHARE] = {0.5, 1.6, 0.05},   [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
+    [ADVISE_SHARE] = {0.5, 1.6, 0.05},     [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
     [ADVISE_RESISTANCE] = {0.3, 2.5, 0.1}, [ADVISE_STIFFNESS] = {0.5, 1.6, 0.0},
     [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
 };
 
-#define READING_IN   0.003 /* of a transducer at rest, when nothing worse is stated */
-#define MODEL_SHARE  0.15  /* what the chain does not explain of a movement */
-#define MODEL_IN     0.01
-#define SUM_SHARE    0.25  /* and of what ten joints close by */
-#define SUM_IN       0.01
-#define PASSES       2
-#define KEPT         0.5  /* of the spread that a landing takes away */
-#define NEAR_FT      12.0 /* a transducer tells of joints up to twice that away */
+#define READING_IN  0.003 /* of a transducer at rest, when nothing worse is stated */
+#define MODEL_SHARE 0.15  /* what the chain does not explain of a movement */
+#define MODEL_IN    0.01
+#define SUM_SHARE   0.25 /* and of what ten joints close by */
+#define SUM_IN      0.01
+#define PASSES      2
+#define KEPT        0.5  /* of the spread that a landing takes away */
+#define NEAR_FT     12.0 /* a transducer tells of joints up to twice that away */
 
 /* --- drawing --- */
 
@@ -101,12 +101,8 @@ enum mr_status advise_members_draw(struct advise_members *members,
         struct advise_member *member = &members->member[m];
         draw_unknowns(member, runway, &members->chance);
         draw_gaps(members, member);
-        /* how resistances scatter is not known either: from evenly to exponentially, mean 1 */
-        double tail = chance_uniform(&members->chance);
-        for (unsigned j = 0; j <= runway->chain.mats; j++) {
-            double u = chance_uniform(&members->chance);
-            member->grit[j] = (float)((1.0 - tail) * 2.0 * u - tail * log(1.0 - u));
-        }
+        for (unsigned j = 0; j <= runway->chain.mats; j++)
+            member->grit[j] = (float)(2.0 * chance_uniform(&members->chance));
     }
     return MR_OK;
 }
@@ -198,8 +194,8 @@ static double factor_at(const struct advise_profile *profile, double t_s)
     for (size_t i = 0; i < last; i++) {
         double from_s = profile->t_s[i], to_s = profile->t_s[i + 1];
         if (t_s < to_s)
-            return profile->factor[i] + (profile->factor[i + 1] - profile->factor[i]) *
-                                            (t_s - from_s) / (to_s - from_s);
+            return profile->factor[i] +
+                   (profile->factor[i + 1] - profile->factor[i]) * (t_s - from_s) / (to_s - from_s);
     }
     return profile->factor[last];
 }
@@ -254,8 +250,7 @@ static void roll(struct batch *b, unsigned k, double t_s, unsigned *mat, float *
     const struct mr_chain_params *chain = &b->members->runway.chain;
     struct gear *gear = &b->gear[k];
     double length_ft = (double)chain->mat_length_ft, a = braking_ft_s2(&b->braking[k], t_s);
-    bool on = gear->at_ft >= 0.0 && gear->at_ft < length_ft * chain->mats &&
-              gear->speed_ft_s > 0.0;
+    bool on = gear->at_ft >= 0.0 && gear->at_ft < length_ft * chain->mats && gear->speed_ft_s > 0.0;
     *mat = on ? (unsigned)(gear->at_ft / length_ft) + 1u : 1u;
     *thrust_lb = on ? (float)(exp(b->member[k].unknown[ADVISE_SHARE]) *
                               b->members->runway.thrust_lb_per_g * a / ADVISE_G_FT_S2)
@@ -288,7 +283,8 @@ static void conclude(struct batch *b, const struct chains *chains, unsigned k)
 {
     const struct advise_runway *runway = &b->members->runway;
     struct advise_met *met = &b->met[k];
-    double length_ft = (double)runway->chain.mat_length_ft, slack_ft = (double)runway->chain.slack_ft;
+    double length_ft = (double)runway->chain.mat_length_ft,
+           slack_ft = (double)runway->chain.slack_ft;
     met->stop_ft = (float)b->gear[k].at_ft;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         double at = (double)runway->station_ft[i] / length_ft;
@@ -311,8 +307,8 @@ static bool rolling(const struct batch *b)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         if (b->gear[k].speed_ft_s > 0.0 &&
-            b->gear[k].at_ft < (double)b->members->runway.chain.mat_length_ft *
-                                   b->members->runway.chain.mats)
+            b->gear[k].at_ft <
+                (double)b->members->runway.chain.mat_length_ft * b->members->runway.chain.mats)
             return true;
     }
     return false;
@@ -478,8 +474,8 @@ static void find_errors(const struct advise_members *members, const struct advis
         if (d < MR_TRANSDUCERS) {
             double own = fmax(seen->moved_error_in, READING_IN);
             l->read[d] = isfinite(mean) ? seen->moved_in[d] : (double)NAN;
-            l->error[d] = hypot(own, MODEL_SHARE * fmax(fabs(seen->moved_in[d]), fabs(mean)) +
-                                         MODEL_IN);
+            l->error[d] = hypot(own,
+                                MODEL_SHARE * fmax(fabs(seen->moved_in[d]), fabs(mean)) + MODEL_IN);
         } else {
             unsigned s = d - MR_TRANSDUCERS;
             double change = fabs(seen->before_in[s] - seen->after_in[s]);
@@ -568,6 +564,20 @@ bool advise_learn(struct advise_members *members, const struct advise_seen *seen
     members->learned += good;
     lesson_free(&lesson);
     return good;
+}
+
+void advise_widen(struct advise_members *members, double times)
+{
+    for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
+        double mean, spread;
+        advise_unknown(members, (enum advise_unknown)k, &mean, &spread);
+        for (size_t m = 0; m < members->count; m++) {
+            double *u = &members->member[m].unknown[k],
+                   by = told(&members->runway, (enum advise_unknown)k);
+            *u = log(mean) + times * (*u - log(mean));
+            *u = fmin(fmax(*u, log(bounds[k].low * by)), log(bounds[k].high * by));
+        }
+    }
 }
 
 void advise_unknown(const struct advise_members *members, enum advise_unknown unknown, double *mean,

@@ -17,15 +17,15 @@
 #include "common/matchain.h"
 #include "host/advise/chance.h"
 
-#define ADVISE_LEAST      64u /* members; of less, chances are too rough to act on */
-#define ADVISE_USUAL      256u
-#define ADVISE_MOST       4096u
-#define ADVISE_ZONE_MATS  50u /* as the board's warning: MR_PREDICTOR_WARNING_MATS */
-#define ADVISE_ZONE_FT    2.0 /* the wheel so near to the zone's start is at it */
-#define ADVISE_SLOW_FT_S  2.0 /* a slower wheel pushes nothing together */
-#define ADVISE_PROFILE    24u
-#define ADVISE_JOINTS     (MR_CHAIN_MATS + 1u)
-#define ADVISE_G_FT_S2    32.174
+#define ADVISE_LEAST     64u /* members; of less, chances are too rough to act on */
+#define ADVISE_USUAL     256u
+#define ADVISE_MOST      4096u
+#define ADVISE_ZONE_MATS 50u /* as the board's warning: MR_PREDICTOR_WARNING_MATS */
+#define ADVISE_ZONE_FT   2.0 /* the wheel so near to the zone's start is at it */
+#define ADVISE_SLOW_FT_S 2.0 /* a slower wheel pushes nothing together */
+#define ADVISE_PROFILE   24u
+#define ADVISE_JOINTS    (MR_CHAIN_MATS + 1u)
+#define ADVISE_G_FT_S2   32.174
 
 /* Logarithms, but for nothing: all are positive. */
 enum advise_unknown {
@@ -56,7 +56,7 @@ struct advise_members {
     struct advise_member *member;
     size_t count; /* a multiple of 8 */
     unsigned threads;
-    unsigned learned; /* landings */
+    unsigned learned;  /* landings */
     uint64_t computed; /* members' landings played since advise_members_draw */
     struct chance chance;
 };
@@ -71,16 +71,16 @@ struct advise_profile {
 /* A landing of one member. Braking begins with an onset of 60 ms. */
 struct advise_braking {
     double speed_ft_s, touchdown_ft;
-    double mean_ft_s2; /* times the profile's factor */
+    double mean_ft_s2;                    /* times the profile's factor */
     const struct advise_profile *profile; /* NULL: even */
 };
 
 /* What came of it. */
 struct advise_met {
-    float zone_ft;   /* station of the wheel when it first is at a zone of 50 mats; NaN: it is not */
-    float stop_ft;   /* of the wheel; beyond the runway: it rolls off */
-    uint16_t most_mats; /* longest zone that it was at */
-    bool ran_away;      /* the chain did: nothing else holds */
+    float zone_ft; /* station of the wheel when it first is at a zone of 50 mats; NaN: it is not */
+    float stop_ft; /* of the wheel; beyond the runway: it rolls off */
+    uint16_t most_mats;             /* longest zone that it was at */
+    bool ran_away;                  /* the chain did: nothing else holds */
     float moved_in[MR_TRANSDUCERS]; /* at the end; NaN: not fitted */
     float sum_in[MR_SEGMENTS];      /* openings at the end */
 };
@@ -112,6 +112,9 @@ struct advise_seen {
 /* Takes in what a landing shows: the survey before it, then its readings, in two passes of the
  * smoother, then the landing itself. False: no memory, or a chain ran away. */
 bool advise_learn(struct advise_members *members, const struct advise_seen *seen);
+
+/* Spreads what was learned about its mean again, `times` above 1: for a landing unlike those. */
+void advise_widen(struct advise_members *members, double times);
 
 /* Longest zone ahead of the wheel: from a closed joint (0.001 in) to a closed one in which no ten
  * joints in a row have more than one open. Joints are counted from 0; 0 mats: none. */

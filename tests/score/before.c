@@ -350,9 +350,8 @@ int main(int argc, char **argv)
     fit_rule(ranked, count, weight);
     count = 0;
     for (unsigned n = from; n < from + series && code == 0; n++) {
-        code = score_truth_get(&truth, n, kind, argv[1]) && play(&truth, false, ranked, &count)
-                 ? 0
-                 : 5;
+        code = score_truth_get(&truth, n, kind, argv[1]) && play(&truth, false, ranked, &count) ? 0
+                                                                                                : 5;
     }
     if (code)
         return code;
