@@ -12,9 +12,9 @@
 #define OUTSIDE          0.15 /* so much beyond the landings before is unlike them */
 #define OUTSIDE_TIMES    1.5
 #define EVEN_ROWS        (ADVISE_ROWS - 1u)
-#define HARDEST_LEAST    2.2  /* rows go up to so many times what just stops, */
-#define HARDEST_PLAN     1.3  /* or to so many times the plan */
-#define DOUBTFUL_OFF     0.05 /* share that rolls off from which on it is told */
+#define HARDEST_LEAST    2.2 /* rows go up to so many times what just stops, */
+#define HARDEST_PLAN     1.3 /* or to so many times the plan */
+#define HARDEST_TEXT     140
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -182,27 +182,34 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
         first++;
     advise->hardest_ft_s2 = advise_hardest_ft_s2(advise->row + first, advise->rows - first,
-                                                 advise->request.limit, &advise->beyond);
+                                                 advise->request.limit, &advise->beyond,
+                                                 &advise->short_ft_s2);
     return MR_OK;
 }
 
 /* --- the verdict --- */
 
-static void hardest_text(const struct advise *advise, bool si, char out[100])
+static void hardest_text(const struct advise *advise, bool si, char out[HARDEST_TEXT])
 {
-    char value[UNIT_TEXT];
+    char value[UNIT_TEXT], from[UNIT_TEXT];
     unit_value_text(UNIT_DECELERATION, si, advise->hardest_ft_s2, 1, value);
-    if (isnan(advise->hardest_ft_s2))
-        snprintf(out, 100, "no braking that stops on the runway stays below");
+    unit_value_text(UNIT_DECELERATION, si, advise->short_ft_s2, 1, from);
+    if (isfinite(advise->hardest_ft_s2))
+        snprintf(out, HARDEST_TEXT, "%s to %s it stays below",
+                 advise->beyond ? "at least up" : "up", value);
+    else if (isfinite(advise->short_ft_s2))
+        snprintf(out, HARDEST_TEXT,
+                 "it stays below from %s on alone, where the gear stops before the closed mats",
+                 from);
     else
-        snprintf(out, 100, "%s to %s it stays below", advise->beyond ? "at least up" : "up", value);
+        snprintf(out, HARDEST_TEXT, "no braking that stops on the runway stays below");
 }
 
 static void judge(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.limit;
-    char braking[UNIT_TEXT], hardest[100];
+    char braking[UNIT_TEXT], hardest[HARDEST_TEXT];
     const char *lacks = !advise->members.learned ? "no landing has taught it yet"
                       : advise->outside          ? "no landing before was like this"
                       : advise->past.surveyed < advise->past.segments / 2u

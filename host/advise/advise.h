@@ -42,6 +42,7 @@ struct advise {
     size_t rows, plan_row; /* ascending; which is the plan's */
     double hardest_ft_s2;  /* NaN: none */
     bool beyond;           /* harder than the last row */
+    double short_ft_s2;    /* from here on it stops before the mats that are closed; NaN: nowhere */
     double worth[ADVISE_GROUPS];
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];

@@ -26,8 +26,10 @@ static void row_answer(const struct advise *advise, const struct advise_row *row
     double length_ft = (double)advise->past.runway.chain.mat_length_ft *
                        advise->past.runway.chain.mats;
     answer_row(answer);
+    bool plan = row == &advise->row[advise->plan_row];
+    answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
-    answer_flag(answer, "plan", NULL, row == &advise->row[advise->plan_row]);
+    answer_flag(answer, "plan", NULL, plan);
     chance_answer(answer, "zone", "zone, 95 %", &row->zone);
     answer_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_STATIONS; s++) {
@@ -39,16 +41,15 @@ static void row_answer(const struct advise *advise, const struct advise_row *row
         answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->by_station[s].high, 3);
     }
     answer_close(answer);
-    for (unsigned s = 0; s + 1u < ADVISE_STATIONS; s++) {
+    for (unsigned s = 1; s + 1u < ADVISE_STATIONS; s++) {
         char label[40];
-        snprintf(label, sizeof label, "by %.0f %s",
+        snprintf(label, sizeof label, "by|%.0f %s",
                  station->factor * length_ft * (s + 1u) / ADVISE_STATIONS, station->text);
         answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->by_station[s].p);
     }
-    answer_value(answer, "half_station", "half come|to it at", UNIT_STATION, row->half_ft, 0);
+    answer_value(answer, "half_station", "half|by", UNIT_STATION, row->half_ft, 0);
     answer_words(answer, NULL, "rolls|off", "%.0f %%", 100.0 * row->off_runway);
     answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway, 3);
-    answer_words(answer, NULL, " ", "%s", row == &advise->row[advise->plan_row] ? "<- plan" : "");
 }
 
 static void plan_answer(const struct advise *advise, struct answer *answer)
@@ -58,12 +59,15 @@ static void plan_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
     answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
-    answer_words(answer, NULL, "met",
-                 advise->planned ? "within %.0f %% rms, %+.0f %% on the mean, as %u landings met "
-                                   "their kept plan"
-                                 : "within %.0f %% rms, %+.0f %% on the mean: no plan of an "
-                                   "earlier landing was kept (--keep), %u known",
-                 100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0), advise->planned);
+    if (advise->planned)
+        answer_words(answer, NULL, "met",
+                     "within %.0f %% rms, %+.0f %% on the mean, by %u landings with a kept plan",
+                     100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0), advise->planned);
+    else
+        answer_words(answer, NULL, "met", "within %.0f %% rms, %s", 100.0 * plan->spread,
+                     isfinite(advise->request.spread)
+                         ? "as given"
+                         : "as assumed: no landing has a kept plan (--keep)");
     answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
     answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned);
@@ -164,13 +168,17 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.limit, 3);
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->hardest_ft_s2, 1);
     answer_remark(answer,
-                  isnan(advise->hardest_ft_s2)
-                      ? "nothing that stops on the runway stays below %.0f %%"
-                  : advise->beyond ? "the last row, and still below %.0f %%"
-                                   : "stays below %.0f %%",
+                  isnan(advise->hardest_ft_s2) ? "; nothing that stops on the runway, and gentler "
+                                                 "than that, stays below %.0f %%"
+                  : advise->beyond             ? ", the last row, and still below %.0f %%"
+                                               : " stays below %.0f %%",
                   100.0 * advise->request.limit);
     answer_flag(answer, "hardest_beyond", NULL, advise->beyond);
     notes_answer(advise, answer);
+    answer_value(answer, "short", isfinite(advise->short_ft_s2) ? "stops short" : NULL,
+                 UNIT_DECELERATION, advise->short_ft_s2, 1);
+    if (isfinite(advise->short_ft_s2))
+        answer_remark(answer, " and harder stops before the mats that are closed");
     answer_flag(answer, "outside", NULL, advise->outside);
     answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
     known_answer(advise, answer);
@@ -178,7 +186,7 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_words(answer, NULL, "bow waves", "not foretold: this speaks of zones alone");
     answer_none(answer, "wave", NULL, "");
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
-    answer_remark(answer, "seed %llu; %.1f s, %.0f members' landings a second on %u processors",
+    answer_remark(answer, "; seed %llu; %.1f s, %.0f members' landings a second on %u processors",
                   (unsigned long long)advise->request.seed, advise->took_s, members_per_s,
                   advise->members.threads);
     answer_count(answer, "seed", NULL, (int64_t)advise->request.seed);

@@ -9,6 +9,7 @@
 #define WILSON_Z       1.959963984540054
 /* log odds of the members' share times this, and this more: fitted on series 250 to 309 of make
  * score, none of which is scored (tests/score/README.md, "Before touchdown") */
+#define LEAST_OF       64.0
 #define ODDS_TIMES     1.0
 #define ODDS_MORE      0.0
 
@@ -44,23 +45,33 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
     }
 }
 
-double advise_calibrated(double share)
+double advise_odds(double share)
 {
-    if (!(share > 0.0 && share < 1.0))
-        return share;
-    return 1.0 / (1.0 + exp(-(ODDS_MORE + ODDS_TIMES * log(share / (1.0 - share)))));
+    double soft = (LEAST_OF * share + 0.5) / (LEAST_OF + 1.0);
+    return log(soft / (1.0 - soft));
 }
 
-struct advise_chance advise_chance_of(size_t events, size_t count)
+double advise_calibrated(double share)
+{
+    return 1.0 / (1.0 + exp(-(ODDS_MORE + ODDS_TIMES * advise_odds(share))));
+}
+
+void advise_wilson(size_t events, size_t count, double *low, double *high)
 {
     double n = (double)count, p = (double)events / n, z2 = WILSON_Z * WILSON_Z;
     double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
     double half = WILSON_Z / (1.0 + z2 / n) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
-    return (struct advise_chance){
-        .p = advise_calibrated(p),
-        .low = events ? advise_calibrated(fmax(middle - half, 0.0)) : 0.0,
-        .high = events < count ? advise_calibrated(fmin(middle + half, 1.0)) : 1.0,
-    };
+    *low = fmax(middle - half, 0.0);
+    *high = fmin(middle + half, 1.0);
+}
+
+struct advise_chance advise_chance_of(size_t events, size_t count)
+{
+    double low, high;
+    advise_wilson(events, count, &low, &high);
+    return (struct advise_chance){.p = advise_calibrated((double)events / (double)count),
+                                  .low = advise_calibrated(low),
+                                  .high = advise_calibrated(high)};
 }
 
 static int by_size(const void *a, const void *b)
@@ -98,6 +109,7 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
     *row = (struct advise_row){.mean_ft_s2 = mean_ft_s2,
                                .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
     if (played) {
+        row->share = (double)come / (double)played;
         row->zone = advise_chance_of(come, played);
         row->off_runway = (double)off / (double)played;
         for (unsigned s = 0; s < ADVISE_STATIONS; s++)
@@ -114,19 +126,28 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
     return plan->speed_ft_s * plan->speed_ft_s / (2.0 * left_ft);
 }
 
-double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond)
+double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
+                            double *short_ft_s2)
 {
+    size_t last = rows; /* the last that is not below */
     *beyond = false;
+    *short_ft_s2 = (double)NAN;
+    while (last > 0 && row[last - 1].zone.p < limit)
+        last--;
+    if (!last && rows) {
+        *beyond = true;
+        return row[rows - 1].mean_ft_s2;
+    }
+    if (last < rows)
+        *short_ft_s2 = row[last].mean_ft_s2;
     if (!rows || row[0].zone.p >= limit)
         return (double)NAN;
-    for (size_t i = 1; i < rows; i++) {
-        double before = row[i - 1].zone.p, here = row[i].zone.p;
-        if (here >= limit)
-            return row[i - 1].mean_ft_s2 +
-                   (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) * (limit - before) / (here - before);
-    }
-    *beyond = true;
-    return row[rows - 1].mean_ft_s2;
+    size_t i = 1;
+    while (row[i].zone.p < limit)
+        i++;
+    return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
+                                       (limit - row[i - 1].zone.p) /
+                                       (row[i].zone.p - row[i - 1].zone.p);
 }
 
 /* --- what would narrow it --- */

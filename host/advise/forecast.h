@@ -12,7 +12,7 @@
 #include "host/advise/members.h"
 
 #define ADVISE_STATIONS 6u /* the runway in so many parts */
-#define ADVISE_ROWS     10u
+#define ADVISE_ROWS     9u
 #define ADVISE_PLAN_MET 0.10 /* spread of mean decelerations about their plan, before any landing */
 
 struct advise_plan {
@@ -29,6 +29,7 @@ struct advise_chance {
 
 struct advise_row {
     double mean_ft_s2;
+    double share; /* of the members that come to a zone, as counted */
     struct advise_chance zone;
     struct advise_chance by_station[ADVISE_STATIONS]; /* come to by the end of each part */
     double off_runway;                                /* share of the members that roll off */
@@ -51,15 +52,23 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
 
 /* Of `events` in `count` members: share, Wilson's interval, each calibrated. */
 struct advise_chance advise_chance_of(size_t events, size_t count);
-/* What a share of the members is worth as a probability. */
+/* Wilson's 95 % interval of a share (Wilson 1927). */
+void advise_wilson(size_t events, size_t count, double *low, double *high);
+/* What a share of the members is worth as a probability: none is certain, and the log odds of
+ * advise_odds by what series that are not scored have shown. */
 double advise_calibrated(double share);
+/* Log odds of a share, half a member of 64 on either side of 0 and 1. */
+double advise_odds(double share);
 
 /* Mean deceleration that stops the gear at the runway's end. */
 double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan);
 
 /* Hardest braking up to which the probability stays below `limit`, between rows (ascending) in
- * proportion. NaN: none of them does; *beyond: all of them do, and it is the last row's. */
-double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond);
+ * proportion. NaN: the first is not below; *beyond: all of them are, and it is the last row's.
+ * Where mats are closed already far from touchdown, harder braking stops before them:
+ * *short_ft_s2 is the least of the rows from which on all are below again, NaN: there is none. */
+double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
+                            double *short_ft_s2);
 
 /* Inputs that can be measured together. */
 enum advise_group {

@@ -36,7 +36,7 @@
 struct ranked {
     unsigned series, landing;
     bool event;
-    double probability;
+    double probability, odds; /* odds: log odds of the share of members, as counted */
     double feature[FEATURES]; /* 1, plan, told friction, count, slack surveyed; scaled */
 };
 
@@ -135,7 +135,7 @@ struct known {
 
 static bool say(struct advise_members *members, const struct score_landing *landing,
                 const struct known *known, const double *log_ratio, size_t landings,
-                double *probability)
+                struct ranked *ranked)
 {
     static struct advise_braking braking[MEMBERS];
     static struct advise_met met[MEMBERS];
@@ -149,7 +149,8 @@ static bool say(struct advise_members *members, const struct score_landing *land
     advise_plan_met(log_ratio, landings, &plan.bias, &plan.spread);
     advise_survey(members, known->sum_in, SURVEY_IN);
     bool good = advise_row(members, &plan, known->plan_ft_s2, braking, met, &row);
-    *probability = row.zone.p;
+    ranked->probability = row.zone.p;
+    ranked->odds = advise_odds(row.share);
     return good;
 }
 
@@ -190,8 +191,7 @@ static bool play(const struct score_truth *truth, bool rules, struct ranked *ran
     }
     bool good = rules || begin(&members, series);
     for (unsigned i = 0; !rules && good && i < series->landings; i++) {
-        good = say(&members, &truth->landing[i], &known[i], log_ratio, i,
-                   &ranked[*count + i].probability) &&
+        good = say(&members, &truth->landing[i], &known[i], log_ratio, i, &ranked[*count + i]) &&
                (i + 1 == series->landings ||
                 teach(&members, &truth->landing[i], &known[i], &known[i + 1]));
     }
@@ -322,6 +322,29 @@ static void print_reliability(const struct ranked *ranked, size_t count, const d
            events * (1.0 - events));
 }
 
+/* The log odds that would have held for these landings: odds_times * odds + odds_more. What
+ * host/advise/forecast.c has is this of series 250 to 309. */
+static void print_odds(const struct ranked *ranked, size_t count)
+{
+    double more = 0.0, times = 1.0;
+    for (unsigned round = 0; round < 50; round++) {
+        double a[3] = {1e-6, 0.0, 1e-6}, b[2] = {0.0, 0.0};
+        for (size_t i = 0; i < count; i++) {
+            double x = ranked[i].odds, p = 1.0 / (1.0 + exp(-(more + times * x)));
+            double w = p * (1.0 - p), off = ranked[i].event - p;
+            a[0] += w;
+            a[1] += w * x;
+            a[2] += w * x * x;
+            b[0] += off;
+            b[1] += off * x;
+        }
+        double det = a[0] * a[2] - a[1] * a[1];
+        more += (a[2] * b[0] - a[1] * b[1]) / det;
+        times += (a[0] * b[1] - a[1] * b[0]) / det;
+    }
+    printf("log odds that would have held: %.2f times the members', and %+.2f\n", times, more);
+}
+
 int main(int argc, char **argv)
 {
     static struct score_truth truth;
@@ -364,6 +387,7 @@ int main(int argc, char **argv)
     printf("from the second landing of a series on:\n");
     print_areas(ranked, count, from, series, weight, true);
     print_reliability(ranked, count, weight);
+    print_odds(ranked, count);
     free(ranked);
     return 0;
 }
