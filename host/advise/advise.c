@@ -295,6 +295,7 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
         .members = (int64_t)advise->members.count,
         .seed = (int64_t)advise->request.seed,
         .landings = advise->members.learned,
+        .after_run = advise->past.newest_run,
     };
     snprintf(kept.verdict, sizeof kept.verdict, "%s", advise_verdict_text(advise->verdict));
     snprintf(kept.reason, sizeof kept.reason, "%s", advise->reason);

@@ -125,17 +125,16 @@ static enum mr_status take_landing(struct store *store, struct past *past,
     return status;
 }
 
-/* The advice that was kept last before the landing and after the one before it. */
-static enum mr_status take_plans(struct store *store, const struct store_landing *row,
-                                 int64_t after_us, struct past_landing *landing,
-                                 struct error *error)
+/* The advice that was kept last before the landing and after RUN `after`. */
+static enum mr_status take_plan(struct store *store, int64_t after, struct past_landing *landing,
+                                struct error *error)
 {
     struct store_advice *advice = NULL;
     size_t count = 0;
     enum mr_status status = store_advices(store, &advice, &count, error);
     landing->planned_ft_s2 = landing->said = (double)NAN;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        if (advice[i].made_us > after_us && advice[i].made_us <= row->armed_us) {
+        if (advice[i].after_run >= after && advice[i].after_run < landing->run) {
             landing->planned_ft_s2 = advice[i].deceleration_ft_s2;
             landing->said = advice[i].zone;
         }
@@ -173,7 +172,7 @@ static enum mr_status take_runway(struct store *store, const struct store_landin
 
 /* The landings that count: those of the board that landed last, up to `before`. */
 static enum mr_status choose(struct store *store, int64_t before, struct store_landing **rows,
-                             size_t *count, size_t *voided, int64_t *end_us, struct error *error)
+                             size_t *count, struct past *past, int64_t *end_us, struct error *error)
 {
     size_t all = 0, kept = 0;
     char reason[STORE_JOURNAL_TEXT];
@@ -191,10 +190,11 @@ static enum mr_status choose(struct store *store, int64_t before, struct store_l
                          store_path(store));
     for (size_t i = 0; status == MR_OK && i < all; i++) {
         bool is_void = false;
+        past->newest_run = (*rows)[i].id > past->newest_run ? (*rows)[i].id : past->newest_run;
         if (strcmp((*rows)[i].board_uid, (*rows)[all - 1].board_uid) != 0)
             continue;
         status = store_is_void(store, (*rows)[i].id, &is_void, reason, error);
-        *voided += is_void;
+        past->voided += is_void;
         if (status == MR_OK && !is_void)
             (*rows)[kept++] = (*rows)[i];
     }
@@ -236,7 +236,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
     blank(past->sum_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         last_in[s] = NAN;
-    enum mr_status status = choose(store, before, &row, &count, &past->voided, &end_us, error);
+    enum mr_status status = choose(store, before, &row, &count, past, &end_us, error);
     if (status == MR_OK && before && !count) /* the first landing: its own board tells */
         status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later one",
                            (long long)before, store_path(store));
@@ -261,8 +261,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
             status = gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
                                  landing->seen.before_in, &landing->seen.survey_error_in, error);
         if (status == MR_OK)
-            status = take_plans(store, &row[i], i ? row[i - 1].armed_us : INT64_MIN, landing,
-                                error);
+            status = take_plan(store, i ? row[i - 1].id : 0, landing, error);
         past->landings++;
     }
     if (status == MR_OK)

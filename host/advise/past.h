@@ -23,6 +23,7 @@ struct past {
     double touchdown_ft; /* as configured, or corrected, for the last landing */
     struct past_landing *landing;
     size_t landings;
+    int64_t newest_run;          /* of the campaign, also one that is left out */
     size_t voided;               /* left out: nobody knows what they did to the mats */
     bool relaid;                 /* a series was begun since the last landing */
     double sum_in[MR_SEGMENTS];  /* survey since the last landing; NaN: not read */
