@@ -217,14 +217,21 @@ static void judge(struct advise *advise, bool si)
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
     hardest_text(advise, si, hardest);
-    bool off = row->off_runway > limit;
-    advise->verdict = off || row->zone.low >= limit    ? ADVISE_AGAINST
-                    : row->zone.high < limit && !lacks ? ADVISE_CLEAR
-                                                       : ADVISE_CAUTION;
+    bool off = row->off_runway > limit, likely = row->wave.low >= limit;
+    bool unsure = !isnan(row->wave.p) && row->wave.p >= limit;
+    advise->verdict = off || likely || row->zone.low >= limit     ? ADVISE_AGAINST
+                    : row->zone.high < limit && !lacks && !unsure ? ADVISE_CLEAR
+                                                                  : ADVISE_CAUTION;
     if (off)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s, %.0f %% of the members roll off the runway's end", braking,
                  100.0 * row->off_runway);
+    else if (unsure && row->zone.low < limit)
+        snprintf(advise->reason, sizeof advise->reason,
+                 "at %s a bow wave has a probability of %.0f %% (%.0f to %.0f), the limit is %.0f "
+                 "%%",
+                 braking, 100.0 * row->wave.p, 100.0 * row->wave.low, 100.0 * row->wave.high,
+                 100.0 * limit);
     else if (row->zone.high < limit)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s a zone of %u mats has a probability of %.0f %%, below the limit of "
@@ -265,6 +272,9 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
             advise_widen(&advise->members, OUTSIDE_TIMES);
         status = find_rows(advise, error);
     }
+    if (status == MR_OK && request->waves)
+        status = advise_waves(&advise->members, &advise->plan, request->waves, advise->row,
+                              advise->rows, advise->plan_row, &advise->planar, error);
     if (status == MR_OK)
         judge(advise, si);
     advise->took_s = steady_s() - began_s;
@@ -289,7 +299,7 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
         .zone = row->zone.p,
         .zone_low = row->zone.low,
         .zone_high = row->zone.high,
-        .wave = (double)NAN,
+        .wave = row->wave.p,
         .most = advise->request.limit,
         .hardest_ft_s2 = advise->hardest_ft_s2,
         .members = (int64_t)advise->members.count,

@@ -6,6 +6,7 @@
 
 #include "host/advise/forecast.h"
 #include "host/advise/past.h"
+#include "host/advise/waves.h"
 #include "host/base/answer.h"
 
 /* A missed zone costs four times what a needlessly gentle landing does: runway relaid against
@@ -23,7 +24,7 @@ struct advise_request {
     double friction;               /* pulled since; NaN: as the board was told */
     struct advise_profile profile; /* factors of the deceleration; count 0: even */
     double limit;
-    size_t members;
+    size_t members, waves; /* waves: members that look for bow waves, 0: none */
     uint64_t seed;
     int64_t before; /* as if RUN were still to come; 0: after all landings */
 };
@@ -46,6 +47,7 @@ struct advise {
     double worth[ADVISE_GROUPS];
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
+    size_t planar; /* runs of the planar model */
     double took_s, processor_s;
 };
 

@@ -11,8 +11,11 @@ static void chance_answer(struct answer *answer, const char *name, const char *l
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
-    answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * chance->p,
-                 100.0 * chance->low, 100.0 * chance->high);
+    if (isfinite(chance->p))
+        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * chance->p,
+                     100.0 * chance->low, 100.0 * chance->high);
+    else
+        answer_words(answer, NULL, label, "-");
     answer_value(answer, name, NULL, UNIT_NUMBER, chance->p, 3);
     answer_value(answer, low, NULL, UNIT_NUMBER, chance->low, 3);
     answer_value(answer, high, NULL, UNIT_NUMBER, chance->high, 3);
@@ -31,6 +34,8 @@ static void row_answer(const struct advise *advise, const struct advise_row *row
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
     chance_answer(answer, "zone", "zone, 95 %", &row->zone);
+    if (advise->planar)
+        chance_answer(answer, "wave", "bow wave", &row->wave);
     answer_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_STATIONS; s++) {
         answer_row(answer);
@@ -183,8 +188,17 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
     known_answer(advise, answer);
     worth_answer(advise, answer);
-    answer_words(answer, NULL, "bow waves", "not foretold: this speaks of zones alone");
-    answer_none(answer, "wave", NULL, "");
+    if (advise->planar) {
+        answer_words(answer, NULL, "bow waves",
+                     "%zu members in the planar model (%zu runs), on ground drawn up to the "
+                     "irregularity assumed; not calibrated",
+                     advise->request.waves, advise->planar);
+        answer_value(answer, "wave", NULL, UNIT_NUMBER, advise->row[advise->plan_row].wave.p, 3);
+    } else {
+        answer_words(answer, NULL, "bow waves", "not foretold: this speaks of zones alone");
+        answer_none(answer, "wave", NULL, "");
+    }
+    answer_count(answer, "planar_runs", NULL, (int64_t)advise->planar);
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
     answer_remark(answer, "; seed %llu; %.1f s, %.0f members' landings a second on %u processors",
                   (unsigned long long)advise->request.seed, advise->took_s, members_per_s,

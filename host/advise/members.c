@@ -200,7 +200,7 @@ static double factor_at(const struct advise_profile *profile, double t_s)
     return profile->factor[last];
 }
 
-static double braking_ft_s2(const struct advise_braking *braking, double t_s)
+double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
 {
     double part = fmin(t_s / ONSET_S, 1.0);
     return part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2 *
@@ -249,7 +249,7 @@ static void roll(struct batch *b, unsigned k, double t_s, unsigned *mat, float *
 {
     const struct mr_chain_params *chain = &b->members->runway.chain;
     struct gear *gear = &b->gear[k];
-    double length_ft = (double)chain->mat_length_ft, a = braking_ft_s2(&b->braking[k], t_s);
+    double length_ft = (double)chain->mat_length_ft, a = advise_braking_ft_s2(&b->braking[k], t_s);
     bool on = gear->at_ft >= 0.0 && gear->at_ft < length_ft * chain->mats && gear->speed_ft_s > 0.0;
     *mat = on ? (unsigned)(gear->at_ft / length_ft) + 1u : 1u;
     *thrust_lb = on ? (float)(exp(b->member[k].unknown[ADVISE_SHARE]) *

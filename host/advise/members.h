@@ -42,6 +42,7 @@ struct advise_runway {
     struct mr_chain_params chain;     /* friction as told; its step is not used */
     double grit_lb;                   /* mean closing resistance, as configured */
     double thrust_lb_per_g;           /* of the lead axle on the strip */
+    double bump_ft;                   /* the ground's irregularity, for bow waves alone */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
 
@@ -74,6 +75,8 @@ struct advise_braking {
     double mean_ft_s2;                    /* times the profile's factor */
     const struct advise_profile *profile; /* NULL: even */
 };
+
+double advise_braking_ft_s2(const struct advise_braking *braking, double t_s);
 
 /* What came of it. */
 struct advise_met {

@@ -159,7 +159,8 @@ static enum mr_status take_runway(struct store *store, const struct store_landin
             continue;
         past->runway = (struct advise_runway){.chain = config.chain,
                                               .grit_lb = (double)config.grit_lb,
-                                              .thrust_lb_per_g = (double)config.thrust_lb_per_g};
+                                              .thrust_lb_per_g = (double)config.thrust_lb_per_g,
+                                              .bump_ft = (double)config.bump_ft};
         memcpy(past->runway.station_ft, config.station_ft, sizeof past->runway.station_ft);
         past->segments = config.chain.mats / MR_MATS_PER_SEGMENT;
         return MR_OK;

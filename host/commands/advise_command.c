@@ -17,7 +17,7 @@ struct request {
     const char *db;
     double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, limit_percent;
     const char *profile, *who;
-    int64_t members, seed, before;
+    int64_t members, waves, seed, before;
     bool keep;
 };
 
@@ -145,6 +145,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                                      .friction = r.friction,
                                      .limit = r.limit_percent / 100.0,
                                      .members = (size_t)r.members,
+                                     .waves = (size_t)r.waves,
                                      .seed = (uint64_t)r.seed,
                                      .before = r.before};
     if (status == MR_OK && r.keep && r.before)
@@ -183,6 +184,8 @@ static const struct command_part parts[] = {
                   "does"),
     OPTION_WHOLE("--members", "N", members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
+    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, (double)ADVISE_WAVES,
+                 "members that look for bow waves in the planar model; else {standard}, 0: none"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of all draws; else {standard}. The same seed says the same"),
     OPTION_RUN("--before", "RUN", before,
@@ -194,8 +197,8 @@ static const struct command_part parts[] = {
     HELP_NOTE("clear, caution or against, and why; the probability of a zone of 50 mats against "
               "mean deceleration and station; the\n"
               "hardest braking below the limit; what to measure to know better. Go and no-go are "
-              "matrig ready's. Bow waves are not\n"
-              "foretold. Exit 1: against."),
+              "matrig ready's. Exit 1:\n"
+              "against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 
@@ -204,7 +207,8 @@ const struct command command_advise = {
     advise_command,
     "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--spread PERCENT] "
     "[--friction F] [--limit PERCENT]\n"
-    "                         [--members N] [--seed N] [--before RUN] [--keep [--who W]]",
+    "                         [--members N] [--waves N] [--seed N] [--before RUN] [--keep [--who "
+    "W]]",
     "before a landing: how probable a zone of 50 mats is, and how hard to brake",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

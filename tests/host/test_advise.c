@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/advise/forecast.h"
 #include "host/advise/smoother.h"
+#include "host/advise/waves.h"
 #include "host/base/units.h"
 
 #define MANY   20000u
@@ -486,6 +486,42 @@ static void the_hardest_braking(void **state)
     assert_true(isnan(short_ft_s2));
 }
 
+/* A gentle landing raises no wave, one with a thrust beyond all measure does; rows between are not
+ * asked, and each member counts as by itself. */
+static void waves_are_counted(void **state)
+{
+    static struct advise_braking braking[COUNT];
+    struct advise_members members;
+    struct advise_runway runway = rig();
+    struct advise_plan plan = {.speed_ft_s = 16.0, .spread = 0.05, .touchdown_ft = 3.0, .seed = 6};
+    struct advise_chance none = {(double)NAN, (double)NAN, (double)NAN};
+    struct advise_row row[3] = {{.mean_ft_s2 = 5.0, .wave = none},
+                                {.mean_ft_s2 = 5.5, .wave = none},
+                                {.mean_ft_s2 = 6.0, .wave = none}};
+    struct error error = {0};
+    size_t played;
+    (void)state;
+    runway.bump_ft = 0.0036;
+    for (unsigned times = 1; times <= 5; times += 2) {
+        unsigned waves = 0;
+        runway.thrust_lb_per_g = times * 1300.0 / 24.0;
+        assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
+        assert_int_equal(advise_waves(&members, &plan, 4, row, 3, 0, &played, &error), MR_OK);
+        assert_int_equal(played, 8);
+        advise_draw_braking(&members, &plan, 6.0, braking);
+        for (size_t m = 0; m < 4; m++) {
+            bool wave;
+            assert_int_equal(advise_wave(&members, m, &braking[m], 6, &wave, &error), MR_OK);
+            waves += wave;
+        }
+        print_message("%u times the thrust: %u of 4 with a wave\n", times, waves);
+        assert_near(row[2].wave.p, waves / 4.0, 1e-12);
+        assert_true(isnan(row[1].wave.p));
+        assert_true(times == 3 || row[2].wave.p == (times == 5 ? 1.0 : 0.0));
+        advise_members_free(&members);
+    }
+}
+
 static void speeds_and_decelerations_convert(void **state)
 {
     double factor;
@@ -522,6 +558,7 @@ int main(void)
         cmocka_unit_test(how_plans_are_met),
         cmocka_unit_test(what_inputs_explain),
         cmocka_unit_test(the_hardest_braking),
+        cmocka_unit_test(waves_are_counted),
         cmocka_unit_test(speeds_and_decelerations_convert),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
