@@ -339,8 +339,8 @@ static void print_odds(const struct ranked *ranked, size_t count)
             b[1] += off * x;
         }
         double det = a[0] * a[2] - a[1] * a[1];
-        more += (a[2] * b[0] - a[1] * b[1]) / det;
-        times += (a[0] * b[1] - a[1] * b[0]) / det;
+        more += clamp((a[2] * b[0] - a[1] * b[1]) / det, -0.2, 0.2);
+        times += clamp((a[0] * b[1] - a[1] * b[0]) / det, -0.2, 0.2);
     }
     printf("log odds that would have held: %.2f times the members', and %+.2f\n", times, more);
 }
