@@ -64,10 +64,11 @@ double advise_odds(double share);
 /* Mean deceleration that stops the gear at the runway's end. */
 double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan);
 
-/* Hardest braking up to which the probability, of a zone and of a bow wave, stays below `limit`, between rows (ascending) in
- * proportion. NaN: the first is not below; *beyond: all of them are, and it is the last row's.
- * Where mats are closed already far from touchdown, harder braking stops before them:
- * *short_ft_s2 is the least of the rows from which on all are below again, NaN: there is none. */
+/* Hardest braking up to which the probability, of a zone and of a bow wave, stays below `limit`,
+ * between rows (ascending) in proportion. NaN: the first is not below; *beyond: all of them are,
+ * and it is the last row's. Where mats are closed already far from touchdown, harder braking stops
+ * before them: *short_ft_s2 is the least of the rows from which on all are below again, NaN: there
+ * is none. */
 double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
                             double *short_ft_s2);
 
