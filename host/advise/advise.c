@@ -272,6 +272,7 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
             advise_widen(&advise->members, OUTSIDE_TIMES);
         status = find_rows(advise, error);
     }
+    advise->members_s = steady_s() - began_s;
     if (status == MR_OK && request->waves)
         status = advise_waves(&advise->members, &advise->plan, request->waves, advise->row,
                               advise->rows, advise->plan_row, &advise->planar, error);

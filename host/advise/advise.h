@@ -47,8 +47,8 @@ struct advise {
     double worth[ADVISE_GROUPS];
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
-    size_t planar; /* runs of the planar model */
-    double took_s, processor_s;
+    size_t planar;                         /* runs of the planar model */
+    double took_s, members_s, processor_s; /* members_s: without the planar runs */
 };
 
 /* MR_OK: there is an advice. Else as past_load has it, or MR_USAGE: the plan is not complete, or

@@ -180,8 +180,7 @@ struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsi
 
 /* The gear of a lane. */
 struct gear {
-    double speed_ft_s, at_ft;
-    bool beyond; /* it has left the runway */
+    double speed_ft_s, at_ft, thrust_lb_per_g;
 };
 
 static double factor_at(const struct advise_profile *profile, double t_s)
@@ -252,9 +251,7 @@ static void roll(struct batch *b, unsigned k, double t_s, unsigned *mat, float *
     double length_ft = (double)chain->mat_length_ft, a = advise_braking_ft_s2(&b->braking[k], t_s);
     bool on = gear->at_ft >= 0.0 && gear->at_ft < length_ft * chain->mats && gear->speed_ft_s > 0.0;
     *mat = on ? (unsigned)(gear->at_ft / length_ft) + 1u : 1u;
-    *thrust_lb = on ? (float)(exp(b->member[k].unknown[ADVISE_SHARE]) *
-                              b->members->runway.thrust_lb_per_g * a / ADVISE_G_FT_S2)
-                    : 0.0f;
+    *thrust_lb = on ? (float)(gear->thrust_lb_per_g * a / ADVISE_G_FT_S2) : 0.0f;
     gear->at_ft += fmax(gear->speed_ft_s, 0.0) * b->step_s;
     gear->speed_ft_s -= a * b->step_s;
 }
@@ -328,7 +325,9 @@ static bool play_batch(struct batch *b)
                    each_look = settle * (unsigned)(LOOK_S / SETTLE_S + 0.5);
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         b->gear[k] = (struct gear){.speed_ft_s = b->braking[k].speed_ft_s,
-                                   .at_ft = b->braking[k].touchdown_ft};
+                                   .at_ft = b->braking[k].touchdown_ft,
+                                   .thrust_lb_per_g = exp(b->member[k].unknown[ADVISE_SHARE]) *
+                                                      b->members->runway.thrust_lb_per_g};
         b->met[k] = (struct advise_met){.zone_ft = NAN};
     }
     double rest_s = 0.0;
