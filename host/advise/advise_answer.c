@@ -158,8 +158,9 @@ static void worth_answer(const struct advise *advise, struct answer *answer)
 
 void advise_answer(const struct advise *advise, struct answer *answer)
 {
-    double members_per_s = advise->took_s > 0.0 ? (double)advise->members.computed / advise->took_s
-                                                : (double)NAN;
+    double members_per_s = advise->members_s > 0.0
+                             ? (double)advise->members.computed / advise->members_s
+                             : (double)NAN;
     answer_words(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
