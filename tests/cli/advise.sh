@@ -40,6 +40,11 @@ plan_is_learned() {
         "$tmp/both.json" "$tmp/kept.json"
 }
 check "how the plan was met is learned" plan_is_learned
+reported() { # beside what landing 5 then did
+    $matrig --quiet report "$db" -o "$tmp/report.html" >/dev/null && sed -n '/id="advice"/,/id="predictor"/p' "$tmp/report.html" >"$tmp/advice.html" &&
+        grep -c '<td[^>]*>4.60</td>' "$tmp/advice.html" | grep -x 1 && grep -q 'warned, the wheel came to the zone' "$tmp/advice.html" && grep -q '<svg' "$tmp/advice.html"
+}
+check "the report has the advice beside what came of it" reported
 rows_hold() {
     holds 'd = d[0]; a = [r["deceleration_ft_s2"] for r in d["rows"]]; print(a)
 assert a == sorted(a) and sum(r["plan"] for r in d["rows"]) == 1 and [r for r in d["rows"] if r["plan"]][0]["deceleration_ft_s2"] == 4.6
