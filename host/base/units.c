@@ -113,8 +113,40 @@ static double time_s(const char *word)
     return 0.0;
 }
 
+/* Speeds and accelerations in the report's units; as they are written, capitals apart. */
+static const struct {
+    const char *word;
+    char kind;
+    double factor;
+} rates[] = {
+    {"ft/s", 'v', 1.0},
+    {"m/s", 'v', 1000.0 / MM_PER_IN / 12.0},
+    {"km/h", 'v', 1e6 / 3600.0 / MM_PER_IN / 12.0},
+    {"mph", 'v', 5280.0 / 3600.0},
+    {"kn", 'v', 1852e3 / 3600.0 / MM_PER_IN / 12.0},
+    {"kt", 'v', 1852e3 / 3600.0 / MM_PER_IN / 12.0},
+    {"ft/s2", 'a', 1.0},
+    {"m/s2", 'a', 1000.0 / MM_PER_IN / 12.0},
+    {"ft/s^2", 'a', 1.0},
+    {"m/s^2", 'a', 1000.0 / MM_PER_IN / 12.0},
+    {"g", 'a', 9806.65 / MM_PER_IN / 12.0},
+};
+
+static char rate_of(const char *word, double *factor)
+{
+    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
+        if (strcmp(rates[i].word, word) == 0) {
+            *factor = rates[i].factor;
+            return rates[i].kind;
+        }
+    }
+    return 0;
+}
+
 bool unit_convert(const char *from, const char *to, double *factor)
 {
+    double a_rate = 1.0, b_rate = 1.0;
+    const char a_kind = rate_of(from, &a_rate), b_kind = rate_of(to, &b_rate);
     const struct unit_word *a = unit_read(from, strlen(from)), *b = unit_read(to, strlen(to));
     double a_s = time_s(from), b_s = time_s(to);
     if (strcmp(from, to) == 0)
@@ -123,6 +155,8 @@ bool unit_convert(const char *from, const char *to, double *factor)
         *factor = a->factor / b->factor;
     else if (a_s > 0.0 && b_s > 0.0)
         *factor = a_s / b_s;
+    else if (a_kind && a_kind == b_kind)
+        *factor = a_rate / b_rate;
     else
         return false;
     return true;

@@ -41,7 +41,8 @@ const struct unit_word *unit_read(const char *word, size_t length);
 /* All of them, once each: unit_words(0) and on, NULL after the last. Static storage. */
 const struct unit_word *unit_words(size_t index);
 /* Multiply a value in `from` by *factor to have it in `to`: the same word, or two lengths, forces
- * (unit_read) or times (s, ms, min, h). False: the one cannot be turned into the other. */
+ * (unit_read), times (s, ms, min, h), speeds (ft/s, m/s, km/h, mph, kn) or accelerations (ft/s2,
+ * m/s2, g). False: the one cannot be turned into the other. */
 bool unit_convert(const char *from, const char *to, double *factor);
 /* What rounds to 0 at this least digit, without a sign. */
 double unit_tidy(double value, double least);

@@ -139,6 +139,18 @@ enum mr_status store_series_all(struct store *store, struct store_series **rows,
     STORE_ROWS(SERIES);
 }
 
+enum mr_status store_advice_add(struct store *store, const struct store_advice *advice,
+                                struct error *error)
+{
+    return STORE_PUT(store, error, advice, advice);
+}
+
+enum mr_status store_advices(struct store *store, struct store_advice **rows, size_t *count,
+                             struct error *error)
+{
+    STORE_ROWS(ADVICES);
+}
+
 /* Its own corrections stand for the landing alone. */
 static enum mr_status overlay(struct store *store, int64_t run, const char *field, char *into,
                               size_t size, struct error *error)

@@ -40,4 +40,10 @@ enum mr_status store_series_all(struct store *store, struct store_series **rows,
 enum mr_status store_series_of(struct store *store, const struct store_landing *landing,
                                struct store_series *series, struct error *error);
 
+/* What was advised before landings, and kept. */
+enum mr_status store_advice_add(struct store *store, const struct store_advice *advice,
+                                struct error *error);
+enum mr_status store_advices(struct store *store, struct store_advice **rows, size_t *count,
+                             struct error *error);
+
 #endif

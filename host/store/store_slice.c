@@ -47,6 +47,10 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
                "FROM main.landing_changes WHERE"
                " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE s.made_us<=" ARMED_US
                " END)";
+    if (strcmp(table, "advices") ==
+        0) /* the last that was kept before it and after the one before */
+        return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
+               "main.landings WHERE id<?1), 0))";
     if (strcmp(table, "gage_surveys") == 0)
         return "id IN " SURVEYS;
     if (strcmp(table, "gage_readings") == 0 || strcmp(table, "gage_loads") == 0)

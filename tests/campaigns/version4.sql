@@ -42,6 +42,9 @@ CREATE TABLE series(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, 
 CREATE TABLE landing_changes(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL, who TEXT, field TEXT NOT NULL, was TEXT, value TEXT, reason TEXT);
 CREATE TABLE observations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL, who TEXT, kind TEXT NOT NULL, side TEXT, station_ft REAL, panels INTEGER, height_in REAL, time_s REAL, form TEXT, note TEXT, withdraws INTEGER);
 CREATE TABLE recalibrations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, item INTEGER NOT NULL, was REAL, value REAL, made_us INTEGER NOT NULL, who TEXT, reason TEXT);
+CREATE TABLE advices(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, speed_ft_s REAL, deceleration_ft_s2 REAL, touchdown_ft REAL, zone REAL, zone_low REAL, zone_high REAL, wave REAL, most REAL, hardest_ft_s2 REAL, verdict TEXT NOT NULL, reason TEXT NOT NULL, members INTEGER, seed INTEGER, landings INTEGER, after_run INTEGER NOT NULL);
+CREATE TRIGGER advices_stay BEFORE UPDATE ON advices BEGIN SELECT raise(ABORT, 'history stays'); END;
+CREATE TRIGGER advices_last BEFORE DELETE ON advices BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER recalibrations_stay BEFORE UPDATE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER recalibrations_last BEFORE DELETE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER landing_changes_stay BEFORE UPDATE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;

@@ -53,6 +53,7 @@ run_line() {
     error) line=${line/consistent_fig3_7/wave} ;;
     sweep) line=${line/host\/sweep\/examples\/threshold.json/small.json} ;;
     fit) line="$line --draws 60" ;;
+    advise) line="$line --members 64" && allowed="0 1" ;; # 1: against
     esac
     case $command in
     log | live | flash) ;;

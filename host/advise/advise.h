@@ -1,0 +1,64 @@
+/* The advice before a landing: what the campaign's landings teach an ensemble (past.h, members.h),
+ * and what that says of a plan (forecast.h), in one word and one sentence. Go and no-go are
+ * readiness's (host/board/ready.h); this speaks of the mats alone. */
+#ifndef MATRIG_HOST_ADVISE_ADVISE_H
+#define MATRIG_HOST_ADVISE_ADVISE_H
+
+#include "host/advise/forecast.h"
+#include "host/advise/past.h"
+#include "host/advise/waves.h"
+#include "host/base/answer.h"
+
+/* A missed zone costs four times what a needlessly gentle landing does: runway relaid against
+ * landing repeated. Acting pays from 1 / (1 + 4) on. */
+#define ADVISE_LIMIT  0.2
+#define ADVISE_REASON 300
+
+enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
+const char *advise_verdict_text(enum advise_verdict verdict);
+
+struct advise_request {
+    /* NaN: as the landing before (speed, deceleration), as configured (touchdown), as learned
+     * (spread) */
+    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread;
+    double friction;               /* pulled since; NaN: as the board was told */
+    struct advise_profile profile; /* factors of the deceleration; count 0: even */
+    double limit;
+    size_t members, waves; /* waves: members that look for bow waves, 0: none */
+    uint64_t seed;
+    int64_t before; /* as if RUN were still to come; 0: after all landings */
+};
+
+struct advise {
+    struct advise_request request;
+    struct past past;
+    struct advise_members members;
+    struct advise_plan plan;
+    bool as_before;     /* speed or deceleration is the last landing's */
+    unsigned planned;   /* landings whose plan was kept */
+    bool outside;       /* of what the landings before were: widened */
+    size_t unlearned;   /* landings that could not be learned from */
+    double least_ft_s2; /* stops at the runway's end */
+    struct advise_row row[ADVISE_ROWS];
+    size_t rows, plan_row; /* ascending; which is the plan's */
+    double hardest_ft_s2;  /* NaN: none */
+    bool beyond;           /* harder than the last row */
+    double short_ft_s2;    /* from here on it stops before the mats that are closed; NaN: nowhere */
+    double worth[ADVISE_GROUPS];
+    enum advise_verdict verdict;
+    char reason[ADVISE_REASON];
+    size_t planar;                         /* runs of the planar model */
+    double took_s, members_s, processor_s; /* members_s: without the planar runs */
+};
+
+/* MR_OK: there is an advice. Else as past_load has it, or MR_USAGE: the plan is not complete, or
+ * does not lie on the runway. `said`: units of the sentence. advise_free in every case. */
+enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
+                           struct advise *advise, struct error *error);
+void advise_free(struct advise *advise);
+
+void advise_answer(const struct advise *advise, struct answer *answer);
+/* As the campaign keeps it. */
+struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us);
+
+#endif

@@ -1,0 +1,312 @@
+#include "host/advise/forecast.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STREAM         2u
+#define PRIOR_LANDINGS 4.0
+#define WILSON_Z       1.959963984540054
+/* log odds of the members' share times this, and this more: fitted on series 250 to 309 of make
+ * score, none of which is scored (tests/score/README.md, "Before touchdown") */
+#define LEAST_OF       64.0
+#define ODDS_TIMES     0.64
+#define ODDS_MORE      0.49
+
+void advise_plan_met(const double *log_ratio, size_t count, double *bias, double *spread)
+{
+    const double prior = PRIOR_LANDINGS, n = (double)count;
+    double mean = 0.0, squares = 0.0;
+    for (size_t i = 0; i < count; i++)
+        mean += log_ratio[i] / n;
+    for (size_t i = 0; i < count; i++)
+        squares += (log_ratio[i] - mean) * (log_ratio[i] - mean);
+    /* the prior's squares are such that n = 0 gives ADVISE_PLAN_MET */
+    double sum = ADVISE_PLAN_MET * ADVISE_PLAN_MET * (prior - 2.0) / (1.0 + 1.0 / prior) + squares +
+                 prior * n / (prior + n) * mean * mean;
+    *bias = n * mean / (prior + n);
+    *spread = sqrt(sum / (prior + n - 2.0) * (1.0 + 1.0 / (prior + n)));
+}
+
+void advise_draw_braking(const struct advise_members *members, const struct advise_plan *plan,
+                         double mean_ft_s2, struct advise_braking *braking)
+{
+    for (size_t m = 0; m < members->count; m++) {
+        struct chance chance = chance_from(plan->seed, 1000u * STREAM + m);
+        double met = fmin(fmax(plan->spread * chance_normal(&chance), -0.5), 0.4),
+               speed = plan->speed_spread * chance_normal(&chance),
+               at_ft = plan->touchdown_spread_ft * chance_normal(&chance);
+        braking[m] = (struct advise_braking){
+            .speed_ft_s = plan->speed_ft_s * fmax(1.0 + speed, 0.5),
+            .touchdown_ft = fmax(plan->touchdown_ft + at_ft, 0.0),
+            .mean_ft_s2 = mean_ft_s2 * exp(plan->bias) * (1.0 + met),
+            .profile = &plan->profile,
+        };
+    }
+}
+
+double advise_odds(double share)
+{
+    double soft = (LEAST_OF * share + 0.5) / (LEAST_OF + 1.0);
+    return log(soft / (1.0 - soft));
+}
+
+double advise_calibrated(double share)
+{
+    return 1.0 / (1.0 + exp(-(ODDS_MORE + ODDS_TIMES * advise_odds(share))));
+}
+
+void advise_wilson(size_t events, size_t count, double *low, double *high)
+{
+    double n = (double)count, p = (double)events / n, z2 = WILSON_Z * WILSON_Z;
+    double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    double half = WILSON_Z / (1.0 + z2 / n) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
+    *low = fmax(middle - half, 0.0);
+    *high = fmin(middle + half, 1.0);
+}
+
+struct advise_chance advise_chance_of(size_t events, size_t count)
+{
+    double low, high;
+    advise_wilson(events, count, &low, &high);
+    return (struct advise_chance){.p = advise_calibrated((double)events / (double)count),
+                                  .low = advise_calibrated(low),
+                                  .high = advise_calibrated(high)};
+}
+
+static int by_size(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
+                struct advise_braking *braking, struct advise_met *met, struct advise_row *row)
+{
+    const struct mr_chain_params *chain = &members->runway.chain;
+    double end_ft = (double)chain->mat_length_ft * chain->mats;
+    size_t played = 0, off = 0, come = 0, by[ADVISE_STATIONS] = {0};
+    float *at_ft = calloc(members->count, sizeof *at_ft);
+    if (!at_ft)
+        return false;
+    advise_draw_braking(members, plan, mean_ft_s2, braking);
+    if (!advise_play(members, braking, false, met)) {
+        free(at_ft);
+        return false;
+    }
+    for (size_t m = 0; m < members->count; m++) {
+        if (met[m].ran_away)
+            continue;
+        played++;
+        off += (double)met[m].stop_ft >= end_ft;
+        if (isnan(met[m].zone_ft))
+            continue;
+        at_ft[come++] = met[m].zone_ft;
+        for (unsigned s = 0; s < ADVISE_STATIONS; s++)
+            by[s] += (double)met[m].zone_ft <= end_ft * (s + 1u) / ADVISE_STATIONS;
+    }
+    qsort(at_ft, come, sizeof *at_ft, by_size);
+    *row = (struct advise_row){.mean_ft_s2 = mean_ft_s2,
+                               .wave = {(double)NAN, (double)NAN, (double)NAN},
+                               .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
+    if (played) {
+        row->share = (double)come / (double)played;
+        row->zone = advise_chance_of(come, played);
+        row->off_runway = (double)off / (double)played;
+        for (unsigned s = 0; s < ADVISE_STATIONS; s++)
+            row->by_station[s] = advise_chance_of(by[s], played);
+    }
+    free(at_ft);
+    return played > 0;
+}
+
+double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan)
+{
+    const struct mr_chain_params *chain = &members->runway.chain;
+    double left_ft = (double)chain->mat_length_ft * chain->mats - plan->touchdown_ft;
+    return plan->speed_ft_s * plan->speed_ft_s / (2.0 * left_ft);
+}
+
+/* A zone or a bow wave, whichever is more probable. */
+static double worse_of(const struct advise_row *row)
+{
+    return fmax(row->zone.p, row->wave.p);
+}
+
+double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
+                            double *short_ft_s2)
+{
+    size_t last = rows; /* the last that is not below */
+    *beyond = false;
+    *short_ft_s2 = (double)NAN;
+    while (last > 0 && worse_of(&row[last - 1]) < limit)
+        last--;
+    if (!last && rows) {
+        *beyond = true;
+        return row[rows - 1].mean_ft_s2;
+    }
+    if (last < rows)
+        *short_ft_s2 = row[last].mean_ft_s2;
+    if (!rows || worse_of(&row[0]) >= limit)
+        return (double)NAN;
+    size_t i = 1;
+    while (worse_of(&row[i]) < limit)
+        i++;
+    return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
+                                       (limit - worse_of(&row[i - 1])) /
+                                       (worse_of(&row[i]) - worse_of(&row[i - 1]));
+}
+
+/* --- what would narrow it --- */
+
+const char *advise_group_text(enum advise_group group)
+{
+    static const char *const texts[] = {"thrust that the strip bears", "friction", "joints",
+                                        "openings", "how the plan is met"};
+    return texts[group];
+}
+
+const char *advise_group_measure(enum advise_group group)
+{
+    static const char *const texts[] = {
+        "measure the brake torque and the bogie's share of the load",
+        "pull a mat and weigh it again",
+        "make a push test (matrig params --push)",
+        "survey the gage points (matrig survey)",
+        "rehearse the braking: speed, touchdown and brake setting",
+    };
+    return texts[group];
+}
+
+/* Solves a x = b in place, a symmetric and not negative; b becomes x. A column that says nothing
+ * more than those before it gets 0. */
+static void solve(double *a, double *b, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        double own = a[i * n + i];
+        for (size_t j = 0; j <= i; j++) {
+            double sum = a[i * n + j];
+            for (size_t k = 0; k < j; k++)
+                sum -= a[i * n + k] * a[j * n + k];
+            if (i == j)
+                a[i * n + i] = sum > 1e-9 * own ? sqrt(sum) : (double)INFINITY;
+            else
+                a[i * n + j] = sum / a[j * n + j];
+        }
+        for (size_t k = 0; k < i; k++)
+            b[i] -= a[i * n + k] * b[k];
+        b[i] /= a[i * n + i];
+    }
+    for (size_t i = n; i-- > 0;) {
+        for (size_t k = i + 1; k < n; k++)
+            b[i] -= a[k * n + i] * b[k];
+        b[i] /= a[i * n + i];
+    }
+}
+
+/* Standardised inputs and their squares, about their means. */
+static size_t spread_out(const double *input, size_t inputs, size_t count, double *column)
+{
+    size_t columns = 0;
+    for (size_t i = 0; i < inputs; i++) {
+        double mean = 0.0, squares = 0.0, fourth = 0.0;
+        for (size_t m = 0; m < count; m++)
+            mean += input[m * inputs + i] / (double)count;
+        for (size_t m = 0; m < count; m++) {
+            double x = input[m * inputs + i] - mean;
+            squares += x * x / (double)count;
+        }
+        if (!(squares > 1e-18 * (1.0 + mean * mean)))
+            continue;
+        double *plain = column + columns * count, *square = plain + count;
+        for (size_t m = 0; m < count; m++) {
+            plain[m] = (input[m * inputs + i] - mean) / sqrt(squares);
+            square[m] = plain[m] * plain[m] - 1.0;
+            fourth += square[m] * square[m];
+        }
+        columns += fourth > 0.0 ? 2 : 1;
+    }
+    return columns;
+}
+
+double advise_explained(const double *input, size_t inputs, const bool *event, size_t count)
+{
+    double mean = 0.0, explained = 0.0;
+    double *column = calloc(2 * inputs * count + 1, sizeof *column),
+           *a = calloc(4 * inputs * inputs + 1, sizeof *a), *b = calloc(2 * inputs + 1, sizeof *b),
+           *covariance = calloc(2 * inputs + 1, sizeof *b);
+    for (size_t m = 0; m < count; m++)
+        mean += event[m] / (double)count;
+    double variance = mean * (1.0 - mean) * (double)count;
+    size_t n = column && a && b && covariance ? spread_out(input, inputs, count, column) : 0;
+    if (n && n + 2 < count && variance > 0.0) {
+        for (size_t i = 0; i < n; i++) {
+            for (size_t m = 0; m < count; m++)
+                covariance[i] += column[i * count + m] * (event[m] - mean);
+            for (size_t j = 0; j <= i; j++) {
+                for (size_t m = 0; m < count; m++)
+                    a[i * n + j] += column[i * count + m] * column[j * count + m];
+            }
+        }
+        memcpy(b, covariance, n * sizeof *b);
+        solve(a, b, n);
+        for (size_t i = 0; i < n; i++)
+            explained += b[i] * covariance[i] / variance;
+        /* chance explains something, too */
+        explained = 1.0 - (1.0 - explained) * (double)(count - 1) / (double)(count - n - 1);
+    }
+    free(column);
+    free(a);
+    free(b);
+    free(covariance);
+    return fmin(fmax(explained, 0.0), 1.0);
+}
+
+/* Inputs of a group of one member; how many. Openings: of each sixth of the runway. */
+static size_t group_inputs(const struct advise_members *members, size_t m,
+                           const struct advise_braking *braking, enum advise_group group,
+                           double *input)
+{
+    const struct advise_member *member = &members->member[m];
+    switch (group) {
+    case ADVISE_OF_SHARE: input[0] = member->unknown[ADVISE_SHARE]; return 1;
+    case ADVISE_OF_FRICTION: input[0] = member->unknown[ADVISE_FRICTION]; return 1;
+    case ADVISE_OF_JOINTS:
+        input[0] = member->unknown[ADVISE_RESISTANCE];
+        input[1] = member->unknown[ADVISE_STIFFNESS];
+        input[2] = member->unknown[ADVISE_DAMPING];
+        return 3;
+    case ADVISE_OF_BRAKING:
+        input[0] = braking[m].mean_ft_s2;
+        input[1] = braking[m].speed_ft_s;
+        input[2] = braking[m].touchdown_ft;
+        return 3;
+    default:
+        for (unsigned s = 0; s < ADVISE_STATIONS; s++)
+            input[s] = 0.0;
+        for (unsigned j = 0; j < members->runway.chain.mats; j++)
+            input[j * ADVISE_STATIONS / members->runway.chain.mats] += (double)member->gap_ft[j];
+        return ADVISE_STATIONS;
+    }
+}
+
+bool advise_worth(const struct advise_members *members, const struct advise_braking *braking,
+                  const struct advise_met *met, double share[ADVISE_GROUPS])
+{
+    double *input = calloc(members->count * ADVISE_STATIONS, sizeof *input);
+    bool *event = calloc(members->count, sizeof *event);
+    for (unsigned g = 0; input && event && g < ADVISE_GROUPS; g++) {
+        size_t inputs = 1;
+        for (size_t m = 0; m < members->count; m++) {
+            double own[ADVISE_STATIONS];
+            inputs = group_inputs(members, m, braking, (enum advise_group)g, own);
+            memcpy(input + m * inputs, own, inputs * sizeof *own);
+            event[m] = !isnan(met[m].zone_ft);
+        }
+        share[g] = advise_explained(input, inputs, event, members->count);
+    }
+    bool good = input && event;
+    free(input);
+    free(event);
+    return good;
+}

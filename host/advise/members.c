@@ -1,0 +1,594 @@
+#include "host/advise/members.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host/advise/smoother.h"
+#include "host/ensemble/chains.h"
+
+#define STREAM       1u
+#define THREADS_MOST 16u
+#define LOOK_S       0.05
+#define SETTLE_S     1e-3
+#define ONSET_S      0.06
+#define AFTER_S      0.1  /* mats go on for so long when the gear stands */
+#define LONGEST_S    60.0 /* nobody brakes that gently */
+#define CLOSED_FT    (0.001f / 12.0f)
+#define TALLY        10  /* joints in a row of a zone, of which one may be open */
+#define LAID_MOST    1.2 /* gaps as laid: up to so many slacks, none beyond one */
+
+/* What is known before any reading, as host/campaign's ranges have it: factors of what is told,
+ * evenly or normally by their logarithm. */
+static const struct {
+    double low, high; /* no member is beyond: of what is told */
+    double least;     /* spread (of the logarithm) that no reading takes away */
+} bounds[ADVISE_UNKNOWNS] = {
+    [ADVISE_SHARE] = {0.5, 1.6, 0.05},     [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
+    [ADVISE_RESISTANCE] = {0.3, 2.5, 0.1}, [ADVISE_STIFFNESS] = {0.5, 1.6, 0.0},
+    [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
+};
+
+#define READING_IN  0.003 /* of a transducer at rest, when nothing worse is stated */
+#define MODEL_SHARE 0.15  /* what the chain does not explain of a movement */
+#define MODEL_IN    0.01
+#define SUM_SHARE   0.25 /* and of what ten joints close by */
+#define SUM_IN      0.01
+#define PASSES      2
+#define KEPT        0.5  /* of the spread that a landing takes away */
+#define NEAR_FT     12.0 /* a transducer tells of joints up to twice that away */
+
+/* --- drawing --- */
+
+static double told(const struct advise_runway *runway, enum advise_unknown unknown)
+{
+    switch (unknown) {
+    case ADVISE_FRICTION: return (double)runway->chain.friction_lb;
+    case ADVISE_RESISTANCE: return runway->grit_lb;
+    case ADVISE_STIFFNESS: return (double)runway->chain.kl_lb_ft;
+    case ADVISE_DAMPING: return (double)runway->chain.cl_lb_s_ft;
+    default: return 1.0;
+    }
+}
+
+static void draw_unknowns(struct advise_member *member, const struct advise_runway *runway,
+                          struct chance *chance)
+{
+    double *u = member->unknown;
+    u[ADVISE_SHARE] = log(0.7 + 0.6 * chance_uniform(chance));
+    u[ADVISE_FRICTION] = 0.1 * chance_normal(chance);
+    u[ADVISE_RESISTANCE] = -0.6 + chance_uniform(chance);
+    u[ADVISE_STIFFNESS] = -0.5 + 0.9 * chance_uniform(chance);
+    u[ADVISE_DAMPING] = -0.9 + 1.6 * chance_uniform(chance);
+    for (int k = 0; k < ADVISE_UNKNOWNS; k++)
+        u[k] += log(told(runway, (enum advise_unknown)k));
+}
+
+static void draw_gaps(struct advise_members *members, struct advise_member *member)
+{
+    double slack_ft = (double)members->runway.chain.slack_ft;
+    for (unsigned j = 0; j <= members->runway.chain.mats; j++)
+        member->gap_ft[j] = (float)fmin(LAID_MOST * slack_ft * chance_uniform(&members->chance),
+                                        slack_ft);
+}
+
+static bool sensible(const struct advise_runway *r)
+{
+    const struct mr_chain_params *c = &r->chain;
+    return c->mats >= 2 && c->mats <= MR_CHAIN_MATS && c->mat_length_ft > 0.0f &&
+           c->mass_slug > 0.0f && c->friction_lb > 0.0f && c->kl_lb_ft > 0.0f &&
+           c->cl_lb_s_ft > 0.0f && c->slack_ft > 0.0f && r->grit_lb > 0.0 &&
+           r->thrust_lb_per_g > 0.0 && isfinite(r->thrust_lb_per_g);
+}
+
+enum mr_status advise_members_draw(struct advise_members *members,
+                                   const struct advise_runway *runway, size_t count, uint64_t seed)
+{
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    *members = (struct advise_members){
+        .runway = *runway,
+        .count = (count + CHAINS_LANES - 1) / CHAINS_LANES * CHAINS_LANES,
+        .threads = processors > 1 ? (unsigned)processors : 1u,
+        .chance = chance_from(seed, STREAM),
+    };
+    if (!sensible(runway) || count < CHAINS_LANES || count > ADVISE_MOST)
+        return MR_USAGE;
+    members->member = calloc(members->count, sizeof *members->member);
+    if (!members->member)
+        return MR_FULL;
+    for (size_t m = 0; m < members->count; m++) {
+        struct advise_member *member = &members->member[m];
+        draw_unknowns(member, runway, &members->chance);
+        draw_gaps(members, member);
+        for (unsigned j = 0; j <= runway->chain.mats; j++)
+            member->grit[j] = (float)(2.0 * chance_uniform(&members->chance));
+    }
+    return MR_OK;
+}
+
+void advise_members_free(struct advise_members *members)
+{
+    free(members->member);
+    members->member = NULL;
+}
+
+void advise_relay(struct advise_members *members)
+{
+    for (size_t m = 0; m < members->count; m++)
+        draw_gaps(members, &members->member[m]);
+}
+
+/* Ten openings get a sum: all smaller by a factor, or all nearer to the slack by one. */
+static void give_sum(float *gap_ft, double sum_ft, double slack_ft)
+{
+    double most_ft = MR_MATS_PER_SEGMENT * slack_ft, had_ft = 0.0;
+    double sum = fmin(fmax(sum_ft, 0.0), most_ft);
+    for (unsigned j = 0; j < MR_MATS_PER_SEGMENT; j++)
+        had_ft += (double)gap_ft[j];
+    for (unsigned j = 0; j < MR_MATS_PER_SEGMENT; j++) {
+        double g = (double)gap_ft[j];
+        if (had_ft >= sum)
+            g *= had_ft > 0.0 ? sum / had_ft : 0.0;
+        else
+            g = slack_ft - (slack_ft - g) * (most_ft - sum) / (most_ft - had_ft);
+        gap_ft[j] = (float)g;
+    }
+}
+
+static unsigned segments_of(const struct advise_members *members)
+{
+    unsigned whole = members->runway.chain.mats / MR_MATS_PER_SEGMENT;
+    return whole < MR_SEGMENTS ? whole : MR_SEGMENTS;
+}
+
+void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
+                   double error_in)
+{
+    double slack_ft = (double)members->runway.chain.slack_ft;
+    for (size_t m = 0; m < members->count; m++) {
+        for (unsigned s = 0; s < segments_of(members); s++) {
+            double off_in = error_in * chance_normal(&members->chance);
+            if (isfinite(sum_in[s]))
+                give_sum(members->member[m].gap_ft + MR_MATS_PER_SEGMENT * s,
+                         (sum_in[s] + off_in) / 12.0, slack_ft);
+        }
+    }
+}
+
+/* --- playing --- */
+
+struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsigned from)
+{
+    struct advise_zone best = {0, 0};
+    for (unsigned first = from; first < joints; first++) {
+        int last_open = (int)first - TALLY;
+        if (opening_ft[first] > CLOSED_FT)
+            continue;
+        for (unsigned j = first + 1u; j < joints; j++) {
+            if (opening_ft[j] > CLOSED_FT) {
+                if ((int)j - last_open < TALLY)
+                    break;
+                last_open = (int)j;
+            } else if (j - first > best.mats) {
+                best = (struct advise_zone){first, j - first};
+            }
+        }
+    }
+    return best;
+}
+
+/* The gear of a lane. */
+struct gear {
+    double speed_ft_s, at_ft, thrust_lb_per_g;
+};
+
+static double factor_at(const struct advise_profile *profile, double t_s)
+{
+    if (!profile || !profile->count)
+        return 1.0;
+    size_t last = profile->count - 1;
+    if (t_s <= profile->t_s[0])
+        return profile->factor[0];
+    for (size_t i = 0; i < last; i++) {
+        double from_s = profile->t_s[i], to_s = profile->t_s[i + 1];
+        if (t_s < to_s)
+            return profile->factor[i] +
+                   (profile->factor[i + 1] - profile->factor[i]) * (t_s - from_s) / (to_s - from_s);
+    }
+    return profile->factor[last];
+}
+
+double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
+{
+    double part = fmin(t_s / ONSET_S, 1.0);
+    return part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2 *
+           factor_at(braking->profile, t_s);
+}
+
+/* Eight members and their landing. */
+struct batch {
+    const struct advise_members *members;
+    struct advise_member *member;
+    const struct advise_braking *braking;
+    struct advise_met *met;
+    bool keeps;
+    struct gear gear[CHAINS_LANES];
+    double step_s;
+};
+
+static struct chains *start(struct batch *b, float grit_lb[CHAINS_LANES][ADVISE_JOINTS])
+{
+    const struct mr_chain_params *told_of = &b->members->runway.chain;
+    struct mr_chain_params params[CHAINS_LANES];
+    const float *gap[CHAINS_LANES], *grit[CHAINS_LANES];
+    enum mr_status status;
+    double limit_s = (double)INFINITY;
+    for (unsigned k = 0; k < CHAINS_LANES; k++) {
+        const double *u = b->member[k].unknown;
+        double mean_lb = exp(u[ADVISE_RESISTANCE]);
+        params[k] = *told_of;
+        params[k].friction_lb = (float)exp(u[ADVISE_FRICTION]);
+        params[k].kl_lb_ft = (float)exp(u[ADVISE_STIFFNESS]);
+        params[k].cl_lb_s_ft = (float)exp(u[ADVISE_DAMPING]);
+        limit_s = fmin(limit_s, (double)mr_chain_step_limit_s(&params[k]));
+        for (unsigned j = 0; j <= told_of->mats; j++)
+            grit_lb[k][j] = (float)(mean_lb * (double)b->member[k].grit[j]);
+        gap[k] = b->member[k].gap_ft;
+        grit[k] = grit_lb[k];
+    }
+    /* whole steps in a block */
+    b->step_s = SETTLE_S / ceil(SETTLE_S / (0.98 * (double)MR_CHAIN_STEP_MARGIN * limit_s));
+    for (unsigned k = 0; k < CHAINS_LANES; k++)
+        params[k].step_s = (float)b->step_s;
+    return chains_new(params, gap, grit, &status);
+}
+
+static void roll(struct batch *b, unsigned k, double t_s, unsigned *mat, float *thrust_lb)
+{
+    const struct mr_chain_params *chain = &b->members->runway.chain;
+    struct gear *gear = &b->gear[k];
+    double length_ft = (double)chain->mat_length_ft, a = advise_braking_ft_s2(&b->braking[k], t_s);
+    bool on = gear->at_ft >= 0.0 && gear->at_ft < length_ft * chain->mats && gear->speed_ft_s > 0.0;
+    *mat = on ? (unsigned)(gear->at_ft / length_ft) + 1u : 1u;
+    *thrust_lb = on ? (float)(gear->thrust_lb_per_g * a / ADVISE_G_FT_S2) : 0.0f;
+    gear->at_ft += fmax(gear->speed_ft_s, 0.0) * b->step_s;
+    gear->speed_ft_s -= a * b->step_s;
+}
+
+static void look(struct batch *b, const struct chains *chains, unsigned k)
+{
+    const struct mr_chain_params *chain = &b->members->runway.chain;
+    const struct gear *gear = &b->gear[k];
+    double length_ft = (double)chain->mat_length_ft;
+    float opening_ft[ADVISE_JOINTS];
+    if (!(gear->speed_ft_s > ADVISE_SLOW_FT_S) || gear->at_ft < 0.0)
+        return;
+    for (unsigned j = 0; j <= chain->mats; j++)
+        opening_ft[j] = chains_opening_ft(chains, k, j + 1u);
+    struct advise_zone zone = advise_longest(opening_ft, chain->mats + 1u,
+                                             (unsigned)ceil(gear->at_ft / length_ft));
+    if (!zone.mats || zone.first * length_ft - gear->at_ft >= ADVISE_ZONE_FT)
+        return;
+    if (zone.mats > b->met[k].most_mats)
+        b->met[k].most_mats = (uint16_t)zone.mats;
+    if (zone.mats >= ADVISE_ZONE_MATS && isnan(b->met[k].zone_ft))
+        b->met[k].zone_ft = (float)gear->at_ft;
+}
+
+static void conclude(struct batch *b, const struct chains *chains, unsigned k)
+{
+    const struct advise_runway *runway = &b->members->runway;
+    struct advise_met *met = &b->met[k];
+    double length_ft = (double)runway->chain.mat_length_ft,
+           slack_ft = (double)runway->chain.slack_ft;
+    met->stop_ft = (float)b->gear[k].at_ft;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        double at = (double)runway->station_ft[i] / length_ft;
+        met->moved_in[i] = at >= 0.0 && at < runway->chain.mats
+                             ? 12.0f * chains_displacement_ft(chains, k, (unsigned)at + 1u)
+                             : NAN;
+    }
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        met->sum_in[s] = s < segments_of(b->members) ? 0.0f : NAN;
+    for (unsigned j = 0; j <= runway->chain.mats; j++) {
+        double g = fmin(fmax((double)chains_opening_ft(chains, k, j + 1u), 0.0), slack_ft);
+        if (j / MR_MATS_PER_SEGMENT < segments_of(b->members))
+            met->sum_in[j / MR_MATS_PER_SEGMENT] += (float)(12.0 * g);
+        if (b->keeps && !met->ran_away)
+            b->member[k].gap_ft[j] = (float)g;
+    }
+}
+
+static bool rolling(const struct batch *b)
+{
+    for (unsigned k = 0; k < CHAINS_LANES; k++) {
+        if (b->gear[k].speed_ft_s > 0.0 &&
+            b->gear[k].at_ft <
+                (double)b->members->runway.chain.mat_length_ft * b->members->runway.chain.mats)
+            return true;
+    }
+    return false;
+}
+
+static bool play_batch(struct batch *b)
+{
+    float(*grit_lb)[ADVISE_JOINTS] = calloc(CHAINS_LANES, sizeof *grit_lb);
+    struct chains *chains = grit_lb ? start(b, grit_lb) : NULL;
+    unsigned mat[CHAINS_LANES], away = 0;
+    float thrust_lb[CHAINS_LANES];
+    if (!chains) {
+        free(grit_lb);
+        return false;
+    }
+    const unsigned settle = (unsigned)(SETTLE_S / b->step_s + 0.5),
+                   each_look = settle * (unsigned)(LOOK_S / SETTLE_S + 0.5);
+    for (unsigned k = 0; k < CHAINS_LANES; k++) {
+        b->gear[k] = (struct gear){.speed_ft_s = b->braking[k].speed_ft_s,
+                                   .at_ft = b->braking[k].touchdown_ft,
+                                   .thrust_lb_per_g = exp(b->member[k].unknown[ADVISE_SHARE]) *
+                                                      b->members->runway.thrust_lb_per_g};
+        b->met[k] = (struct advise_met){.zone_ft = NAN};
+    }
+    double rest_s = 0.0;
+    for (unsigned step = 0; rest_s < AFTER_S && (double)step * b->step_s < LONGEST_S; step++) {
+        for (unsigned k = 0; k < CHAINS_LANES; k++)
+            roll(b, k, (double)step * b->step_s, &mat[k], &thrust_lb[k]);
+        chains_step(chains, mat, thrust_lb);
+        if (step % settle == settle - 1u) {
+            away |= chains_settle(chains);
+            rest_s = rolling(b) ? 0.0 : rest_s + SETTLE_S;
+        }
+        for (unsigned k = 0; step % each_look == 0 && k < CHAINS_LANES; k++)
+            look(b, chains, k);
+    }
+    for (unsigned k = 0; k < CHAINS_LANES; k++) {
+        b->met[k].ran_away = away >> k & 1u;
+        conclude(b, chains, k);
+    }
+    chains_free(chains);
+    free(grit_lb);
+    return true;
+}
+
+/* A thread plays every so-maniest batch; what comes out does not depend on who played it. */
+struct worker {
+    pthread_t thread;
+    struct advise_members *members;
+    const struct advise_braking *braking;
+    struct advise_met *met;
+    bool keeps, good;
+    unsigned from, every;
+};
+
+static void *work(void *context)
+{
+    struct worker *w = context;
+    size_t batches = w->members->count / CHAINS_LANES;
+    w->good = true;
+    for (size_t i = w->from; i < batches && w->good; i += w->every) {
+        struct batch batch = {.members = w->members,
+                              .member = w->members->member + CHAINS_LANES * i,
+                              .braking = w->braking + CHAINS_LANES * i,
+                              .met = w->met + CHAINS_LANES * i,
+                              .keeps = w->keeps};
+        w->good = play_batch(&batch);
+    }
+    return NULL;
+}
+
+bool advise_play(struct advise_members *members, const struct advise_braking *braking, bool keeps,
+                 struct advise_met *met)
+{
+    struct worker worker[THREADS_MOST];
+    unsigned threads = members->threads < THREADS_MOST ? members->threads : THREADS_MOST;
+    bool started[THREADS_MOST] = {false}, good = true;
+    for (unsigned t = 0; t < threads; t++) {
+        worker[t] = (struct worker){.members = members,
+                                    .braking = braking,
+                                    .met = met,
+                                    .keeps = keeps,
+                                    .from = t,
+                                    .every = threads};
+        started[t] = t > 0 && pthread_create(&worker[t].thread, NULL, work, &worker[t]) == 0;
+    }
+    for (unsigned t = 0; t < threads; t++) { /* what no thread could be had for is done here */
+        if (!started[t])
+            work(&worker[t]);
+    }
+    for (unsigned t = 0; t < threads; t++) {
+        if (started[t])
+            pthread_join(worker[t].thread, NULL);
+        good = good && worker[t].good;
+    }
+    members->computed += members->count;
+    return good;
+}
+
+/* --- learning --- */
+
+#define STATES (ADVISE_UNKNOWNS + ADVISE_JOINTS)
+#define DATA   (MR_TRANSDUCERS + MR_SEGMENTS)
+
+static double nearness(const void *context, size_t state, size_t datum)
+{
+    const struct advise_runway *runway = context;
+    if (state < ADVISE_UNKNOWNS)
+        return 1.0;
+    size_t joint = state - ADVISE_UNKNOWNS;
+    if (datum >= MR_TRANSDUCERS) /* what ten joints close by tells of those ten */
+        return joint / MR_MATS_PER_SEGMENT == datum - MR_TRANSDUCERS ? 1.0 : 0.0;
+    return smoother_taper((double)joint * (double)runway->chain.mat_length_ft -
+                              (double)runway->station_ft[datum],
+                          NEAR_FT);
+}
+
+struct lesson {
+    double *state, *predicted;
+    double read[DATA], error[DATA];
+    struct advise_braking *braking;
+    struct advise_met *met;
+};
+
+static void lesson_free(struct lesson *l)
+{
+    free(l->state);
+    free(l->predicted);
+    free(l->braking);
+    free(l->met);
+}
+
+static bool lesson_get(struct lesson *l, const struct advise_members *members)
+{
+    *l = (struct lesson){.state = calloc(members->count * STATES, sizeof *l->state),
+                         .predicted = calloc(members->count * DATA, sizeof *l->predicted),
+                         .braking = calloc(members->count, sizeof *l->braking),
+                         .met = calloc(members->count, sizeof *l->met)};
+    return l->state && l->predicted && l->braking && l->met;
+}
+
+static void write_down(const struct advise_members *members, struct lesson *l)
+{
+    for (size_t m = 0; m < members->count; m++) {
+        const struct advise_member *member = &members->member[m];
+        double *state = l->state + m * STATES;
+        memcpy(state, member->unknown, sizeof member->unknown);
+        for (unsigned j = 0; j < ADVISE_JOINTS; j++)
+            state[ADVISE_UNKNOWNS + j] = (double)member->gap_ft[j];
+        for (unsigned d = 0; d < DATA; d++)
+            l->predicted[m * DATA + d] = (double)(d < MR_TRANSDUCERS
+                                                      ? l->met[m].moved_in[d]
+                                                      : l->met[m].sum_in[d - MR_TRANSDUCERS]);
+    }
+}
+
+/* What was read, and how far the chain may be off it: a share of what moved or closed. */
+static void find_errors(const struct advise_members *members, const struct advise_seen *seen,
+                        struct lesson *l)
+{
+    for (unsigned d = 0; d < DATA; d++) {
+        double mean = 0.0;
+        for (size_t m = 0; m < members->count; m++)
+            mean += l->predicted[m * DATA + d] / (double)members->count;
+        if (d < MR_TRANSDUCERS) {
+            double own = fmax(seen->moved_error_in, READING_IN);
+            l->read[d] = isfinite(mean) ? seen->moved_in[d] : (double)NAN;
+            l->error[d] = hypot(own,
+                                MODEL_SHARE * fmax(fabs(seen->moved_in[d]), fabs(mean)) + MODEL_IN);
+        } else {
+            unsigned s = d - MR_TRANSDUCERS;
+            double change = fabs(seen->before_in[s] - seen->after_in[s]);
+            /* without the survey before it the closing is not known, and what is left is */
+            l->read[d] = isfinite(mean) ? seen->after_in[s] : (double)NAN;
+            l->error[d] = hypot(1.4142135623730951 * seen->survey_error_in,
+                                SUM_SHARE * (isfinite(change) ? change : 0.1) + SUM_IN);
+        }
+    }
+}
+
+static void take_back(struct advise_members *members, const struct lesson *l)
+{
+    const struct advise_runway *runway = &members->runway;
+    for (size_t m = 0; m < members->count; m++) {
+        struct advise_member *member = &members->member[m];
+        const double *state = l->state + m * STATES;
+        for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
+            double by = told(runway, (enum advise_unknown)k);
+            member->unknown[k] = fmin(fmax(state[k], log(bounds[k].low * by)),
+                                      log(bounds[k].high * by));
+        }
+        for (unsigned j = 0; j <= runway->chain.mats; j++)
+            member->gap_ft[j] = (float)fmin(fmax(state[ADVISE_UNKNOWNS + j], 0.0),
+                                            (double)runway->chain.slack_ft);
+    }
+}
+
+static bool ran_away(const struct advise_members *members, const struct lesson *l)
+{
+    for (size_t m = 0; m < members->count; m++) {
+        if (l->met[m].ran_away)
+            return true;
+    }
+    return false;
+}
+
+static bool pass(struct advise_members *members, const struct advise_seen *seen, struct lesson *l)
+{
+    if (!advise_play(members, l->braking, false, l->met) || ran_away(members, l))
+        return false;
+    write_down(members, l);
+    find_errors(members, seen, l);
+    const struct smoother smoother = {.members = members->count,
+                                      .states = STATES,
+                                      .data = DATA,
+                                      .state = l->state,
+                                      .predicted = l->predicted,
+                                      .read = l->read,
+                                      .error = l->error,
+                                      .passes = PASSES,
+                                      .nearness = nearness,
+                                      .context = &members->runway};
+    if (!smoother_take(&smoother, &members->chance))
+        return false;
+    take_back(members, l);
+    return true;
+}
+
+static void widen(struct advise_members *members, struct lesson *l, const double *was)
+{
+    write_down(members, l);
+    for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
+        smoother_widen(l->state, members->count, STATES, k, was[k], KEPT, bounds[k].least);
+    take_back(members, l);
+}
+
+bool advise_learn(struct advise_members *members, const struct advise_seen *seen)
+{
+    struct lesson lesson;
+    double was[ADVISE_UNKNOWNS], mean;
+    bool good = lesson_get(&lesson, members);
+    advise_survey(members, seen->before_in, seen->survey_error_in);
+    for (size_t m = 0; good && m < members->count; m++)
+        lesson.braking[m] = seen->braking;
+    if (good)
+        write_down(members, &lesson);
+    for (unsigned k = 0; good && k < ADVISE_UNKNOWNS; k++)
+        smoother_spread(lesson.state, members->count, STATES, k, &mean, &was[k]);
+    for (unsigned i = 0; good && i < PASSES; i++)
+        good = pass(members, seen, &lesson);
+    if (good)
+        widen(members, &lesson, was);
+    good = good && advise_play(members, lesson.braking, true, lesson.met) &&
+           !ran_away(members, &lesson);
+    members->learned += good;
+    lesson_free(&lesson);
+    return good;
+}
+
+void advise_widen(struct advise_members *members, double times)
+{
+    for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
+        double mean, spread;
+        advise_unknown(members, (enum advise_unknown)k, &mean, &spread);
+        for (size_t m = 0; m < members->count; m++) {
+            double *u = &members->member[m].unknown[k],
+                   by = told(&members->runway, (enum advise_unknown)k);
+            *u = log(mean) + times * (*u - log(mean));
+            *u = fmin(fmax(*u, log(bounds[k].low * by)), log(bounds[k].high * by));
+        }
+    }
+}
+
+void advise_unknown(const struct advise_members *members, enum advise_unknown unknown, double *mean,
+                    double *spread)
+{
+    double sum = 0.0, squares = 0.0;
+    for (size_t m = 0; m < members->count; m++)
+        sum += members->member[m].unknown[unknown] / (double)members->count;
+    for (size_t m = 0; m < members->count; m++) {
+        double off = members->member[m].unknown[unknown] - sum;
+        squares += off * off;
+    }
+    *mean = exp(sum);
+    *spread = sqrt(squares / (double)(members->count - 1));
+}

@@ -1,0 +1,215 @@
+/* matrig advise: before a landing, how probable a zone of 50 mats is (host/advise). */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/advise/advise.h"
+#include "host/base/decimal.h"
+#include "host/commands/commands.h"
+#include "host/commands/said.h"
+#include "host/link/link.h"
+#include "host/store/store_journal.h"
+
+#define NOT_GIVEN (double)NAN
+
+struct request {
+    const char *db;
+    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, limit_percent;
+    const char *profile, *who;
+    int64_t members, waves, seed, before;
+    bool keep;
+};
+
+/* "4ft/s2", with a unit or in `bare`; up to `end`. */
+static bool part(const char *text, size_t length, const char *bare, const char *unit, double *value)
+{
+    char word[40];
+    const char *end;
+    double factor = 1.0;
+    if (length == 0 || length >= sizeof word)
+        return false;
+    memcpy(word, text, length);
+    word[length] = '\0';
+    *value = decimal_read(word, &end);
+    if (end == word || !isfinite(*value) || !unit_convert(*end ? end : bare, unit, &factor))
+        return false;
+    *value *= factor;
+    return true;
+}
+
+/* "0:4,2:8": braking of 4 at the touchdown that goes over to 8 at 2 s. The mean, over time to the
+ * stop from `speed_ft_s`, becomes the plan; the points are relative to it. */
+static enum mr_status read_profile(const char *text, bool si, struct advise_profile *profile,
+                                   struct error *error)
+{
+    double last_s = -1.0;
+    for (const char *at = text; *at;) {
+        size_t length = strcspn(at, ","), colon = strcspn(at, ":,");
+        double t_s, a;
+        if (colon >= length || !part(at, colon, "s", "s", &t_s) ||
+            !part(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2", "ft/s2", &a) ||
+            !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
+            return error_set(error, MR_USAGE,
+                             "not a profile: '%s' for --profile; give times and decelerations, "
+                             "such as 0s:4ft/s2,2s:8ft/s2, times ascending",
+                             text);
+        if (profile->count == ADVISE_PROFILE)
+            return error_set(error, MR_USAGE, "more than %u points: --profile; leave some out",
+                             ADVISE_PROFILE);
+        profile->t_s[profile->count] = last_s = t_s;
+        profile->factor[profile->count++] = a;
+        at += length + (at[length] == ',');
+    }
+    return MR_OK;
+}
+
+/* Mean deceleration over the way to the stop: v^2 / 2 s. NaN: it does not stop. */
+static double mean_of(const struct advise_profile *profile, double speed_ft_s)
+{
+    const double step_s = 1e-3;
+    double v = speed_ft_s, way_ft = 0.0;
+    for (double t_s = 0.0; v > 0.0; t_s += step_s) {
+        size_t i = 0;
+        if (t_s > 600.0)
+            return (double)NAN;
+        while (i + 1 < profile->count && profile->t_s[i + 1] <= t_s)
+            i++;
+        double a = profile->factor[i];
+        if (i + 1 < profile->count && t_s > profile->t_s[i])
+            a += (profile->factor[i + 1] - a) * (t_s - profile->t_s[i]) /
+                 (profile->t_s[i + 1] - profile->t_s[i]);
+        way_ft += v * step_s;
+        v -= a * step_s;
+    }
+    return speed_ft_s * speed_ft_s / (2.0 * way_ft);
+}
+
+static enum mr_status take_profile(const struct request *r, const struct cli *cli,
+                                   struct advise_request *request, struct error *error)
+{
+    if (!r->profile)
+        return MR_OK;
+    if (isfinite(request->deceleration_ft_s2))
+        return error_set(error, MR_USAGE,
+                         "both --profile and --deceleration: matrig advise; the profile has its "
+                         "own mean, leave one out");
+    if (isnan(request->speed_ft_s))
+        return error_set(error, MR_USAGE,
+                         "--profile needs --speed: matrig advise; its mean depends on it");
+    enum mr_status status = read_profile(r->profile, cli->si, &request->profile, error);
+    if (status != MR_OK)
+        return status;
+    request->deceleration_ft_s2 = mean_of(&request->profile, request->speed_ft_s);
+    if (!isfinite(request->deceleration_ft_s2))
+        return error_set(error, MR_USAGE,
+                         "no stop: '%s' for --profile; it does not stop the gear within 10 min",
+                         r->profile);
+    for (size_t i = 0; i < request->profile.count; i++)
+        request->profile.factor[i] /= request->deceleration_ft_s2;
+    return MR_OK;
+}
+
+static int run(const struct request *r, const struct cli *cli, const struct advise_request *request)
+{
+    static struct advise advise; /* a table, and profiles */
+    struct error error = {0};
+    struct store *store = NULL;
+    struct answer *answer = answer_new(cli->si);
+    enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
+    if (status == MR_OK)
+        status = advise_find(store, request, cli->si, &advise, &error);
+    if (status == MR_OK && r->keep) {
+        struct store_advice kept = advise_row_kept(&advise, (int64_t)link_now_us());
+        said_fill(kept.who, sizeof kept.who, said_by(r->who));
+        status = store_advice_add(store, &kept, &error);
+    }
+    if (status == MR_OK)
+        advise_answer(&advise, answer);
+    int code = status == MR_OK && advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT)
+                                                                   : 0;
+    advise_free(&advise);
+    store_close(store);
+    return answer_end(cli, answer, code, &error);
+}
+
+static int advise_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request r = {0};
+    struct error error = {0};
+    enum mr_status status = command_parse(&command_advise, argc, argv, cli, &r, &r.db, &error);
+    struct advise_request request = {.speed_ft_s = r.speed_ft_s,
+                                     .deceleration_ft_s2 = r.deceleration_ft_s2,
+                                     .touchdown_ft = r.touchdown_ft,
+                                     .spread = r.spread_percent / 100.0,
+                                     .friction = r.friction,
+                                     .limit = r.limit_percent / 100.0,
+                                     .members = (size_t)r.members,
+                                     .waves = (size_t)r.waves,
+                                     .seed = (uint64_t)r.seed,
+                                     .before = r.before};
+    if (status == MR_OK && r.keep && r.before)
+        status = error_set(&error, MR_USAGE,
+                           "--keep with --before: matrig advise; a landing that has been made has "
+                           "no plan any more");
+    if (status == MR_OK)
+        status = take_profile(&r, cli, &request, &error);
+    return status == MR_OK ? run(&r, cli, &request) : cli_fail(&error);
+}
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB", "campaign database. The runway is the one that the board was told of in the "
+                    "last landing; all landings of that\nboard teach, one after the other"),
+    OPTION_NUMBER_SI("--speed", "V", speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
+                     "planned speed at touchdown, or with its unit: 10m/s. Else the last "
+                     "landing's"),
+    OPTION_NUMBER_SI("--deceleration", "A", deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 40.0,
+                     NOT_GIVEN,
+                     "planned mean deceleration, or with its unit: 1.5m/s2, 0.15g. Else the last "
+                     "landing's"),
+    OPTION_TEXT("--profile", "T:A,...", profile,
+                "planned braking over time instead: 0s:4ft/s2,2s:8ft/s2, straight lines between; "
+                "the rows are its multiples"),
+    OPTION_NUMBER_SI("--station", "S", touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
+                     "where it touches down; else the board's touchdown station"),
+    OPTION_NUMBER("--spread", "PERCENT", spread_percent, NULL, 0.0, 40.0, NOT_GIVEN,
+                  "how far the braking may be off the plan, rms. Else learned from kept plans; 10 "
+                  "to begin with"),
+    OPTION_NUMBER("--friction", "F", friction, NULL, 0.05, 2.0, NOT_GIVEN,
+                  "coefficient of friction pulled since; else as the board was told"),
+    OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
+                  "probability of a zone from which on the advice is against it; else {standard}: "
+                  "a zone missed is taken to cost\nfour times what a needlessly gentle landing "
+                  "does"),
+    OPTION_WHOLE("--members", "N", members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
+                 (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
+    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, (double)ADVISE_WAVES,
+                 "members that look for bow waves in the planar model; else {standard}, 0: none"),
+    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
+                 "of all draws; else {standard}. The same seed says the same"),
+    OPTION_RUN("--before", "RUN", before,
+               "as if that landing were still to come: what was known then"),
+    OPTION_FLAG("--keep", keep,
+                "write plan and advice into the campaign; the landing armed next is held against "
+                "it"),
+    OPTION_TEXT("--who", "W", who, "who keeps it; else the user"),
+    HELP_NOTE("clear, caution or against, and why; the probability of a zone of 50 mats against "
+              "mean deceleration and station; the\n"
+              "hardest braking below the limit; what to measure to know better. Go and no-go are "
+              "matrig ready's. Exit 1:\n"
+              "against."),
+    HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
+};
+
+const struct command command_advise = {
+    "advise",
+    advise_command,
+    "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--spread PERCENT] "
+    "[--friction F] [--limit PERCENT]\n"
+    "                         [--members N] [--waves N] [--seed N] [--before RUN] [--keep [--who "
+    "W]]",
+    "before a landing: how probable a zone of 50 mats is, and how hard to brake",
+    COMMAND_PARTS(parts),
+    {1, 1, "DB"},
+};

@@ -1,0 +1,565 @@
+/* The advice: its smoother against the exact Kalman solution, members against the chain alone,
+ * shares against counting, how plans are met against an integral, and what known inputs explain
+ * against closed forms. */
+#include "tests/cmocka_all.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/advise/smoother.h"
+#include "host/advise/waves.h"
+#include "host/base/units.h"
+
+#define MANY   20000u
+#define MATS   120u
+#define MAT_FT (2.0f / 7.0f)
+#define COUNT  64u
+
+/* --- the smoother --- */
+
+/* x ~ N((1, -2), (4 1; 1 2)), read are x0 and x0 + x1. The solutions are Kalman's
+ * equations in fractions. */
+struct linear {
+    double state[MANY][2], predicted[MANY][2];
+};
+
+static void draw_linear(struct linear *linear, struct chance *chance)
+{
+    for (size_t m = 0; m < MANY; m++) { /* Cholesky's factor of the covariance */
+        double a = chance_normal(chance), b = chance_normal(chance);
+        linear->state[m][0] = 1.0 + 2.0 * a;
+        linear->state[m][1] = -2.0 + 0.5 * a + sqrt(1.75) * b;
+    }
+}
+
+static void predict_linear(struct linear *linear)
+{
+    for (size_t m = 0; m < MANY; m++) {
+        linear->predicted[m][0] = linear->state[m][0];
+        linear->predicted[m][1] = linear->state[m][0] + linear->state[m][1];
+    }
+}
+
+static double covariance(const struct linear *linear, int i, int j)
+{
+    double mean[2] = {0.0, 0.0}, sum = 0.0;
+    for (size_t m = 0; m < MANY; m++) {
+        mean[0] += linear->state[m][0] / MANY;
+        mean[1] += linear->state[m][1] / MANY;
+    }
+    for (size_t m = 0; m < MANY; m++)
+        sum += (linear->state[m][i] - mean[i]) * (linear->state[m][j] - mean[j]) / (MANY - 1);
+    return sum;
+}
+
+static void take_linear(struct linear *linear, const double read[2], unsigned passes,
+                        double (*nearness)(const void *, size_t, size_t))
+{
+    static const double error[2] = {1.0, 0.5};
+    struct chance chance = chance_from(7, 0);
+    for (unsigned pass = 0; pass < passes; pass++) {
+        predict_linear(linear);
+        const struct smoother smoother = {.members = MANY,
+                                          .states = 2,
+                                          .data = 2,
+                                          .state = &linear->state[0][0],
+                                          .predicted = &linear->predicted[0][0],
+                                          .read = read,
+                                          .error = error,
+                                          .passes = passes,
+                                          .nearness = nearness};
+        assert_true(smoother_take(&smoother, &chance));
+    }
+}
+
+static void is_kalmans(const struct linear *linear, const double mean[2], const double p[3])
+{
+    for (size_t k = 0; k < 2; k++) {
+        double is, deviation;
+        smoother_spread(&linear->state[0][0], MANY, 2, k, &is, &deviation);
+        assert_near(is, mean[k], 0.03);
+    }
+    assert_near(covariance(linear, 0, 0), p[0], 0.03);
+    assert_near(covariance(linear, 0, 1), p[1], 0.03);
+    assert_near(covariance(linear, 1, 1), p[2], 0.03);
+}
+
+static void the_smoother_comes_to_the_kalman_filter(void **state)
+{
+    static struct linear linear;
+    static const double read[2] = {3.0, 0.5}, one[2] = {(double)NAN, 0.5};
+    (void)state;
+    for (unsigned passes = 1; passes <= 4; passes *= 2) {
+        struct chance chance = chance_from(3, passes);
+        draw_linear(&linear, &chance);
+        take_linear(&linear, read, passes, NULL);
+        is_kalmans(&linear, (const double[]){159.0 / 65.0, -124.0 / 65.0},
+                   (const double[]){32.0 / 65.0, -27.0 / 65.0, 37.0 / 65.0});
+        draw_linear(&linear, &chance);
+        take_linear(&linear, one, passes, NULL);
+        is_kalmans(&linear, (const double[]){21.0 / 11.0, -16.0 / 11.0},
+                   (const double[]){32.0 / 33.0, -9.0 / 11.0, 10.0 / 11.0});
+    }
+}
+
+static double first_alone(const void *context, size_t unknown, size_t datum)
+{
+    (void)context;
+    return unknown == 0 && datum == 0 ? 1.0 : 0.0;
+}
+
+static void what_is_far_stays(void **state)
+{
+    static struct linear linear, before;
+    static const double read[2] = {3.0, 0.5}, none[2] = {(double)NAN, (double)NAN};
+    struct chance chance = chance_from(5, 0);
+    (void)state;
+    draw_linear(&linear, &chance);
+    before = linear;
+    take_linear(&linear, none, 1, NULL);
+    assert_memory_equal(linear.state, before.state, sizeof linear.state);
+    take_linear(&linear, read, 1, first_alone);
+    for (size_t m = 0; m < MANY; m++) {
+        assert_true(linear.state[m][1] >= before.state[m][1] &&
+                    linear.state[m][1] <= before.state[m][1]);
+        assert_false(fabs(linear.state[m][0] - before.state[m][0]) < 1e-12);
+    }
+}
+
+/* Gaspari and Cohn's polynomial at points that are worked out by hand. */
+static void the_taper_is_gaspari_and_cohns(void **state)
+{
+    (void)state;
+    assert_near(smoother_taper(0.0, 3.0), 1.0, 1e-15);
+    assert_near(smoother_taper(-1.5, 3.0), 263.0 / 384.0, 1e-14);
+    assert_near(smoother_taper(3.0, 3.0), 5.0 / 24.0, 1e-14);
+    assert_near(smoother_taper(6.0, 3.0), 0.0, 1e-15);
+    assert_near(smoother_taper(5.999999, 3.0), 0.0, 1e-12);
+}
+
+static void spread_is_given_back(void **state)
+{
+    double x[6] = {9.0, 1.0, 9.0, 2.0, 9.0, 3.0}, mean, deviation;
+    (void)state;
+    smoother_widen(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
+    smoother_spread(x, 3, 2, 1, &mean, &deviation);
+    assert_near(mean, 2.0, 1e-14);
+    assert_near(deviation, 3.0, 1e-14);
+    smoother_widen(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
+    smoother_spread(x, 3, 2, 1, &mean, &deviation);
+    assert_near(deviation, 4.0, 1e-14);
+    assert_near(x[0], 9.0, 1e-15);
+}
+
+/* --- members --- */
+
+static struct advise_runway rig(void)
+{
+    struct advise_runway runway = {.chain = {.mats = MATS,
+                                             .mat_length_ft = MAT_FT,
+                                             .mass_slug = 0.466f / 32.174f,
+                                             .friction_lb = 0.6f * 0.466f,
+                                             .kl_lb_ft = 2.9e5f,
+                                             .cl_lb_s_ft = 5.0f,
+                                             .slack_ft = 0.0025f},
+                                   .grit_lb = 6.0,
+                                   .thrust_lb_per_g = 1300.0 / 12.0};
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        runway.station_ft[i] = i < 4 ? 8.0f + 7.0f * (float)i : NAN;
+    return runway;
+}
+
+/* A zone by its definition: every pair of closed joints, every ten between. */
+static unsigned longest_by_trying(const float *opening_ft, unsigned joints, unsigned from)
+{
+    unsigned most = 0;
+    for (unsigned a = from; a < joints; a++) {
+        for (unsigned b = a + 1; b < joints; b++) {
+            bool zone = !(opening_ft[a] > 0.001f / 12.0f) && !(opening_ft[b] > 0.001f / 12.0f);
+            for (unsigned i = a; zone && i <= b; i++) {
+                unsigned open = 0;
+                for (unsigned j = i; j < i + 10 && j <= b; j++)
+                    open += opening_ft[j] > 0.001f / 12.0f;
+                zone = open < 2;
+            }
+            if (zone && b - a > most)
+                most = b - a;
+        }
+    }
+    return most;
+}
+
+static void the_longest_zone_is_found(void **state)
+{
+    float opening_ft[90];
+    struct chance chance = chance_from(11, 0);
+    unsigned longest = 0;
+    (void)state;
+    for (unsigned trial = 0; trial < 300; trial++) {
+        double closed = 0.7 + 0.3 * chance_uniform(&chance);
+        for (unsigned j = 0; j < 90; j++)
+            opening_ft[j] = chance_uniform(&chance) < closed ? 0.00005f : 0.001f;
+        struct advise_zone zone = advise_longest(opening_ft, 90, trial % 40);
+        assert_int_equal(zone.mats, longest_by_trying(opening_ft, 90, trial % 40));
+        longest = zone.mats > longest ? zone.mats : longest;
+    }
+    assert_true(longest > 60);
+}
+
+/* A member's landing on the chain of common/matchain.h by itself. */
+static double play_alone(const struct advise_members *members, size_t m,
+                         const struct advise_braking *braking, double step_s, double *moved_in)
+{
+    static struct mr_chain chain;
+    float grit_lb[MATS + 1], opening_ft[MATS + 1];
+    const struct advise_member *member = &members->member[m];
+    struct mr_chain_params params = members->runway.chain;
+    double at_ft = braking->touchdown_ft, v = braking->speed_ft_s, zone_ft = (double)NAN;
+    params.friction_lb = (float)exp(member->unknown[ADVISE_FRICTION]);
+    params.kl_lb_ft = (float)exp(member->unknown[ADVISE_STIFFNESS]);
+    params.cl_lb_s_ft = (float)exp(member->unknown[ADVISE_DAMPING]);
+    params.step_s = (float)step_s;
+    for (unsigned j = 0; j <= MATS; j++)
+        grit_lb[j] = (float)(exp(member->unknown[ADVISE_RESISTANCE]) * (double)member->grit[j]);
+    assert_int_equal(mr_chain_start(&chain, &params, 1, member->gap_ft, grit_lb), MR_OK);
+    unsigned block = (unsigned)lround(1e-3 / step_s);
+    for (unsigned step = 0; step < 8000 * block; step++) {
+        double t_s = step * step_s, part = fmin(t_s / 0.06, 1.0);
+        double a = part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2;
+        bool on = v > 0.0 && at_ft < (double)MAT_FT * MATS;
+        mr_chain_step(&chain, on ? (unsigned)(at_ft / (double)MAT_FT) + 1u : 1u,
+                      on ? (float)(exp(member->unknown[ADVISE_SHARE]) * 1300.0 / 12.0 * a / 32.174)
+                         : 0.0f);
+        at_ft += fmax(v, 0.0) * step_s;
+        v -= a * step_s;
+        if (step % block == block - 1)
+            assert_true(mr_chain_settle(&chain));
+        if (step % (50 * block) || !(v > 2.0))
+            continue;
+        for (unsigned j = 0; j <= MATS; j++)
+            opening_ft[j] = mr_chain_opening_ft(&chain, j + 1);
+        struct advise_zone zone = advise_longest(opening_ft, MATS + 1,
+                                                 (unsigned)ceil(at_ft / (double)MAT_FT));
+        if (isnan(zone_ft) && zone.mats >= 50 && zone.first * (double)MAT_FT - at_ft < 2.0)
+            zone_ft = at_ft;
+    }
+    *moved_in = 12.0 * (double)mr_chain_displacement_ft(&chain, (unsigned)(15.0f / MAT_FT) + 1u);
+    return zone_ft;
+}
+
+/* The step that members of a batch have: the largest whole part of a millisecond that is stable
+ * for all eight. */
+static double step_of(const struct advise_members *members, size_t batch)
+{
+    double limit_s = 1.0;
+    for (size_t m = 8 * batch; m < 8 * batch + 8; m++) {
+        struct mr_chain_params params = members->runway.chain;
+        params.kl_lb_ft = (float)exp(members->member[m].unknown[ADVISE_STIFFNESS]);
+        params.cl_lb_s_ft = (float)exp(members->member[m].unknown[ADVISE_DAMPING]);
+        limit_s = fmin(limit_s, (double)mr_chain_step_limit_s(&params));
+    }
+    return 1e-3 / ceil(1e-3 / (0.98 * 0.9 * limit_s));
+}
+
+static void a_share_is_what_chains_alone_count(void **state)
+{
+    static struct advise_braking braking[COUNT];
+    static struct advise_met met[COUNT];
+    struct advise_members members;
+    struct advise_plan plan = {.speed_ft_s = 18.0,
+                               .speed_spread = 0.01,
+                               .spread = 0.1,
+                               .mean_ft_s2 = 6.0,
+                               .touchdown_ft = 3.0,
+                               .touchdown_spread_ft = 0.5,
+                               .seed = 9};
+    struct advise_runway runway = rig();
+    struct advise_row row;
+    unsigned events = 0, by_half = 0;
+    (void)state;
+    double sum_in[MR_SEGMENTS];
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        sum_in[i] = 0.1;
+    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
+    advise_survey(&members, sum_in, 0.0);
+    assert_true(advise_row(&members, &plan, 6.0, braking, met, &row));
+    for (size_t m = 0; m < COUNT; m++) {
+        double moved_in,
+            zone_ft = play_alone(&members, m, &braking[m], step_of(&members, m / 8), &moved_in);
+        assert_near((double)met[m].moved_in[1], moved_in, 1e-6);
+        assert_int_equal(isnan(met[m].zone_ft), isnan(zone_ft));
+        if (!isnan(zone_ft))
+            assert_near((double)met[m].zone_ft, zone_ft, 1e-4);
+        events += isnan(zone_ft) ? 0u : 1u;
+        by_half += (unsigned)(zone_ft <= 0.5 * (double)MAT_FT * MATS);
+    }
+    print_message("%u of %u members come to a zone\n", events, COUNT);
+    assert_true(events > 5 && events < COUNT - 5);
+    assert_near(row.share, (double)events / COUNT, 1e-12);
+    assert_near(row.by_station[2].p, advise_calibrated((double)by_half / COUNT), 1e-12);
+    advise_members_free(&members);
+}
+
+static void threads_change_nothing(void **state)
+{
+    static struct advise_braking braking[COUNT];
+    static struct advise_met met[2][COUNT];
+    struct advise_plan plan = {.speed_ft_s = 15.0, .spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
+    struct advise_runway runway = rig();
+    struct advise_row row;
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct advise_members members;
+        assert_int_equal(advise_members_draw(&members, &runway, COUNT, 4), MR_OK);
+        members.threads = i ? 3 : 1;
+        assert_true(advise_row(&members, &plan, 5.0, braking, met[i], &row));
+        advise_members_free(&members);
+    }
+    assert_memory_equal(met[0], met[1], sizeof met[0]);
+}
+
+static void a_survey_gives_the_sums(void **state)
+{
+    struct advise_members members;
+    struct advise_runway runway = rig();
+    double sum_in[MR_SEGMENTS];
+    (void)state;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        sum_in[s] = s % 3 ? 0.02 * s : (double)NAN;
+    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
+    float was = members.member[5].gap_ft[3];
+    advise_survey(&members, sum_in, 0.0);
+    assert_true(members.member[5].gap_ft[3] >= was && members.member[5].gap_ft[3] <= was);
+    for (size_t m = 0; m < COUNT; m++) {
+        for (unsigned s = 1; s < MATS / 10; s++) {
+            double is_in = 0.0;
+            for (unsigned j = 10 * s; j < 10 * s + 10; j++) {
+                float gap_ft = members.member[m].gap_ft[j];
+                assert_true(gap_ft >= 0.0f && gap_ft <= 0.002500001f);
+                is_in += 12.0 * (double)gap_ft;
+            }
+            if (s % 3)
+                assert_near(is_in, sum_in[s], 1e-6);
+        }
+    }
+    advise_members_free(&members);
+}
+
+/* A twin: one member is the truth. What its readings teach lies nearer to it than what was drawn,
+ * and is not without spread. */
+static void a_landing_teaches(void **state)
+{
+    static struct advise_met met[8];
+    struct advise_members truth, members;
+    struct advise_runway runway = rig();
+    struct advise_seen seen = {
+        .braking = {.speed_ft_s = 18.0, .touchdown_ft = 3.0, .mean_ft_s2 = 6.0},
+        .moved_error_in = 0.003,
+        .survey_error_in = 0.003};
+    struct advise_braking braking[8];
+    double before, spread_before, after, spread_after;
+    (void)state;
+    assert_int_equal(advise_members_draw(&truth, &runway, 8, 77), MR_OK);
+    assert_int_equal(advise_members_draw(&members, &runway, 128, 5), MR_OK);
+    for (unsigned k = 0; k < 8; k++) {
+        braking[k] = seen.braking;
+        truth.member[k].unknown[ADVISE_SHARE] = log(1.3);
+        truth.member[k].unknown[ADVISE_FRICTION] = log(0.6 * 0.466);
+        truth.member[k].unknown[ADVISE_RESISTANCE] = log(4.0);
+    }
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        seen.before_in[s] = 0.0;
+        for (unsigned j = 10 * s; s < MATS / 10 && j < 10 * s + 10; j++)
+            seen.before_in[s] += 12.0 * (double)truth.member[0].gap_ft[j];
+    }
+    assert_true(advise_play(&truth, braking, true, met));
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        seen.moved_in[i] = (double)met[0].moved_in[i];
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        seen.after_in[s] = (double)met[0].sum_in[s];
+    advise_unknown(&members, ADVISE_RESISTANCE, &before, &spread_before);
+    assert_true(advise_learn(&members, &seen));
+    advise_unknown(&members, ADVISE_RESISTANCE, &after, &spread_after);
+    print_message("resistance %.2f +- %.0f %%, then %.2f +- %.0f %%; true 4\n", before,
+                  100.0 * spread_before, after, 100.0 * spread_after);
+    assert_true(fabs(log(after / 4.0)) < fabs(log(before / 4.0)));
+    assert_true(spread_after < spread_before);
+    assert_true(spread_after > 0.09);
+    advise_members_free(&truth);
+    advise_members_free(&members);
+}
+
+static void parameters_without_sense_are_refused(void **state)
+{
+    struct advise_members members;
+    struct advise_runway runway = rig();
+    (void)state;
+    runway.chain.friction_lb = NAN;
+    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_USAGE);
+    advise_members_free(&members);
+    runway = rig();
+    runway.chain.mats = 0;
+    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_USAGE);
+    advise_members_free(&members);
+}
+
+/* --- the forecast --- */
+
+/* Roots of |x - p| = z sqrt(x (1 - x) / n), which the interval is: of 0 in 10, z^2 / (10 + z^2);
+ * for 5 in 10 symmetric about 0.5. */
+static void wilsons_interval(void **state)
+{
+    double low, high;
+    (void)state;
+    advise_wilson(5, 10, &low, &high);
+    assert_near(low, 0.2365931, 1e-6);
+    assert_near(high, 0.7634069, 1e-6);
+    advise_wilson(0, 10, &low, &high);
+    assert_near(low, 0.0, 1e-12);
+    assert_near(high, 0.2775328, 1e-6);
+}
+
+static void probabilities_rise_with_shares(void **state)
+{
+    double last = 0.0;
+    (void)state;
+    for (unsigned i = 0; i <= 64; i++) {
+        double p = advise_calibrated(i / 64.0);
+        assert_true(p > last && p < 1.0);
+        last = p;
+    }
+}
+
+/* The posterior integrated over a grid of mean and variance (the sums by another program). */
+static void how_plans_are_met(void **state)
+{
+    static const double ratio[] = {0.10, 0.05, 0.20};
+    double bias, spread;
+    (void)state;
+    advise_plan_met(NULL, 0, &bias, &spread);
+    assert_near(bias, 0.0, 1e-15);
+    assert_near(spread, 0.1, 1e-12);
+    advise_plan_met(ratio, 3, &bias, &spread);
+    assert_near(bias, 0.05000, 1e-4);
+    assert_near(spread, 0.10797, 1e-4);
+}
+
+/* Of x + y > 0, both standard normal, the best line in x explains 1 / pi of the variance, that in
+ * both 2 / pi; of |x| > 0.6745 squares alone explain any. */
+static void what_inputs_explain(void **state)
+{
+    static double x[MANY], both[MANY][2], other[MANY];
+    static bool event[MANY], far[MANY];
+    struct chance chance = chance_from(21, 0);
+    (void)state;
+    for (size_t m = 0; m < MANY; m++) {
+        both[m][0] = x[m] = chance_normal(&chance);
+        both[m][1] = chance_normal(&chance);
+        other[m] = chance_normal(&chance);
+        event[m] = both[m][0] + both[m][1] > 0.0;
+        far[m] = fabs(x[m]) > 0.6744898;
+    }
+    assert_near(advise_explained(x, 1, event, MANY), 1.0 / 3.14159265, 0.015);
+    assert_near(advise_explained(&both[0][0], 2, event, MANY), 2.0 / 3.14159265, 0.015);
+    assert_near(advise_explained(other, 1, event, MANY), 0.0, 0.002);
+    assert_true(advise_explained(x, 1, far, MANY) > 0.3);
+    memset(event, 0, sizeof event);
+    assert_near(advise_explained(x, 1, event, MANY), 0.0, 1e-15);
+}
+
+static void the_hardest_braking(void **state)
+{
+    struct advise_row row[4] = {{.mean_ft_s2 = 4.0, .zone = {.p = 0.1}},
+                                {.mean_ft_s2 = 5.0, .zone = {.p = 0.3}},
+                                {.mean_ft_s2 = 6.0, .zone = {.p = 0.6}},
+                                {.mean_ft_s2 = 7.0, .zone = {.p = 0.1}}};
+    double short_ft_s2;
+    bool beyond;
+    (void)state;
+    assert_near(advise_hardest_ft_s2(row, 4, 0.2, &beyond, &short_ft_s2), 4.5, 1e-12);
+    assert_false(beyond);
+    assert_near(short_ft_s2, 7.0, 1e-12);
+    assert_near(advise_hardest_ft_s2(row, 4, 0.7, &beyond, &short_ft_s2), 7.0, 1e-12);
+    assert_true(beyond && isnan(short_ft_s2));
+    assert_true(isnan(advise_hardest_ft_s2(row, 3, 0.05, &beyond, &short_ft_s2)));
+    assert_true(isnan(short_ft_s2));
+}
+
+/* A gentle landing raises no wave, one with a thrust beyond all measure does; rows between are not
+ * asked, and each member counts as by itself. */
+static void waves_are_counted(void **state)
+{
+    static struct advise_braking braking[COUNT];
+    struct advise_members members;
+    struct advise_runway runway = rig();
+    struct advise_plan plan = {.speed_ft_s = 16.0, .spread = 0.05, .touchdown_ft = 3.0, .seed = 6};
+    struct advise_chance none = {(double)NAN, (double)NAN, (double)NAN};
+    struct advise_row row[3] = {{.mean_ft_s2 = 5.0, .wave = none},
+                                {.mean_ft_s2 = 5.5, .wave = none},
+                                {.mean_ft_s2 = 6.0, .wave = none}};
+    struct error error = {0};
+    size_t played;
+    (void)state;
+    runway.bump_ft = 0.0036;
+    for (unsigned times = 1; times <= 5; times += 2) {
+        unsigned waves = 0;
+        runway.thrust_lb_per_g = times * 1300.0 / 24.0;
+        assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
+        assert_int_equal(advise_waves(&members, &plan, 4, row, 3, 0, &played, &error), MR_OK);
+        assert_int_equal(played, 8);
+        advise_draw_braking(&members, &plan, 6.0, braking);
+        for (size_t m = 0; m < 4; m++) {
+            bool wave;
+            assert_int_equal(advise_wave(&members, m, &braking[m], 6, &wave, &error), MR_OK);
+            waves += wave;
+        }
+        print_message("%u times the thrust: %u of 4 with a wave\n", times, waves);
+        assert_near(row[2].wave.p, waves / 4.0, 1e-12);
+        assert_true(isnan(row[1].wave.p));
+        assert_true(times == 3 || row[2].wave.p == (times == 5 ? 1.0 : 0.0));
+        advise_members_free(&members);
+    }
+}
+
+static void speeds_and_decelerations_convert(void **state)
+{
+    double factor;
+    (void)state;
+    assert_true(unit_convert("m/s2", "ft/s2", &factor));
+    assert_near(factor, 1.0 / 0.3048, 1e-12);
+    assert_true(unit_convert("g", "ft/s2", &factor));
+    assert_near(factor, 32.1740486, 1e-6);
+    assert_true(unit_convert("km/h", "ft/s", &factor));
+    assert_near(factor, 0.911344415, 1e-8);
+    assert_true(unit_convert("kn", "ft/s", &factor));
+    assert_near(factor, 1.68780986, 1e-7);
+    assert_true(unit_convert("mph", "m/s", &factor));
+    assert_near(factor, 0.44704, 1e-12);
+    assert_false(unit_convert("m/s", "ft/s2", &factor));
+    assert_false(unit_convert("ft", "ft/s", &factor));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_smoother_comes_to_the_kalman_filter),
+        cmocka_unit_test(what_is_far_stays),
+        cmocka_unit_test(the_taper_is_gaspari_and_cohns),
+        cmocka_unit_test(spread_is_given_back),
+        cmocka_unit_test(the_longest_zone_is_found),
+        cmocka_unit_test(a_share_is_what_chains_alone_count),
+        cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(a_survey_gives_the_sums),
+        cmocka_unit_test(a_landing_teaches),
+        cmocka_unit_test(parameters_without_sense_are_refused),
+        cmocka_unit_test(wilsons_interval),
+        cmocka_unit_test(probabilities_rise_with_shares),
+        cmocka_unit_test(how_plans_are_met),
+        cmocka_unit_test(what_inputs_explain),
+        cmocka_unit_test(the_hardest_braking),
+        cmocka_unit_test(waves_are_counted),
+        cmocka_unit_test(speeds_and_decelerations_convert),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
