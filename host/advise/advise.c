@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/ordered.h"
 #include "host/base/steady.h"
 
 #define SPEED_SPREAD     0.01 /* of a speed planned */
@@ -135,12 +136,6 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
 
 /* --- rows --- */
 
-static int by_braking(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* From what just stops on the runway up, to a tenth; the plan among them. */
 static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 {
@@ -149,7 +144,7 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     for (unsigned i = 0; i < EVEN_ROWS; i++)
         mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVEN_ROWS - 1u))) / 10.0;
     mean_ft_s2[EVEN_ROWS] = advise->plan.mean_ft_s2;
-    qsort(mean_ft_s2, ADVISE_ROWS, sizeof *mean_ft_s2, by_braking);
+    order_numbers(mean_ft_s2, ADVISE_ROWS);
     for (unsigned i = 0; i < ADVISE_ROWS; i++) {
         if (fabs(mean_ft_s2[i] - advise->plan.mean_ft_s2) < 1e-9)
             advise->plan_row = i;

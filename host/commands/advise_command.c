@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/decimal.h"
 #include "host/advise/advise.h"
-#include "host/base/decimal.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
@@ -31,7 +31,7 @@ static bool part(const char *text, size_t length, const char *bare, const char *
         return false;
     memcpy(word, text, length);
     word[length] = '\0';
-    *value = decimal_read(word, &end);
+    *value = mr_decimal_read(word, &end);
     if (end == word || !isfinite(*value) || !unit_convert(*end ? end : bare, unit, &factor))
         return false;
     *value *= factor;

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "host/advise/forecast.h"
+#include "host/base/ordered.h"
 #include "tests/score/score.h"
 
 #define MEMBERS         64
@@ -265,12 +266,6 @@ static double area(const struct ranked *ranked, size_t count, unsigned from, con
     return score_auc(rank, event, n);
 }
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 static void print_areas(const struct ranked *ranked, size_t count, unsigned from, unsigned series,
                         const double *weight, bool later)
 {
@@ -289,7 +284,7 @@ static void print_areas(const struct ranked *ranked, size_t count, unsigned from
         double all = area(ranked, count, from, NULL, w, weight, later);
         printf("  %-42s %.3f", way_names[w], all);
         if (w) {
-            qsort(lead[w], BOOTSTRAPS, sizeof lead[w][0], by_size);
+            order_numbers(lead[w], BOOTSTRAPS);
             printf("   ensemble's lead %+.3f (%+.3f to %+.3f)",
                    area(ranked, count, from, NULL, BY_ENSEMBLE, weight, later) - all,
                    lead[w][BOOTSTRAPS / 40], lead[w][BOOTSTRAPS - BOOTSTRAPS / 40 - 1]);
