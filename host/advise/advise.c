@@ -34,11 +34,23 @@ static const struct past_landing *last_measured(const struct past *past)
     return NULL;
 }
 
+/* Says what is done next when the last line is old enough. */
+static void tell(struct advise *advise, const char *what, size_t done, size_t of)
+{
+    double now_s = steady_s();
+    if (!advise->request.to || now_s < advise->tell_s)
+        return;
+    fprintf(advise->request.to,
+            "matrig: advise: %s: %zu of %zu done; fewer --members are quicker\n", what, done, of);
+    advise->tell_s = now_s + ADVISE_TELL_S;
+}
+
 static enum mr_status learn(struct advise *advise, struct error *error)
 {
     const struct past *past = &advise->past;
     for (size_t i = 0; i < past->landings; i++) {
         const struct past_landing *landing = &past->landing[i];
+        tell(advise, "learning from the landings", i, past->landings);
         if (landing->relaid)
             advise_relay(&advise->members);
         if (!landing->measured) {
@@ -161,6 +173,7 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
+        tell(advise, "trying decelerations", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
         if (good && i == advise->plan_row)
             good = advise_worth(members, braking, met, advise->worth);
@@ -246,7 +259,7 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
                            struct advise *advise, struct error *error)
 {
     double began_s = steady_s(), began_ms = processor_ms();
-    *advise = (struct advise){.request = *request};
+    *advise = (struct advise){.request = *request, .tell_s = began_s + ADVISE_TELL_S};
     enum mr_status status = past_load(store, request->before, &advise->past, error);
     if (status == MR_OK && isfinite(request->friction))
         advise->past.runway.chain.friction_lb =
@@ -268,9 +281,11 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
         status = find_rows(advise, error);
     }
     advise->members_s = steady_s() - began_s;
-    if (status == MR_OK && request->waves)
+    if (status == MR_OK && request->waves) {
+        tell(advise, "members that look for bow waves", 0, request->waves);
         status = advise_waves(&advise->members, &advise->plan, request->waves, advise->row,
                               advise->rows, advise->plan_row, &advise->planar, error);
+    }
     if (status == MR_OK)
         judge(advise, si);
     advise->took_s = steady_s() - began_s;

@@ -4,6 +4,8 @@
 #ifndef MATRIG_HOST_ADVISE_ADVISE_H
 #define MATRIG_HOST_ADVISE_ADVISE_H
 
+#include <stdio.h>
+
 #include "host/advise/forecast.h"
 #include "host/advise/past.h"
 #include "host/advise/waves.h"
@@ -13,6 +15,7 @@
  * landing repeated. Acting pays from 1 / (1 + 4) on. */
 #define ADVISE_LIMIT  0.2
 #define ADVISE_REASON 300
+#define ADVISE_TELL_S 10.0 /* between two lines of how far it is */
 
 enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
@@ -27,6 +30,7 @@ struct advise_request {
     size_t members, waves; /* waves: members that look for bow waves, 0: none */
     uint64_t seed;
     int64_t before; /* as if RUN were still to come; 0: after all landings */
+    FILE *to;       /* how far it is, a line every ADVISE_TELL_S at most; NULL: nothing is said */
 };
 
 struct advise {
@@ -48,6 +52,7 @@ struct advise {
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
     size_t planar;                         /* runs of the planar model */
+    double tell_s;                         /* on steady_s: before it nothing is said */
     double took_s, members_s, processor_s; /* members_s: without the planar runs */
 };
 

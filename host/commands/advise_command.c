@@ -147,7 +147,8 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                                      .members = (size_t)r.members,
                                      .waves = (size_t)r.waves,
                                      .seed = (uint64_t)r.seed,
-                                     .before = r.before};
+                                     .before = r.before,
+                                     .to = cli->quiet ? NULL : stderr};
     if (status == MR_OK && r.keep && r.before)
         status = error_set(&error, MR_USAGE,
                            "--keep with --before: matrig advise; a landing that has been made has "
