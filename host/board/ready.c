@@ -524,6 +524,16 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
               "this one");
 }
 
+/* Whether to land so is people's to decide: an advice is told, and makes nothing no-go. */
+static void tell_advice(const struct ready_facts *f, struct ready_report *report)
+{
+    if (!f->advice[0])
+        return;
+    struct ready_check *c = ready_add(report, READY_TOLD, "advice", "%s", f->advice);
+    if (f->advised_against)
+        advise(c, "matrig advise has the whole table; whether to land so is yours to decide");
+}
+
 void ready_judge(const struct ready_facts *f, struct ready_report *report)
 {
     report->count = 0;
@@ -559,4 +569,5 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_can(f, report);
     judge_serial(f, report);
     judge_computer(f, report);
+    tell_advice(f, report);
 }

@@ -18,7 +18,7 @@
 #include "host/board/shunts.h"
 #include "host/link/timemap.h"
 
-#define READY_CHECKS          72u
+#define READY_CHECKS          73u
 #define READY_NOISE_CODES     3.0f /* of a block's mean: 2 LSB a conversion leave 0.71 */
 /* a mat at rest so far from its zero was left where a landing put it */
 #define READY_ZERO_IN         0.25f
@@ -32,7 +32,8 @@
 #define READY_LANDINGS        10.0  /* there must be room for */
 #define READY_BLOCKS          100u  /* readings a check of a channel rests on, when they come */
 
-enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
+/* READY_TOLD: something to know, that is neither. */
+enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE, READY_TOLD };
 
 #define READY_VALUE 500u /* bytes: of several faults, all are told */
 
@@ -74,8 +75,11 @@ struct ready_facts {
     int64_t before_run, before_image, before_config; /* STORE_NONE: not known */
     float before_span_lb[MR_GAGES];                  /* last shunt calibration kept; NaN: none */
     struct calibrationpast past;                     /* of the board's channels */
-    char changed[160];     /* what was said of a change just now; empty: nothing */
-    char database[200];    /* what is wrong with it; empty: nothing */
+    char changed[160];  /* what was said of a change just now; empty: nothing */
+    char database[200]; /* what is wrong with it; empty: nothing */
+    /* matrig advise's verdict and reason on the landing to come; empty: none was kept */
+    char advice[420];
+    bool advised_against;
     bool database_checked; /* its pages, all in time */
     double free_bytes, landing_bytes, wanted_bytes;
 
@@ -120,7 +124,7 @@ void ready_judge(const struct ready_facts *facts, struct ready_report *report);
 /* No-go when any check is. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
 unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict);
-/* "GO", "NO-GO", "not done"; static storage. */
+/* "GO", "NO-GO", "not done", "told"; static storage. */
 const char *ready_text(enum ready_verdict verdict);
 /* Adds a check; the texts are printf's. Beyond READY_CHECKS nothing is added. */
 struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,

@@ -8,7 +8,13 @@
 
 const char *ready_text(enum ready_verdict verdict)
 {
-    return verdict == READY_GO ? "GO" : verdict == READY_NO_GO ? "NO-GO" : "not done";
+    static const char *const text[] = {
+        [READY_GO] = "GO",
+        [READY_NO_GO] = "NO-GO",
+        [READY_NOT_DONE] = "not done",
+        [READY_TOLD] = "told",
+    };
+    return text[verdict];
 }
 
 struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,
@@ -73,6 +79,7 @@ static void print_verdict(const struct ready_report *report, double took_s, unsi
                           FILE *out)
 {
     unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
+    unsigned checks = report->count - ready_count(report, READY_TOLD);
     char text[READY_CHECKS * 24 + 120];
     size_t used = (size_t)snprintf(text, sizeof text, "%s after %.1f s",
                                    ready_text(ready_verdict(report)), took_s);
@@ -85,7 +92,7 @@ static void print_verdict(const struct ready_report *report, double took_s, unsi
         before = ", ";
     }
     used += (size_t)snprintf(text + used, sizeof text - used, "%s%u of %u checks are go",
-                             no_go ? "; " : ": ", report->count - no_go - open, report->count);
+                             no_go ? "; " : ": ", checks - no_go - open, checks);
     if (open)
         snprintf(text + used, sizeof text - used, ", %u not done", open);
     wrap_print(text, 0, 0, columns, out);

@@ -7,6 +7,7 @@
 
 #include "host/base/cli.h"
 #include "host/link/link.h"
+#include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 
 /* The spans that the last `matrig ready` of this board kept. */
@@ -21,6 +22,24 @@ static void take_spans(const char *checks, float span_lb[MR_GAGES])
     json_decref(object);
 }
 
+/* The newest advice that was kept for the landing to come; one of before the newest landing was for
+ * that. */
+static enum mr_status take_advice(struct store *store, int64_t newest_run, struct ready_facts *f,
+                                  struct error *error)
+{
+    struct store_advice *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_advices(store, &rows, &count, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if (rows[i].after_run != newest_run)
+            continue;
+        snprintf(f->advice, sizeof f->advice, "%s: %s", rows[i].verdict, rows[i].reason);
+        f->advised_against = strcmp(rows[i].verdict, "against") == 0;
+    }
+    free(rows);
+    return status;
+}
+
 enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, struct error *error)
 {
     char uid[IDENTITY_UID_TEXT];
@@ -31,6 +50,8 @@ enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, s
     int64_t kept_us = STORE_NONE;
     identity_uid_text(&f->identity, uid);
     enum mr_status status = store_landings(store, &rows, &count, error);
+    if (status == MR_OK && count)
+        status = take_advice(store, rows[count - 1].id, f, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (strcmp(rows[i].board_uid, uid) != 0)
             continue;

@@ -32,6 +32,18 @@ kept() {
         [ "$(sqlite3 "$db" "select verdict from advices")" = "$(python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["verdict"])' "$tmp/kept.json")" ]
 }
 check "as the campaign has it, for good" kept
+told_by_ready() { # bands hang loose at this board: no-go, but not by the advice
+    local sockets board
+    sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+    timeout 60 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --for 40 2>"$tmp/idle.err" &
+    board=$!
+    $matrig --json ready "$db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
+    wait $board
+    rm -rf "$sockets"
+    holds 'a = [c for c in d[0]["checks"] if c["name"] == "advice"]; print(a)
+assert len(a) == 1 and a[0]["verdict"] == "told" and a[0]["value"] == d[1]["verdict"] + ": " + d[1]["reason"]' "$tmp/ready.json" "$tmp/kept.json"
+}
+check "matrig ready tells it, and judges nothing by it" told_by_ready
 check "landing 5 is played and logged" record tests/runs/landing5.run
 check "advice after both, by that plan" eval 'advise both $plan'
 # The truth of landing 5 was braked at 7.2 ft/s2 where 4.6 were planned: it teaches a bias and a wider spread.

@@ -449,6 +449,27 @@ static void an_impossible_gain_is_no_go(void **state)
     only_no_go("calibration d1", "no sensor of the rig has such a gain; were the values mm?");
 }
 
+/* An advice is read beside the checks, counts as none, and makes nothing no-go. */
+static void an_advice_is_told(void **state)
+{
+    (void)state;
+    ready_judge(&f, &report);
+    unsigned checks = report.count;
+    snprintf(f.advice, sizeof f.advice, "against: at 7.2 ft/s2 it is too likely");
+    f.advised_against = true;
+    ready_judge(&f, &report);
+    assert_int_equal(report.count, checks + 1);
+    const struct ready_check *c = &report.check[checks];
+    assert_string_equal(c->name, "advice");
+    assert_string_equal(ready_text(c->verdict), "told");
+    assert_string_equal(c->value, "against: at 7.2 ft/s2 it is too likely");
+    assert_non_null(strstr(c->advice, "yours to decide"));
+    assert_int_equal(ready_verdict(&report), READY_GO);
+    f.advised_against = false;
+    ready_judge(&f, &report);
+    assert_string_equal(report.check[checks].advice, "");
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup(name, all_well)
@@ -460,6 +481,7 @@ int main(void)
         TEST(mean_and_noise),
         TEST(a_calibration_follows_from_the_past),
         TEST(an_impossible_gain_is_no_go),
+        TEST(an_advice_is_told),
         TEST(numbers_are_for_people),
         TEST(an_order_is_held_against_what_is_fitted),
         TEST(what_comes_next),
