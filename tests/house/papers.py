@@ -96,8 +96,7 @@ class Papers:
         for number, line in prose:
             for target in LINK.findall(CODE.sub("", line)):
                 self.check_link(page, number, target)
-            if ours:
-                self.check_paths(page, number, line)
+            self.check_paths(page, number, line)
         for number, mark in opened if ours else []:
             if mark not in BLOCKS:
                 self.say(page, number, "a block is marked '%s'; use one of: %s" % (mark, ", ".join(sorted(BLOCKS))))
