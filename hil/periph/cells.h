@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/splitmix.h"
+
 /* Where in the range of its data sheet the duration of a flash or NOR operation lies. */
 enum hil_cell_times {
     HIL_TIMES_SPREAD, /* drawn: mostly near typical, at times up to the maximum */
@@ -16,10 +18,7 @@ enum hil_cell_times {
 /* Next number of a seeded sequence (splitmix64). */
 static inline uint64_t hil_random(uint64_t *state)
 {
-    uint64_t z = *state += 0x9e3779b97f4a7c15ull;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
-    return z ^ z >> 31;
+    return mr_splitmix64(state);
 }
 
 /* Duration of one operation in picoseconds. Spread: typical + (maximum - typical) u^8, u uniform

@@ -1,36 +1,29 @@
-/* Random numbers of the advice: a seed and a stream make the same ones everywhere. splitmix64
- * (Steele, Lea and Flood 2014). */
+/* Random numbers of the advice: a seed and a stream make the same ones everywhere. */
 #ifndef MATRIG_HOST_ADVISE_CHANCE_H
 #define MATRIG_HOST_ADVISE_CHANCE_H
 
 #include <math.h>
 #include <stdint.h>
 
+#include "common/splitmix.h"
+
 struct chance {
     uint64_t state;
 };
-
-static inline uint64_t chance_next(struct chance *chance)
-{
-    uint64_t z = chance->state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
-}
 
 /* Streams of a seed have nothing in common. */
 static inline struct chance chance_from(uint64_t seed, uint64_t stream)
 {
     struct chance chance = {seed};
-    chance.state = chance_next(&chance) ^ (stream + 1u) * 0xd1342543de82ef95u;
-    (void)chance_next(&chance);
+    chance.state = mr_splitmix64(&chance.state) ^ (stream + 1u) * 0xd1342543de82ef95u;
+    (void)mr_splitmix64(&chance.state);
     return chance;
 }
 
 /* In [0, 1). */
 static inline double chance_uniform(struct chance *chance)
 {
-    return (double)(chance_next(chance) >> 11) * 0x1p-53;
+    return mr_splitmix64_uniform(&chance->state);
 }
 
 /* Standard normal (Box and Muller). */

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/splitmix.h"
 #include "host/base/list.h"
 
 /* of the integration of the path, with mats as long as the rig's; else by the root of the scale, */
@@ -12,25 +13,16 @@
 #define ROW_NODES    10
 #define MOST_S       600.0
 
-/* SplitMix64 (Steele, Lea, Flood 2014). */
-static uint64_t next(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
-}
-
 struct draw draw_from(uint64_t seed, unsigned stream)
 {
     uint64_t state = seed;
-    state = next(&state) + 0x632be59bd9b4e019u * (stream + 1u);
-    return (struct draw){next(&state)};
+    state = mr_splitmix64(&state) + 0x632be59bd9b4e019u * (stream + 1u);
+    return (struct draw){mr_splitmix64(&state)};
 }
 
 double draw_uniform(struct draw *draw)
 {
-    return (double)(next(&draw->state) >> 11) * 0x1p-53;
+    return mr_splitmix64_uniform(&draw->state);
 }
 
 double draw_between(struct draw *draw, struct campaign_range range)

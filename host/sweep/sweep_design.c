@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/splitmix.h"
 #include "host/sweep/canonical.h"
 
 #define LEVELS_MAX 1000000
@@ -138,33 +139,19 @@ json_t *design_at(const struct design_range *range, double u)
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
 }
 
-/* SplitMix64 (Steele, Lea, Flood 2014). */
-static uint64_t splitmix(uint64_t *state)
-{
-    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
-static double uniform(uint64_t *state)
-{
-    return (double)(splitmix(state) >> 11) * 0x1p-53;
-}
-
 void design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
     for (size_t i = 0; i < n; i++)
         u[i] = (double)i;
     for (size_t i = n; i > 1; i--) { /* Fisher and Yates */
-        size_t k = (size_t)(uniform(&state) * (double)i);
+        size_t k = (size_t)(mr_splitmix64_uniform(&state) * (double)i);
         double swapped = u[i - 1];
         u[i - 1] = u[k];
         u[k] = swapped;
     }
     for (size_t i = 0; i < n; i++)
-        u[i] = (u[i] + uniform(&state)) / (double)n;
+        u[i] = (u[i] + mr_splitmix64_uniform(&state)) / (double)n;
 }
 
 void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/predictor.h"
+#include "common/splitmix.h"
 #include "host/base/steady.h"
 #include "host/sim/check/predictor_cost.h"
 #include "host/sim/sim.h"
@@ -263,14 +264,6 @@ static void play_both(struct bench *bench, struct predictor_variant *variant,
     mr_predictor_save(p, kept);
 }
 
-static double uniform(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
-}
-
 /* Variants, and which of them the predictor refuses; the runways as laid. */
 static void prepare(struct predictor_study *study, struct bench *bench)
 {
@@ -290,8 +283,8 @@ static void prepare(struct predictor_study *study, struct bench *bench)
     for (int j = 0; j < JOINTS; j++) {
         bench->own.gap_ft[j] = (double)bench->predictor.gap_ft[j];
         bench->own.grit_lb[j] = (double)bench->predictor.chain.grit_lb[j + 1];
-        bench->other.gap_ft[j] = fmin(0.036 / 12.0 * uniform(&state), SLACK_FT);
-        bench->other.grit_lb[j] = 20.0 * uniform(&state);
+        bench->other.gap_ft[j] = fmin(0.036 / 12.0 * mr_splitmix64_uniform(&state), SLACK_FT);
+        bench->other.grit_lb[j] = 20.0 * mr_splitmix64_uniform(&state);
     }
     for (unsigned j = 0; j < MR_SEGMENTS * MR_MATS_PER_SEGMENT; j++)
         bench->survey_in[j / MR_MATS_PER_SEGMENT] += (float)(12.0 * bench->other.gap_ft[j]);
