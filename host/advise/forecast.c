@@ -4,9 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/wilson.h"
+
 #define STREAM         2u
 #define PRIOR_LANDINGS 4.0
-#define WILSON_Z       1.959963984540054
 /* log odds of the members' share times this, and this more: fitted on series 250 to 309 of make
  * score, none of which is scored (tests/score/README.md, "Before touchdown") */
 #define LEAST_OF       64.0
@@ -56,22 +57,12 @@ double advise_calibrated(double share)
     return 1.0 / (1.0 + exp(-(ODDS_MORE + ODDS_TIMES * advise_odds(share))));
 }
 
-void advise_wilson(size_t events, size_t count, double *low, double *high)
-{
-    double n = (double)count, p = (double)events / n, z2 = WILSON_Z * WILSON_Z;
-    double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
-    double half = WILSON_Z / (1.0 + z2 / n) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
-    *low = fmax(middle - half, 0.0);
-    *high = fmin(middle + half, 1.0);
-}
-
 struct advise_chance advise_chance_of(size_t events, size_t count)
 {
-    double low, high;
-    advise_wilson(events, count, &low, &high);
+    struct wilson share = wilson_of(events, count);
     return (struct advise_chance){.p = advise_calibrated((double)events / (double)count),
-                                  .low = advise_calibrated(low),
-                                  .high = advise_calibrated(high)};
+                                  .low = advise_calibrated(share.low),
+                                  .high = advise_calibrated(share.high)};
 }
 
 static int by_size(const void *a, const void *b)

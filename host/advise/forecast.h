@@ -53,8 +53,6 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
 
 /* Of `events` in `count` members: share, Wilson's interval, each calibrated. */
 struct advise_chance advise_chance_of(size_t events, size_t count);
-/* Wilson's 95 % interval of a share (Wilson 1927). */
-void advise_wilson(size_t events, size_t count, double *low, double *high);
 /* What a share of the members is worth as a probability: none is certain, and the log odds of
  * advise_odds by what series that are not scored have shown. */
 double advise_calibrated(double share);

@@ -1,23 +1,22 @@
 #include "host/advise/members.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "host/advise/smoother.h"
+#include "host/base/shared.h"
 #include "host/ensemble/chains.h"
 
-#define STREAM       1u
-#define THREADS_MOST 16u
-#define LOOK_S       0.05
-#define SETTLE_S     1e-3
-#define ONSET_S      0.06
-#define AFTER_S      0.1  /* mats go on for so long when the gear stands */
-#define LONGEST_S    60.0 /* nobody brakes that gently */
-#define CLOSED_FT    (0.001f / 12.0f)
-#define TALLY        10  /* joints in a row of a zone, of which one may be open */
-#define LAID_MOST    1.2 /* gaps as laid: up to so many slacks, none beyond one */
+#define STREAM    1u
+#define LOOK_S    0.05
+#define SETTLE_S  1e-3
+#define ONSET_S   0.06
+#define AFTER_S   0.1  /* mats go on for so long when the gear stands */
+#define LONGEST_S 60.0 /* nobody brakes that gently */
+#define CLOSED_FT (0.001f / 12.0f)
+#define TALLY     10  /* joints in a row of a zone, of which one may be open */
+#define LAID_MOST 1.2 /* gaps as laid: up to so many slacks, none beyond one */
 
 /* What is known before any reading, as host/campaign's ranges have it: factors of what is told,
  * evenly or normally by their logarithm. */
@@ -351,58 +350,37 @@ static bool play_batch(struct batch *b)
     return true;
 }
 
-/* A thread plays every so-maniest batch; what comes out does not depend on who played it. */
-struct worker {
-    pthread_t thread;
+/* All batches of a landing. */
+struct playing {
     struct advise_members *members;
     const struct advise_braking *braking;
     struct advise_met *met;
-    bool keeps, good;
-    unsigned from, every;
+    bool keeps;
+    _Atomic bool failed;
 };
 
-static void *work(void *context)
+static void play_some(void *context, size_t from, size_t every)
 {
-    struct worker *w = context;
-    size_t batches = w->members->count / CHAINS_LANES;
-    w->good = true;
-    for (size_t i = w->from; i < batches && w->good; i += w->every) {
-        struct batch batch = {.members = w->members,
-                              .member = w->members->member + CHAINS_LANES * i,
-                              .braking = w->braking + CHAINS_LANES * i,
-                              .met = w->met + CHAINS_LANES * i,
-                              .keeps = w->keeps};
-        w->good = play_batch(&batch);
+    struct playing *p = context;
+    size_t batches = p->members->count / CHAINS_LANES;
+    for (size_t i = from; i < batches && !p->failed; i += every) {
+        struct batch batch = {.members = p->members,
+                              .member = p->members->member + CHAINS_LANES * i,
+                              .braking = p->braking + CHAINS_LANES * i,
+                              .met = p->met + CHAINS_LANES * i,
+                              .keeps = p->keeps};
+        if (!play_batch(&batch))
+            p->failed = true;
     }
-    return NULL;
 }
 
 bool advise_play(struct advise_members *members, const struct advise_braking *braking, bool keeps,
                  struct advise_met *met)
 {
-    struct worker worker[THREADS_MOST];
-    unsigned threads = members->threads < THREADS_MOST ? members->threads : THREADS_MOST;
-    bool started[THREADS_MOST] = {false}, good = true;
-    for (unsigned t = 0; t < threads; t++) {
-        worker[t] = (struct worker){.members = members,
-                                    .braking = braking,
-                                    .met = met,
-                                    .keeps = keeps,
-                                    .from = t,
-                                    .every = threads};
-        started[t] = t > 0 && pthread_create(&worker[t].thread, NULL, work, &worker[t]) == 0;
-    }
-    for (unsigned t = 0; t < threads; t++) { /* what no thread could be had for is done here */
-        if (!started[t])
-            work(&worker[t]);
-    }
-    for (unsigned t = 0; t < threads; t++) {
-        if (started[t])
-            pthread_join(worker[t].thread, NULL);
-        good = good && worker[t].good;
-    }
+    struct playing playing = {.members = members, .braking = braking, .met = met, .keeps = keeps};
+    shared_run(members->threads, play_some, &playing);
     members->computed += members->count;
-    return good;
+    return !playing.failed;
 }
 
 /* --- learning --- */

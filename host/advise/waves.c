@@ -1,12 +1,12 @@
 #include "host/advise/waves.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
+#include "host/base/shared.h"
+#include "host/base/wilson.h"
 #include "host/sim/sim.h"
 
 #define STREAM       3u
-#define THREADS_MOST 16u
 #define STEP_S       5e-5
 #define ROW_S        5e-3
 #define AFTER_STOP_S 0.3
@@ -111,16 +111,15 @@ enum mr_status advise_wave(const struct advise_members *members, size_t member,
 
 /* --- rows --- */
 
-/* A thread plays every so-maniest member on all rows that are asked for. */
+/* Members on all rows that are asked for. */
 struct search {
-    pthread_t thread;
     const struct advise_members *members;
     const struct advise_plan *plan;
     const struct advise_row *row;
-    size_t rows, plan_row, count, from, every;
+    size_t rows, plan_row, count;
     unsigned char *found; /* [count][rows]: 0 not asked, 1 no answer, 2 no wave, 3 a wave */
-    size_t played;
-    bool full;
+    _Atomic size_t played;
+    _Atomic bool full;
 };
 
 /* Every second row and the plan's: a run of the planar model costs as much as fifty members'. */
@@ -129,27 +128,28 @@ static bool asked(size_t row, size_t plan_row)
     return row % 2 == 0 || row == plan_row;
 }
 
-static void *search(void *context)
+static void search_some(void *context, size_t from, size_t every)
 {
     struct search *s = context;
     struct advise_braking *braking = calloc(s->members->count, sizeof *braking);
-    s->full = !braking;
+    if (!braking)
+        s->full = true;
     for (size_t r = 0; braking && r < s->rows; r++) {
         if (!asked(r, s->plan_row))
             continue;
         advise_draw_braking(s->members, s->plan, s->row[r].mean_ft_s2, braking);
-        for (size_t m = s->from; m < s->count; m += s->every) {
+        for (size_t m = from; m < s->count; m += every) {
             struct error error = {0};
             bool wave = false;
             enum mr_status status = advise_wave(s->members, m, &braking[m], s->plan->seed, &wave,
                                                 &error);
             s->found[m * s->rows + r] = status != MR_OK ? 1 : wave ? 3 : 2;
-            s->full = s->full || status == MR_FULL;
+            if (status == MR_FULL)
+                s->full = true;
             s->played++;
         }
     }
     free(braking);
-    return NULL;
 }
 
 /* Some row has an answer. */
@@ -165,8 +165,9 @@ static bool count_up(const unsigned char *found, size_t count, struct advise_row
         if (!answered)
             continue;
         any = true;
-        row[r].wave.p = (double)waves / (double)answered;
-        advise_wilson(waves, answered, &row[r].wave.low, &row[r].wave.high);
+        struct wilson share = wilson_of(waves, answered);
+        row[r].wave = (struct advise_chance){(double)waves / (double)answered, share.low,
+                                             share.high};
     }
     return any;
 }
@@ -175,37 +176,20 @@ enum mr_status advise_waves(const struct advise_members *members, const struct a
                             size_t count, struct advise_row *row, size_t rows, size_t plan_row,
                             size_t *played, struct error *error)
 {
-    struct search s[THREADS_MOST];
-    bool started[THREADS_MOST] = {false}, full = false;
     size_t used = count < members->count ? count : members->count;
-    size_t threads = members->threads < THREADS_MOST ? members->threads : THREADS_MOST;
-    unsigned char *found = calloc(used * rows + 1, sizeof *found);
-    *played = 0;
-    for (size_t t = 0; found && t < threads; t++) {
-        s[t] = (struct search){.members = members,
-                               .plan = plan,
-                               .row = row,
-                               .rows = rows,
-                               .plan_row = plan_row,
-                               .count = used,
-                               .from = t,
-                               .every = threads,
-                               .found = found};
-        started[t] = t > 0 && pthread_create(&s[t].thread, NULL, search, &s[t]) == 0;
-    }
-    for (size_t t = 0; found && t < threads; t++) {
-        if (!started[t])
-            search(&s[t]);
-    }
-    for (size_t t = 0; found && t < threads; t++) {
-        if (started[t])
-            pthread_join(s[t].thread, NULL);
-        *played += s[t].played;
-        full = full || s[t].full;
-    }
-    bool any = found && !full && count_up(found, used, row, rows);
-    full = full || !found;
-    free(found);
+    struct search search = {.members = members,
+                            .plan = plan,
+                            .row = row,
+                            .rows = rows,
+                            .plan_row = plan_row,
+                            .count = used,
+                            .found = calloc(used * rows + 1, sizeof *search.found)};
+    if (search.found)
+        shared_run(members->threads, search_some, &search);
+    *played = search.played;
+    bool full = search.full || !search.found;
+    bool any = !full && count_up(search.found, used, row, rows);
+    free(search.found);
     if (full)
         return error_set(error, MR_FULL,
                          "no memory for bow waves: matrig advise; leave them out (--waves 0)");

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "host/base/cli.h"
+#include "host/base/wilson.h"
 #include "host/campaign/facts.h"
 
 static json_t *spread_json(const struct campaign_spread *s)
@@ -214,7 +215,7 @@ static void add_facts(struct answer *answer, const struct campaign *c,
             snprintf(value, sizeof value, "%.3g (%.3g-%.3g)", found->value.middle, found->value.low,
                      found->value.high);
         answer_open(answer, NULL, "");
-        struct campaign_interval w = campaign_wilson(found->agree, s->runways);
+        struct wilson w = wilson_of(found->agree, s->runways);
         answer_sentence(answer, NULL,
                         "%s %s: seen %s, predicted %s; %zu of %zu runways agree (%.0f-%.0f %%)",
                         found->enough ? "agrees" : "DIFFERS", fact->says, range, value,

@@ -170,17 +170,6 @@ struct campaign_difference campaign_compare(const struct campaign *campaign,
     return most;
 }
 
-struct campaign_interval campaign_wilson(size_t count, size_t of)
-{
-    const double z = 1.959963984540054; /* of the normal distribution, 2.5 % beyond */
-    if (of == 0)
-        return (struct campaign_interval){0.0, 1.0};
-    double n = (double)of, p = (double)count / n, z2 = z * z / n;
-    double middle = (p + z2 / 2.0) / (1.0 + z2),
-           half = z / (1.0 + z2) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n));
-    return (struct campaign_interval){fmax(0.0, middle - half), fmin(1.0, middle + half)};
-}
-
 double campaign_log_score_bits(const struct campaign *c, const struct campaign_run *runs)
 {
     size_t runways = 0, same = 0;

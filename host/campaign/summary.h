@@ -61,13 +61,6 @@ struct campaign_difference campaign_compare(const struct campaign *campaign,
                                             const struct campaign_run *a,
                                             const struct campaign_run *b);
 
-/* Wilson's interval of a share: within it the true one lies with 95 %, `of` 0: 0 to 1. (E. B.
- * Wilson, J. Am. Stat. Assoc. 22 (1927) 209.) */
-struct campaign_interval {
-    double low, high;
-};
-struct campaign_interval campaign_wilson(size_t count, size_t of);
-
 /* How well the runways foretold where the observed one buckled: -log2 of the share that they give
  * that landing (never: that too), with one runway spread over all that could have happened, so that
  * none is impossible. 0: certain and right. NaN where nothing is stated. */

@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "host/base/wilson.h"
 #include "host/campaign/facts.h"
 #include "host/campaign/page.h"
 #include "host/base/output.h"
@@ -85,7 +86,7 @@ struct played {
 /* "yes: 30 of 32 (80 to 98 %)". */
 static void print_share(size_t agree, size_t runways, double needed)
 {
-    struct campaign_interval w = campaign_wilson(agree, runways);
+    struct wilson w = wilson_of(agree, runways);
     if (runways < LEAST_SEEDS)
         printf("few runways: ");
     else

@@ -10,6 +10,7 @@
 #include "host/advise/smoother.h"
 #include "host/advise/waves.h"
 #include "host/base/units.h"
+#include "host/base/wilson.h"
 
 #define MANY   20000u
 #define MATS   120u
@@ -410,14 +411,12 @@ static void parameters_without_sense_are_refused(void **state)
  * for 5 in 10 symmetric about 0.5. */
 static void wilsons_interval(void **state)
 {
-    double low, high;
+    struct wilson half = wilson_of(5, 10), none = wilson_of(0, 10);
     (void)state;
-    advise_wilson(5, 10, &low, &high);
-    assert_near(low, 0.2365931, 1e-6);
-    assert_near(high, 0.7634069, 1e-6);
-    advise_wilson(0, 10, &low, &high);
-    assert_near(low, 0.0, 1e-12);
-    assert_near(high, 0.2775328, 1e-6);
+    assert_near(half.low, 0.2365931, 1e-6);
+    assert_near(half.high, 0.7634069, 1e-6);
+    assert_near(none.low, 0.0, 1e-12);
+    assert_near(none.high, 0.2775328, 1e-6);
 }
 
 static void probabilities_rise_with_shares(void **state)

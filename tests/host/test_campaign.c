@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/base/wilson.h"
 #include "host/campaign/draw.h"
 #include "host/campaign/summary.h"
 #include "host/sim/sim.h"
@@ -413,7 +414,7 @@ static void test_wilson(void **state)
                  {1, 29, 0.0061, 0.1718}};
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct campaign_interval w = campaign_wilson(cases[i].count, cases[i].of);
+        struct wilson w = wilson_of(cases[i].count, cases[i].of);
         assert_true(fabs(w.low - cases[i].low) < 6e-5 && fabs(w.high - cases[i].high) < 6e-5);
     }
 }
