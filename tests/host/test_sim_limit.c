@@ -6,6 +6,7 @@
 #include "host/sim/going.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/beads.h"
 
 static struct error error;
 
@@ -75,7 +76,7 @@ static void without_a_limit_nobody_looks(void **state)
     sim_scene_free(&scene);
 }
 
-/* Beads (test_sim_spread.c) under an aircraft that stands by: no step of fixed decides them, and
+/* Beads (beads.h) under an aircraft that stands by: no step of fixed decides them, and
  * what auto asks then has a minute. The result is fixed's, and says so. */
 static void what_auto_tries_next_has_a_minute(void **state)
 {
@@ -85,24 +86,9 @@ static void what_auto_tries_next_has_a_minute(void **state)
         struct clock clock = {100.0, late ? 61.0 : 0.0, 0};
         struct sim_options options = {.clock_s = look, .clock_ctx = &clock};
         struct sim_result result;
-        struct sim_scene scene;
+        struct sim_scene scene = beads();
         bool said = false;
         memset(&error, 0, sizeof error);
-        sim_scene_defaults(&scene);
-        scene.model = SIM_CONSISTENT;
-        scene.mats = 7;
-        scene.left = scene.right = SIM_FIXED;
-        scene.thrust = SIM_LINEAR;
-        scene.weight_lb = 0.541296;
-        scene.inertia_slug_ft2 = 108.333;
-        scene.kv_lb_ft = 258222.0;
-        scene.cv_lb_s_ft = 86.7103;
-        scene.kl_lb_ft = 4.26391e8;
-        scene.cl_lb_s_ft = 0.555537;
-        scene.slack_ft = 0.005;
-        scene.friction_law = SIM_NONE;
-        scene.v0_ft_s = 2.0;
-        scene.t_end_s = 0.005;
         assert_int_equal(sim_scene_set_path(&scene, rows, 2, &error), MR_OK);
         sim_run(&scene, &options, &result, &error);
         assert_int_equal(result.status, SIM_UNPREDICTABLE);

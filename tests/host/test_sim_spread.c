@@ -5,6 +5,7 @@
 
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/beads.h"
 
 #define OUTPUTS 16
 
@@ -27,32 +28,6 @@ static struct sim_result run(const struct sim_scene *scene, const char *solver, 
     return result;
 }
 
-/* Seven hard, light mats between fixed ends that hit each other across their play without friction:
- * beads. One hit that comes a little later turns all that follow. */
-static struct sim_scene beads(void)
-{
-    struct sim_scene scene;
-    sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
-    scene.mats = 7;
-    scene.left = scene.right = SIM_FIXED;
-    scene.thrust = SIM_LINEAR;
-    scene.weight_lb = 0.541296;
-    scene.inertia_slug_ft2 = 108.333;
-    scene.kv_lb_ft = 258222.0;
-    scene.cv_lb_s_ft = 86.7103;
-    scene.kl_lb_ft = 4.26391e8;
-    scene.cl_lb_s_ft = 0.555537;
-    scene.slack_ft = 0.005;
-    scene.friction_law = SIM_NONE;
-    scene.force_lb = 40.5972;
-    scene.s0_ft = 2.0;
-    scene.v0_ft_s = 2.0;
-    scene.t_end_s = 0.005;
-    ask(&scene);
-    return scene;
-}
-
 static double apart_u_ft(const struct sim_scene *scene, const struct sim_result *a,
                          const struct sim_result *b, double until_s)
 {
@@ -68,6 +43,7 @@ static void runs_that_part_say_when_and_how_far(void **state)
 {
     (void)state;
     struct sim_scene scene = beads();
+    ask(&scene);
     struct sim_result result = run(&scene, NULL, 0.0);
     assert_int_equal(error.status, MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNPREDICTABLE);
