@@ -200,6 +200,8 @@ static double factor_at(const struct advise_profile *profile, double t_s)
 
 double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
 {
+    if (t_s >= ONSET_S && !braking->profile)
+        return braking->mean_ft_s2;
     double part = fmin(t_s / ONSET_S, 1.0);
     return part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2 *
            factor_at(braking->profile, t_s);

@@ -5,7 +5,13 @@
 /* Where the mask is set `yes`, else `no`. */
 INLINE lanes VARIANT(choose)(masks mask, lanes yes, lanes no)
 {
-    return (lanes)((mask & (masks)yes) | (~mask & (masks)no));
+    return CHOOSE(mask, yes, no);
+}
+
+/* Where the mask is set `yes`, else 0. */
+INLINE lanes VARIANT(only)(masks mask, lanes yes)
+{
+    return (lanes)(mask & (masks)yes);
 }
 
 INLINE bool VARIANT(any)(const masks *mask)
@@ -23,56 +29,49 @@ INLINE unsigned VARIANT(last_of)(const struct chains *c, unsigned bay)
     return bay == c->bays ? c->mats : bay * MR_CHAIN_BAY;
 }
 
-/* matchain.c's pull(): every branch, and the choice between them. */
+/* matchain.c's pull(): every branch, and the choice between them. Beyond its reach a joint is open
+ * or hooked; short of it, dirt holds it, yields, or is not there any more. */
 INLINE lanes VARIANT(pull)(const struct chains *c, unsigned j, lanes g_ft, lanes opening_ft_s,
                            lanes *reach_after_ft)
 {
     const lanes none = {0};
     lanes reach_ft = c->reach_ft[j], grit_lb = c->grit_lb[j];
     lanes damper_lb = c->cl_lb_s_ft * opening_ft_s;
-    masks hooked = g_ft > c->slack_ft;
-    masks open = (g_ft >= reach_ft) & ~hooked & (g_ft <= c->slack_ft);
-    masks dirty = reach_ft > none;
+    masks beyond = g_ft >= reach_ft, dirty = reach_ft > none;
     lanes held_lb = c->kl_lb_ft * (g_ft - reach_ft);
     masks holds = dirty & (held_lb >= -grit_lb);
-    lanes kept_lb = held_lb + damper_lb;
-    kept_lb = VARIANT(choose)(kept_lb < -grit_lb, -grit_lb,
-                              VARIANT(choose)(kept_lb > none, none, kept_lb));
+    lanes kept_lb = LESSER(GREATER(-grit_lb, held_lb + damper_lb), none);
     lanes yielded_ft = g_ft + c->give_ft[j];
     masks closes = dirty & (yielded_ft > none);
-    lanes pressed_lb = VARIANT(choose)(g_ft < none, c->kl_lb_ft * g_ft + damper_lb, none);
-    lanes hooked_lb = c->kl_lb_ft * (g_ft - c->slack_ft) + damper_lb;
-    *reach_after_ft = VARIANT(choose)(
-        open, g_ft,
-        VARIANT(choose)(
-            hooked, c->slack_ft,
-            VARIANT(choose)(holds, reach_ft, VARIANT(choose)(closes, yielded_ft, none))));
+    lanes pressed_lb = VARIANT(only)(g_ft < none, c->kl_lb_ft * g_ft + damper_lb);
+    lanes hooked_lb = VARIANT(only)(g_ft > c->slack_ft,
+                                    c->kl_lb_ft * (g_ft - c->slack_ft) + damper_lb);
+    *reach_after_ft =
+        VARIANT(choose)(beyond, LESSER(c->slack_ft, g_ft),
+                        VARIANT(choose)(holds, reach_ft, VARIANT(only)(closes, yielded_ft)));
     return VARIANT(choose)(
-        open, none,
-        VARIANT(choose)(
-            hooked, hooked_lb,
-            VARIANT(choose)(holds, kept_lb, VARIANT(choose)(closes, -grit_lb, pressed_lb))));
+        beyond, hooked_lb,
+        VARIANT(choose)(holds, kept_lb, VARIANT(choose)(closes, -grit_lb, pressed_lb)));
 }
 
-/* matchain.c's slip(). */
+/* matchain.c's slip(). A mat at rest is rubbed against its push, else against its speed. */
 INLINE lanes VARIANT(slip)(lanes v_ft_s, lanes x_lb, lanes friction_lb, lanes per_lb)
 {
     const lanes none = {0}, one = none + 1.0f;
+    const masks sign = (masks)none - 0x7fffffff - 1;
     masks rests = v_ft_s == none;
-    lanes begins =
-        VARIANT(choose)(x_lb > friction_lb, (x_lb - friction_lb) * per_lb,
-                        VARIANT(choose)(x_lb < -friction_lb, (x_lb + friction_lb) * per_lb, none));
-    lanes braking = x_lb - VARIANT(choose)(v_ft_s > none, friction_lb, -friction_lb);
+    masks pushes = (lanes)(~sign & (masks)x_lb) > friction_lb;
+    lanes along = VARIANT(choose)(rests, x_lb, v_ft_s);
+    lanes braking = x_lb - (lanes)((sign & (masks)along) | (masks)friction_lb);
     lanes after_ft_s = v_ft_s + braking * per_lb;
     masks goes_on = after_ft_s * v_ft_s > none;
-    masks stops = (x_lb <= friction_lb) & (x_lb >= -friction_lb);
-    lanes moved_ft_s = VARIANT(choose)(rests, begins, VARIANT(choose)(goes_on, after_ft_s, none));
-    masks turns = ~(rests | goes_on | stops);
+    lanes moved_ft_s = VARIANT(only)((rests & pushes) | goes_on, after_ft_s);
+    masks turns = pushes & ~(rests | goes_on);
     if (!VARIANT(any)(&turns))
         return moved_ft_s;
     lanes left = one + v_ft_s / (braking * per_lb);
-    lanes back_lb = VARIANT(choose)(x_lb > none, x_lb - friction_lb, x_lb + friction_lb);
-    lanes thrown = VARIANT(choose)(left > none, back_lb * per_lb * left, none);
+    lanes back_lb = x_lb - (lanes)((sign & (masks)x_lb) | (masks)friction_lb);
+    lanes thrown = VARIANT(only)(left > none, back_lb * per_lb * left);
     return VARIANT(choose)(turns, thrown, moved_ft_s);
 }
 
