@@ -36,5 +36,6 @@ void bench_kernel(void);   /* one mat, one evaluation */
 void bench_growth(void);   /* time against N */
 void bench_pruning(void);
 void bench_landings(void);
+void bench_ensemble(void);
 
 #endif

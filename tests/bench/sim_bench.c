@@ -82,5 +82,6 @@ int main(void)
     bench_growth();
     bench_pruning();
     bench_landings();
+    bench_ensemble();
     return 0;
 }
