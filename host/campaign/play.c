@@ -5,6 +5,7 @@
 
 #include "host/campaign/draw.h"
 #include "host/campaign/failures.h"
+#include "host/campaign/flatten.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
@@ -369,6 +370,15 @@ static void open_gaps(struct runway *r, const double *u_ft)
         r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
+/* With parting a wave that is left is longer than the joints beside it are open. */
+static void press_flat(struct runway *r, const struct sim_scene *scene)
+{
+    const struct flat_runway flat = {
+        r->joints,      r->gap_ft, r->u_ft, r->closing_lb, scene->friction * scene->weight_lb,
+        scene->kl_lb_ft};
+    flatten(&flat);
+}
+
 static enum mr_status land(struct runway *r, const struct campaign_landing *landing,
                            const struct draw_path *path, bool all, struct campaign_outcome *out,
                            struct error *error)
@@ -394,6 +404,8 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
     if (error->status == MR_OK && moved->u_ft) {
         note_movement(r, &landing->scene, moved, out);
         open_gaps(r, moved->u_ft);
+        if (c->parting && out->waves > 0)
+            press_flat(r, &landing->scene);
         follow_ground(r);
         note_joints(r, moved, out);
         note_zone(r, &landing->scene, out);
