@@ -15,7 +15,8 @@ struct flat_runway {
 
 /* Joints that are too short push what lies against them away, step by step to the side that resists
  * less: mats that touch each other go together, until the next opening has closed. Each joint stops
- * at the compression that both sides hold by friction. Openings only pass along: their sum stays. */
+ * at the compression that both sides hold by friction. Openings only pass along: their sum
+ * stays. */
 void flatten(const struct flat_runway *runway);
 
 #endif

@@ -156,8 +156,8 @@ static void a_raised_cleat_holds_less(void **state)
 }
 
 /* Of cohesion alone it holds as deep as it is. Pressed back from half its depth it turns by 60
- * degrees at its root, of which 30 spring back: cos 30 degrees of its depth. Of a tenth, 26 degrees,
- * nothing stays. */
+ * degrees at its root, of which 30 spring back: cos 30 degrees of its depth. Of a tenth, 26
+ * degrees, nothing stays. */
 static void a_cleat_that_is_pressed_back_turns_at_its_root(void **state)
 {
     (void)state;
@@ -190,10 +190,10 @@ static void a_cleat_that_is_pressed_back_turns_at_its_root(void **state)
     }
 }
 
-/* Mats 5 to 11 are one rigid block; an axle stands on its first joint, a quarter of its load on node
- * 4, half on node 5, a quarter on node 6. The mats beside it add half a weight at its ends. It sinks
- * by y0 - i s at its nodes i = 0..7, on springs of 2 KV that do not pull: nodes 0 to 2 bear, so that
- * with F and M all forces and their moment about node 0 over L
+/* Mats 5 to 11 are one rigid block; an axle stands on its first joint, a quarter of its load on
+ * node 4, half on node 5, a quarter on node 6. The mats beside it add half a weight at its ends. It
+ * sinks by y0 - i s at its nodes i = 0..7, on springs of 2 KV that do not pull: nodes 0 to 2 bear,
+ * so that with F and M all forces and their moment about node 0 over L
  *     3 y0 - 3 s = F/(2 KV)    3 y0 - 5 s = M/(2 KV)
  * and the far end is 7 s - y0 high. */
 static void a_wheel_tips_a_stiffened_block(void **state)

@@ -138,9 +138,9 @@ static double share_at(const struct sim_mods *s, double depth)
     return pow(depth, s->cleat_power);
 }
 
-/* Share that is left when the wheel presses a cleat back of whose depth `out` was out. Its tip stays
- * where it is in the soil, so that it turns at its root: cos turn = 1 - out. A part of that springs
- * back. */
+/* Share that is left when the wheel presses a cleat back of whose depth `out` was out. Its tip
+ * stays where it is in the soil, so that it turns at its root: cos turn = 1 - out. A part of that
+ * springs back. */
 static double share_pressed(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_power > 0.0))
