@@ -337,10 +337,10 @@ json_t *campaign_scene_json(const char *file, const json_t *root, struct error *
 static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {
-        "name",       "scene",  "runway",      "aircraft", "engine",
-        "landings",   "seeds",  "stations_ft", "observed", "observed_landing",
-        "within",     "needed", "facts",       "awaits",   "basis",
-        "afterwards", "ground", "elastic",     "parting",  NULL};
+        "name",    "scene",       "runway",   "aircraft",         "engine", "landings",
+        "seeds",   "stations_ft", "observed", "observed_landing", "within", "needed",
+        "facts",   "awaits",      "basis",    "afterwards",       "ground", "elastic",
+        "parting", "press_flat",  NULL};
     static const char *const grounds[] = {"weightless", "elastic", NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
@@ -355,6 +355,10 @@ static void read_root(const struct keys *r, const json_t *root, struct campaign 
     if (parting && !json_is_boolean(parting))
         keys_wrong(r, "", "parting", "true or false");
     c->parting = json_is_true(parting);
+    const json_t *flat = json_object_get(root, "press_flat");
+    if (flat && !json_is_boolean(flat))
+        keys_wrong(r, "", "press_flat", "true or false");
+    c->press_flat = json_is_true(flat);
     double landing = 0.0, within = 0.0;
     keys_number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
     c->observed_landing = (int)landing;

@@ -5,6 +5,7 @@
 
 #include "host/campaign/draw.h"
 #include "host/campaign/failures.h"
+#include "host/campaign/flatten.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
@@ -178,6 +179,14 @@ static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
         most = fmax(most, push_lb[j + 1] * bend / (scene->length_ft * scene->weight_lb));
     }
     return most;
+}
+
+/* Mats that a line of stiffeners ties are tipped by a wheel on one end, and their joints rise
+ * without any compression. */
+static bool tips(const struct sim_scene *scene)
+{
+    return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
+           scene->wheel_load_lb > 0.0;
 }
 
 static double joint_station_ft(const struct sim_scene *scene, size_t j)
@@ -369,6 +378,15 @@ static void open_gaps(struct runway *r, const double *u_ft)
         r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
+/* A wave that is left is longer than the joints beside it are open. */
+static void press_flat(struct runway *r, const struct sim_scene *scene)
+{
+    const struct flat_runway flat = {
+        r->joints,      r->gap_ft, r->u_ft, r->closing_lb, scene->friction * scene->weight_lb,
+        scene->kl_lb_ft};
+    flatten(&flat);
+}
+
 static enum mr_status land(struct runway *r, const struct campaign_landing *landing,
                            const struct draw_path *path, bool all, struct campaign_outcome *out,
                            struct error *error)
@@ -383,7 +401,8 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         out->skip_ratio = lift_ratio(r, &landing->scene, chain.push_lb);
     }
     bool ask = c->engine == CAMPAIGN_PLANAR ||
-               (c->engine == CAMPAIGN_AUTO && out->skip_ratio > c->skip_share);
+               (c->engine == CAMPAIGN_AUTO &&
+                (out->skip_ratio > c->skip_share || tips(&landing->scene)));
     if (error->status == MR_OK && ask &&
         run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) ==
             MR_OK) {
@@ -394,6 +413,8 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
     if (error->status == MR_OK && moved->u_ft) {
         note_movement(r, &landing->scene, moved, out);
         open_gaps(r, moved->u_ft);
+        if ((c->press_flat || c->parting) && out->waves > 0)
+            press_flat(r, &landing->scene);
         follow_ground(r);
         note_joints(r, moved, out);
         note_zone(r, &landing->scene, out);

@@ -1,6 +1,6 @@
 # The report's series of landings.
 series := $(addprefix host/campaign/series/,$(addsuffix .json,standard standard_stop friction control_mild control_fresh bands_preliminary \
-	bands_detailed diagonal cleats stiffeners dyess))
+	bands_detailed diagonal cleats cleats_bent cleats_rising stiffeners dyess dyess_clay))
 $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(wildcard tests/campaigns/*.c)) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
 test-programs: $(B)/tests/campaigns/campaigns

@@ -256,6 +256,34 @@ static void test_modifications_are_laid_over_the_scene(void **state)
     campaign_free(&campaign);
 }
 
+/* On even ground no compression raises a joint; a wheel with weight on mats that are tied does. */
+static void test_tied_mats_under_weight_are_asked_for(void **state)
+{
+    static const struct {
+        const char *ground, *modification;
+        bool asked;
+    } cases[] = {{"elastic", "\"stiff_span\":7,\"stiff_KT\":84", true},
+                 {"elastic", "\"stiff_span\":7,\"stiff_K\":1e6", false},
+                 {"elastic", "\"f\":0.85", false},
+                 {"weightless", "\"stiff_span\":7,\"stiff_KT\":84", false}};
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        char rest[600];
+        struct campaign_run run;
+        snprintf(rest, sizeof rest,
+                 "\"ground\":\"%s\",\"elastic\":{\"wheel_load\":108.3,\"gear_k_lb_ft\":7000},"
+                 "\"runway\":{\"irregularity_in\":0},\"landings\":[{\"speed_ft_s\":6,"
+                 "\"deceleration_ft_s2\":4,\"apply\":{%s}}]",
+                 cases[i].ground, cases[i].modification);
+        struct campaign campaign = load(60, rest);
+        campaign_play(&campaign, 1, false, &run);
+        assert_int_equal(run.error.status, MR_OK);
+        assert_int_equal(run.outcomes[0].asked_planar, cases[i].asked);
+        campaign_run_free(&run);
+        campaign_free(&campaign);
+    }
+}
+
 static void test_files_that_are_refused(void **state)
 {
     static const struct {
@@ -289,6 +317,8 @@ static void test_files_that_are_refused(void **state)
          "runway.gap_in"},
         {"{\"scene\":{\"N\":9},\"seeds\":0,\"landings\":[{\"deceleration_ft_s2\":4}]}", "seeds"},
         {"{\"scene\":{\"N\":9},\"landing\":[]}", "unknown key"},
+        {"{\"scene\":{\"N\":9},\"press_flat\":1,\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "press_flat; give true or false"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"times\":500}]}", "times"},
         {"{\"scene\":{\"N\":9},", "line 1"},
         {"[]", "an object"},
@@ -465,7 +495,7 @@ static void test_every_series_can_be_read(void **state)
         }
         series++;
     }
-    assert_int_equal(series, 11);
+    assert_int_equal(series, 14);
     globfree(&files);
 }
 
@@ -530,6 +560,7 @@ int main(void)
         cmocka_unit_test(test_neither_jobs_nor_skipping_nor_pruning_change_an_answer),
         cmocka_unit_test(test_spreads),
         cmocka_unit_test(test_modifications_are_laid_over_the_scene),
+        cmocka_unit_test(test_tied_mats_under_weight_are_asked_for),
         cmocka_unit_test(test_files_that_are_refused),
         cmocka_unit_test(test_ground_is_chosen),
         cmocka_unit_test(test_wilson),

@@ -1,5 +1,6 @@
 /* Modifications of the runway in the planar landing: waves that bands and stiffeners hold down,
  * cleats that come out. Units ft, lb, s. */
+#include "host/sim/elements/element.h"
 #include "tests/host/mods_case.h"
 
 static struct sim_scene planar_runway(void)
@@ -154,6 +155,94 @@ static void a_raised_cleat_holds_less(void **state)
     sim_scene_free(&scene);
 }
 
+/* Of cohesion alone it holds as deep as it is. Pressed back from half its depth it turns by 60
+ * degrees at its root, of which 30 spring back: cos 30 degrees of its depth. Of a tenth, 26
+ * degrees, nothing stays. */
+static void a_cleat_that_is_pressed_back_turns_at_its_root(void **state)
+{
+    (void)state;
+    static const double powers[] = {1.0, 2.0}, halves_lb[] = {4.0, 2.0},
+                        springing_lb[] = {6.92820323027551, 6.0};
+    const struct sim_touch wheel = {2, 1.0, 1.0};
+    for (int i = 0; i < 2; i++) {
+        struct sim_scene scene = apart(4);
+        struct mods *mods;
+        scene.mods.band[0].count = 0.0;
+        scene.mods.cleat_every = 2;
+        scene.mods.cleat_hold_lb = 8.0;
+        scene.mods.cleat_depth_ft = 0.06;
+        scene.mods.cleat_power = powers[i];
+        assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+        near(mods_raised_cleat_lb(mods, 2, -0.03, -0.03), halves_lb[i], 1e-12);
+        mods_press_cleats(mods, &wheel, 1);
+        near(mods_cleat_lb(mods, 2), halves_lb[i], 1e-12);
+        scene.mods.cleat_spring_deg = 30.0;
+        mods_reset(mods);
+        mods_raised_cleat_lb(mods, 2, -0.03, -0.03);
+        mods_press_cleats(mods, &wheel, 1);
+        near(mods_cleat_lb(mods, 2), springing_lb[i], 1e-12);
+        mods_reset(mods);
+        mods_raised_cleat_lb(mods, 2, -0.006, -0.006);
+        mods_press_cleats(mods, &wheel, 1);
+        near(mods_cleat_lb(mods, 2), 8.0, 1e-12);
+        mods_free(mods);
+        sim_scene_free(&scene);
+    }
+}
+
+/* Mats 5 to 11 are one rigid block; an axle stands on its first joint, a quarter of its load on
+ * node 4, half on node 5, a quarter on node 6. The mats beside it add half a weight at its ends. It
+ * sinks by y0 - i s at its nodes i = 0..7, on springs of 2 KV that do not pull: nodes 0 to 2 bear,
+ * so that with F and M all forces and their moment about node 0 over L
+ *     3 y0 - 3 s = F/(2 KV)    3 y0 - 5 s = M/(2 KV)
+ * and the far end is 7 s - y0 high. */
+static void a_wheel_tips_a_stiffened_block(void **state)
+{
+    (void)state;
+    const double length_ft = 2.0 / 7.0, weight_lb = 0.466, load_lb = 108.3, kv = 1.3e4;
+    const double lines_ft = 0.0, stations[] = {4.0 * length_ft, 11.0 * length_ft};
+    struct sim_scene scene = apart(16);
+    scene.model = SIM_CONSISTENT;
+    scene.mods.band[0].count = 0.0;
+    scene.length_ft = length_ft;
+    scene.weight_lb = weight_lb;
+    scene.inertia_slug_ft2 = 1.19e-4;
+    scene.kv_lb_ft = kv;
+    scene.cv_lb_s_ft = 60.0;
+    scene.kt_lb_ft_rad = 41.6;
+    scene.ct_lb_ft_s_rad = 0.0;
+    scene.tad_deg = 7.0;
+    scene.s0_ft = 4.0 * length_ft;
+    scene.wheel_load_lb = load_lb;
+    scene.element[ELEMENT_gear_ground] = 7000.0;
+    scene.gear.foot_ft = length_ft;
+    assert_int_equal(sim_scene_set_list(&scene.gear.lines_ft, &lines_ft, 1, &error), MR_OK);
+    scene.mods.stiff_span = 7;
+    scene.mods.stiff_free = 50;
+    scene.mods.stiff_first = 5;
+    scene.mods.stiff_kt_lb_ft_rad = 1e5;
+    scene.t_end_s = 0.5;
+    struct sim_result a = run(&scene, (struct sim_options){.solver = "fixed",
+                                                           .dt_s = 1e-5,
+                                                           .single = true,
+                                                           .sample_dt_s = 0.25,
+                                                           .station_ft = stations,
+                                                           .station_count = 2});
+    double f = (0.75 * load_lb + 8.0 * weight_lb) / (2.0 * kv);
+    double m = (0.25 * load_lb + 28.0 * weight_lb) / (2.0 * kv);
+    double s = 0.5 * (f - m), y0 = f / 3.0 + s;
+    assert_true(y0 - 2.0 * s > 0.0 && y0 - 3.0 * s < 0.0);
+    assert_true(a.sample_count >= 3);
+    near(a.sample_y_ft[2 * 2 + 1], 7.0 * s - y0, 0.03 * (7.0 * s - y0)); /* 0.049 in */
+    near(a.sample_y_ft[2 * 2], -y0, 0.03 * y0);
+    sim_result_free(&a);
+    scene.mods.stiff_kt_lb_ft_rad = 0.0; /* hinges: nothing rises */
+    a = run(&scene, (struct sim_options){.solver = "fixed", .dt_s = 1e-5, .single = true});
+    assert_true(a.max_lift_ft == 0.0);
+    sim_result_free(&a);
+    sim_scene_free(&scene);
+}
+
 /* --- absence and errors --- */
 
 static void what_is_absent_changes_nothing(void **state)
@@ -190,6 +279,8 @@ int main(void)
         cmocka_unit_test(a_taut_band_holds_a_vee_down),
         cmocka_unit_test(stiffeners_are_stiff_joints),
         cmocka_unit_test(a_raised_cleat_holds_less),
+        cmocka_unit_test(a_cleat_that_is_pressed_back_turns_at_its_root),
+        cmocka_unit_test(a_wheel_tips_a_stiffened_block),
         cmocka_unit_test(what_is_absent_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -167,6 +167,97 @@ static void a_mat_that_stands_upright_is_pushed_over(void **state)
     sim_scene_free(&scene);
 }
 
+/* At the runway's end, on its way there at SPEED: standing it takes less room than lying. Lying it
+ * stays where it was pushed over, and passes nothing on to the end. */
+static void one_that_is_pushed_over_at_the_end_presses_nothing(void **state)
+{
+    (void)state;
+    const double gaps[] = {0.0, 0.0, 0.05};
+    struct sim_scene scene = turning(10.0 * RATE, 30.0);
+    scene.profile = SIM_FULL;
+    scene.right = SIM_FIXED;
+    scene.slack_ft = 10.0;
+    scene.v0_ft_s = SPEED;
+    scene.v0_mat = 2;
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gaps, 3, &error), MR_OK);
+    struct sim_result a = run_fixed(&scene, 1e-5, 0.06);
+    assert_true(a.push_lb[3] == 0.0);
+    near(a.u_ft[2], SPEED * (0.5 * PI + 85.0 / 10.0) / (10.0 * RATE), 2.0 * SPEED * 1e-5);
+    sim_result_free(&a);
+    sim_scene_free(&scene);
+}
+
+/* The runway's end tears as a joint does, and what it felt is told up to then. */
+static void a_torn_end_feels_no_more(void **state)
+{
+    (void)state;
+    const double dt_s = 1e-5;
+    struct sim_scene scene = two_mats(SIM_CONSISTENT);
+    scene.left = SIM_FIXED;
+    scene.v0_ft_s = SPEED;
+    scene.v0_mat = 1;
+    scene.mods.tear_lb = 0.4 * TEAR;
+    scene.mods.unhinge_deg = 30.0;
+    struct sim_result a = run_fixed(&scene, dt_s, 0.1);
+    assert_true(a.mods->torn[1] == 1.0);
+    assert_true(a.pull_lb[1] > 0.4 * TEAR && a.pull_lb[1] < 0.4 * TEAR + 2.0 * KL * SPEED * dt_s);
+    sim_result_free(&a);
+    sim_scene_free(&scene);
+}
+
+/* Sixty mats on ground that is not level, and between the ends 0.068 ft too long: two stand as a
+ * vee. Each mat turns about its foot until P lift = W L/2. */
+static struct sim_scene standing(double unhinge_deg)
+{
+    struct sim_scene scene = apart(60);
+    const double bump = 0.255;
+    double gaps[61] = {0}, ground[61] = {0};
+    gaps[29] = gaps[31] = -0.017;
+    gaps[30] = -0.034;
+    ground[5] = 1e-5;
+    scene.model = SIM_CONSISTENT;
+    scene.mods.band[0].count = 0.0;
+    scene.profile = SIM_FULL;
+    scene.left = scene.right = SIM_FIXED;
+    scene.friction_law = SIM_STICK;
+    scene.friction = 0.5;
+    scene.kl_lb_ft = 10.0 * KL;
+    scene.cl_lb_s_ft = 50.0;
+    scene.kv_lb_ft = 1e4;
+    scene.cv_lb_s_ft = 100.0;
+    scene.inertia_slug_ft2 = 1.0 / 12.0;
+    scene.tad_deg = 80.0;
+    scene.mods.unhinge_deg = unhinge_deg;
+    scene.bump_first = 31;
+    assert_int_equal(sim_scene_set_list(&scene.bump_ft, &bump, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gaps, 61, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, 61, &error), MR_OK);
+    return scene;
+}
+
+static void a_wave_that_stands_stays_as_short_as_it_is(void **state)
+{
+    (void)state;
+    static const double unhinge_deg[] = {(double)INFINITY, 80.0};
+    for (int i = 0; i < 2; i++) {
+        struct sim_scene scene = standing(unhinge_deg[i]);
+        struct sim_options options = {.solver = "fixed", .dt_s = 1e-4, .single = true};
+        scene.t_end_s = 6.0;
+        struct sim_result a = run(&scene, options);
+        options.no_prune = true;
+        struct sim_result all = run(&scene, options);
+        double lift_ft = a.outputs[a.output_count - 1].lift_ft;
+        assert_true(lift_ft > 0.2);
+        near(a.push_lb[30], 0.5 * G / lift_ft, 5.0); /* it swings before it stands */
+        for (int n = 1; n <= 60; n++)
+            near(a.u_ft[n], all.u_ft[n], 1e-6);
+        assert_true(a.mats_mean < 59.0);
+        sim_result_free(&a);
+        sim_result_free(&all);
+        sim_scene_free(&scene);
+    }
+}
+
 /* Turned by 35 degrees they part at once. The wheel stands on mat 1 alone: that falls with
  * g (1 + P/W), mat 2 with g. Then each lies on the ground by itself, a foot beside a foot. */
 static void ends_that_are_apart_fall_by_themselves(void **state)
@@ -255,6 +346,9 @@ int main(void)
         cmocka_unit_test(one_that_is_not_pulled_so_far_holds),
         cmocka_unit_test(a_joint_turned_downwards_parts),
         cmocka_unit_test(a_mat_that_stands_upright_is_pushed_over),
+        cmocka_unit_test(one_that_is_pushed_over_at_the_end_presses_nothing),
+        cmocka_unit_test(a_torn_end_feels_no_more),
+        cmocka_unit_test(a_wave_that_stands_stays_as_short_as_it_is),
         cmocka_unit_test(ends_that_are_apart_fall_by_themselves),
         cmocka_unit_test(ends_that_are_not_level_pass_over_each_other),
         cmocka_unit_test(a_flat_landing_is_as_without),

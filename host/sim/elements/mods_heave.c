@@ -4,6 +4,8 @@
 
 #include "host/sim/elements/mods_view.h"
 
+#define RADIANS (3.14159265358979323846 / 180.0)
+
 /* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving
  * part lies on the ground. */
 static double slope(const struct mods_heave *h, int n)
@@ -129,7 +131,24 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
            2.0 * pull_lb * 4.0 / (length_ft * lightest);
 }
 
-/* Soil holds a cleat with its depth squared (passive earth pressure). */
+/* Share of its hold at a share of its depth. Passive earth pressure goes with the depth squared,
+ * cohesion with the depth. */
+static double share_at(const struct sim_mods *s, double depth)
+{
+    return pow(depth, s->cleat_power);
+}
+
+/* Share that is left when the wheel presses a cleat back of whose depth `out` was out. Its tip
+ * stays where it is in the soil, so that it turns at its root: cos turn = 1 - out. A part of that
+ * springs back. */
+static double share_pressed(const struct sim_mods *s, double out)
+{
+    if (!(s->cleat_power > 0.0))
+        return 1.0 - out;
+    double bent = acos(1.0 - out) - s->cleat_spring_deg * RADIANS;
+    return bent > 0.0 ? share_at(s, cos(bent)) : 1.0;
+}
+
 double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
 {
     int cleat = mods_cleat_of(m, mat);
@@ -140,7 +159,8 @@ double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double ri
     raised_ft = raised_ft > 0.0 ? fmin(raised_ft, s->cleat_depth_ft) : 0.0;
     double in = 1.0 - raised_ft / s->cleat_depth_ft;
     m->raised_ft[cleat] = fmax(m->raised_ft[cleat], raised_ft);
-    return s->cleat_hold_lb * m->state->cleat_left[cleat] * in * in;
+    double whole_lb = s->cleat_hold_lb * m->state->cleat_left[cleat];
+    return s->cleat_power > 0.0 ? whole_lb * share_at(s, in) : whole_lb * in * in;
 }
 
 /* The wheel presses a cleat that had come out back onto the soil: what was out bends. */
@@ -150,7 +170,8 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
         int cleat = mods_cleat_of(m, touch[i].mat);
         if (cleat < 0 || !(m->raised_ft[cleat] > 0.0))
             continue;
-        m->state->cleat_left[cleat] *= 1.0 - m->raised_ft[cleat] / m->scene->mods.cleat_depth_ft;
+        const struct sim_mods *s = &m->scene->mods;
+        m->state->cleat_left[cleat] *= share_pressed(s, m->raised_ft[cleat] / s->cleat_depth_ft);
         m->raised_ft[cleat] = 0.0;
     }
 }

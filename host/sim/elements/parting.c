@@ -15,7 +15,8 @@ enum mr_status parting_make(struct parting **parting, const struct sim_scene *sc
         return MR_OK;
     struct parting *p = calloc(1, sizeof *p);
     if (p) {
-        *p = (struct parting){.unhinge_rad = scene->mods.unhinge_deg * RADIANS,
+        *p = (struct parting){.joints = joints,
+                              .unhinge_rad = scene->mods.unhinge_deg * RADIANS,
                               .lap_ft = scene->mods.unhinge_lap_ft,
                               .joint = calloc(joints, sizeof *p->joint),
                               .apart = calloc(4 * joints, sizeof *p->apart),
@@ -50,6 +51,7 @@ void parting_reset(struct parting *p)
 {
     for (int i = 0; i < p->count; i++)
         p->apart[p->joint[i]] = false;
+    memset(p->gone, 0, p->joints * sizeof *p->gone);
     p->count = 0;
 }
 
@@ -68,8 +70,6 @@ void parting_part(struct parting *p, int joint, double y_ft, double v_ft_s)
 
 bool parting_abuts(struct parting *p, int joint, double g_ft, double y_ft)
 {
-    if (p->gone[joint])
-        return false;
     if (g_ft > 0.0)
         p->lapped[joint] = false;
     else if (fabs(p->y_ft[joint] - y_ft) > p->lap_ft)

@@ -20,6 +20,7 @@
 #include "host/sim/scene/scene.h"
 
 struct parting {
+    size_t joints; /* that there is room for */
     double unhinge_rad, lap_ft;
     int count;  /* of joints apart */
     int *joint; /* those, in the order in which they came apart */

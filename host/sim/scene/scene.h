@@ -74,7 +74,11 @@ struct sim_mods {
     double cleat_hold_lb;         /* a fresh one */
     /* movement in which the hold falls to 1/e; INFINITY: it does not */
     double cleat_travel_ft;
-    double cleat_depth_ft;      /* planar: out of the ground when the mat has risen so far */
+    double cleat_depth_ft; /* planar: out of the ground when the mat has risen so far */
+    /* hold goes with depth to this power; 0: with its square while raised, and what was out is lost
+     */
+    double cleat_power;
+    double cleat_spring_deg;    /* turned by less at its root it springs back */
     struct sim_list cleat_left; /* share that each still has; empty: 1 */
     /* stiffeners */
     int stiff_span; /* mats that one ties together; 0: none */

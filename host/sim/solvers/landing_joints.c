@@ -30,6 +30,16 @@ LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_f
     return closing && fabs(over_ft) < fabs(rate_ft_s) * step_s ? over_ft / step_s : rate_ft_s;
 }
 
+/* What of a joint's force passes where mats come apart: nothing beside a mat that was pushed over,
+ * and compression alone where it is torn. The runway's ends tear too, and have one mat. */
+static double passed_lb(const struct landing *l, int j, double g_ft, double t_lb)
+{
+    struct parting *p = l->parting;
+    if (p->gone[j] || (p->apart[j] && !parting_abuts(p, j, g_ft, l->z[2 * j])))
+        return 0.0;
+    return p->apart[j] || mods_is_torn(l->mods, j + 1) ? fmin(0.0, t_lb) : t_lb;
+}
+
 LAW_INLINE void stretch(struct landing *l, enum joint_law law, bool parts)
 {
     const struct model *m = &l->model;
@@ -52,8 +62,8 @@ LAW_INLINE void stretch(struct landing *l, enum joint_law law, bool parts)
         struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
         double t_lb = pulled.lb;
-        if (parts && l->parting->apart[j])
-            t_lb = parting_abuts(l->parting, j, g, p[2 * j]) && t_lb < 0.0 ? t_lb : 0.0;
+        if (parts)
+            t_lb = passed_lb(l, j, g, t_lb);
         if (law == JOINT_GRIT)
             l->reach_ft[j] = pulled.reach_ft;
         l->tension_lb[j] = t_lb;

@@ -303,7 +303,10 @@ LAW_INLINE void march_with(struct landing *l, struct march *march,
         march->awake_s += live * h;
         march->mats_max = live > march->mats_max ? live : march->mats_max;
         march->done = i + 1;
-        if ((i % LOOK_STEPS == 0 || i + 1 == march->steps) && !sound(l, march, t_s))
+        /* mats that are apart turn fast: one could stand upright and beyond between two looks */
+        bool look = i % LOOK_STEPS == 0 || i + 1 == march->steps ||
+                    (l->parting && l->parting->count > 0);
+        if (look && !sound(l, march, t_s))
             break;
         if (i % LOOK_STEPS == 0 && options->overrun_ft > 0.0)
             note_overrun(l, march, options->overrun_ft);

@@ -136,6 +136,7 @@ bool landing_topple(struct landing *l, int n, double t_s)
     if (!p->apart[n] && !p->apart[n + 1])
         return false;
     for (int j = n; j <= n + 1; j++) {
+        p->gone[j] = true; /* at the runway's ends too: lying down, the mat is longer there */
         if (j == 0 || j == m->mats)
             continue;
         part(l, j);

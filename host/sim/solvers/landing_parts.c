@@ -8,6 +8,7 @@
 #define PATIENCE 16   /* steps before a part may shrink */
 /* steps before it leaves the next mat: one for its damper, one for the grit, one more */
 #define SETTLING 3
+#define AIR      1e-3  /* of L: a node that is so high is held by its mats, not by the ground */
 #define QUIET    1e-13 /* of L for heights, of sqrt(g L) for their rates: at rest */
 
 void landing_take_in(struct part *part, const struct model *m, int low, int high)
@@ -56,12 +57,15 @@ void landing_follow_slides(struct landing *l, const struct sim_touch *touch, int
     }
 }
 
-/* On uneven ground a node under compression comes to rest off its settled height. */
+/* On uneven ground a node under compression comes to rest off its settled height. One in the air
+ * stays with the part that heaves, however still it is: a wave that stands is as long as it is
+ * because it stands, and outside mats count as flat. */
 static bool node_rests(const struct landing *l, int node)
 {
     const struct model *m = &l->model;
     if (m->tilt_ft)
-        return fabs(l->z[m->size + 2 * node]) <= CALM * sqrt(m->scene->g_ft_s2 * m->length_ft);
+        return fabs(l->z[m->size + 2 * node]) <= CALM * sqrt(m->scene->g_ft_s2 * m->length_ft) &&
+               l->z[2 * node] >= -AIR * m->length_ft;
     return fabs(l->z[2 * node] - m->rest_y_ft) <= QUIET * m->length_ft &&
            fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
@@ -72,7 +76,8 @@ static bool end_rests(const struct landing *l, int joint)
     const struct model *m = &l->model;
     double still_ft_s = (m->tilt_ft ? CALM : QUIET) * sqrt(m->scene->g_ft_s2 * m->length_ft);
     return fabs(l->parting->v_ft_s[joint]) <= still_ft_s &&
-           (m->tilt_ft || fabs(l->parting->y_ft[joint] - m->rest_y_ft) <= QUIET * m->length_ft);
+           (m->tilt_ft ? l->parting->y_ft[joint] >= -AIR * m->length_ft
+                       : fabs(l->parting->y_ft[joint] - m->rest_y_ft) <= QUIET * m->length_ft);
 }
 
 bool landing_mat_rests(const struct landing *l, int n)
