@@ -105,8 +105,8 @@ static void elastic_ground_is_the_same_to_the_last_bit(void **state)
     make(&p, STANDARD, "4");
     campaign_free(&p.model);
     campaign_free(&p.prototype);
-    assert_int_equal(campaign_load_on(&p.model, STANDARD, "elastic", &error), MR_OK);
-    assert_int_equal(campaign_load_on(&p.prototype, p.big, "elastic", &error), MR_OK);
+    assert_int_equal(campaign_load_on(&p.model, STANDARD, "elastic", 0, &error), MR_OK);
+    assert_int_equal(campaign_load_on(&p.prototype, p.big, "elastic", 0, &error), MR_OK);
     assert_true(p.prototype.landings[0].scene.gear.lines_ft.values[3] == 4.0 * 3.39);
     assert_true(p.prototype.landings[0].scene.wheel_load_lb == 64.0 * 108.3);
     for (struct campaign *c = &p.model; c; c = c == &p.model ? &p.prototype : NULL) {
