@@ -286,7 +286,7 @@ static void write_down(struct written *w)
         for (int k = 0; k < 2; k++) {
             w->left[i][k].peak_in = 0.4;
             w->right[i][k].peak_in = 0.1 + 0.1 * i;
-            w->left[i][k].zone_mats = 10;
+            w->left[i][k].zone_mats = 10 + k;
             w->right[i][k].zone_mats = 30;
         }
         w->right[i][1].buckled = true;
@@ -318,6 +318,7 @@ static void facts_are_of_a_strip(void **state)
         {"\"quantity\":\"failures\",\"landings\":\"at buckling\",\"strips\":2,\"strip\":\"right\"",
          {1, 1}},
         /* the landing in which either buckled is not one before it */
+        {"\"quantity\":\"zone_mats\",\"landings\":[1,2],\"strip\":\"left\"", {10, 10}},
         {"\"quantity\":\"zone_mats\",\"landings\":[1,2],\"strip\":\"right\"", {30, 30}},
     };
     char text[3000];

@@ -47,6 +47,7 @@ static struct sim_scene *put_beside(struct sim_scene *scene)
     *beside = *scene;
     beside->t_out_s = beside->gap0_ft = beside->grit_lb = beside->ground_ft = (struct sim_list){0};
     beside->gear.lines_ft = beside->gear.axles = beside->u_mats = (struct sim_list){0};
+    beside->bump_ft = (struct sim_list){0};
     beside->path = NULL;
     beside->path_count = 0;
     set(&beside->t_out_s, scene->t_out_s.values, scene->t_out_s.count);
@@ -181,17 +182,25 @@ static void untied_strips_are_each_alone(void **state)
     (void)state;
     for (size_t i = 0; i < COUNT(models); i++) {
         struct sim_scene scene = unlike(models[i]), *beside = scene.beside;
-        for (int single = 0; single < 2; single++) {
+        /* planar: one march; half_the_step_says_the_same has checked ones */
+        for (int single = models[i] == SIM_CONSISTENT; single < 2; single++) {
             const struct sim_options options = {.dt_s = 2e-5, .single = single};
             struct sim_result both = good(&scene, options);
             scene.beside = NULL;
             struct sim_result first = good(&scene, options), second = good(beside, options);
+            beside->beside = &scene; /* and the other way round */
+            struct sim_result round = good(beside, options);
+            beside->beside = NULL;
             scene.beside = beside;
             assert_true(first.peak_u_ft > 0.002 && second.peak_u_ft > 0.0005);
             assert_true(first.peak_u_ft != second.peak_u_ft);
             same(&both, &first, models[i] == SIM_CONSISTENT);
             same(both.beside, &second, models[i] == SIM_CONSISTENT);
-            assert_true(both.error_u_ft >= fmax(first.error_u_ft, second.error_u_ft) * (1 - 1e-12));
+            same(&round, &second, false);
+            same(round.beside, &first, false);
+            double error_ft = fmax(first.error_u_ft, second.error_u_ft) * (1.0 - 1e-12);
+            assert_true(both.error_u_ft >= error_ft && round.error_u_ft >= error_ft);
+            sim_result_free(&round);
             sim_result_free(&both);
             sim_result_free(&first);
             sim_result_free(&second);
@@ -615,8 +624,8 @@ static void half_the_step_says_the_same(void **state)
         struct sim_scene scene = unlike(models[i]);
         scene.ties.k_lb_ft = 48.0;
         scene.ties.most_lb = 1.0;
-        struct sim_result whole = good(&scene, (struct sim_options){.dt_s = 1e-5, .single = true});
-        struct sim_result half = good(&scene, (struct sim_options){.dt_s = 5e-6, .single = true});
+        struct sim_result whole = good(&scene, (struct sim_options){.dt_s = 2e-5, .single = true});
+        struct sim_result half = good(&scene, (struct sim_options){.dt_s = 1e-5, .single = true});
         struct sim_result checked = good(&scene, (struct sim_options){0});
         double sum = 0.0, peak = fmax(half.peak_u_ft, half.beside->peak_u_ft);
         for (int n = 1; n <= MATS; n++)
@@ -653,6 +662,43 @@ static void stiff_ties_are_stable(void **state)
             sim_result_free(&result);
             sim_scene_free(&scene);
         }
+    }
+}
+
+/* One strip is thrown up and folds; the other is told as interrupted, by what it had come to. */
+static void a_fold_is_of_one_strip(void **state)
+{
+    (void)state;
+    static const double bump_ft[] = {0.16, 0.33, 0.16};
+    for (int right = 0; right < 2; right++) {
+        struct sim_scene scene, *beside;
+        struct sim_result result;
+        sim_scene_defaults(&scene);
+        scene.model = SIM_CONSISTENT;
+        scene.bump_first = 5;
+        scene.v0_ft_s = 0.0;
+        scene.t_end_s = 0.2;
+        beside = put_beside(&scene);
+        set(right ? &beside->bump_ft : &scene.bump_ft, bump_ft, COUNT(bump_ft));
+        (right ? beside : &scene)->force_lb = 120000.0;
+        memset(&error, 0, sizeof error);
+        const struct sim_options options = {.solver = "fixed", .single = true};
+        assert_int_equal(sim_run(&scene, &options, &result, &error), MR_NUMERICS);
+        assert_int_equal(result.status, SIM_FOLDED);
+        assert_int_equal(result.ended_beside, right);
+        assert_int_equal(result.beside->status, right ? SIM_FOLDED : SIM_INTERRUPTED);
+        assert_true(!result.u_ft && (right ? !result.beside->u_ft : result.beside->u_ft != NULL));
+        const double *up = right ? result.beside->rise_ft : result.rise_ft,
+                     *flat = right ? result.rise_ft : result.beside->rise_ft;
+        double most[2] = {0.0, 0.0};
+        for (int j = 1; j <= scene.mats + 1; j++) {
+            most[0] = fmax(most[0], up[j]);
+            most[1] = fmax(most[1], flat[j]);
+        }
+        assert_true(most[0] > 0.1 && most[1] < 1e-3);
+        assert_true(result.t_s > 0.0 && result.mat >= 1 && result.mat <= scene.mats);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
     }
 }
 
@@ -734,6 +780,7 @@ int main(void)
         cmocka_unit_test(an_integration_of_its_own_says_the_same),
         cmocka_unit_test(half_the_step_says_the_same),
         cmocka_unit_test(stiff_ties_are_stable),
+        cmocka_unit_test(a_fold_is_of_one_strip),
         cmocka_unit_test(a_strip_beside_is_read_and_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
