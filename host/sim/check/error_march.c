@@ -369,10 +369,6 @@ static enum mr_status make(struct march *g, const struct sim_scene *scene, struc
             error, MR_USAGE,
             "no second method: %s: grit with this friction; give friction stick or none",
             scene->name[0] ? scene->name : "scene");
-    if (scene->beside)
-        return error_set(error, MR_USAGE,
-                         "no second method: %s: beside in a chain with grit; leave one of them out",
-                         scene->name[0] ? scene->name : "scene");
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++) {
         if (scene->element[i] != 0.0)
             return error_set(error, MR_USAGE,
