@@ -51,10 +51,11 @@ struct campaign_outcome {
 
 struct campaign_run {
     uint64_t seed;
-    size_t played; /* landings; a buckled runway takes no more */
-    int buckled;   /* landing, from 1; 0: none */
-    double buckle_ft;
-    struct campaign_outcome *outcomes; /* landing_count */
+    size_t played;                     /* landings; a buckled runway takes no more */
+    int buckled;                       /* landing, from 1; 0: none */
+    double buckle_ft;                  /* of two strips that both buckled in it, the left one's */
+    struct campaign_outcome *outcomes; /* landing_count; of two strips the left one's */
+    struct campaign_outcome *right;    /* the right one's; NULL: one strip */
     double ms;
     struct error error; /* why this runway could not be played to its end */
 };

@@ -70,6 +70,7 @@ static json_t *value_schema(const struct sim_key *key)
     case SIM_KEY_PARTS:
         return json_pack("{s:[o,o]}", "anyOf", number_schema(key, "number"),
                          list_schema(number_schema(key, "number")));
+    case SIM_KEY_STRIP: return json_pack("{s:s}", "type", "object");
     case SIM_KEY_PATH: break;
     }
     json_t *row = list_schema(json_pack("{s:s}", "type", "number"));
@@ -100,6 +101,7 @@ static json_t *default_json(const struct sim_key *key)
     case SIM_KEY_MATS:
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
+    case SIM_KEY_STRIP:
     case SIM_KEY_PATH: break;
     }
     return NULL;

@@ -6,6 +6,7 @@
 
 #include "host/base/steady.h"
 #include "host/sim/models/chain.h"
+#include "host/sim/models/strips.h"
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
 
@@ -48,8 +49,15 @@ struct pass {
     int mat; /* where, when failed */
     double t_s;
     double speed_end_ft_s;
-    struct sim_record record;
-    struct mods_state *mods; /* at its end; NULL without modifications */
+    struct sim_record record, beside; /* beside: of two strips */
+    struct mods_state *mods;          /* at its end; NULL without modifications */
+    struct mods_state *beside_mods;
+};
+
+/* What a pass computes with. */
+struct rig {
+    struct chain chain;
+    struct strips *strips; /* NULL: one strip */
 };
 
 /* Nothing in the window has moved for a while. */
@@ -74,17 +82,25 @@ LAW_INLINE void cover(struct window *window, const struct chain *chain,
     }
 }
 
+/* Mat n, or the one beside it. */
+LAW_INLINE bool moves(const struct chain *chain, const struct strips *strips, int n)
+{
+    return chain->v_ft_s[n] != 0.0 || (strips && strips->chain.v_ft_s[n] != 0.0);
+}
+
 /* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
  * a mat waits a little. */
-LAW_INLINE void follow(struct window *window, const struct chain *chain)
+LAW_INLINE void follow(struct window *window, const struct chain *chain,
+                       const struct strips *strips)
 {
-    const double *v = chain->v_ft_s;
-    if (v[window->first] != 0.0 && window->first > 1)
+    if (moves(chain, strips, window->first) && window->first > 1)
         window->first--;
-    if (v[window->last] != 0.0 && window->last < chain->mats)
+    if (moves(chain, strips, window->last) && window->last < chain->mats)
         window->last++;
-    bool first_rests = v[window->first] == 0.0 && v[window->first + 1] == 0.0;
-    bool last_rests = v[window->last] == 0.0 && v[window->last - 1] == 0.0;
+    bool first_rests = !moves(chain, strips, window->first) &&
+                       !moves(chain, strips, window->first + 1);
+    bool last_rests = !moves(chain, strips, window->last) &&
+                      !moves(chain, strips, window->last - 1);
     window->quiet_first = first_rests ? window->quiet_first + 1 : 0;
     window->quiet_last = last_rests ? window->quiet_last + 1 : 0;
     if (window->quiet_first >= QUIET_STEPS && window->last - window->first > 2) {
@@ -98,14 +114,15 @@ LAW_INLINE void follow(struct window *window, const struct chain *chain)
 }
 
 /* The first kick has been given to all: whoever is still at rest sleeps. */
-LAW_INLINE void settle(struct window *window, const struct chain *chain)
+LAW_INLINE void settle(struct window *window, const struct chain *chain,
+                       const struct strips *strips)
 {
     int first = 1, last = chain->mats;
-    while (first < chain->mats && chain->v_ft_s[first] == 0.0)
+    while (first < chain->mats && !moves(chain, strips, first))
         first++;
-    while (last > first && chain->v_ft_s[last] == 0.0)
+    while (last > first && !moves(chain, strips, last))
         last--;
-    if (chain->v_ft_s[first] == 0.0)
+    if (!moves(chain, strips, first))
         first = last = 2; /* nobody: anywhere */
     window->first = first > 1 ? first - 1 : 1;
     window->last = last < chain->mats ? last + 1 : chain->mats;
@@ -123,9 +140,42 @@ static int fastest(const struct chain *chain)
     return mat;
 }
 
-/* `touch`: room for the wheel's parts. */
-LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                         const struct sim_options *options, struct sim_touch *touch)
+/* What the wheels put in over a step. */
+LAW_INLINE double work_lb_ft(const struct chain *chain, const struct sim_touch *touch, int count,
+                             double h_s)
+{
+    double sum = 0.0;
+    for (int k = 0; k < count; k++)
+        sum += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h_s;
+    return sum;
+}
+
+/* The kick of the strip beside, which lies in the same window. */
+static unsigned kick_beside(struct strips *strips, double h_s, struct window *window)
+{
+    unsigned stops = chain_kick(&strips->chain, h_s, window->first, window->last);
+    if (strips->chain.mods)
+        chain_unbrace(&strips->chain);
+    return stops;
+}
+
+/* Wheels and ties of both strips, before the kick of either. */
+static void load_beside(struct strips *strips, struct chain *chain, double from_s, double to_s,
+                        struct window *window)
+{
+    strips_span(strips, from_s, to_s);
+    cover(window, chain, strips->touch, strips->count);
+    strips_tie(strips, chain, window->first, window->last);
+    chain_touch(&strips->chain, strips->touch, strips->count);
+    if (strips->chain.mods)
+        chain_brace(&strips->chain, to_s - from_s, strips->touch, strips->count, &window->first,
+                    &window->last);
+}
+
+/* `touch`: room for the wheel's parts. `strips`: NULL, as a constant, for one strip. */
+LAW_INLINE void run_with(struct pass *pass, struct chain *chain, struct strips *strips,
+                         const struct sim_scene *scene, const struct sim_options *options,
+                         struct sim_touch *touch)
 {
     bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
     struct sim_wheel wheel;
@@ -136,28 +186,42 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
     int count = 0;
 
     chain_reset(chain, scene);
+    if (strips)
+        strips_start(strips, chain, h);
     put_in_lb_ft = chain_energy_lb_ft(chain, 1, chain->mats);
+    if (strips) {
+        put_in_lb_ft += strips_energy_lb_ft(strips, 1, chain->mats);
+        prune = prune && element_rests(&strips->chain.elements);
+    }
     sim_wheel_start(&wheel, scene);
     if (chain->gear)
         chain_mount(chain, &wheel, h);
     sim_record_take(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
+    if (strips)
+        sim_record_take(&pass->beside, 0.0, strips->chain.u_ft, strips->chain.v_ft_s);
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
 
         chain_release(chain, touch, count);
+        if (strips)
+            strips_release(strips, chain, touch, count);
         count = sim_wheel_span(&wheel, from_s, to_s, touch);
-        chain_touch(chain, touch, count);
         cover(&window, chain, touch, count);
+        if (strips)
+            load_beside(strips, chain, from_s, to_s, &window);
+        chain_touch(chain, touch, count);
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
         if (chain->mods)
             chain_unbrace(chain);
+        if (strips)
+            pass->events += kick_beside(strips, to_s - from_s, &window);
         if (prune && i == 0)
-            settle(&window, chain);
+            settle(&window, chain, strips);
         else if (prune)
-            follow(&window, chain);
+            follow(&window, chain, strips);
         /* at rest under forces that no longer change: nothing will ever move again */
         bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
@@ -167,13 +231,22 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        if (i % NOTE_STEPS == 0)
+        if (strips)
+            put_in_lb_ft += work_lb_ft(&strips->chain, strips->touch, strips->count, h);
+        if (i % NOTE_STEPS == 0) {
             chain_note(chain, window.first, window.last);
+            if (strips)
+                chain_note(&strips->chain, window.first, window.last);
+        }
         chain_drift(chain, h, window.first, window.last);
+        if (strips)
+            chain_drift(&strips->chain, h, window.first, window.last);
 
         double t_s = (double)(i + 1) * h;
         if (i % ENERGY_STEPS == 0 || last) {
             double energy_lb_ft = chain_energy_lb_ft(chain, window.first, window.last);
+            if (strips)
+                energy_lb_ft += strips_energy_lb_ft(strips, window.first, window.last);
             if (!(energy_lb_ft <= ENERGY_EXCESS * put_in_lb_ft)) {
                 pass->failed = true;
                 pass->mat = fastest(chain);
@@ -184,8 +257,11 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
         if (last)
             /* a rounding must not miss what is wanted at the end */
             t_s = (double)pass->steps * h * (1.0 + 1e-11);
-        if (pass->record.next_s <= t_s)
+        if (pass->record.next_s <= t_s) {
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
+            if (strips)
+                sim_record_take(&pass->beside, t_s, strips->chain.u_ft, strips->chain.v_ft_s);
+        }
         if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
             !options->go_on(options->go_on_ctx, pass->number, (double)i / (double)pass->steps)) {
             pass->interrupted = true;
@@ -202,35 +278,63 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
         struct mods_view view = chain_view(chain);
         pass->mods = mods_finish(chain->mods, &view);
     }
+    if (strips && strips->chain.mods) {
+        struct mods_view view = chain_view(&strips->chain);
+        pass->beside_mods = mods_finish(strips->chain.mods, &view);
+    }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = 1e3 * (steady_s() - begin_s);
 }
 
-/* A gear of several axle lines gets a loop of its own. */
+/* A gear of several axle lines gets a loop of its own, and so do two strips. */
 static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
                      const struct sim_options *options)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
-    run_with(pass, chain, scene, options, touch);
+    run_with(pass, chain, NULL, scene, options, touch);
 }
 
 static void run_gear_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
                           const struct sim_options *options)
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
-    run_with(pass, chain, scene, options, touch);
+    run_with(pass, chain, NULL, scene, options, touch);
 }
 
-static enum mr_status start_pass(struct pass *pass, struct chain *chain,
-                                 const struct sim_scene *scene, const struct sim_options *options,
-                                 uint64_t steps, struct sim_result *result, struct error *error)
+static void run_strips_pass(struct pass *pass, struct rig *rig, const struct sim_scene *scene,
+                            const struct sim_options *options)
 {
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    run_with(pass, &rig->chain, rig->strips, scene, options, touch);
+}
+
+static void drop_pass(struct pass *pass)
+{
+    sim_record_free(&pass->record);
+    sim_record_free(&pass->beside);
+    free(pass->mods);
+    free(pass->beside_mods);
+    *pass = (struct pass){0};
+}
+
+static enum mr_status start_pass(struct pass *pass, struct rig *rig, const struct sim_scene *scene,
+                                 const struct sim_options *options, uint64_t steps,
+                                 struct sim_result *result, struct error *error)
+{
+    struct chain *chain = &rig->chain;
+    const struct mods *beside_mods = rig->strips ? rig->strips->chain.mods : NULL;
     *pass = (struct pass){
         .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
-    if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
+    if (sim_record_make(&pass->record, scene, options, error) != MR_OK ||
+        (rig->strips && sim_record_make(&pass->beside, scene->beside, options, error) != MR_OK)) {
+        sim_record_free(&pass->record);
         return error->status;
-    (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
-    if (chain->mods && !pass->mods)
+    }
+    if (rig->strips)
+        run_strips_pass(pass, rig, scene, options);
+    else
+        (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
+    if ((chain->mods && !pass->mods) || (beside_mods && !pass->beside_mods))
         return error_set(error, MR_FULL,
                          "out of memory: the modifications of %d mats; use a smaller N",
                          chain->mats);
@@ -239,10 +343,66 @@ static enum mr_status start_pass(struct pass *pass, struct chain *chain,
     return MR_OK;
 }
 
-static enum mr_status answer(struct chain *chain, struct pass *pass, const struct pass *other,
-                             struct sim_result *result, struct error *error)
+/* What a chain has come to. `record` and `mods` are the result's from then on. */
+static enum mr_status deliver(struct chain *chain, struct sim_record *record,
+                              struct mods_state **mods, struct sim_result *result,
+                              struct error *error)
 {
     size_t mats = (size_t)chain->mats;
+    result->mods = *mods;
+    *mods = NULL;
+    struct sim_difference peak = sim_record_peak(record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
+    result->push_lb = calloc(mats + 2, sizeof *result->push_lb);
+    result->pull_lb = calloc(mats + 2, sizeof *result->pull_lb);
+    if (!result->u_ft || !result->gap_ft || !result->push_lb || !result->pull_lb)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
+                         mats);
+    if (result->status == SIM_OK)
+        memcpy(chain->u_ft, record->snapshots[record->snapshot_count - 1].u_ft,
+               (mats + 1) * sizeof *chain->u_ft);
+    memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
+    for (int j = 1; j <= chain->mats + 1; j++)
+        result->gap_ft[j] = chain_opening_ft(chain, j);
+    memcpy(result->push_lb, chain->push_lb, (mats + 2) * sizeof *chain->push_lb);
+    memcpy(result->pull_lb, chain->pull_lb, (mats + 2) * sizeof *chain->pull_lb);
+    return sim_record_deliver(record, result, error);
+}
+
+/* The second strip's part of the answer. */
+static enum mr_status answer_beside(struct rig *rig, struct pass *pass, const struct pass *other,
+                                    struct sim_result *result, struct error *error)
+{
+    struct sim_result *beside = calloc(1, sizeof *beside);
+    struct chain *chain = &rig->strips->chain;
+    if (!beside)
+        return error_set(error, MR_FULL, "out of memory: the strip beside; use a smaller N");
+    result->beside = beside;
+    beside->status = result->status;
+    beside->solver = result->solver;
+    beside->mats = result->mats;
+    beside->t_end_s = result->t_end_s;
+    beside->dt_s = result->dt_s;
+    beside->checked_dt_s = result->checked_dt_s;
+    if (pass->beside_mods && other->beside_mods)
+        pass->beside_mods->error_lb = mods_difference_lb(pass->beside_mods, other->beside_mods);
+    beside->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
+    if (deliver(chain, &pass->beside, &pass->beside_mods, beside, error) != MR_OK)
+        return error->status;
+    if (rig->strips->ties) /* at the places that both tell */
+        result->tie_ft = strips_stretch_ft(rig->strips, &rig->chain);
+    if (rig->strips->ties && !result->tie_ft)
+        error_set(error, MR_FULL, "out of memory: the ties of %d mats; use a smaller N",
+                  result->mats);
+    return error->status;
+}
+
+static enum mr_status answer(struct rig *rig, struct pass *pass, const struct pass *other,
+                             struct sim_result *result, struct error *error)
+{
     result->dt_s = pass->h_s;
     result->checked_dt_s = other->h_s;
     result->pass_ms = pass->ms;
@@ -256,57 +416,54 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
         return MR_OK;
     if (pass->mods && other->mods)
         pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
-    result->mods = pass->mods;
-    pass->mods = NULL;
-    struct sim_difference peak = sim_record_peak(&pass->record);
-    result->peak_u_ft = peak.u_ft;
-    result->peak_mat = peak.mat;
     result->speed_end_ft_s = pass->speed_end_ft_s;
-    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    result->push_lb = calloc(mats + 2, sizeof *result->push_lb);
-    result->pull_lb = calloc(mats + 2, sizeof *result->pull_lb);
-    if (!result->u_ft || !result->gap_ft || !result->push_lb || !result->pull_lb)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
-                         mats);
-    if (result->status == SIM_OK)
-        memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
-               (mats + 1) * sizeof *chain->u_ft);
-    memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
-    for (int j = 1; j <= chain->mats + 1; j++)
-        result->gap_ft[j] = chain_opening_ft(chain, j);
-    memcpy(result->push_lb, chain->push_lb, (mats + 2) * sizeof *chain->push_lb);
-    memcpy(result->pull_lb, chain->pull_lb, (mats + 2) * sizeof *chain->pull_lb);
-    return sim_record_deliver(&pass->record, result, error);
+    if (deliver(&rig->chain, &pass->record, &pass->mods, result, error) == MR_OK && rig->strips)
+        answer_beside(rig, pass, other, result, error);
+    return error->status;
 }
 
 /* The finer pass is the coarser one of the next pair. */
 static void take_over(struct pass *to, struct pass *from)
 {
-    sim_record_free(&to->record);
-    free(to->mods);
+    drop_pass(to);
     *to = *from;
-    from->record = (struct sim_record){0};
-    from->mods = NULL;
+    *from = (struct pass){0};
 }
 
-static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene,
+/* Where two passes differ most, over both strips; and the largest movement. */
+static struct sim_difference apart_of(const struct pass *a, const struct pass *b)
+{
+    struct sim_difference apart = sim_record_difference(&a->record, &b->record), other = {0};
+    if (a->beside.snapshot_count > 0)
+        other = sim_record_difference(&a->beside, &b->beside);
+    return other.u_ft > apart.u_ft ? other : apart;
+}
+
+static double peak_of_ft(const struct pass *pass)
+{
+    double peak_ft = sim_record_peak(&pass->record).u_ft;
+    return pass->beside.snapshot_count > 0 ? fmax(peak_ft, sim_record_peak(&pass->beside).u_ft)
+                                           : peak_ft;
+}
+
+static enum mr_status run_single(struct rig *rig, const struct sim_scene *scene,
                                  const struct sim_options *options, uint64_t steps,
                                  struct sim_result *result, struct error *error)
 {
     struct pass only = {0};
-    if (start_pass(&only, chain, scene, options, steps, result, error) != MR_OK)
-        return error->status;
-    if (only.failed || only.interrupted)
-        sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
-    answer(chain, &only, &only, result, error);
-    sim_record_free(&only.record);
+    if (start_pass(&only, rig, scene, options, steps, result, error) == MR_OK) {
+        if (only.failed || only.interrupted)
+            sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat,
+                           only.t_s);
+        answer(rig, &only, &only, result, error);
+    }
+    drop_pass(&only);
     return error->status;
 }
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
  * of the two answers. */
-static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *scene,
+static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
                                 const struct sim_options *options, uint64_t steps,
                                 bool coarser_answers, struct sim_result *result,
                                 struct error *error)
@@ -315,14 +472,14 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
     struct sim_difference apart = {0};
     double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
-    if (start_pass(&coarse, chain, scene, options, steps, result, error) != MR_OK)
+    if (start_pass(&coarse, rig, scene, options, steps, result, error) != MR_OK)
         return error->status;
     for (int halvings = 0;; halvings++) {
         if (coarse.interrupted) {
             take_over(&fine, &coarse);
             break;
         }
-        if (start_pass(&fine, chain, scene, options, 2 * coarse.steps, result, error) != MR_OK)
+        if (start_pass(&fine, rig, scene, options, 2 * coarse.steps, result, error) != MR_OK)
             break;
         if (fine.interrupted)
             break;
@@ -336,8 +493,8 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
             sim_result_end(result, SIM_UNSTABLE, failed->mat, failed->t_s);
             break;
         }
-        apart = sim_record_difference(&coarse.record, &fine.record);
-        double peak_ft = sim_record_peak(&fine.record).u_ft;
+        apart = apart_of(&coarse, &fine);
+        double peak_ft = peak_of_ft(&fine);
         result->error_u_ft = apart.u_ft * (coarser_answers ? 2.0 : 1.0);
         if (result->error_u_ft <= tolerance * peak_ft)
             break;
@@ -356,34 +513,39 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         coarser_answers = false;
     }
     if (error->status == MR_OK)
-        answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result,
+        answer(rig, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result,
                error);
-    sim_record_free(&coarse.record);
-    sim_record_free(&fine.record);
-    free(coarse.mods);
-    free(fine.mods);
+    drop_pass(&coarse);
+    drop_pass(&fine);
     return error->status;
 }
 
 enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options *options,
                          struct sim_result *result, struct error *error)
 {
-    struct chain chain;
+    struct rig rig = {0};
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(scene);
     double begin_s = steady_s();
 
     sim_wheel_start(&wheel, scene);
-    if (chain_make(&chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
+    if (chain_make(&rig.chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
         return error->status;
+    if (strips_make(&rig.strips, &rig.chain, scene, error) != MR_OK) {
+        chain_free(&rig.chain);
+        return error->status;
+    }
     double hop_s =
         /* INFINITY for an aircraft that stands */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "fixed";
     result->mats = scene->mats;
     result->t_end_s = end_s;
-    result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
-    chain_describe(&chain, scene, result);
+    result->dt_limit_s = fmin(chain_step_limit_s(&rig.chain), hop_s);
+    if (rig.strips)
+        result->dt_limit_s = fmin(result->dt_limit_s, chain_step_limit_s(&rig.strips->chain));
+    chain_describe(&rig.chain, scene, result);
+    ties_describe(scene, result);
 
     bool given = options->dt_s > 0.0;
     double h = given ? options->dt_s
@@ -399,12 +561,13 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
                   scene->name[0] ? scene->name : "scene", end_s, h);
     } else if (options->single) {
-        run_single(&chain, scene, options, (uint64_t)steps, result, error);
+        run_single(&rig, scene, options, (uint64_t)steps, result, error);
     } else {
         uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
-        run_pairs(&chain, scene, options, first, coarser_answers, result, error);
+        run_pairs(&rig, scene, options, first, coarser_answers, result, error);
     }
     result->run_ms = 1e3 * (steady_s() - begin_s);
-    chain_free(&chain);
+    strips_free(rig.strips);
+    chain_free(&rig.chain);
     return error->status;
 }

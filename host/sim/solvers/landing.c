@@ -6,7 +6,6 @@
 
 #include "host/base/steady.h"
 #include "host/sim/solvers/landing_engine.h"
-#include "host/sim/elements/mods.h"
 #include "host/sim/solvers/planar.h"
 #include "host/sim/solvers/spread.h"
 
@@ -31,7 +30,18 @@ static void drop(struct march *march)
 {
     sim_record_free(&march->record);
     free(march->mods);
+    if (march->beside)
+        drop(march->beside);
+    free(march->beside);
     *march = (struct march){0};
+}
+
+/* What it held is another's now. */
+static void leave(struct march *march)
+{
+    march->record = (struct sim_record){0};
+    march->mods = NULL;
+    march->beside = NULL;
 }
 
 static enum mr_status start_march(struct landing *l, struct march *march,
@@ -41,10 +51,18 @@ static enum mr_status start_march(struct landing *l, struct march *march,
     *march = (struct march){.steps = steps,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
                             .number = ++result->passes};
-    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
+    if (l->beside && !(march->beside = calloc(1, sizeof *march->beside)))
+        return error_set(error, MR_FULL, "out of memory: the strip beside; use a smaller N");
+    if (l->beside) {
+        *march->beside = *march;
+        march->beside->beside = NULL;
+    }
+    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK ||
+        (l->beside &&
+         sim_record_make(&march->beside->record, l->beside->scene, options, error) != MR_OK))
         return error->status;
     landing_march(l, march, options);
-    if (l->mods && !march->mods)
+    if ((l->mods && !march->mods) || (l->beside && l->beside->mods && !march->beside->mods))
         return error_set(error, MR_FULL,
                          "out of memory: the modifications of %d mats; use a smaller N",
                          l->model.mats);
@@ -61,6 +79,10 @@ static enum mr_status keep_most(double **to, const double *from, size_t count, s
     memcpy(*to + 1, from, count * sizeof **to);
     return MR_OK;
 }
+
+static enum mr_status answer_beside(struct landing *l, struct march *fine,
+                                    const struct march *coarse, struct sim_result *result,
+                                    struct error *error);
 
 static enum mr_status answer(struct landing *l, struct march *fine, const struct march *coarse,
                              struct sim_result *result, struct error *error)
@@ -90,8 +112,39 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
         fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
-    return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
-                          result, error);
+    if (planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
+                       result, error) == MR_OK &&
+        l->beside)
+        answer_beside(l, fine, coarse, result, error);
+    return error->status;
+}
+
+/* The second strip's part. Where the first one ended the run, it was interrupted. */
+static enum mr_status answer_beside(struct landing *l, struct march *fine,
+                                    const struct march *coarse, struct sim_result *result,
+                                    struct error *error)
+{
+    struct sim_result *beside = calloc(1, sizeof *beside);
+    if (!beside)
+        return error_set(error, MR_FULL, "out of memory: the strip beside; use a smaller N");
+    result->beside = beside;
+    result->ended_beside = fine->ended_beside;
+    bool ended = result->status != SIM_OK && result->status != SIM_UNPREDICTABLE;
+    beside->status = ended && !fine->ended_beside ? SIM_INTERRUPTED : result->status;
+    beside->mat = result->mat;
+    beside->t_s = result->t_s;
+    beside->solver = result->solver;
+    beside->mats = result->mats;
+    beside->t_end_s = result->t_end_s;
+    beside->rhs = result->rhs;
+    if (answer(l->beside, fine->beside, coarse->beside, beside, error) != MR_OK || !l->ties)
+        return error->status;
+    result->tie_ft = ties_stretch_ft(l->ties, (struct ties_view){l->z, 2, -1},
+                                     (struct ties_view){l->beside->z, 2, -1});
+    if (!result->tie_ft)
+        error_set(error, MR_FULL, "out of memory: the ties of %d mats; use a smaller N",
+                  result->mats);
+    return error->status;
 }
 
 /* How far two marches are apart. */
@@ -100,17 +153,41 @@ struct apart {
     double lift_ft;
 };
 
-static struct apart apart_of(const struct march *a, const struct march *b)
+static struct apart apart_in_strip(const struct march *a, const struct march *b)
 {
     return (struct apart){sim_record_difference(&a->record, &b->record),
                           fmax(sim_record_lift_difference(&a->record, &b->record),
                                fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
-/* Whether two complete marches say the same. */
-static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine,
-                  struct apart apart)
+static struct apart apart_of(const struct march *a, const struct march *b)
 {
+    struct apart apart = apart_in_strip(a, b), other;
+    if (!a->beside)
+        return apart;
+    other = apart_in_strip(a->beside, b->beside);
+    return (struct apart){other.u.u_ft > apart.u.u_ft ? other.u : apart.u,
+                          fmax(apart.lift_ft, other.lift_ft)};
+}
+
+static double peak_ft(const struct march *march)
+{
+    double own_ft = sim_record_peak(&march->record).u_ft;
+    return march->beside ? fmax(own_ft, peak_ft(march->beside)) : own_ft;
+}
+
+static double most_lift_ft(const struct march *march)
+{
+    return march->beside ? fmax(march->max_lift_ft, march->beside->max_lift_ft)
+                         : march->max_lift_ft;
+}
+
+/* Whether two complete marches say the same, in each strip. */
+static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine)
+{
+    if (l->beside && !agree(l->beside, coarse->beside, fine->beside))
+        return false;
+    struct apart apart = apart_in_strip(coarse, fine);
     double threshold = planar_bow_threshold_ft(l->scene),
            lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
     return apart.u.u_ft <= PLANAR_DISAGREEMENT * sim_record_peak(&fine->record).u_ft +
@@ -139,11 +216,13 @@ static void state_error(const struct landing *l, const struct march *rough,
     result->error_u_ft = CAUTION * apart.u.u_ft;
     /* a node that lands has done so up to a step before it is seen to: that far it is off, whatever
      * the marches say of each other */
-    result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
+    double jolt_ft_s = fine->beside ? fmax(fine->jolt_ft_s, fine->beside->jolt_ft_s)
+                                    : fine->jolt_ft_s;
+    result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * jolt_ft_s);
     if (!complete(rough))
         return;
     struct apart before = apart_of(rough, coarse);
-    if (agree(l, rough, coarse, before))
+    if (agree(l, rough, coarse))
         widen(result, before);
 }
 
@@ -152,12 +231,22 @@ static enum mr_status march_aside(struct landing *l, struct march *march,
                                   const struct sim_options *options, uint64_t steps,
                                   struct sim_result *result, struct error *error)
 {
-    double *kept = malloc(l->stored * sizeof *kept);
+    size_t count = l->stored + (l->beside ? l->beside->stored : 0),
+           ties = (size_t)l->model.mats + 1;
+    double *kept = malloc((count + ties) * sizeof *kept);
     if (!kept)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", l->model.mats);
     memcpy(kept, l->z, l->stored * sizeof *kept);
+    if (l->beside)
+        memcpy(kept + l->stored, l->beside->z, l->beside->stored * sizeof *kept);
+    if (l->ties)
+        memcpy(kept + count, l->ties->rest_ft, ties * sizeof *kept);
     start_march(l, march, options, steps, result, error);
     memcpy(l->z, kept, l->stored * sizeof *kept);
+    if (l->beside)
+        memcpy(l->beside->z, kept + l->stored, l->beside->stored * sizeof *kept);
+    if (l->ties)
+        memcpy(l->ties->rest_ft, kept + count, ties * sizeof *kept);
     free(kept);
     return error->status;
 }
@@ -179,13 +268,12 @@ static enum mr_status weigh_pairs(struct landing *l, const struct sim_options *o
             struct apart apart = {0};
             if (complete(others[i]))
                 apart = apart_of(&between, others[i]);
-            if (complete(others[i]) && agree(l, &between, others[i], apart))
+            if (complete(others[i]) && agree(l, &between, others[i]))
                 widen(result, apart);
         }
         if (complete(rough)) {
-            struct apart apart = apart_of(rough, fine);
-            if (agree(l, rough, fine, apart))
-                widen(result, apart);
+            if (agree(l, rough, fine))
+                widen(result, apart_of(rough, fine));
         }
     }
     drop(&between);
@@ -199,8 +287,8 @@ static enum mr_status doubt(struct landing *l, const struct sim_options *options
                             struct error *error)
 {
     struct march beside = {0};
-    if (result->error_u_ft <= SENSITIVE * sim_record_peak(&fine->record).u_ft &&
-        result->error_lift_ft <= SENSITIVE * fine->max_lift_ft)
+    if (result->error_u_ft <= SENSITIVE * peak_ft(fine) &&
+        result->error_lift_ft <= SENSITIVE * most_lift_ft(fine))
         return MR_OK;
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
     if (march_aside(l, &beside, options, steps, result, error) == MR_OK && complete(&beside)) {
@@ -254,8 +342,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_end(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
-            coarse.record = (struct sim_record){0};
-            coarse.mods = NULL;
+            leave(&coarse);
             break;
         }
         if (start_march(l, &fine, options, steps, result, error) != MR_OK)
@@ -272,7 +359,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             break;
         }
         apart = failed ? apart : apart_of(&coarse, &fine);
-        if (!failed && agree(l, &coarse, &fine, apart)) {
+        if (!failed && agree(l, &coarse, &fine)) {
             state_error(l, rough, &coarse, &fine, apart, result);
             if (weigh_pairs(l, options, rough, &coarse, &fine, result, error) == MR_OK)
                 doubt(l, options, &fine, result, error);
@@ -292,8 +379,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
         *rough = coarse;
         coarse = fine;
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
-        fine.record = (struct sim_record){0};
-        fine.mods = NULL;
+        leave(&fine);
     }
     if (error->status == MR_OK)
         answer(l, &fine, &coarse, result, error);
@@ -321,13 +407,16 @@ static enum mr_status run_checked(struct landing *l, const struct sim_options *o
     return error->status;
 }
 
-static double step_limit_s(struct landing *l, double hop_s)
+/* `row_lb_ft`: what ties add to a mat's row. */
+static double step_limit_s(struct landing *l, double row_lb_ft, double hop_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
     double rate = model_fastest_rate(m, l->z, MODEL_STAGGERED);
     if (l->mods)
         rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
+    if (l->tied_lb)
+        rate = sqrt(rate * rate + row_lb_ft / m->mass_slug);
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
 }
 
@@ -339,7 +428,10 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
     sim_wheel_start(&wheel, l->scene);
     /* INFINITY for an aircraft that stands */
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
-    result->dt_limit_s = step_limit_s(l, hop_s);
+    double row_lb_ft = ties_row_lb_ft(l->ties);
+    result->dt_limit_s = step_limit_s(l, row_lb_ft, hop_s);
+    if (l->beside)
+        result->dt_limit_s = fmin(result->dt_limit_s, step_limit_s(l->beside, row_lb_ft, hop_s));
     double h = options->dt_s > 0.0
                  ? options->dt_s
                  : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
@@ -366,104 +458,34 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
             sim_result_end(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
         answer(l, &only, &only, result, error);
-        sim_record_free(&only.record);
+        drop(&only);
         return error->status;
     }
     bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
     return run_checked(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
 }
 
-static void lay_ground(struct landing *l)
-{
-    struct model *m = &l->model;
-    const double *ground = l->scene->ground_ft.values;
-    for (int n = 0; n < m->mats; n++) {
-        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
-        double s = l->tilt_ft[n] / m->length_ft;
-        l->rest_cos[n] = sqrt(1.0 - s * s);
-    }
-    model_lay(m, l->tilt_ft);
-}
-
-/* Arrays of a landing; the model is made. */
-static enum mr_status lay_out(struct landing *l, struct error *error)
-{
-    struct model *m = &l->model;
-    size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    l->stored = 2 * length + 17 * joints;
-    double *storage = calloc(l->stored, sizeof *storage);
-    if (!storage)
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
-    l->z = storage;
-    l->accel = storage + length;
-    l->u = storage + 2 * length;
-    l->v = l->u + joints;
-    l->gap0_ft = l->v + joints;
-    l->hold_lb = l->gap0_ft + joints;
-    l->give_ft = l->hold_lb + joints;
-    l->reach_ft = l->give_ft + joints;
-    l->tension_lb = l->reach_ft + joints;
-    l->height = l->tension_lb + joints;
-    l->push_lb = l->height + joints;
-    l->pull_lb = l->push_lb + joints;
-    l->rise_ft = l->pull_lb + joints;
-    l->tilt_ft = l->rise_ft + joints;
-    l->rest_cos = l->tilt_ft + joints;
-    l->rub_lb = l->rest_cos + joints;
-    l->rub_next_lb = l->rub_lb + joints;
-    lay_ground(l);
-    bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
-    m->parting = l->parting;
-    if (braced || l->gear || l->parting) {
-        l->brace_heaves = l->gear ? landing_load_heaves : braced ? landing_brace_heaves : NULL;
-        l->brace_lb = l->rub_next_lb + joints;
-        l->brace_lb_ft = l->brace_lb + joints;
-        model_brace(m, l->brace_lb, l->brace_lb_ft);
-    }
-    l->slack_ft = m->slack_ft;
-    model_lend(m, l->tension_lb);
-    bool gritty = false;
-    for (int j = 0; j <= m->mats; j++) {
-        l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
-        l->hold_lb[j] = -sim_scene_joint(&l->scene->grit_lb, j + 1);
-        l->give_ft[j] = -l->hold_lb[j] / m->kl;
-        gritty = gritty || l->hold_lb[j] < 0.0;
-    }
-    l->joints = joint_law(l->slack_ft, gritty);
-    return MR_OK;
-}
-
 enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options,
                            struct sim_result *result, struct error *error)
 {
-    struct landing l = {.scene = scene};
+    struct landing l = {0}, beside = {0};
     double begin_s = steady_s();
-    if (scene->friction > 0.0 &&
-        (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
-        return error_set(
-            error, MR_USAGE,
-            "not available: %s: friction tanh or sign with solver fixed; give stick, or "
-            "solver event",
-            scene->name[0] ? scene->name : "scene");
-    if (model_make(&l.model, scene, true, error) != MR_OK)
-        return error->status;
-    result->solver = "fixed";
-    result->mats = scene->mats;
-    result->t_end_s = sim_scene_end_s(scene);
-    model_describe(&l.model, result);
-    sim_result_note(result, "error estimate: the largest difference between runs at 1, 1.9, 2.6 "
-                            "and 3.6 times the step, twice that of the first two");
-    if (mods_make(&l.mods, scene, error) == MR_OK && gear_make(&l.gear, scene, error) == MR_OK &&
-        parting_make(&l.parting, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
+    if (landing_make(&l, scene, result, error) == MR_OK && scene->beside &&
+        landing_make(&beside, scene->beside, NULL, error) == MR_OK)
+        landing_join(&l, &beside, error);
+    if (error->status == MR_OK) {
+        result->solver = "fixed";
+        result->mats = scene->mats;
+        result->t_end_s = sim_scene_end_s(scene);
+        sim_result_note(result, "error estimate: the largest difference between runs at 1, 1.9, "
+                                "2.6 and 3.6 times the step, twice that of the first two");
         if (l.mods)
             mods_describe(l.mods, result);
+        ties_describe(scene, result);
         run_with(&l, options, result, error);
+        result->run_ms = 1e3 * (steady_s() - begin_s);
     }
-    result->run_ms = 1e3 * (steady_s() - begin_s);
-    mods_free(l.mods);
-    gear_free(l.gear);
-    parting_free(l.parting);
-    model_free(&l.model);
-    free(l.z);
+    landing_free(&beside);
+    landing_free(&l);
     return error->status;
 }

@@ -171,8 +171,9 @@ static void begin(struct landing *l, bool prunes)
     landing_stretch_joints(l);
     l->slides.last = l->heaves.last = -1;
     for (int n = 0; n < m->mats; n++) {
-        if (l->z[m->size + 2 * n + 1] != 0.0 || fabs(l->tension_lb[n + 1] - l->tension_lb[n]) >
-                                                    (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + landing_tied_lb(l, n);
+        if (l->z[m->size + 2 * n + 1] != 0.0 ||
+            fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
             landing_take_in(&l->slides, m, n - 1, n + 1);
         if (!landing_mat_rests(l, n) ||
             (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
@@ -231,118 +232,247 @@ static double heave_in_parts(struct landing *l, bool after_parts, double first_k
     return jolt_ft_s;
 }
 
-/* `touch`: room for the wheel's parts. */
-LAW_INLINE void march_with(struct landing *l, struct march *march,
-                           const struct sim_options *options, struct sim_touch *touch)
+/* The march of one strip under way. */
+struct under_way {
+    struct landing *l;
+    struct march *march;
+    const struct sim_options *options;
+    struct sim_wheel *wheel;
+    struct sim_touch *touch; /* room for the wheel's parts */
+    int count;
+    bool prunes, divides, heaves;
+    double before_s; /* step of the heights, the last one */
+};
+
+LAW_INLINE void set_out(struct under_way *way)
 {
-    bool prunes = !options->no_prune && element_rests(&l->model.elements);
-    struct model *m = &l->model;
-    struct sim_wheel wheel;
-    double h = march->h_s, begin_s = steady_s();
-    bool divides = !options->single && !l->parting;
-    double before_s = h; /* step of the heights, the last one */
-    double *p = l->z, *v = l->z + m->size;
-    l->closing_step_s = divides ? h : 0.0;
+    struct landing *l = way->l;
+    double h = way->march->h_s;
+    way->prunes = !way->options->no_prune && element_rests(&l->model.elements);
+    way->divides = !way->options->single && !l->parting;
+    way->before_s = h;
+    l->closing_step_s = way->divides ? h : 0.0;
     l->rub_share = 1.0;
     l->in_parts = false;
-    begin(l, prunes);
-    sim_wheel_start(&wheel, l->scene);
+    begin(l, way->prunes);
+    sim_wheel_start(way->wheel, l->scene);
     if (l->gear)
-        landing_mount(l, &wheel, h);
-    take(l, march, 0.0);
+        landing_mount(l, way->wheel, h);
+    take(l, way->march, 0.0);
+}
+
+/* Step i, from the kick before it to the one after it. */
+LAW_INLINE double from_s(const struct march *march, uint64_t i)
+{
+    return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
+}
+
+LAW_INLINE double to_s(const struct march *march, uint64_t i)
+{
+    return ((double)i + 0.5) * march->h_s;
+}
+
+/* Where the wheel is, and which mats move. */
+LAW_INLINE void ride(struct under_way *way, uint64_t i)
+{
+    struct landing *l = way->l;
+    way->count = sim_wheel_span(way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
+    model_ride(&l->model, under_wheel(way->touch, way->count));
+    if (way->prunes) {
+        landing_follow_slides(l, way->touch, way->count);
+        landing_follow_heaves(l);
+        landing_slide_what_heaves(l);
+    }
+    way->heaves = l->heaves.last >= l->heaves.first;
+}
+
+/* Forces at the present positions, and what they do to the heights. */
+LAW_INLINE void heave(struct under_way *way, uint64_t i)
+{
+    struct landing *l = way->l;
+    struct march *march = way->march;
+    struct model *m = &l->model;
+    double h = march->h_s, kick_s = to_s(march, i) - from_s(march, i);
+    if (l->mods)
+        landing_brace_slides(l, way->touch, way->count, kick_s);
+    landing_stretch_joints(l);
+    if (l->parting)
+        landing_part_joints(l, (double)i * h);
+    if (way->heaves) {
+        model_look_at(m, l->heaves.first, l->heaves.last);
+        model_sample_shape(m, l->z);
+        if (l->parting)
+            landing_shape_ends(l);
+        if (l->brace_heaves)
+            l->brace_heaves(l);
+    }
+    l->in_parts = way->heaves && way->divides && lands(l, h);
+    if (l->in_parts) {
+        double part_s = h / LANDING_PARTS;
+        double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
+        march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, way->before_s < h, first_s, h));
+        way->before_s = part_s;
+        l->rub_share = 0.5 * (part_s + h) / h; /* of the next step's mean */
+    } else if (way->heaves) {
+        /* speeds lie half a part before the step, where the last one was divided */
+        double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
+        l->rub_share = way->before_s < h ? part_s / h : 1.0;
+        march->jolt_ft_s = fmax(march->jolt_ft_s, landing_kick_heaves(l, part_s));
+        way->before_s = h;
+    } else {
+        way->before_s = h;
+    }
+}
+
+/* What they do along the runway; then everything moves. */
+LAW_INLINE void slide(struct under_way *way, uint64_t i)
+{
+    struct landing *l = way->l;
+    struct march *march = way->march;
+    struct model *m = &l->model;
+    double h = march->h_s, *p = l->z, *v = l->z + m->size;
+    march->events += landing_kick_slides(l, way->touch, way->count,
+                                         to_s(march, i) - from_s(march, i));
+    if (l->parting)
+        landing_hold_back(l, l->gear ? &l->gear->line[0] : way->wheel, way->touch, way->count);
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        p[2 * n + 1] += h * v[2 * n + 1];
+    for (int j = m->first; way->heaves && !l->in_parts && j <= m->last + 1; j++)
+        p[2 * j] += h * v[2 * j];
+    if (way->heaves && l->parting)
+        landing_move_ends(l, h);
+    int live = l->slides.last - l->slides.first + 1;
+    march->awake_s += live * h;
+    march->mats_max = live > march->mats_max ? live : march->mats_max;
+    march->done = i + 1;
+}
+
+/* What is wanted of the step that ends at t_s. False: the march ends with it. */
+LAW_INLINE bool look(struct under_way *way, uint64_t i, double t_s)
+{
+    struct march *march = way->march;
+    const struct parting *parting = way->l->parting;
+    /* mats that are apart turn fast: one could stand upright and beyond between two looks */
+    bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps || (parting && parting->count > 0);
+    if (due && !sound(way->l, march, t_s))
+        return false;
+    if (i % LOOK_STEPS == 0 && way->options->overrun_ft > 0.0)
+        note_overrun(way->l, march, way->options->overrun_ft);
+    if (march->record.next_s <= t_s)
+        take(way->l, march, t_s);
+    return true;
+}
+
+LAW_INLINE void arrive(struct under_way *way)
+{
+    struct landing *l = way->l;
+    const double *v = l->z + l->model.size;
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        way->march->speed_end_ft_s = fmax(way->march->speed_end_ft_s, fabs(v[2 * n + 1]));
+    if (l->mods) {
+        struct mods_view view = landing_view(l);
+        way->march->mods = mods_finish(l->mods, &view);
+    }
+}
+
+/* A mat that moves pulls the one beside it, so the same mats slide in both strips. */
+static void tie(struct landing *l)
+{
+    struct landing *beside = l->beside;
+    struct part own = l->slides;
+    if (!l->ties)
+        return;
+    if (beside->slides.last >= beside->slides.first)
+        landing_take_in(&l->slides, &l->model, beside->slides.first, beside->slides.last);
+    if (own.last >= own.first)
+        landing_take_in(&beside->slides, &beside->model, own.first, own.last);
+    ties_pull(l->ties, (struct ties_view){l->z, 2, -1}, (struct ties_view){beside->z, 2, -1},
+              l->slides.first + 1, l->slides.last + 1);
+}
+
+/* `beside`: NULL, as a constant, for one strip. */
+LAW_INLINE void march_with(struct under_way *way, struct under_way *beside)
+{
+    struct march *march = way->march;
+    double begin_s = steady_s();
+    if (beside && way->l->ties)
+        ties_reset(way->l->ties);
+    set_out(way);
+    if (beside)
+        set_out(beside);
     for (uint64_t i = 0; i < march->steps; i++) {
-        double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h, to_s = ((double)i + 0.5) * h;
-        double t_s = (double)(i + 1) * h * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
-        int count = sim_wheel_span(&wheel, from_s, to_s, touch);
-        model_ride(m, under_wheel(touch, count));
-        if (prunes) {
-            landing_follow_slides(l, touch, count);
-            landing_follow_heaves(l);
-            landing_slide_what_heaves(l);
+        double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
+        ride(way, i);
+        if (beside) {
+            ride(beside, i);
+            tie(way->l);
+            heave(beside, i);
         }
-        bool heaves = l->heaves.last >= l->heaves.first;
-        if (l->mods)
-            landing_brace_slides(l, touch, count, to_s - from_s);
-        landing_stretch_joints(l);
-        if (l->parting)
-            landing_part_joints(l, (double)i * h);
-        if (heaves) {
-            model_look_at(m, l->heaves.first, l->heaves.last);
-            model_sample_shape(m, l->z);
-            if (l->parting)
-                landing_shape_ends(l);
-            if (l->brace_heaves)
-                l->brace_heaves(l);
+        heave(way, i);
+        slide(way, i);
+        if (beside)
+            slide(beside, i);
+        bool goes_on = look(way, i, t_s);
+        if (beside && !look(beside, i, t_s)) {
+            march->ended_beside = goes_on;
+            goes_on = false;
         }
-        l->in_parts = heaves && divides && lands(l, h);
-        if (l->in_parts) {
-            double part_s = h / LANDING_PARTS;
-            double kick_s = 0.5 * ((i > 0 ? before_s : 0.0) + part_s);
-            march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, before_s < h, kick_s, h));
-            before_s = part_s;
-            l->rub_share = 0.5 * (part_s + h) / h; /* of the next step's mean */
-        } else if (heaves) {
-            /* speeds lie half a part before the step, where the last one was divided */
-            double kick_s = before_s < h ? 0.5 * (before_s + h) : to_s - from_s;
-            l->rub_share = before_s < h ? kick_s / h : 1.0;
-            march->jolt_ft_s = fmax(march->jolt_ft_s, landing_kick_heaves(l, kick_s));
-            before_s = h;
-        } else {
-            before_s = h;
-        }
-        march->events += landing_kick_slides(l, touch, count, to_s - from_s);
-        if (l->parting)
-            landing_hold_back(l, l->gear ? &l->gear->line[0] : &wheel, touch, count);
-        for (int n = l->slides.first; n <= l->slides.last; n++)
-            p[2 * n + 1] += h * v[2 * n + 1];
-        for (int j = m->first; heaves && !l->in_parts && j <= m->last + 1; j++)
-            p[2 * j] += h * v[2 * j];
-        if (heaves && l->parting)
-            landing_move_ends(l, h);
-        int live = l->slides.last - l->slides.first + 1;
-        march->awake_s += live * h;
-        march->mats_max = live > march->mats_max ? live : march->mats_max;
-        march->done = i + 1;
-        /* mats that are apart turn fast: one could stand upright and beyond between two looks */
-        bool look = i % LOOK_STEPS == 0 || i + 1 == march->steps ||
-                    (l->parting && l->parting->count > 0);
-        if (look && !sound(l, march, t_s))
+        if (!goes_on)
             break;
-        if (i % LOOK_STEPS == 0 && options->overrun_ft > 0.0)
-            note_overrun(l, march, options->overrun_ft);
-        if (march->record.next_s <= t_s)
-            take(l, march, t_s);
-        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
-            !options->go_on(options->go_on_ctx, march->number, (double)i / (double)march->steps)) {
+        if (i % STEPS_BETWEEN_ASKING == 0 && way->options->go_on &&
+            !way->options->go_on(way->options->go_on_ctx, march->number,
+                                 (double)i / (double)march->steps)) {
             march->status = SIM_INTERRUPTED;
-            march->mat = l->slides.first + 1;
+            march->mat = way->l->slides.first + 1;
             march->t_s = t_s;
             break;
         }
     }
-    for (int n = l->slides.first; n <= l->slides.last; n++)
-        march->speed_end_ft_s = fmax(march->speed_end_ft_s, fabs(v[2 * n + 1]));
-    if (l->mods) {
-        struct mods_view view = landing_view(l);
-        march->mods = mods_finish(l->mods, &view);
-    }
+    arrive(way);
+    if (beside)
+        arrive(beside);
     march->ms = 1e3 * (steady_s() - begin_s);
 }
 
-/* A gear of several axle lines gets a loop of its own. */
+/* A gear of several axle lines gets a loop of its own, and so do two strips. */
 static void march_gear(struct landing *l, struct march *march, const struct sim_options *options)
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
-    march_with(l, march, options, touch);
+    struct sim_wheel wheel;
+    struct under_way way = {
+        .l = l, .march = march, .options = options, .wheel = &wheel, .touch = touch};
+    march_with(&way, NULL);
 }
 
 static void march_wheel(struct landing *l, struct march *march, const struct sim_options *options)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
-    march_with(l, march, options, touch);
+    struct sim_wheel wheel;
+    struct under_way way = {
+        .l = l, .march = march, .options = options, .wheel = &wheel, .touch = touch};
+    march_with(&way, NULL);
+}
+
+static void march_strips(struct landing *l, struct march *march, const struct sim_options *options)
+{
+    struct sim_touch touch[2][SIM_TOUCH_MAX];
+    struct sim_wheel wheel[2];
+    struct under_way way = {
+        .l = l, .march = march, .options = options, .wheel = &wheel[0], .touch = touch[0]};
+    struct under_way beside = {.l = l->beside,
+                               .march = march->beside,
+                               .options = options,
+                               .wheel = &wheel[1],
+                               .touch = touch[1]};
+    march_with(&way, &beside);
+    if (march->ended_beside) {
+        march->status = march->beside->status;
+        march->mat = march->beside->mat;
+        march->t_s = march->beside->t_s;
+    }
 }
 
 void landing_march(struct landing *l, struct march *march, const struct sim_options *options)
 {
-    (l->gear ? march_gear : march_wheel)(l, march, options);
+    (l->beside ? march_strips : l->gear ? march_gear : march_wheel)(l, march, options);
 }
