@@ -57,7 +57,7 @@ static const struct error_slope *slope_of(const char *solver, enum error_against
 static struct pass_outcome one_pass(const struct sim_scene *scene, const char *solver, double rtol,
                                     double dt_s)
 {
-    const struct pass_request request = {stepper_find(solver), rtol, dt_s, 1000000, 0};
+    const struct pass_request request = {stepper_find(solver), rtol, dt_s, 1000000, 0, 0.0};
     const struct sim_options options = {0};
     struct pass_outcome outcome = {0};
     struct model model;
