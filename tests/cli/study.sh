@@ -122,6 +122,8 @@ sys.exit(not worst < 1e-5 or not a["outputs"])
 P
 }
 check "cvode's answer is event's within 1e-5 ft" by_cvode
+by_roots() { "$m" --json sim "$scene" --solver cvode-roots | grep -q '"solver":"cvode-roots"'; }
+check "with its own rootfinding too" by_roots
 installed() {
     local root=$PWD
     mkdir -p "$here/moved/bin" "$here/moved/libexec/matrig" && cp "$m" "$here/moved/bin/" && cp "$study" "$here/moved/libexec/matrig/" &&

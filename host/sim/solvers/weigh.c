@@ -111,7 +111,8 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
                            : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
     /* auto has tried event before it came to others, and to implicit where that is not the first */
     bool tried = automatic && (!implicit || asked <= WEIGH_EXPLICIT_STEPS);
-    bool useful = samples(runs->request.kind) || (implicit && fine->events > 0);
+    bool useful = samples(runs->request.kind) ||
+                  (runs->request.kind != &stepper_event && fine->events > 0);
     most = fmax(most, LEAST_OTHERS);
     return useful && !tried && asked <= most ? (uint64_t)most : 0;
 }
