@@ -7,9 +7,10 @@
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
  * mass matrix, which is full, so the Newton matrix is given as M (I - gamma J), which is banded,
- * and the right-hand side is multiplied by M before the library's solver sees it. It is made anew
- * for every step: one from before a foot left the soil holds the foot with the soil's damper, so
- * the iteration is done at once and the library takes a step that it should refuse.
+ * and the right-hand side is multiplied by M before the library's solver sees it. Where switches
+ * are sampled it is made anew for every step: one from before a foot left the soil holds the foot
+ * with the soil's damper, so the iteration is done at once and the library takes a step that it
+ * should refuse. With its rootfinding the library decides.
  *
  * As a check of the other solvers: method, step control and matrix solution are the library's.
  * Right-hand side, Jacobian and laws are the model's own (models/model.h), as of every solver;
@@ -187,8 +188,8 @@ static bool make_library(struct stepper *s)
            CVodeSVtolerances(w->cvode, s->rtol, w->tolerance) == CV_SUCCESS &&
            CVodeSetLinearSolver(w->cvode, w->solver, w->matrix) == CV_SUCCESS &&
            CVodeSetLinSysFn(w->cvode, newton_matrix) == CV_SUCCESS &&
-           CVodeSetLSetupFrequency(w->cvode, 1) == CV_SUCCESS &&
-           CVodeSetJacEvalFrequency(w->cvode, 1) == CV_SUCCESS &&
+           (!s->kind->samples_shape || (CVodeSetLSetupFrequency(w->cvode, 1) == CV_SUCCESS &&
+                                        CVodeSetJacEvalFrequency(w->cvode, 1) == CV_SUCCESS)) &&
            CVodeSetMaxErrTestFails(w->cvode, 40) == CV_SUCCESS &&
            CVodeSetMaxConvFails(w->cvode, 40) == CV_SUCCESS;
 }

@@ -309,7 +309,7 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (flips_back(p, at, together, flips))
         p->wary = WARY_STEPS;
-    bool again = p->wary > 0 && !s->kind->samples_shape && at - s->t_s > s->least_s;
+    bool again = p->wary > 0 && s->kind->long_steps && at - s->t_s > s->least_s;
     if (again) {
         double speed;
         if (!redo(p, at))
