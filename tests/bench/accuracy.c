@@ -22,6 +22,7 @@
 #define COARSEST_RTOL  3.1622776601683794e-3
 #define FINEST_RTOL    1e-10
 #define LONGEST_MS     6000.0 /* a ladder ends at such a run */
+#define LONGEST_S      20.0   /* what takes longer, as it chatters, has no answer */
 
 struct part {
     const char *scene;
@@ -60,14 +61,14 @@ static void climb(struct ladder *ladder, const struct sim_scene *scene, double l
     for (ladder->count = 0; ladder->count < RUNGS_MAX && value > 0.999 * last; value *= factor) {
         struct rung *rung = &ladder->rungs[ladder->count++];
         struct sim_result result;
-        rung->options = (struct sim_options){.solver = ladder->solver};
+        rung->options = (struct sim_options){.solver = ladder->solver, .limit_s = LONGEST_S};
         *(fixed ? &rung->options.dt_s : &rung->options.rtol) = value;
         rung->error_ft = bench_run(scene, &rung->options, &result, NULL)
                            ? apart_ft(&result, reference)
                            : HUGE_VAL;
         rung->ms = result.pass_ms;
         sim_result_free(&result);
-        if (rung->ms > LONGEST_MS)
+        if (isfinite(rung->error_ft) && rung->ms > LONGEST_MS)
             break;
     }
     int coarsest = ladder->count;
