@@ -194,9 +194,10 @@ static const struct command_part parts[] = {
                 "list the keys of scenes with default, unit and meaning; with --json the JSON "
                 "Schema of a scene"),
     OPTION_TEXT("--solver", "S", options.solver,
-                "auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, "
-                "hamming, moreau for the\n"
-                "planar models, fixed for the chain. Each answer is checked by a second run"),
+                "auto (the default) chooses and says why; event, implicit, cvode, cvode-roots, "
+                "rk4, rkgs, hamming,\n"
+                "moreau for the planar models, fixed for the chain. Each answer is checked by a "
+                "second run"),
     OPTION_NUMBER(
         "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
         "tolerance of the solver; fixed: the error estimate allowed, of the largest movement"),

@@ -6,8 +6,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Whether this program lacks a solver that matrig-study has: true for cvode in matrig, which is not
- * linked with SUNDIALS. */
+/* Whether this program lacks a solver that matrig-study has: true for cvode and cvode-roots in
+ * matrig, which is not linked with SUNDIALS. */
 bool sim_solver_elsewhere(const char *solver);
 
 /* Run a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the numerics were refused or failed, or

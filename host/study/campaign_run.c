@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "host/base/steady.h"
+#include "host/base/underway.h"
 #include "host/campaign/page.h"
 #include "host/campaign/campaign_answer.h"
 #include "host/commands/campaign_command.h"
@@ -18,18 +19,21 @@ struct progress {
     const struct cli *cli;
     double begin_s, next_s;
     bool drawn;
+    struct underway *underway; /* for when no runway is done for long */
 };
 
 static void tell_progress(void *ctx, size_t done, size_t of)
 {
     struct progress *p = ctx;
     double now_s = steady_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
+    underway_at(p->underway, "%zu of %zu runways are done", done, of);
     if (p->cli->quiet || now_s < p->next_s || done == of)
         return;
     fprintf(stderr,
             cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  "
                            : "matrig: study: %zu of %zu runways, about %.0f s left\n",
             done, of, left_s);
+    underway_said(p->underway);
     p->drawn = cli_terminal();
     p->next_s = now_s + PROGRESS_S;
 }
@@ -74,11 +78,13 @@ static enum mr_status write_page(const char *path, bool force, const struct camp
 /* Once more with every mat integrated and the planar engine in every landing. */
 static enum mr_status check(const struct campaign *c, const struct campaign_request *request,
                             const struct campaign_run *runs, const struct cli *cli,
-                            struct campaign_difference *apart, struct error *error)
+                            struct campaign_difference *apart, struct underway *underway,
+                            struct error *error)
 {
     struct campaign whole = *c;
     struct progress progress = {
-        .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
+        .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S, .underway = underway};
+    underway_at(underway, "runways are played again in full; none is done");
     struct campaign_run *again = calloc(c->seeds, sizeof *again);
     whole.skip_share = -1.0;
     if (!again)
@@ -93,14 +99,18 @@ static enum mr_status check(const struct campaign *c, const struct campaign_requ
 }
 
 static int finish(const struct campaign *c, const struct campaign_request *request,
-                  const struct campaign_run *runs, const struct cli *cli, struct error *error)
+                  const struct campaign_run *runs, const struct cli *cli, struct underway *underway,
+                  struct error *error)
 {
     struct campaign_summary summary;
     struct campaign_difference apart;
     int code = 0;
-    if (campaign_summarise(&summary, c, runs, error) != MR_OK)
+    if (campaign_summarise(&summary, c, runs, error) != MR_OK) {
+        underway_end(underway);
         return cli_fail(error);
-    bool checked = request->check && check(c, request, runs, cli, &apart, error) == MR_OK;
+    }
+    bool checked = request->check && check(c, request, runs, cli, &apart, underway, error) == MR_OK;
+    underway_end(underway);
     if (error->status == MR_OK && request->page)
         write_page(request->page, request->force, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
@@ -120,8 +130,11 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct campaign_request request = {0};
     struct campaign campaign;
-    struct progress progress = {
-        .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
+    struct underway underway;
+    struct progress progress = {.cli = cli,
+                                .begin_s = steady_s(),
+                                .next_s = steady_s() + PROGRESS_S,
+                                .underway = &underway};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
         campaign_load_on(&campaign, request.path, request.ground, (int)request.strips, &error) !=
             MR_OK)
@@ -131,6 +144,8 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
         campaign.seeds = (size_t)request.seeds;
     struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
     int code = 0;
+    underway_begin(&underway, "study", "fewer --seeds", cli->quiet);
+    underway_at(&underway, "none of %zu runways is done", campaign.seeds);
     if (!runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
     else
@@ -138,8 +153,12 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
                           runs, &error);
     if (progress.drawn)
         fputc('\n', stderr);
-    code = error.status == MR_OK ? finish(&campaign, &request, runs, cli, &error)
-                                 : cli_fail(&error);
+    if (error.status == MR_OK) {
+        code = finish(&campaign, &request, runs, cli, &underway, &error);
+    } else {
+        underway_end(&underway);
+        code = cli_fail(&error);
+    }
     for (size_t i = 0; runs && i < campaign.seeds; i++)
         campaign_run_free(&runs[i]);
     free(runs);

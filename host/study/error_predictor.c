@@ -3,6 +3,7 @@
 
 #include "host/study/error_predictor.h"
 #include "host/base/output.h"
+#include "host/base/underway.h"
 #include "host/report/plot_predictor.h"
 #include "host/sim/check/predictor_cost.h"
 
@@ -92,7 +93,12 @@ int error_predictor(const char *plot, bool force, const struct cli *cli)
 {
     static struct predictor_study study;
     struct error error = {0};
-    if (predictor_study_run(&study, &error) != MR_OK)
+    struct underway underway;
+    underway_begin(&underway, "error", "", cli->quiet);
+    underway_at(&underway, "the predictor's variants on five landings");
+    enum mr_status status = predictor_study_run(&study, &error);
+    underway_end(&underway);
+    if (status != MR_OK)
         return cli_fail(&error);
     if (plot) {
         struct output output;

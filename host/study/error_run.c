@@ -6,6 +6,7 @@
 #include "host/commands/error_command.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
+#include "host/base/underway.h"
 #include "host/report/plot_error.h"
 #include "host/sim/check/error_study.h"
 #include "host/study/error_predictor.h"
@@ -213,6 +214,14 @@ static enum mr_status write_plot(const char *path, bool force, const char *name,
     return output_end(&output, error);
 }
 
+static void tell(void *ctx, size_t runs_begun)
+{
+    if (runs_begun == 0)
+        underway_at(ctx, "two methods are brought to agree, as reference");
+    else
+        underway_at(ctx, "run %zu of solvers against the reference", runs_begun);
+}
+
 int error_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1];
@@ -220,6 +229,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
+    struct underway underway;
     int code = 0;
 
     if (command_parse(&command_error, argc, argv, cli, &r, words, &error) != MR_OK)
@@ -240,7 +250,10 @@ int error_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
-    if (error_study_run(&study, &scene, &error) == MR_OK && r.plot)
+    underway_begin(&underway, "error", "an earlier tend", cli->quiet);
+    enum mr_status status = error_study_run(&study, &scene, tell, &underway, &error);
+    underway_end(&underway);
+    if (status == MR_OK && r.plot)
         write_plot(r.plot, r.force, scene.name, &study, &error);
     if (error.status != MR_OK)
         code = cli_fail(&error);

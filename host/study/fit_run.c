@@ -9,6 +9,7 @@
 #include "host/base/output.h"
 #include "host/base/place.h"
 #include "host/base/run.h"
+#include "host/base/underway.h"
 #include "host/study/studies.h"
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/print.h"
@@ -167,9 +168,18 @@ static enum mr_status load(const struct fit_request *request, const struct cli *
     return error->status == MR_OK ? set_priors(request->prior, list, error) : error->status;
 }
 
+struct progress {
+    struct underway underway;
+    bool draws; /* a line that changes, on a terminal */
+};
+
 static bool show_progress(void *context, unsigned round, size_t done, size_t of)
 {
-    (void)context;
+    struct progress *p = context;
+    underway_at(&p->underway, "round %u is at %zu of %zu data sets", round + 1, done, of);
+    if (!p->draws)
+        return true;
+    underway_said(&p->underway);
     fprintf(stderr, "\rround %u: %zu of %zu data sets ", round + 1, done, of);
     if (done == of)
         fprintf(stderr, "\r\033[K");
@@ -186,9 +196,12 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     if (read_request(argc, argv, cli, &request, &error) == MR_OK &&
         load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
-        if (cli_terminal() && !cli->quiet)
-            request.options.go_on = show_progress;
+        struct progress progress = {.draws = cli_terminal() && !cli->quiet};
+        request.options.go_on = show_progress;
+        request.options.go_on_context = &progress;
+        underway_begin(&progress.underway, "fit", "fewer --draws", cli->quiet);
         fit_run(&model, list.measured, &request.options, &answer, &error);
+        underway_end(&progress.underway);
     }
     if (error.status == MR_OK && request.plot)
         fit_write_plot(&list, &answer, request.plot, request.force, &error);

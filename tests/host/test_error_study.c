@@ -29,7 +29,7 @@ static struct sim_scene plain(enum sim_model model, int mats)
 
 static void run(const struct sim_scene *scene)
 {
-    if (error_study_run(&study, scene, &error) != MR_OK)
+    if (error_study_run(&study, scene, NULL, NULL, &error) != MR_OK)
         fail_msg("%s", error.text);
 }
 
@@ -57,7 +57,7 @@ static const struct error_slope *slope_of(const char *solver, enum error_against
 static struct pass_outcome one_pass(const struct sim_scene *scene, const char *solver, double rtol,
                                     double dt_s)
 {
-    const struct pass_request request = {stepper_find(solver), rtol, dt_s, 1000000, 0};
+    const struct pass_request request = {stepper_find(solver), rtol, dt_s, 1000000, 0, 0.0};
     const struct sim_options options = {0};
     struct pass_outcome outcome = {0};
     struct model model;
@@ -378,7 +378,7 @@ static void without_a_reference_there_is_no_table(void **state)
     scene.friction_law = SIM_SIGN;
     scene.t_end_s = 0.003;
     assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 3, &error), MR_OK);
-    assert_int_equal(error_study_run(&study, &scene, &error), MR_NUMERICS);
+    assert_int_equal(error_study_run(&study, &scene, NULL, NULL, &error), MR_NUMERICS);
     assert_non_null(strstr(error.text, "no reference"));
     assert_int_equal(study.run_count, 0);
     sim_scene_free(&scene);
@@ -393,7 +393,7 @@ static void without_a_reference_there_is_no_table(void **state)
     scene.bump_first = 4;
     scene.t_end_s = 1.5;
     assert_int_equal(sim_scene_set_list(&scene.bump_ft, &high, 1, &error), MR_OK);
-    assert_int_equal(error_study_run(&study, &scene, &error), MR_NUMERICS);
+    assert_int_equal(error_study_run(&study, &scene, NULL, NULL, &error), MR_NUMERICS);
     assert_non_null(strstr(error.text, "still differ"));
     assert_int_equal(study.run_count, 0);
     sim_scene_free(&scene);

@@ -305,7 +305,7 @@ static void the_linearisation_is_the_derivative(void **state)
 static struct pass_outcome run(struct model *model, double rtol, const struct stepper_kind *kind)
 {
     struct pass_outcome out;
-    struct pass_request request = {kind, rtol, 0.0, 1000000, 0};
+    struct pass_request request = {kind, rtol, 0.0, 1000000, 0, 0.0};
     struct sim_options options = {0};
     assert_int_equal(pass_run(&out, model, &request, &options, &error), MR_OK);
     assert_int_equal(out.status, SIM_OK);

@@ -49,6 +49,8 @@ struct error_run *error_add(struct error_study *study)
     if (study->run_count == ERROR_RUNS_MAX)
         return NULL;
     struct error_run *run = &study->runs[study->run_count++];
+    if (study->told)
+        study->told(study->told_ctx, study->run_count);
     *run = (struct error_run){.u_ft = (double)NAN,
                               .rms_u_ft = (double)NAN,
                               .lift_ft = (double)NAN,
@@ -130,7 +132,8 @@ static enum mr_status tighten(struct error_reference *reference,
     for (size_t k = 0; k < sizeof rtols / sizeof rtols[0]; k++) {
         double rtol = rtols[k];
         for (size_t i = 0; i < 2; i++) {
-            const struct pass_request request = {pair[i], rtol, 0.0, reference_steps(scene), 0};
+            const struct pass_request request = {pair[i], rtol, 0.0, reference_steps(scene),
+                                                 0,       0.0};
             both[i] = (struct pass_outcome){0};
             if (one_pass(&both[i], scene, &request, error) != MR_OK || both[i].status != SIM_OK) {
                 *failed = both[i];
@@ -255,7 +258,7 @@ static enum mr_status over_tolerances(struct error_study *study,
     double most = fmin(TABLE_STEPS + TABLE_STEPS_PER_MAT * scene->mats,
                        fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
     for (int e = LOOSEST_EXPONENT; e <= TIGHTEST_EXPONENT; e++) {
-        const struct pass_request request = {kind, pow(10.0, -e), 0.0, (uint64_t)most, 0};
+        const struct pass_request request = {kind, pow(10.0, -e), 0.0, (uint64_t)most, 0, 0.0};
         if (measure(study, reference, scene, &request, error) != MR_OK)
             return error->status;
         const struct error_run *run = &study->runs[study->run_count - 1];
@@ -286,13 +289,14 @@ static enum mr_status over_steps(struct error_study *study, const struct error_r
         return MR_OK;
     }
     for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / 20.0; i++) {
-        const struct pass_request request = {&stepper_rk4, 0.0, beyond[i] * limit_s, UINT64_MAX, 0};
+        const struct pass_request request = {&stepper_rk4, 0.0, beyond[i] * limit_s,
+                                             UINT64_MAX,   0,   0.0};
         if (measure(study, reference, scene, &request, error) != MR_OK)
             return error->status;
     }
     for (int k = 0; k < RK4_RUNGS; k++) {
         const struct pass_request request = {&stepper_rk4, 0.0, first_s * pow(2.0, -octaves(k)),
-                                             UINT64_MAX, 0};
+                                             UINT64_MAX,   0,   0.0};
         if (request.dt_s < least_s) {
             error_note(study, "rk4: steps below %.3g s left out", least_s);
             break;
@@ -333,9 +337,12 @@ void error_study_take(struct error_study *study, const struct error_reference *r
 }
 
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
-                               struct error *error)
+                               error_told *told, void *told_ctx, struct error *error)
 {
-    *study = (struct error_study){.lifts = scene->model != SIM_CHAIN};
+    *study = (struct error_study){
+        .lifts = scene->model != SIM_CHAIN, .told = told, .told_ctx = told_ctx};
+    if (told)
+        told(told_ctx, 0);
     if (sim_scene_check(scene, scene->name[0] ? scene->name : "scene", error) != MR_OK)
         return error->status;
     if (scene->beside)

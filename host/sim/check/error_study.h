@@ -67,6 +67,8 @@ struct error_order {
     struct error_slope u, lift;
 };
 
+typedef void error_told(void *ctx, size_t runs_begun);
+
 struct error_study {
     char method[240]; /* of the reference, for people */
     double agreement_u_ft, agreement_lift_ft, agreement_rms_u_ft;
@@ -79,16 +81,19 @@ struct error_study {
     struct error_order orders[ERROR_ORDERS_MAX];
     size_t order_count;
     char notes[ERROR_NOTES_MAX][160]; /* empty text at the end */
+    error_told *told;                 /* of error_study_run */
+    void *told_ctx;
 };
 
 /* Lift errors for which the cheapest solver is asked, ft. */
 extern const double error_levels_ft[];
 extern const size_t error_level_count;
 
-/* MR_OK: the study is complete. MR_NUMERICS: the references failed or disagree. Else what sim_run
+/* `told` hears how many runs have begun, 0 while the references are made; NULL: nobody does.
+ * MR_OK: the study is complete. MR_NUMERICS: the references failed or disagree. Else what sim_run
  * says of a wrong scene. The scene is only read. Nothing to free. */
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
-                               struct error *error);
+                               error_told *told, void *told_ctx, struct error *error);
 
 /* Error by which run i is judged, of lift or, when the model has none, of u: its own; of a fixed
  * step the worst of it and both neighbours, because such an error can be small by luck. NaN:

@@ -299,7 +299,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
     double *work = calloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
     int *pivot = calloc(size, sizeof *pivot);
-    signed char *kept = malloc((size_t)mats + 1);
+    signed char *kept = malloc(2 * ((size_t)mats + 1)); /* contact and torsion */
     double rate = 0.0;
     if (!work || !pivot || !kept) {
         free(work);
@@ -312,7 +312,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     double *x = drift + size, *accel = x + 4 * size, *y = x + 2 * size;
     size_t nodes = (size_t)mats + 1;
     enum sim_friction law = m->law;
-    double cv = m->cv;
+    const double cv = m->cv, cl = m->cl, ct = m->ct, slack_ft = m->slack_ft, tad_rad = m->tad_rad;
     int elements = m->elements.count;
     m->last = mats - 1;
     if (steps == MODEL_STAGGERED) {
@@ -320,14 +320,25 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
         m->elements.count = 0;
     }
     memcpy(kept, m->contact, nodes);
+    memcpy(kept + nodes, m->torsion, nodes);
     memset(m->contact, 1, nodes);
+    if (steps == MODEL_SWINGS) {
+        m->cv = m->cl = m->ct = m->slack_ft = m->tad_rad = 0.0;
+        m->elements.count = 0;
+        memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have none */
+    }
     if (law == SIM_STICK || law == SIM_SIGN)
         m->law = SIM_NONE; /* all sliding: the limits are constants */
     model_rates(m, m->span.t0_s, z, accel);
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
+    memcpy(m->torsion, kept + nodes, nodes);
     m->law = law;
     m->cv = cv;
+    m->cl = cl;
+    m->ct = ct;
+    m->slack_ft = slack_ft;
+    m->tad_rad = tad_rad;
     m->last = last;
     band_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
     if (band_factor((int)size, lu, pivot)) {

@@ -196,8 +196,9 @@ double model_worst_angle_deg(const struct model *model, const double *z, int *ma
 
 /* Largest rate of the linearised equations with every node in contact, /s (power iteration): what
  * limits explicit steps. MODEL_STAGGERED leaves out what staggered steps take implicitly or
- * exactly: the soil's dampers and the elements of the table. */
-enum model_steps { MODEL_EXPLICIT, MODEL_STAGGERED };
+ * exactly: the soil's dampers and the elements of the table. MODEL_SWINGS: of the springs alone,
+ * with every joint and hinge engaged: nothing that hits another swings back any sooner. */
+enum model_steps { MODEL_EXPLICIT, MODEL_STAGGERED, MODEL_SWINGS };
 double model_fastest_rate(struct model *model, const double *z, enum model_steps steps);
 
 void model_describe(const struct model *model, struct sim_result *result);

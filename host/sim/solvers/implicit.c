@@ -41,7 +41,8 @@ struct work {
     int *pivot;
     double *mass_lu;
     int *mass_pivot;
-    bool ended; /* `at` holds the rates at the end of the last step */
+    bool ended;     /* `at` holds the rates at the end of the last step */
+    double swing_s; /* 1 over the fastest rate of the springs; 0: not known yet */
 };
 
 static enum mr_status make(struct stepper *s, double *more, struct error *error)
@@ -61,9 +62,19 @@ static enum mr_status make(struct stepper *s, double *more, struct error *error)
     return MR_OK;
 }
 
+/* A step that is many swings of a spring long takes the swing for done, and its error estimate,
+ * which falls with the square of that number, agrees: what hits a spring and would be thrown back
+ * stays. So what a switch or a hop has pushed is followed from its first swing on. The estimate
+ * sees a swing that a step does not pass over by far, and lets steps grow when it has died down. */
 static void restart(struct stepper *s)
 {
-    ((struct work *)s->work)->ended = false;
+    struct work *w = s->work;
+    w->ended = false;
+    if (w->swing_s <= 0.0) {
+        double rate = model_fastest_rate(s->model, s->z, MODEL_SWINGS);
+        w->swing_s = rate > 0.0 ? 1.0 / rate : (double)INFINITY;
+    }
+    s->h_s = fmin(s->h_s, w->swing_s);
 }
 
 static void weigh(const struct stepper *s, const double *weights, int count, double scale,

@@ -82,9 +82,9 @@ enum mr_status moreau_run(const struct model *model, const struct sim_options *o
     struct ladder ladder = {0};
     bool given = options->dt_s > 0.0;
     double work = 0.0, end_s = sim_scene_end_s(m.scene);
-    struct pass_request request = {&stepper_moreau, 0.0,
-                                   given ? options->dt_s * RATIO * RATIO : end_s / FIRST_STEPS,
-                                   UINT64_MAX, 0};
+    struct pass_request request = {
+        &stepper_moreau, 0.0, given ? options->dt_s * RATIO * RATIO : end_s / FIRST_STEPS,
+        UINT64_MAX,      0,   0.0};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
         sim_result_note(result, "friction sign is taken as stick, its exact form");

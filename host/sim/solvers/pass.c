@@ -309,7 +309,7 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (flips_back(p, at, together, flips))
         p->wary = WARY_STEPS;
-    bool again = p->wary > 0 && !s->kind->samples_shape && at - s->t_s > s->least_s;
+    bool again = p->wary > 0 && s->kind->long_steps && at - s->t_s > s->least_s;
     if (again) {
         double speed;
         if (!redo(p, at))
@@ -491,7 +491,8 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
         .atol_ft = request->rtol * POSITION_PART * m->length_ft,
         .atol_ft_s = request->rtol * SPEED_PART * sqrt(m->scene->g_ft_s2 * m->length_ft),
         .dt_s = request->dt_s,
-        .h_s = fmin(1e-5, 0.01 * end_s),
+        .h_s = fmin(1e-5, 0.01 * end_s) *
+               (kind->samples && request->first_part > 0.0 ? request->first_part : 1.0),
         .least_s = 1e-14 * end_s,
         .z = p.storage,
         .z_new = p.storage + length,

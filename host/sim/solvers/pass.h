@@ -12,6 +12,9 @@ struct pass_request {
     double dt_s; /* of one that does not */
     uint64_t most_steps;
     int number; /* of this pass, for options->go_on */
+    /* The first step of one that halves and doubles it, as a part of the usual; 0: that. Steps of
+     * two runs that begin alike are powers of two of each other, and end together. */
+    double first_part;
 };
 
 struct pass_outcome {

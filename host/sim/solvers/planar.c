@@ -11,11 +11,10 @@
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/spread.h"
 #include "host/sim/solvers/deadline.h"
+#include "host/sim/solvers/weigh.h"
 
-#define CHECK_FACTOR     30.0
 #define TIGHTEN          0.01
 #define MOST_TIGHTENINGS 2
-#define LEAST_RTOL       1e-13
 #define MOST_STEPS       5000000u
 #define MOST_CHATTER     50000u /* steps of event before auto tries implicit */
 /* of implicit before auto tries event, or its share of event's steps */
@@ -23,26 +22,8 @@
 #define MOST_AUTO        300000u /* of implicit, when there is nothing else */
 #define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
-/* where the negative real axis leaves the classical method's stability region */
-#define RK4_REAL         2.785
-#define EXPLICIT_REACH   6.0      /* the same of the order 8 method, about */
-#define EXPLICIT_STEPS   10000.0  /* more than these for stability alone: implicit */
 #define EXPLICIT_MOST    500000.0 /* more are not tried */
-#define STEP_RATIO       4.0      /* a step of implicit costs as much as so many of event */
 #define BOW_WAVE_FT      0.05
-/* An estimate beyond so many tolerances: errors grow on the way, and chance decides how much. */
-#define SENSITIVE        1000.0
-/* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
- * every other switch would be sampled at the same moment in both. */
-#define GRID_RATIO       1.9
-/* Times the difference of two passes that sample their switches: of first order the finer one's
- * error is as large as that. */
-#define CAUTION          2.0
-#define FINER_CAUTION    1.2 /* to a finer one */
-/* Two runs whose numbers of sampled switches differ by so much, and some, do not do the same. */
-#define OTHERWISE        0.1
-#define OTHERWISE_LEAST  4.0
-#define LONGER_CAUTION   4.0 /* the same where the coarser one answers: twice as far off */
 
 bool planar_has_solver(const char *name)
 {
@@ -57,40 +38,30 @@ double planar_bow_threshold_ft(const struct sim_scene *scene)
     return fmax(BOW_WAVE_FT, 2.0 * bump);
 }
 
-static bool automatic(const struct sim_options *options)
-{
-    return !options->solver || strcmp(options->solver, "auto") == 0;
-}
-
-static double explicit_steps(const struct model *m, const struct sim_result *result)
-{
-    return RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) / EXPLICIT_REACH;
-}
-
 /* How long auto stays with a solver before it tries the other one. */
 static uint64_t patience(const struct model *m, const struct stepper_kind *kind, bool last,
                          const struct sim_result *result)
 {
-    double steps = explicit_steps(m, result);
+    double steps = weigh_explicit_steps(m, result);
     if (kind == &stepper_event)
         return last ? (uint64_t)(2.0 * steps) + MOST_CHATTER : MOST_CHATTER;
     if (last || steps > EXPLICIT_MOST)
         return MOST_AUTO;
-    return (uint64_t)fmax(MOST_IMPLICIT, steps / STEP_RATIO);
+    return (uint64_t)fmax(MOST_IMPLICIT, steps / WEIGH_STEP_RATIO);
 }
 
 static const struct stepper_kind *choose(const struct sim_scene *scene,
                                          const struct sim_options *options, double rate,
                                          struct sim_result *result)
 {
-    double steps = rate * sim_scene_end_s(scene) / EXPLICIT_REACH;
-    if (!automatic(options))
+    double steps = rate * sim_scene_end_s(scene) / WEIGH_EXPLICIT_REACH;
+    if (!weigh_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         sim_result_note(
             result, "auto: friction sign leaves open what holds a mat at rest; taken as stick, its "
                     "exact form");
-    if (steps <= EXPLICIT_STEPS) {
+    if (steps <= WEIGH_EXPLICIT_STEPS) {
         sim_result_note(
             result,
             "auto: event; the fastest rate, %.4g /s, asks for no more than %.0f explicit steps",
@@ -101,12 +72,6 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
                     "auto: implicit; the fastest rate, %.4g /s, would ask for %.3g explicit steps",
                     rate, steps);
     return &stepper_implicit;
-}
-
-static void cost(struct sim_result *result, const struct pass_outcome *pass)
-{
-    result->rhs += pass->rhs;
-    result->rejected += pass->rejected;
 }
 
 static void refuse(struct sim_result *result, enum sim_status status, int mat, double t_s)
@@ -175,176 +140,40 @@ enum mr_status planar_answer(const struct model *m, struct pass_outcome *pass,
                           result, error);
 }
 
-static void widen(struct sim_result *result, struct apart apart, double factor)
-{
-    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
-    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
-}
-
-static bool samples(const struct stepper_kind *kind)
-{
-    return kind->samples || kind->samples_shape;
-}
-
-/* The runs of one scene with one solver. */
-struct runs {
-    struct pass_outcome coarse, fine, third;
-    struct pass_request check, request; /* of coarse and fine */
-    bool coarse_answers;
-};
-
-/* Two passes can be as close as they like by chance where their switches are sampled or are not the
- * same: then a third says how far they can be apart. With a fixed step it has a longer one, where
- * that is stable; else a tolerance between the two. One that fails says nothing. */
-static enum mr_status doubt(struct model *m, const struct sim_options *options, struct runs *runs,
-                            struct sim_result *result, struct error *error)
-{
-    const struct stepper_kind *kind = runs->request.kind;
-    struct pass_request request = runs->request;
-    if (!samples(kind) && runs->coarse.switched == runs->fine.switched)
-        return MR_OK;
-    request.number = ++result->passes;
-    request.rtol *= sqrt(CHECK_FACTOR);
-    request.dt_s = GRID_RATIO * runs->check.dt_s;
-    bool longer = request.dt_s <= result->dt_limit_s;
-    if (!longer)
-        request.dt_s = runs->request.dt_s / GRID_RATIO;
-    if (pass_run(&runs->third, m, &request, options, error) != MR_OK)
-        return error->status;
-    cost(result, &runs->third);
-    if (runs->third.status != SIM_OK)
-        return MR_OK;
-    double share = CAUTION;
-    widen(result, apart_of(&runs->coarse, &runs->fine), share);
-    struct apart coarse = apart_of(&runs->coarse, &runs->third),
-                 fine = apart_of(&runs->fine, &runs->third);
-    if (!kind->fixed) {
-        widen(result, coarse, share);
-        widen(result, fine, share);
-    } else if (!longer) {
-        widen(result, fine, share);
-        widen(result, coarse, runs->coarse_answers ? share : 1.0);
-    } else if (apart_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
-        widen(result, coarse, share / GRID_RATIO);
-    }
-    return MR_OK;
-}
-
-/* Switches that are sampled fall otherwise in two runs: something hovers, and each step follows it
- * in a way of its own, as runs do that are alike by chance. Two finer ones say how far that
- * goes. */
-static enum mr_status linger(struct model *m, const struct sim_options *options,
-                             const struct runs *runs, struct sim_result *result,
-                             struct error *error)
-{
-    struct pass_request request = runs->request;
-    double before = (double)runs->coarse.sampled, after = (double)runs->fine.sampled;
-    if (!request.kind->fixed || fabs(after - before) <= OTHERWISE * before + OTHERWISE_LEAST)
-        return MR_OK;
-    sim_result_note(result,
-                    "sampled switches fall otherwise with another step: two finer runs are in the "
-                    "error estimate");
-    for (int i = 0; i < 2 && error->status == MR_OK; i++) {
-        struct pass_outcome pass = {0};
-        request.dt_s /= GRID_RATIO;
-        request.number = ++result->passes;
-        if (pass_run(&pass, m, &request, options, error) == MR_OK && pass.status == SIM_OK) {
-            cost(result, &pass);
-            widen(result, apart_of(&runs->fine, &pass), CAUTION);
-            if (runs->coarse_answers)
-                widen(result, apart_of(&runs->coarse, &pass), CAUTION);
-        }
-        pass_free(&pass);
-    }
-    return error->status;
-}
-
-/* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
-static enum mr_status feel(struct model *m, const struct sim_options *options,
-                           const struct runs *runs, struct sim_result *result, struct error *error)
-{
-    double least_ft = runs->request.rtol * m->length_ft;
-    if (runs->request.kind->fixed ||
-        fmax(result->error_u_ft, result->error_lift_ft) <= SENSITIVE * least_ft)
-        return MR_OK;
-    sim_result_note(
-        result,
-        "sensitive: errors grow more than %.0f-fold; a finer run and %d with stiffnesses "
-        "that differ by %g are in the error estimate",
-        SENSITIVE, SPREAD_RUNS, SPREAD_PART);
-    struct pass_request finer = runs->request;
-    finer.rtol = fmax(LEAST_RTOL, finer.rtol / CHECK_FACTOR);
-    finer.number = ++result->passes;
-    for (int run = -1; run < SPREAD_RUNS && error->status == MR_OK; run++) {
-        struct pass_outcome pass = {0};
-        if (run < 0 && pass_run(&pass, m, &finer, options, error) == MR_OK)
-            cost(result, &pass);
-        if (run >= 0)
-            spread_nudged(m, &runs->request, options, run, &pass, result, error);
-        if (error->status == MR_OK && pass.status == SIM_OK)
-            widen(result, apart_of(&runs->fine, &pass), run < 0 ? FINER_CAUTION : CAUTION);
-        pass_free(&pass);
-    }
-    return error->status;
-}
-
-/* The error estimate; false when two complete passes contradict each other. */
-static bool weigh(struct model *m, const struct sim_options *options, struct runs *runs,
-                  struct sim_result *result, struct sim_difference *where, struct error *error)
-{
-    const struct stepper_kind *kind = runs->request.kind;
-    const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
-    struct apart apart = apart_of(a, b);
-    /* two passes can agree more closely than either is right */
-    double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
-    *where = apart.u;
-    result->error_u_ft = result->error_lift_ft = 0.0;
-    widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
-    if (!apart_agree(m->scene, a, b, apart))
-        return false;
-    if (doubt(m, options, runs, result, error) != MR_OK ||
-        linger(m, options, runs, result, error) != MR_OK ||
-        feel(m, options, runs, result, error) != MR_OK)
-        return false;
-    if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
-        result->error_u_ft = fmax(result->error_u_ft, least_ft);
-    if (fmin(a->max_lift_ft, b->max_lift_ft) > 0.0)
-        result->error_lift_ft = fmax(result->error_lift_ft, least_ft);
-    return true;
-}
-
 /* Run coarse and fine; the answer is `coarse` when coarse_answers. With `last`, what contradicts
  * itself is unpredictable. */
 static enum mr_status run_pair(struct model *m, const struct sim_options *options,
                                struct pass_request request, bool coarse_answers, bool last,
                                bool *contradicted, struct sim_result *result, struct error *error)
 {
-    struct runs runs = {.check = request, .request = request, .coarse_answers = coarse_answers};
+    struct weigh_pair runs = {
+        .check = request, .request = request, .coarse_answers = coarse_answers};
     struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
+    runs.check.first_part = WEIGH_FIRST_PART;
     if (request.kind->fixed && coarse_answers)
-        runs.request.dt_s /= GRID_RATIO;
+        runs.request.dt_s /= WEIGH_GRID_RATIO;
     else if (request.kind->fixed)
-        runs.check.dt_s = GRID_RATIO * (runs.request.dt_s *= 0.5);
+        runs.check.dt_s = WEIGH_GRID_RATIO * (runs.request.dt_s *= 0.5);
     else
-        runs.check.rtol = fmin(1e-2, request.rtol * CHECK_FACTOR);
+        runs.check.rtol = fmin(1e-2, request.rtol * WEIGH_CHECK_FACTOR);
     *contradicted = false;
     runs.check.number = ++result->passes;
     if (pass_run(coarse, m, &runs.check, options, error) == MR_OK) {
-        cost(result, coarse);
+        weigh_cost(result, coarse);
         runs.request.number = result->passes + 1;
         if (coarse->status == SIM_INTERRUPTED) {
             refuse(result, coarse->status, coarse->mat, coarse->t_s);
             planar_answer(m, coarse, coarse, result, error);
         } else if (result->passes++, pass_run(fine, m, &runs.request, options, error) == MR_OK) {
-            cost(result, fine);
+            weigh_cost(result, fine);
             const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
                                               : coarse->status != SIM_OK ? coarse
                                                                          : NULL;
             if (failed) {
                 refuse(result, failed->status, failed->mat, failed->t_s);
                 *contradicted = fine->status == SIM_OK;
-            } else if (!weigh(m, options, &runs, result, &where, error)) {
+            } else if (!weigh_runs(m, options, &runs, result, &where, error)) {
                 refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
                 *contradicted = true;
                 if (last && error->status == MR_OK)
@@ -371,7 +200,7 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
     double end = sim_scene_end_s(m->scene);
     bool given = options->dt_s > 0.0, contradicted;
     double dt = given ? options->dt_s : fmin(0.5 * result->dt_limit_s, end / 500.0);
-    struct pass_request request = {kind, 0.0, dt, UINT64_MAX, 0};
+    struct pass_request request = {kind, 0.0, dt, UINT64_MAX, 0, 0.0};
     if (end / dt > MOST_FIXED_STEPS)
         return error_set(
             error, MR_USAGE,
@@ -394,10 +223,10 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
                                    struct sim_result *result, struct error *error)
 {
     bool given = options->rtol > 0.0, contradicted;
-    uint64_t most = m->law == SIM_SIGN ? MOST_SIGN
-                  : automatic(options) ? patience(m, kind, last, result)
-                                       : MOST_STEPS;
-    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0};
+    uint64_t most = m->law == SIM_SIGN       ? MOST_SIGN
+                  : weigh_automatic(options) ? patience(m, kind, last, result)
+                                             : MOST_STEPS;
+    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
     sim_result_note(
         result,
         "error estimate: largest difference to the same run at a 30 times looser tolerance");
@@ -408,7 +237,7 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
             break;
         if (!contradicted || i == MOST_TIGHTENINGS || given)
             break;
-        request.rtol = fmax(LEAST_RTOL, request.rtol * TIGHTEN);
+        request.rtol = fmax(WEIGH_LEAST_RTOL, request.rtol * TIGHTEN);
         sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
     }
     return error->status;
@@ -441,7 +270,7 @@ static enum mr_status run_others(struct model *m, const struct sim_options *opti
                                  struct error *error)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
-    if (other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST) {
+    if (other != &stepper_event || weigh_explicit_steps(m, result) <= EXPLICIT_MOST) {
         result->status = SIM_OK;
         result->solver = other->name;
         sim_result_note(result, "auto: %s came to %.9g s only; %s instead", first->name,
@@ -460,7 +289,7 @@ static enum mr_status run_auto(struct model *m, const struct sim_options *option
                                struct error *error)
 {
     struct deadline deadline;
-    bool last = kind == &stepper_implicit && explicit_steps(m, result) > EXPLICIT_MOST;
+    bool last = kind == &stepper_implicit && weigh_explicit_steps(m, result) > EXPLICIT_MOST;
     if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
         result->status != SIM_STEP_UNDERFLOW)
         return error->status;
@@ -496,7 +325,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         free(z);
         return error->status;
     }
-    if (automatic(options) && model.law == SIM_SIGN)
+    if (weigh_automatic(options) && model.law == SIM_SIGN)
         model.law = SIM_STICK;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
@@ -504,7 +333,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     result->solver = kind->name;
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
-    result->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
+    result->dt_limit_s = rate > 0.0 ? WEIGH_RK4_REAL / rate : HUGE_VAL;
     model_describe(&model, result);
     if (options->dt_s > 0.0 && !kind->fixed)
         error_set(error, MR_USAGE,
@@ -518,7 +347,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         moreau_run(&model, options, result, error);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
-    else if (automatic(options))
+    else if (weigh_automatic(options))
         run_auto(&model, options, kind, result, error);
     else
         run_adaptive(&model, options, kind, true, result, error);
@@ -561,12 +390,13 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
                           struct sim_result *result, struct error *error)
 {
     bool landing = scene->model == SIM_CONSISTENT && (scene->path_count > 0 || scene->beside);
-    if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
-                                                                 : landing && automatic(options)) {
-        if (automatic(options))
+    if (options->solver && strcmp(options->solver, "fixed") == 0
+            ? scene->model == SIM_CONSISTENT
+            : landing && weigh_automatic(options)) {
+        if (weigh_automatic(options))
             sim_result_note(result,
                             "auto: fixed; a whole landing has too many switches to locate each");
-        if (landing_run(scene, options, result, error) != MR_OK || !automatic(options) ||
+        if (landing_run(scene, options, result, error) != MR_OK || !weigh_automatic(options) ||
             !undecided(result) || options->dt_s > 0.0 || options->single)
             return error->status;
         return run_located(scene, options, result, error);

@@ -6,10 +6,8 @@
  * dt was given, else the finer. (Not dt/2: ends of steps that fall together sample switches alike.)
  * The error estimate is the largest difference of the two, over all mats at 64 even times and t_out
  * for u, over the same and the run's largest lift for lift; never less than the tolerance times L
- * for what moves at all. Two runs can agree by chance. Where switches are sampled, or were not the
- * same in both, a third run joins, and twice the largest difference of any two counts. Where the
- * estimate is more than 1000 tolerances the answer is sensitive: a finer run and four with
- * stiffnesses that differ by 1e-9 join too.
+ * for what moves at all. Two runs can agree by chance, and share what their solver does wrong:
+ * weigh.h has what joins them.
  *
  * The first two have to agree within a fifth (of the largest movement, of the lift) and on whether
  * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then

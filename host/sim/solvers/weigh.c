@@ -1,0 +1,235 @@
+#include "host/sim/solvers/weigh.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/solvers/apart.h"
+#include "host/sim/solvers/spread.h"
+
+/* An estimate beyond so many tolerances: errors grow on the way, and chance decides how much. */
+#define SENSITIVE      1000.0
+#define SENSITIVE_PART 0.05 /* without a tolerance: beyond this part of what moves */
+/* Times the difference of two passes that sample their switches: of first order the finer one's
+ * error is as large as that. */
+#define CAUTION        2.0
+#define FINER_CAUTION  1.2 /* to a finer one */
+#define LONGER_CAUTION 4.0 /* the same where the coarser one answers: twice as far off */
+#define OTHERS_CAUTION 1.5 /* to one of another method */
+/* Steps that another method may always have. */
+#define LEAST_OTHERS   5000.0
+#define EVENT_RHS      12.0 /* evaluations in a step of event */
+/* Runs that are added where no other method answers: steps and tolerances of no simple ratio. */
+#define MORE_RUNS      2
+#define MORE_GRID      1.37
+#define MORE_RTOL      2.2
+
+bool weigh_automatic(const struct sim_options *options)
+{
+    return !options->solver || strcmp(options->solver, "auto") == 0;
+}
+
+double weigh_explicit_steps(const struct model *m, const struct sim_result *result)
+{
+    return WEIGH_RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) / WEIGH_EXPLICIT_REACH;
+}
+
+void weigh_cost(struct sim_result *result, const struct pass_outcome *pass)
+{
+    result->rhs += pass->rhs;
+    result->rejected += pass->rejected;
+}
+
+static void widen(struct sim_result *result, struct apart apart, double factor)
+{
+    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
+}
+
+static bool samples(const struct stepper_kind *kind)
+{
+    return kind->samples || kind->samples_shape;
+}
+
+/* Another run, complete or not. */
+static enum mr_status again(struct pass_outcome *pass, struct model *m,
+                            const struct pass_request *request, const struct sim_options *options,
+                            struct sim_result *result, struct error *error)
+{
+    struct pass_request numbered = *request;
+    numbered.number = ++result->passes;
+    if (pass_run(pass, m, &numbered, options, error) == MR_OK)
+        weigh_cost(result, pass);
+    return error->status;
+}
+
+/* Two passes can be as close as they like by chance where their switches are sampled or are not the
+ * same: then a third says how far they can be apart. With a fixed step it has a longer one, where
+ * that is stable; else a tolerance between the two. One that fails says nothing. */
+static enum mr_status doubt(struct model *m, const struct sim_options *options,
+                            struct weigh_pair *runs, struct sim_result *result, struct error *error)
+{
+    const struct stepper_kind *kind = runs->request.kind;
+    struct pass_request request = runs->request;
+    if (!samples(kind) && runs->coarse.switched == runs->fine.switched)
+        return MR_OK;
+    request.rtol *= sqrt(WEIGH_CHECK_FACTOR);
+    request.first_part = WEIGH_FIRST_PART * WEIGH_FIRST_PART;
+    request.dt_s = WEIGH_GRID_RATIO * runs->check.dt_s;
+    bool longer = request.dt_s <= result->dt_limit_s;
+    if (!longer)
+        request.dt_s = runs->request.dt_s / WEIGH_GRID_RATIO;
+    if (again(&runs->third, m, &request, options, result, error) != MR_OK)
+        return error->status;
+    if (runs->third.status != SIM_OK)
+        return MR_OK;
+    double share = CAUTION;
+    widen(result, apart_of(&runs->coarse, &runs->fine), share);
+    struct apart coarse = apart_of(&runs->coarse, &runs->third),
+                 fine = apart_of(&runs->fine, &runs->third);
+    if (!kind->fixed) {
+        widen(result, coarse, share);
+        widen(result, fine, share);
+    } else if (!longer) {
+        widen(result, fine, share);
+        widen(result, coarse, runs->coarse_answers ? share : 1.0);
+    } else if (apart_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
+        widen(result, coarse, share / WEIGH_GRID_RATIO);
+    }
+    return MR_OK;
+}
+
+/* Steps that event may have for a check: so many as cost what the runs have cost. 0: it is of no
+ * use. A solver that samples its switches is wrong by where they fall in its steps, in all of its
+ * runs alike if chance will have it; implicit by what its long steps pass over. */
+static uint64_t others_steps(const struct model *m, const struct sim_options *options,
+                             const struct weigh_pair *runs, const struct sim_result *result)
+{
+    const struct pass_outcome *coarse = &runs->coarse, *fine = &runs->fine;
+    bool implicit = runs->request.kind == &stepper_implicit, automatic = weigh_automatic(options);
+    double asked = weigh_explicit_steps(m, result);
+    double most = implicit ? WEIGH_STEP_RATIO * (double)(coarse->steps + fine->steps)
+                           : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
+    /* auto has tried event before it came to others, and to implicit where that is not the first */
+    bool tried = automatic && (!implicit || asked <= WEIGH_EXPLICIT_STEPS);
+    bool useful = samples(runs->request.kind) ||
+                  (runs->request.kind != &stepper_event && fine->events > 0);
+    most = fmax(most, LEAST_OTHERS);
+    return useful && !tried && asked <= most ? (uint64_t)most : 0;
+}
+
+/* Runs of one solver share its mistakes: a run of event, which locates every switch, joins. Whether
+ * it came to an end. */
+static bool cross(struct model *m, const struct sim_options *options, struct weigh_pair *runs,
+                  struct sim_result *result, struct error *error)
+{
+    struct pass_outcome pass = {0};
+    struct pass_request request = {
+        .kind = &stepper_event,
+        .rtol = stepper_event.rtol,
+        .most_steps = others_steps(m, options, runs, result),
+    };
+    if (request.most_steps == 0)
+        return false;
+    bool done = again(&pass, m, &request, options, result, error) == MR_OK && pass.status == SIM_OK;
+    if (done) {
+        sim_result_note(result, "a run of solver event, which locates its switches, is in the "
+                                "error estimate");
+        const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
+        widen(result, apart_of(answer, &pass), OTHERS_CAUTION);
+    }
+    pass_free(&pass);
+    return done;
+}
+
+/* Switches that are sampled, and no other method to say where they are: something hovers, and each
+ * step follows it in a way of its own, as runs do that are alike by chance. More runs say how far
+ * that goes. */
+static enum mr_status linger(struct model *m, const struct sim_options *options,
+                             const struct weigh_pair *runs, struct sim_result *result,
+                             struct error *error)
+{
+    struct pass_request request = runs->request;
+    if (!samples(request.kind))
+        return MR_OK;
+    sim_result_note(result, "switches are sampled, and no run of another method says where they "
+                            "are: two more runs are in the error estimate");
+    for (int i = 0; i < MORE_RUNS && error->status == MR_OK; i++) {
+        struct pass_outcome pass = {0};
+        request.dt_s /= MORE_GRID;
+        request.rtol *= MORE_RTOL;
+        request.first_part = (i == 0 ? 1.0 : WEIGH_FIRST_PART) / MORE_GRID;
+        if (again(&pass, m, &request, options, result, error) == MR_OK && pass.status == SIM_OK) {
+            widen(result, apart_of(&runs->fine, &pass), CAUTION);
+            if (runs->coarse_answers)
+                widen(result, apart_of(&runs->coarse, &pass), CAUTION);
+        }
+        pass_free(&pass);
+    }
+    return error->status;
+}
+
+static bool sensitive(const struct model *m, const struct weigh_pair *runs,
+                      const struct sim_result *result)
+{
+    if (!runs->request.kind->fixed)
+        return fmax(result->error_u_ft, result->error_lift_ft) >
+               SENSITIVE * runs->request.rtol * m->length_ft;
+    return result->error_u_ft > SENSITIVE_PART * sim_record_peak(&runs->fine.record).u_ft ||
+           result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
+}
+
+/* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
+static enum mr_status feel(struct model *m, const struct sim_options *options,
+                           const struct weigh_pair *runs, struct sim_result *result,
+                           struct error *error)
+{
+    bool fixed = runs->request.kind->fixed;
+    if (!sensitive(m, runs, result))
+        return MR_OK;
+    sim_result_note(result,
+                    "sensitive: errors grow %s; a finer run and %d with stiffnesses that differ by "
+                    "%g are in the error estimate",
+                    fixed ? "to more than a twentieth of what moves" : "more than 1000-fold",
+                    SPREAD_RUNS, SPREAD_PART);
+    const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
+    struct pass_request finer = runs->request;
+    finer.rtol = fmax(WEIGH_LEAST_RTOL, finer.rtol / WEIGH_CHECK_FACTOR);
+    finer.dt_s /= WEIGH_GRID_RATIO;
+    for (int run = -1; run < SPREAD_RUNS && error->status == MR_OK; run++) {
+        struct pass_outcome pass = {0};
+        if (run < 0)
+            again(&pass, m, &finer, options, result, error);
+        else
+            spread_nudged(m, &runs->request, options, run, &pass, result, error);
+        if (error->status == MR_OK && pass.status == SIM_OK)
+            widen(result, apart_of(answer, &pass), run < 0 && !fixed ? FINER_CAUTION : CAUTION);
+        pass_free(&pass);
+    }
+    return error->status;
+}
+
+bool weigh_runs(struct model *m, const struct sim_options *options, struct weigh_pair *runs,
+                struct sim_result *result, struct sim_difference *where, struct error *error)
+{
+    const struct stepper_kind *kind = runs->request.kind;
+    const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
+    struct apart apart = apart_of(a, b);
+    /* two passes can agree more closely than either is right */
+    double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
+    *where = apart.u;
+    result->error_u_ft = result->error_lift_ft = 0.0;
+    widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
+    if (!apart_agree(m->scene, a, b, apart))
+        return false;
+    if (doubt(m, options, runs, result, error) != MR_OK)
+        return false;
+    if (!cross(m, options, runs, result, error) && error->status == MR_OK)
+        linger(m, options, runs, result, error);
+    if (error->status != MR_OK || feel(m, options, runs, result, error) != MR_OK)
+        return false;
+    if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
+        result->error_u_ft = fmax(result->error_u_ft, least_ft);
+    if (fmin(a->max_lift_ft, b->max_lift_ft) > 0.0)
+        result->error_lift_ft = fmax(result->error_lift_ft, least_ft);
+    return true;
+}
