@@ -49,7 +49,7 @@ static enum mr_status one_scene(FILE *out, const char *path, struct error *error
     fputs("<h2>", out);
     html_text(out, scene.name[0] ? scene.name : path);
     fputs("</h2>\n", out);
-    if (error_study_run(&study, &scene, error) == MR_OK) {
+    if (error_study_run(&study, &scene, NULL, NULL, error) == MR_OK) {
         fprintf(out, "<p class=\"small\">%s: model %s, %d mats, %.4g s. Reference: %s.</p>\n", path,
                 sim_model_name(scene.model), scene.mats, study.end_s, study.method);
         write_conclusion(out, &study);
