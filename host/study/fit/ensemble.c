@@ -43,19 +43,36 @@ static uint64_t draw_number(const struct work *work, size_t i)
     return x ^ x >> 31;
 }
 
-static void simulate_some(struct work *work, bool first)
+static void simulate_rows(const struct work *work, size_t from, size_t count)
+{
+    const struct fit_model *model = work->model;
+    struct ensemble *ensemble = work->ensemble;
+    double z[FIT_SOME * FIT_PARAMETERS_MAX];
+    uint64_t draw[FIT_SOME];
+    for (size_t k = 0; k < count; k++) {
+        ensemble_at(work->place, ensemble->w + (from + k) * ensemble->parameters,
+                    z + k * ensemble->parameters);
+        draw[k] = draw_number(work, from + k);
+    }
+    double *statistic = ensemble->statistic + from * ensemble->statistics;
+    if (model->simulate_some)
+        model->simulate_some(model->context, count, z, draw, statistic, work->good + from);
+    else
+        work->good[from] = model->simulate(model->context, z, draw[0], statistic);
+}
+
+static void simulate_share(struct work *work, bool first)
 {
     struct ensemble *ensemble = work->ensemble;
-    double z[FIT_PARAMETERS_MAX];
+    const struct fit_options *options = work->options;
+    size_t some = work->model->simulate_some ? FIT_SOME : 1;
     for (;;) {
-        size_t i = atomic_fetch_add(&work->next, 1);
+        size_t i = some * atomic_fetch_add(&work->next, 1);
         if (i >= ensemble->draws || atomic_load(&work->stop))
             return;
-        ensemble_at(work->place, ensemble->w + i * ensemble->parameters, z);
-        work->good[i] = work->model->simulate(work->model->context, z, draw_number(work, i),
-                                              ensemble->statistic + i * ensemble->statistics);
-        size_t done = atomic_fetch_add(&work->done, 1) + 1;
-        const struct fit_options *options = work->options;
+        size_t count = ensemble->draws - i < some ? ensemble->draws - i : some;
+        simulate_rows(work, i, count);
+        size_t done = atomic_fetch_add(&work->done, count) + count;
         if (steady_s() > work->until_s ||
             (first && options->go_on &&
              !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
@@ -65,7 +82,7 @@ static void simulate_some(struct work *work, bool first)
 
 static void *helper(void *context)
 {
-    simulate_some(context, false);
+    simulate_share(context, false);
     return NULL;
 }
 
@@ -78,7 +95,7 @@ static void simulate_all(struct work *work)
     while (running + 1 < wanted && running < THREADS_MAX &&
            pthread_create(&thread[running], NULL, helper, work) == 0)
         running++;
-    simulate_some(work, true);
+    simulate_share(work, true);
     while (running > 0)
         pthread_join(thread[--running], NULL);
 }

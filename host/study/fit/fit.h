@@ -46,6 +46,7 @@
 #define FIT_STATISTICS_MAX 1200
 #define FIT_DRAWS_LEAST    60u
 #define FIT_ROUNDS_MAX     8u
+#define FIT_SOME           8u
 
 /* What is fitted. simulate() writes the statistics of one data set at z; everything that is drawn
  * comes from `draw` alone, so that equal calls give equal answers; it is called from several
@@ -54,6 +55,10 @@ struct fit_model {
     size_t parameters, statistics;
     bool (*simulate)(const void *context, const double *z, uint64_t draw, double *statistics);
     const void *context;
+    /* 1 to FIT_SOME of them at once: rows of z and of statistics, and which are good. NULL: one
+     * after the other. Which ones are asked for together does not depend on the threads. */
+    void (*simulate_some)(const void *context, size_t count, const double *z, const uint64_t *draw,
+                          double *statistics, bool *good);
 };
 
 struct fit_options {

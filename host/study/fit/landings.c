@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "host/base/list.h"
+#include "host/study/fit/beside.h"
 
 #define IN_PER_FT       12.0
 #define SAMPLE_S        0.002
@@ -297,6 +298,7 @@ struct drawing {
     double value[FIT_KEYS];
     double *gap_ft, *grit_lb; /* joints 0 .. mats */
     struct sim_path_row *path;
+    bool good;
 };
 
 static void draw_gaps(const struct drawing *drawing, const struct fit_landing *landing)
@@ -321,8 +323,15 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
+/* What one data set's landing came to. */
+struct outcome {
+    double *sample_u_ft; /* samples rows of the landing's channels, SAMPLE_S apart */
+    size_t samples;
+    const double *gap_ft; /* joints 0 .. mats, at the end */
+};
+
 static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing,
-                            const struct sim_result *result, double *statistic)
+                            const struct outcome *outcome, double *statistic)
 {
     double gain[MR_TRANSDUCERS], baseline_in[MR_TRANSDUCERS];
     for (size_t c = 0; c < landing->channels; c++) {
@@ -335,16 +344,16 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
     for (size_t w = 0; w < landing->windows; w++) {
         const struct fit_window *window = &landing->window[w];
         if (window->channel == SIZE_MAX) {
-            statistic[w] = segment_sum_in(&landing->scene, window->segment, result->gap_ft + 1) +
+            statistic[w] = segment_sum_in(&landing->scene, window->segment, outcome->gap_ft) +
                            gsl_ran_gaussian_ziggurat(drawing->random, after_error_in);
             continue;
         }
-        size_t c = window->channel, from = (size_t)ceil(window->from_s / result->sample_dt_s),
-               to = (size_t)ceil(window->to_s / result->sample_dt_s);
-        to = to > result->sample_count ? result->sample_count : to <= from ? from + 1 : to;
+        size_t c = window->channel, from = (size_t)ceil(window->from_s / SAMPLE_S),
+               to = (size_t)ceil(window->to_s / SAMPLE_S);
+        to = to > outcome->samples ? outcome->samples : to <= from ? from + 1 : to;
         double sum_in = 0.0;
         for (size_t k = from; k < to; k++)
-            sum_in += IN_PER_FT * result->sample_u_ft[k * result->station_count + c];
+            sum_in += IN_PER_FT * outcome->sample_u_ft[k * landing->channels + c];
         double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in /
                                                                          sqrt(window->samples));
         statistic[w] = bent(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
@@ -358,15 +367,13 @@ static double draw_thrust(const struct drawing *drawing, const struct fit_landin
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-static bool simulate_landing(const struct drawing *drawing, const struct fit_landing *landing,
-                             double *statistic)
+/* By host/sim: what the chains side by side do not have. */
+static bool run_alone(const struct drawing *drawing, const struct fit_landing *landing,
+                      const double *station_ft, double thrust, struct outcome *outcome)
 {
     struct sim_scene scene = landing->scene;
     struct sim_result result;
     struct error error = {0};
-    double station_ft[MR_TRANSDUCERS];
-    double thrust = draw_thrust(drawing, landing);
-    draw_gaps(drawing, landing);
     memcpy(drawing->path, scene.path, scene.path_count * sizeof *scene.path);
     for (size_t i = 0; i < scene.path_count; i++)
         drawing->path[i].force_lb *= thrust;
@@ -375,18 +382,80 @@ static bool simulate_landing(const struct drawing *drawing, const struct fit_lan
     scene.grit_lb = (struct sim_list){drawing->grit_lb, (size_t)scene.mats + 1};
     scene.friction = drawing->value[FIT_FRICTION];
     scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
-    for (size_t c = 0; c < landing->channels; c++)
-        station_ft[c] = landing->channel[c].station_ft;
     struct sim_options options = {
         .sample_dt_s = SAMPLE_S, .station_ft = station_ft, .station_count = landing->channels};
     bool good = sim_run(&scene, &options, &result, &error) == MR_OK;
-    if (good) {
-        read_statistics(drawing, landing, &result, statistic + landing->first);
-        for (int j = 0; j <= scene.mats; j++)
-            drawing->gap_ft[j] = fmax(result.gap_ft[j + 1], 0.0);
-    }
+    outcome->samples = good && result.sample_count < outcome->samples ? result.sample_count
+                                                                      : outcome->samples;
+    if (good)
+        memcpy(outcome->sample_u_ft, result.sample_u_ft,
+               outcome->samples * landing->channels * sizeof(double));
+    for (int j = 0; good && j <= scene.mats; j++)
+        drawing->gap_ft[j] = fmax(result.gap_ft[j + 1], 0.0);
     sim_result_free(&result);
     return good;
+}
+
+/* Side by side; lanes that are left over repeat the first drawing. */
+static bool run_beside(struct drawing *drawing, size_t count, const struct fit_landing *landing,
+                       const double *station_ft, const double *thrust, double *spare_gap_ft,
+                       struct outcome *outcome)
+{
+    struct beside_lane lane[CHAINS_LANES];
+    size_t joints = (size_t)landing->scene.mats + 1;
+    for (size_t k = 0; k < CHAINS_LANES; k++) {
+        size_t of = k < count ? k : 0;
+        lane[k] = (struct beside_lane){.gap_ft = drawing[of].gap_ft,
+                                       .grit_lb = drawing[of].grit_lb,
+                                       .friction = drawing[of].value[FIT_FRICTION],
+                                       .kl_lb_ft = drawing[of].value[FIT_STIFFNESS],
+                                       .thrust = thrust[of],
+                                       .sample_u_ft = outcome[k].sample_u_ft};
+        if (k >= count) {
+            memcpy(spare_gap_ft + k * joints, drawing[0].gap_ft, joints * sizeof(double));
+            lane[k].gap_ft = spare_gap_ft + k * joints;
+        }
+    }
+    bool good = beside_run(&landing->scene, station_ft, landing->channels, SAMPLE_S, lane);
+    for (size_t k = 0; k < count; k++)
+        drawing[k].good = drawing[k].good && good && lane[k].good;
+    return good;
+}
+
+static bool simulate_landing(struct drawing *drawing, size_t count,
+                             const struct fit_landing *landing, double *statistic)
+{
+    struct outcome outcome[CHAINS_LANES];
+    double station_ft[MR_TRANSDUCERS], thrust[CHAINS_LANES];
+    size_t samples = beside_samples(&landing->scene, SAMPLE_S),
+           joints = (size_t)landing->scene.mats + 1, each = samples * landing->channels;
+    double *room = calloc(CHAINS_LANES * (each + joints), sizeof *room);
+    if (!room)
+        return false;
+    for (size_t c = 0; c < landing->channels; c++)
+        station_ft[c] = landing->channel[c].station_ft;
+    for (size_t k = 0; k < CHAINS_LANES; k++)
+        outcome[k] = (struct outcome){.sample_u_ft = room + k * each, .samples = samples};
+    for (size_t k = 0; k < count; k++) {
+        thrust[k] = draw_thrust(&drawing[k], landing);
+        draw_gaps(&drawing[k], landing);
+        outcome[k].gap_ft = drawing[k].gap_ft;
+    }
+    if (beside_can(&landing->scene)) {
+        run_beside(drawing, count, landing, station_ft, thrust, room + CHAINS_LANES * each,
+                   outcome);
+    } else {
+        for (size_t k = 0; k < count; k++)
+            drawing[k].good = drawing[k].good &&
+                              run_alone(&drawing[k], landing, station_ft, thrust[k], &outcome[k]);
+    }
+    for (size_t k = 0; k < count; k++) {
+        if (drawing[k].good)
+            read_statistics(&drawing[k], landing, &outcome[k],
+                            statistic + k * drawing->list->statistics + landing->first);
+    }
+    free(room);
+    return true;
 }
 
 /* Closing resistances and room for the rest; end_drawing in any case. */
@@ -394,7 +463,7 @@ static bool begin_drawing(struct drawing *drawing, const struct fit_landings *li
                           uint64_t draw)
 {
     size_t joints = 0, rows = 0;
-    *drawing = (struct drawing){.list = list, .random = gsl_rng_alloc(gsl_rng_taus2)};
+    *drawing = (struct drawing){.list = list, .good = true, .random = gsl_rng_alloc(gsl_rng_taus2)};
     for (size_t l = 0; l < list->count; l++) {
         joints = joints > (size_t)list->landing[l].scene.mats + 1
                    ? joints
@@ -422,14 +491,28 @@ static void end_drawing(struct drawing *drawing)
         gsl_rng_free(drawing->random);
 }
 
-static bool simulate(const void *context, const double *z, uint64_t draw, double *statistic)
+static void simulate_some(const void *context, size_t count, const double *z, const uint64_t *draw,
+                          double *statistic, bool *good)
 {
     const struct fit_landings *list = context;
-    struct drawing drawing;
-    bool good = begin_drawing(&drawing, list, z, draw);
-    for (size_t l = 0; l < list->count && good; l++)
-        good = simulate_landing(&drawing, &list->landing[l], statistic);
-    end_drawing(&drawing);
+    struct drawing drawing[FIT_SOME];
+    enum fit_key key[FIT_KEYS];
+    size_t fitted = fit_landings_fitted(list, key);
+    bool ready = true;
+    for (size_t k = 0; k < count; k++)
+        ready = begin_drawing(&drawing[k], list, z + k * fitted, draw[k]) && ready;
+    for (size_t l = 0; l < list->count && ready; l++)
+        ready = simulate_landing(drawing, count, &list->landing[l], statistic);
+    for (size_t k = 0; k < count; k++) {
+        good[k] = ready && drawing[k].good;
+        end_drawing(&drawing[k]);
+    }
+}
+
+static bool simulate(const void *context, const double *z, uint64_t draw, double *statistic)
+{
+    bool good;
+    simulate_some(context, 1, z, &draw, statistic, &good);
     return good;
 }
 
@@ -454,5 +537,6 @@ bool fit_landings_joints(const struct fit_landings *list, const double *z, uint6
 struct fit_model fit_landings_model(const struct fit_landings *list)
 {
     enum fit_key key[FIT_KEYS];
-    return (struct fit_model){fit_landings_fitted(list, key), list->statistics, simulate, list};
+    return (struct fit_model){fit_landings_fitted(list, key), list->statistics, simulate, list,
+                              simulate_some};
 }
