@@ -6,8 +6,8 @@
 
 #include "tests/fit/cheap.h"
 
-#define MATS            420
-#define JOINTS          (MATS + 1)
+#define JOINTS_MAX      421
+#define WHOLE_MATS      420 /* that the plan of landings is for */
 #define LENGTH_FT       (2.0 / 7.0)
 #define SLACK_FT        0.0025
 #define MOST_GAP_IN     0.036
@@ -30,14 +30,14 @@ const char *const runway_names[RUNWAY_KINDS] = {"model", "heavy", "half", "patch
 /* Speed and way to the stop: from light to hard braking. */
 static const struct {
     double slow_ft_s, fast_ft_s, short_ft, long_ft;
-} plan[RUNWAY_LANDINGS] = {
-    {27.0, 30.0, 88.0, 104.0}, {30.0, 34.0, 75.0, 95.0}, {33.0, 38.0, 62.0, 82.0}};
+} plan[RUNWAY_LANDINGS] = {{27.0, 30.0, 86.0, 100.0}, {35.0, 39.0, 62.0, 78.0}};
 
 struct truth {
     enum runway_kind kind;
     struct cheap_random random;
     double value[FIT_KEYS];
-    double gap_ft[JOINTS], grit_lb[JOINTS];
+    int mats;
+    double gap_ft[JOINTS_MAX], grit_lb[JOINTS_MAX];
     double factor; /* of all sums, by the gauge */
     bool turned;   /* half: the dirt lies before the middle */
 };
@@ -51,15 +51,15 @@ static void set_priors(struct fit_parameter parameter[FIT_KEYS])
 {
     parameter[FIT_GAP] = (struct fit_parameter){true, 0.018, SURVEY_SPREAD};
     parameter[FIT_GRIT] = (struct fit_parameter){true, 10.0, 0.4};
-    parameter[FIT_FRICTION] = (struct fit_parameter){true, 0.5, 0.2};
-    parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
-    parameter[FIT_STIFFNESS] = (struct fit_parameter){true, 2.9e5, 0.2};
+    parameter[FIT_FRICTION] = (struct fit_parameter){true, 0.5, 0.1};
+    parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.1};
+    parameter[FIT_STIFFNESS] = (struct fit_parameter){false, 2.9e5, 0.0};
 }
 
 static double draw_grit_lb(struct truth *truth, int joint)
 {
     double mean_lb = truth->value[FIT_GRIT];
-    bool before = 2 * joint < MATS;
+    bool before = 2 * joint < truth->mats;
     switch (truth->kind) {
     case RUNWAY_HEAVY: /* mean of Lomax: scale / (shape - 1) */
         return mean_lb * (HEAVY_SHAPE - 1.0) *
@@ -74,7 +74,7 @@ static void draw_joints(struct truth *truth)
 {
     int left = 0;
     double wide = cheap_uniform(&truth->random) < 0.5 ? 0.4 : 1.6;
-    for (int j = 0; j < JOINTS; j++, left--) {
+    for (int j = 0; j <= truth->mats; j++, left--) {
         if (left == 0) {
             left = 12 + (int)(29.0 * cheap_uniform(&truth->random));
             wide = 2.0 - wide;
@@ -88,7 +88,7 @@ static void draw_joints(struct truth *truth)
 
 static void read_survey(struct truth *truth, double sum_in[MR_SEGMENTS])
 {
-    for (size_t s = 0; s < MR_SEGMENTS; s++) {
+    for (size_t s = 0; s < (size_t)truth->mats / MR_MATS_PER_SEGMENT; s++) {
         double sum = 0.0;
         for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
             sum += 12.0 * fmax(truth->gap_ft[MR_MATS_PER_SEGMENT * s + j], 0.0);
@@ -103,9 +103,9 @@ static bool set_path(struct sim_scene *scene, double speed_ft_s, double way_ft, 
     double brake = speed_ft_s * speed_ft_s / (2.0 * way_ft), stop_s = speed_ft_s / brake;
     for (int i = 0; i < PATH_ROWS - 1; i++) {
         double t_s = stop_s * i / (PATH_ROWS - 2);
-        row[i] =
-            (struct sim_path_row){t_s, TOUCHDOWN_FT + speed_ft_s * t_s - 0.5 * brake * t_s * t_s,
-                                  AIRCRAFT_LB * brake / GRAVITY_FT_S2};
+        row[i] = (struct sim_path_row){t_s,
+                                       TOUCHDOWN_FT + speed_ft_s * t_s - 0.5 * brake * t_s * t_s,
+                                       AIRCRAFT_LB * brake / GRAVITY_FT_S2};
     }
     row[PATH_ROWS - 1] = (struct sim_path_row){stop_s + 0.001, row[PATH_ROWS - 2].x_ft, 0.0};
     return sim_scene_set_path(scene, row, PATH_ROWS, error) == MR_OK;
@@ -116,9 +116,11 @@ static bool set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
 {
     double speed_ft_s = between(&truth->random, plan[number].slow_ft_s, plan[number].fast_ft_s),
            way_ft = between(&truth->random, plan[number].short_ft, plan[number].long_ft);
+    double scale = (double)truth->mats / WHOLE_MATS; /* of lengths; decelerations stay */
+    size_t joints = (size_t)truth->mats + 1;
     sim_scene_defaults(scene);
     scene->model = SIM_CHAIN;
-    scene->mats = MATS;
+    scene->mats = truth->mats;
     scene->length_ft = LENGTH_FT;
     scene->weight_lb = 0.466;
     scene->kl_lb_ft = truth->value[FIT_STIFFNESS];
@@ -128,9 +130,9 @@ static bool set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
     scene->friction = truth->value[FIT_FRICTION];
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = DWELL_S;
-    return set_path(scene, speed_ft_s, way_ft, error) &&
-           sim_scene_set_list(&scene->gap0_ft, truth->gap_ft, JOINTS, error) == MR_OK &&
-           sim_scene_set_list(&scene->grit_lb, truth->grit_lb, JOINTS, error) == MR_OK;
+    return set_path(scene, speed_ft_s * sqrt(scale), way_ft * scale, error) &&
+           sim_scene_set_list(&scene->gap0_ft, truth->gap_ft, joints, error) == MR_OK &&
+           sim_scene_set_list(&scene->grit_lb, truth->grit_lb, joints, error) == MR_OK;
 }
 
 /* The force that there is, for the force that is told. */
@@ -167,17 +169,17 @@ static bool land(struct truth *truth, struct sim_scene *scene,
         double gain = 1.0 + GAIN * cheap_normal(&truth->random),
                zero_in = BASELINE_IN * cheap_normal(&truth->random);
         for (size_t k = 0; k < *samples; k++)
-            (*value_in)[c * *samples + k] =
-                12.0 * gain * result.sample_u_ft[k * MR_TRANSDUCERS + c] + zero_in +
-                NOISE_IN * cheap_normal(&truth->random);
+            (*value_in)[c * *samples + k] = 12.0 * gain *
+                                                result.sample_u_ft[k * MR_TRANSDUCERS + c] +
+                                            zero_in + NOISE_IN * cheap_normal(&truth->random);
     }
-    for (int j = 0; good && j < JOINTS; j++)
+    for (int j = 0; good && j <= truth->mats; j++)
         truth->gap_ft[j] = fmax(result.gap_ft[j + 1], 0.0);
     sim_result_free(&result);
     return good && *value_in;
 }
 
-static bool add_landing(struct truth *truth, size_t number, bool surveyed,
+static bool add_landing(struct truth *truth, size_t number, bool last, bool surveyed,
                         struct fit_landings *list, struct error *error)
 {
     double station_ft[MR_TRANSDUCERS], *value_in = NULL;
@@ -190,15 +192,14 @@ static bool add_landing(struct truth *truth, size_t number, bool surveyed,
     size_t samples = 0;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         landing.survey_in[s] = landing.after_in[s] = (double)NAN;
-    if (surveyed && number > 0) /* the survey after the landing before is the one before this */
-        memcpy(landing.survey_in, list->landing[number - 1].after_in, sizeof landing.survey_in);
-    else if (surveyed)
+    if (surveyed && number == 0)
         read_survey(truth, landing.survey_in);
     for (size_t c = 0; c < MR_TRANSDUCERS; c++)
-        station_ft[c] = 110.0 - 10.0 * (double)(MR_TRANSDUCERS - 1 - c);
+        station_ft[c] = (110.0 - 10.0 * (double)(MR_TRANSDUCERS - 1 - c)) * truth->mats /
+                        (double)WHOLE_MATS;
     bool good = set_scene(&landing.scene, truth, number, error) &&
                 land(truth, &landing.scene, station_ft, &value_in, &samples, error);
-    if (good && surveyed)
+    if (good && surveyed && last)
         read_survey(truth, landing.after_in);
     for (size_t c = 0; c < MR_TRANSDUCERS && good; c++)
         series[c] = (struct fit_series){.number = (int64_t)c + 1,
@@ -216,9 +217,9 @@ static bool add_landing(struct truth *truth, size_t number, bool surveyed,
         memcpy(list->parameter, prior, sizeof prior);
         double sum_in = 0.0;
         for (size_t s = 0; s < MR_SEGMENTS && surveyed; s++)
-            sum_in += landing.survey_in[s];
+            sum_in += isnan(landing.survey_in[s]) ? 0.0 : landing.survey_in[s];
         if (surveyed)
-            list->parameter[FIT_GAP].value = sum_in / (MR_SEGMENTS * MR_MATS_PER_SEGMENT);
+            list->parameter[FIT_GAP].value = sum_in / truth->mats;
     }
     good = good && fit_landings_add(list, &landing, series, MR_TRANSDUCERS, error) == MR_OK;
     if (!good)
@@ -230,11 +231,12 @@ static bool add_landing(struct truth *truth, size_t number, bool surveyed,
 bool runway_campaign(const struct runway_wanted *wanted, uint64_t seed, double z[FIT_KEYS],
                      struct fit_landings *list, struct error *error)
 {
-    struct truth truth = {.kind = wanted->kind,
-                          .random = {seed * 0x2545F4914F6CDD1Du + 0x420u +
-                                     ((uint64_t)wanted->kind << 48)}};
+    struct truth truth = {
+        .kind = wanted->kind,
+        .random = {seed * 0x2545F4914F6CDD1Du + 0x420u + ((uint64_t)wanted->kind << 48)}};
     struct fit_parameter prior[FIT_KEYS];
     size_t landings = wanted->landings ? wanted->landings : RUNWAY_LANDINGS;
+    truth.mats = wanted->mats ? wanted->mats : RUNWAY_MATS;
     *list = (struct fit_landings){0};
     set_priors(prior);
     for (int k = 0; k < FIT_KEYS; k++) {
@@ -245,7 +247,7 @@ bool runway_campaign(const struct runway_wanted *wanted, uint64_t seed, double z
     truth.turned = cheap_uniform(&truth.random) < 0.5;
     draw_joints(&truth);
     for (size_t n = 0; n < landings && n < RUNWAY_LANDINGS; n++) {
-        if (!add_landing(&truth, n, wanted->surveyed, list, error))
+        if (!add_landing(&truth, n, n + 1 == landings, wanted->surveyed, list, error))
             return false;
     }
     return true;

@@ -105,8 +105,8 @@ static void take_sample(const struct playing *p, size_t row)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         for (size_t s = 0; s < p->stations; s++)
-            p->lane[k].sample_u_ft[row * p->stations + s] = (double)chains_displacement_ft(
-                p->chains, k, p->station_mat[s]);
+            p->lane[k].sample_u_ft[row * p->stations + s] =
+                (double)chains_displacement_ft(p->chains, k, p->station_mat[s]);
     }
 }
 

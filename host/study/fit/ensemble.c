@@ -1,5 +1,6 @@
 #include "host/study/fit/ensemble.h"
 
+#include <gsl/gsl_cdf.h>
 #include <gsl/gsl_qrng.h>
 #include <math.h>
 #include <pthread.h>
@@ -52,7 +53,7 @@ static void simulate_rows(const struct work *work, size_t from, size_t count)
     for (size_t k = 0; k < count; k++) {
         ensemble_at(work->place, ensemble->w + (from + k) * ensemble->parameters,
                     z + k * ensemble->parameters);
-        draw[k] = draw_number(work, from + k);
+        draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
     }
     double *statistic = ensemble->statistic + from * ensemble->statistics;
     if (model->simulate_some)
@@ -113,7 +114,9 @@ static bool spread_evenly(const struct work *work)
         gsl_qrng_get(sequence, w);
         for (size_t k = 0; k < ensemble->parameters; k++) {
             double shift = (double)(draw_number(work, ((size_t)1 << 32) + k) >> 11) * 0x1p-53;
-            w[k] = ENSEMBLE_REACH * (2.0 * fmod(w[k] + shift, 1.0) - 1.0);
+            double even = fmod(w[k] + shift, 1.0);
+            w[k] = work->place->normal ? gsl_cdf_ugaussian_Pinv(fmin(fmax(even, 1e-4), 1.0 - 1e-4))
+                                       : ENSEMBLE_REACH * (2.0 * even - 1.0);
         }
     }
     gsl_qrng_free(sequence);
@@ -131,6 +134,7 @@ static void close_ranks(struct ensemble *ensemble, const bool *good)
         if (!keep)
             continue;
         memmove(ensemble->w + kept * q, ensemble->w + i * q, q * sizeof(double));
+        ensemble->draw[kept] = ensemble->draw[i];
         memmove(ensemble->statistic + kept * p, ensemble->statistic + i * p, p * sizeof(double));
         kept++;
     }
@@ -146,6 +150,7 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
         .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
     ensemble->w = calloc(ensemble->draws * ensemble->parameters, sizeof(double));
     ensemble->statistic = calloc(ensemble->draws * ensemble->statistics, sizeof(double));
+    ensemble->draw = calloc(ensemble->draws, sizeof *ensemble->draw);
     bool *good = calloc(ensemble->draws, sizeof *good);
     struct work work = {.model = model,
                         .place = place,
@@ -154,7 +159,7 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
                         .round = round,
                         .until_s = until_s,
                         .good = good};
-    if (!good || !ensemble->w || !ensemble->statistic || !spread_evenly(&work)) {
+    if (!good || !ensemble->w || !ensemble->statistic || !ensemble->draw || !spread_evenly(&work)) {
         free(good);
         return error_set(error, MR_FULL, "no memory: %zu draws of %zu statistics; use fewer draws",
                          options->draws, model->statistics);
@@ -181,5 +186,6 @@ void ensemble_free(struct ensemble *ensemble)
 {
     free(ensemble->w);
     free(ensemble->statistic);
+    free(ensemble->draw);
     *ensemble = (struct ensemble){0};
 }

@@ -30,6 +30,8 @@
  *   upwards as downwards by its factor), their offset the bias.
  * - goodness: how far the measured statistics lie from the surface, ranked among the ensemble's
  * own.
+ * - replicas: data sets from the posterior, fitted again, for misfit.h to hold the measured one
+ * against.
  *
  * Parameters here are z: in units of their prior's standard deviation, from its middle; the priors
  * are independent. Deterministic: the same seed gives the same answer, however many threads. */
@@ -62,7 +64,11 @@ struct fit_model {
 };
 
 struct fit_options {
-    size_t draws;     /* of each ensemble; 0: 300 */
+    size_t draws;    /* of each ensemble; 0: 300 */
+    size_t replicas; /* of the data set, to check the model with; 0: 99 */
+    /* Models that are otherwise in one thing each, for what that does to a data set; NULL: none */
+    const struct fit_model *odd;
+    size_t odds;
     unsigned threads; /* 0: as many as processors */
     uint64_t seed;
     double max_s; /* wall clock; 0: without limit */
@@ -102,6 +108,14 @@ struct fit_answer {
     bool stopped;
     double *expected; /* per statistic, at z */
     double *scatter;  /* its standard deviation */
+    /* 1 + replicas rows of statistics: what is left, in standard deviations, of the measured data
+     * set and of replicas (replicas.h). No replicas: there was no time for them */
+    size_t replicas;
+    double *residual;
+    double *replica; /* likewise: the statistics themselves */
+    /* rows of statistics, one for each odd model: what it adds to the residuals, on the mean */
+    size_t odds;
+    double *odd;
 };
 
 /* MR_TOO_FEW: fewer statistics than parameters. MR_NUMERICS: too many draws failed, or a statistic
