@@ -1,9 +1,10 @@
 /* Coverage of the fit's intervals: CASES synthetic landings whose parameters scatter as the priors
- * say, each fitted; how often the stated 95 % intervals hold, the mean error, and how much the data
- * narrowed the priors; and how often the right model is said to be impossible. Every other landing is surveyed, and its gap then known from the survey.
- * Gaps, resistances and noise of each case come from a seed of its own; the parameters are spread
- * evenly (a Kronecker sequence through the normal distribution), as a thousand drawn ones alone
- * would add half a percent to or take it from what holds.
+ * say, each fitted; how often the stated 95 % intervals hold, the mean error, and how much the
+ * data narrowed the priors; and how often the right model is said to be impossible. Every other
+ * landing is surveyed, and its gap then known from the survey. Gaps, resistances and noise of each
+ * case come from a seed of its own; the parameters are spread evenly (a Kronecker sequence through
+ * the normal distribution), as a thousand drawn ones alone would add half a percent to or take it
+ * from what holds.
  *
  *   coverage [CASES [DRAWS [FIRST]]] */
 #include <gsl/gsl_cdf.h>

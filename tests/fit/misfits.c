@@ -5,9 +5,9 @@
  *
  *   misfits FOLDER [FIRST [RIGHT [WRONG [MATS]]]]
  *
- * Seeds from FIRST on (1001), RIGHT right campaigns (60), WRONG of each kind (20), on a runway of so
- * many mats (210). Seeds 1 to 40 are set aside for choosing figures. A fitted campaign is kept in FOLDER: what takes the
- * time does not depend on the figures. */
+ * Seeds from FIRST on (1001), RIGHT right campaigns (60), WRONG of each kind (20), on a runway of
+ * so many mats (210). Seeds 1 to 40 are set aside for choosing figures. A fitted campaign is kept
+ * in FOLDER: what takes the time does not depend on the figures. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,7 +45,7 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_a
     struct head head;
     FILE *file = fopen(path, "rb");
     bool good = file && fread(&head, sizeof head, 1, file) == 1 && head.version == VERSION &&
-                head.statistics == list->statistics && head.rows > 1 && head.rows < 10000 &&
+                head.statistics == list->statistics && head.rows > 0 && head.rows < 10000 &&
                 head.odds < 100;
     size_t count = good ? (size_t)head.rows * head.statistics : 0;
     answer->residual = calloc(count + 1, sizeof(double));
@@ -73,8 +73,16 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_a
     return good;
 }
 
-static bool save(const char *path, const struct fit_answer *answer)
+/* One that was not checked, for want of replicas, has the measured row alone, of zeros. */
+static bool save(const char *path, struct fit_answer *answer)
 {
+    if (!answer->residual) {
+        answer->replicas = answer->odds = 0;
+        answer->residual = calloc(answer->statistics, sizeof(double));
+        answer->replica = calloc(answer->statistics, sizeof(double));
+    }
+    if (!answer->residual || !answer->replica)
+        return false;
     struct head head = {.version = VERSION,
                         .statistics = (uint32_t)answer->statistics,
                         .rows = (uint32_t)answer->replicas + 1,
@@ -100,7 +108,7 @@ static bool save(const char *path, const struct fit_answer *answer)
 }
 
 struct tally {
-    unsigned cases, cannot, poor, by[MISFITS];
+    unsigned cases, unchecked, cannot, poor, by[MISFITS];
     unsigned held[FIT_KEYS], flagged_held, flagged, unflagged_held, unflagged;
 };
 
@@ -110,6 +118,7 @@ static void count(const struct fit_landings *list, const struct fit_answer *answ
     enum fit_key key[FIT_KEYS];
     size_t fitted = fit_landings_fitted(list, key);
     tally->cases++;
+    tally->unchecked += !misfit->checked;
     tally->cannot += misfit->cannot;
     tally->poor += answer->fits < 0.05;
     tally->by[misfit->worst] += misfit->cannot;
@@ -170,6 +179,8 @@ static void print(enum runway_kind kind, const struct tally *tally)
         if (tally->by[f] > 0)
             printf(" %s %u", misfit_words[f].key, tally->by[f]);
     }
+    if (tally->unchecked > 0)
+        printf(" (not checked: %u)", tally->unchecked);
     printf("\n");
 }
 

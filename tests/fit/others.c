@@ -5,8 +5,8 @@
  *
  *   others FOLDER [FIRST [CASES]]
  *
- * Series from FIRST on (2001), CASES of each kind (20). Fitted is the first landing of a series, with
- * a survey before and after it and eight transducers; the joints' stiffness is known. */
+ * Series from FIRST on (2001), CASES of each kind (20). Fitted is the first landing of a series,
+ * with a survey before and after it and eight transducers; the joints' stiffness is known. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -13,8 +13,8 @@
  *           variance, with the mean that the fit looks for; one joint in six has more than 1.5
  *           times the mean of all, one in 36 five times. Dirt comes in lumps, and intervals held in
  *           82 % of such runways.
- * half      half a dirty runway: resistances of half the mean before the middle and 1.5 times the mean
- *           beyond, or the other way round. One side of a field is dusty, or was swept.
+ * half      half a dirty runway: resistances of half the mean before the middle and 1.5 times the
+ *           mean beyond, or the other way round. One side of a field is dusty, or was swept.
  * patchy    gaps as laid by several people: stretches of 12 to 40 mats with 0.4 and 1.6 times the
  *           mean gap in turn.
  * braking   light, then hard: two thirds of the thrust that the stated deceleration says in the

@@ -8,7 +8,7 @@
 #include "host/sim/scene/mods_scene.h"
 
 #define SETTLE_S 1e-3
-#define CLEAR    0.98 /* of the longest step that the chain takes: its check is in other roundings */
+#define CLEAR    0.98 /* of the chain's longest step: its check is in other roundings */
 
 bool beside_can(const struct sim_scene *scene)
 {

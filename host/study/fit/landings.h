@@ -12,11 +12,11 @@
  * landing, the thrust's.
  *
  * Statistics, in inches: of each transducer the mean movement while the wheel was so far ahead of
- * it or behind (FIT_EDGES), and over the last 0.2 s; of each segment surveyed after, and before or in
- * a landing that follows, the sum after. Of u only u0 asinh(u/u0) is used, as movements scale with what causes them. A mean
- * over a window is one number however many samples it has, and its scatter comes from the ensemble:
- * nothing takes neighbouring samples for independent. A window of which less than half is valid is
- * left out. */
+ * it or behind (FIT_EDGES), and over the last 0.2 s; of each segment surveyed after, and before or
+ * in a landing that follows, the sum after. Of u only u0 asinh(u/u0) is used, as movements scale
+ * with what causes them. A mean over a window is one number however many samples it has, and its
+ * scatter comes from the ensemble: nothing takes neighbouring samples for independent. A window of
+ * which less than half is valid is left out. */
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 

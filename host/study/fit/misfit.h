@@ -2,14 +2,15 @@
  *
  * The measured data set and its replicas (replicas.h) are rows of residuals; each row gives the
  * figures below, and each figure how far the row lies from the middle of all rows, in standard
- * deviations by a tenth of the rows at that end. The farthest figure of a row is the row's distance,
- * or the root of all their squares, taken as one more figure. If the model is the
+ * deviations by a tenth of the rows at that end. The farthest figure of a row is the row's
+ * distance, or the root of all their squares, taken as one more figure. If the model is the
  * data's, the measured row is one among equals, and its rank by that distance is even: "cannot be"
- * is said when no more than MISFIT_FALSE of all rows lie so far out, so it is said of that share of
- * right models, however many figures there are and however they hang together.
+ * is said when no more than MISFIT_FALSE of all rows lie so far out, so it is said of that share
+ * of right models, however many figures there are and however they hang together.
  *
- * Three figures look for one thing each: replicas are simulated again with it, draw by draw, and the
- * combination of residuals that shows it best is the figure. The others look for whatever there is.
+ * Three figures look for one thing each: replicas are simulated again with it, draw by draw, and
+ * the combination of residuals that shows it best is the figure. The others look for whatever
+ * there is.
  *
  * A figure that is a group weighs several means of residuals together, by Mahalanobis' distance
  * among the rows: of each landing and place of the wheel one. */
