@@ -7,7 +7,8 @@
 #define VALUES struct fit_request
 static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN...]",
-              "campaign database and landings in it; else all whose motion is known"),
+              "campaign database and landings in it; else all whose motion is known. Exit 1 when "
+              "the model cannot be the data's"),
     OPTION_TEXT("--scene", "S", scene,
                 "scene file that gives the runway (model chain) and the priors' values; else the "
                 "model runway"),

@@ -191,24 +191,29 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     struct fit_request request = {0};
     struct fit_landings list = {0};
     struct fit_answer answer = {0};
+    struct misfit misfit = {0};
     struct error error = {0};
     int exit_code = 0;
     if (read_request(argc, argv, cli, &request, &error) == MR_OK &&
         load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
         struct progress progress = {.draws = cli_terminal() && !cli->quiet};
+        struct misfit_odd odd;
         request.options.go_on = show_progress;
         request.options.go_on_context = &progress;
+        misfit_odd(&list, &odd, &request.options);
         underway_begin(&progress.underway, "fit", "fewer --draws", cli->quiet);
-        fit_run(&model, list.measured, &request.options, &answer, &error);
+        if (fit_run(&model, list.measured, &request.options, &answer, &error) == MR_OK)
+            misfit_check(&list, &answer, request.options.seed, &misfit, &error);
         underway_end(&progress.underway);
     }
     if (error.status == MR_OK && request.plot)
-        fit_write_plot(&list, &answer, request.plot, request.force, &error);
+        fit_write_plot(&list, &answer, &misfit, request.plot, request.force, &error);
     if (error.status == MR_OK && request.out_scene)
         fit_write_scene(&list, &answer, request.scene, request.out_scene, request.force, &error);
     if (error.status == MR_OK)
-        exit_code = answer_show(cli, fit_described(&list, &answer, cli->si), 0);
+        exit_code = answer_show(cli, fit_described(&list, &answer, &misfit, cli->si),
+                                misfit.cannot ? 1 : 0);
     fit_free(&answer);
     fit_landings_free(&list);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;

@@ -35,6 +35,16 @@ scene_has_it() { # means of 421 draws: within a tenth
             "$(sqlite3 :memory: "select avg(value) from json_each(json_extract(cast(readfile('$tmp/fit_scene.json') as text), '\$.grit'))")" \
             "$(awk -v v="$(fitted value)" 'BEGIN { print 1.1 * v }')"
 }
+misfit() { # FIELD
+    sqlite3 :memory: "select json_extract(cast(readfile('$tmp/fit.json') as text), '\$.misfit.$1')"
+}
+can_be() { [ "$(misfit checked)" = 1 ] && [ "$(misfit cannot_be)" = 0 ] && misfit says | grep 'the model can be the data'; }
+# Gaps as if laid in stretches of five segments: no such runway is drawn, and the movement is another's.
+laid_in_stretches() {
+    cp "$db" "$tmp/laid.db" && sqlite3 "$tmp/laid.db" 'update slack set slack_in = case when (segment / 5) % 2 then 0.06 else 0.28 end' &&
+        ! $matrig --json fit "$tmp/laid.db" 1 --fit grit --draws 60 --plot "$tmp/laid.svg" >"$tmp/fit.json" && [ "$(misfit cannot_be)" = 1 ] &&
+        grep -q '"intervals_trusted":false' "$tmp/fit.json" && grep -q 'cannot be the data' "$tmp/laid.svg"
+}
 no_transducer() {
     cp "$db" "$tmp/none.db" && sqlite3 "$tmp/none.db" 'update channels set kind = 0 where kind = 1'
 }
@@ -45,9 +55,12 @@ check "it is fitted" fits
 check "and says how far it is all the while" goes_on
 check "the interval of the closing resistance holds the truth" holds_truth
 check "and is narrower than the prior's" narrows_prior
+check "the model can be the data's" can_be
 check "the residuals are a picture" residuals_drawn
 check "every text is inside the picture" python3 tests/report/texts_inside.py "$tmp/fit.svg"
 check "the scene runs, with the fitted resistance" scene_has_it
+check "a runway laid in stretches cannot be: exit code 1, JSON and picture say so" laid_in_stretches
+check "the picture's words are inside it" eval "! python3 tests/report/texts_inside.py '$tmp/laid.svg' | grep outside"
 check "no such parameter" fails_with 2 "unknown parameter: 'frictoin'" $matrig fit "$db" 1 --fit frictoin
 check "no such prior" fails_with 2 'NAME=VALUE:ERROR' $matrig fit "$db" 1 --prior f=0.5
 check "a prior below 0" fails_with 2 'above 0' $matrig fit "$db" 1 --prior f=0.5:-1

@@ -1,9 +1,10 @@
 /* Coverage of the fit's intervals: CASES synthetic landings whose parameters scatter as the priors
- * say, each fitted; how often the stated 95 % intervals hold, the mean error, and how much the data
- * narrowed the priors. Every other landing is surveyed, and its gap then known from the survey.
- * Gaps, resistances and noise of each case come from a seed of its own; the parameters are spread
- * evenly (a Kronecker sequence through the normal distribution), as a thousand drawn ones alone
- * would add half a percent to or take it from what holds.
+ * say, each fitted; how often the stated 95 % intervals hold, the mean error, and how much the
+ * data narrowed the priors; and how often the right model is said to be impossible. Every other
+ * landing is surveyed, and its gap then known from the survey. Gaps, resistances and noise of each
+ * case come from a seed of its own; the parameters are spread evenly (a Kronecker sequence through
+ * the normal distribution), as a thousand drawn ones alone would add half a percent to or take it
+ * from what holds.
  *
  *   coverage [CASES [DRAWS [FIRST]]] */
 #include <gsl/gsl_cdf.h>
@@ -11,6 +12,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "host/base/wilson.h"
+#include "host/study/fit/misfit.h"
 #include "tests/fit/cheap.h"
 
 /* x^6 = x + 1: powers of its inverse are far from fractions with small denominators */
@@ -38,21 +41,27 @@ int main(int argc, char **argv)
            draws = argc > 2 ? strtoul(argv[2], NULL, 10) : 300;
     uint64_t first = argc > 3 ? strtoul(argv[3], NULL, 10) : 1;
     struct tally tally[FIT_KEYS] = {{0}};
-    unsigned fitted = 0, poor = 0;
+    unsigned fitted = 0, poor = 0, checked = 0, cannot = 0;
     double simulated = 0.0;
     for (size_t n = 0; n < cases; n++) {
         double z[FIT_KEYS];
         struct fit_landings list;
         struct error error = {0};
         struct fit_answer answer = {0};
+        struct misfit_odd odd;
+        struct misfit misfit;
         for (int k = 0; k < FIT_KEYS; k++)
             z[k] = gsl_cdf_ugaussian_Pinv(
                 fmod(0.5 + (double)(first + n) * pow(KRONECKER, -(k + 1)), 1.0));
         bool good = cheap_landing(z, first + n, (first + n) % 2 == 1, &list, &error);
         struct fit_model model = fit_landings_model(&list);
         struct fit_options options = {.draws = draws, .seed = first + n};
-        if (good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK) {
+        misfit_odd(&list, &odd, &options);
+        if (good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK &&
+            misfit_check(&list, &answer, first + n, &misfit, &error) == MR_OK) {
             fitted++;
+            checked += misfit.checked;
+            cannot += misfit.cannot;
             poor += answer.fits < 0.05;
             simulated += (double)answer.simulated;
             for (int k = 0; k < FIT_KEYS; k++) {
@@ -76,6 +85,11 @@ int main(int argc, char **argv)
         fit_free(&answer);
         fit_landings_free(&list);
     }
+    struct wilson wilson = wilson_of(cannot, checked);
+    printf(
+        "the runway is 30 mats long and fitted by its own model: %u of %u checked are said to be "
+        "impossible, %.1f to %.1f %% (5 wanted)\n",
+        cannot, checked, 100.0 * wilson.low, 100.0 * wilson.high);
     printf("%u of %zu cases fitted, %.0f simulations each; %u called a poor fit; errors in the "
            "prior's standard deviations:\n",
            fitted, cases, simulated / fitted, poor);

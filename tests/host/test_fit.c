@@ -48,7 +48,7 @@ static const struct linear plain = {
 static void fit_linear(const struct linear *linear, const double *measured, size_t draws,
                        unsigned threads, struct fit_answer *answer)
 {
-    struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, linear};
+    struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, linear, NULL};
     struct fit_options options = {.draws = draws, .threads = threads, .seed = 5};
     struct error error = {0};
     fit_run(&model, measured, &options, answer, &error);
@@ -140,7 +140,7 @@ static void what_does_not_fit_is_said(void **state)
 static void slopes_are_those_of_the_misfit(void **state)
 {
     struct linear curved = plain;
-    struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved};
+    struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved, NULL};
     struct fit_options options = {.draws = 200, .threads = 1, .seed = 3};
     struct ensemble_place place = {
         .parameters = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
@@ -446,7 +446,7 @@ static bool fail_always(const void *context, const double *z, uint64_t draw, dou
 static void bad_input_is_refused(void **state)
 {
     const double measured[LINEAR_STATISTICS] = {0.0};
-    struct fit_model model = {2, 1, simulate_linear, &plain};
+    struct fit_model model = {2, 1, simulate_linear, &plain, NULL};
     struct fit_options options = {.draws = 100, .threads = 1};
     struct fit_answer answer;
     struct error few = {0}, draws = {0}, stopped = {0}, failed = {0};

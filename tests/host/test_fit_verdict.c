@@ -23,7 +23,8 @@ static size_t verdicts(double fits, bool later, char *text[FIT_VERDICTS])
         landing.window[w].segment = 10 + w;
         snprintf(landing.window[w].name, sizeof landing.window[w].name, "w%zu", w);
     }
-    return fit_verdicts(&list, &answer, text);
+    const struct misfit unchecked = {0};
+    return fit_verdicts(&list, &answer, &unchecked, text);
 }
 
 static void release(char *text[FIT_VERDICTS], size_t lines)

@@ -1,5 +1,6 @@
 #include "host/study/fit/ensemble.h"
 
+#include <gsl/gsl_cdf.h>
 #include <gsl/gsl_qrng.h>
 #include <math.h>
 #include <pthread.h>
@@ -43,19 +44,36 @@ static uint64_t draw_number(const struct work *work, size_t i)
     return x ^ x >> 31;
 }
 
-static void simulate_some(struct work *work, bool first)
+static void simulate_rows(const struct work *work, size_t from, size_t count)
+{
+    const struct fit_model *model = work->model;
+    struct ensemble *ensemble = work->ensemble;
+    double z[FIT_SOME * FIT_PARAMETERS_MAX];
+    uint64_t draw[FIT_SOME];
+    for (size_t k = 0; k < count; k++) {
+        ensemble_at(work->place, ensemble->w + (from + k) * ensemble->parameters,
+                    z + k * ensemble->parameters);
+        draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
+    }
+    double *statistic = ensemble->statistic + from * ensemble->statistics;
+    if (model->simulate_some)
+        model->simulate_some(model->context, count, z, draw, statistic, work->good + from);
+    else
+        work->good[from] = model->simulate(model->context, z, draw[0], statistic);
+}
+
+static void simulate_share(struct work *work, bool first)
 {
     struct ensemble *ensemble = work->ensemble;
-    double z[FIT_PARAMETERS_MAX];
+    const struct fit_options *options = work->options;
+    size_t some = work->model->simulate_some ? FIT_SOME : 1;
     for (;;) {
-        size_t i = atomic_fetch_add(&work->next, 1);
+        size_t i = some * atomic_fetch_add(&work->next, 1);
         if (i >= ensemble->draws || atomic_load(&work->stop))
             return;
-        ensemble_at(work->place, ensemble->w + i * ensemble->parameters, z);
-        work->good[i] = work->model->simulate(work->model->context, z, draw_number(work, i),
-                                              ensemble->statistic + i * ensemble->statistics);
-        size_t done = atomic_fetch_add(&work->done, 1) + 1;
-        const struct fit_options *options = work->options;
+        size_t count = ensemble->draws - i < some ? ensemble->draws - i : some;
+        simulate_rows(work, i, count);
+        size_t done = atomic_fetch_add(&work->done, count) + count;
         if (steady_s() > work->until_s ||
             (first && options->go_on &&
              !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
@@ -65,7 +83,7 @@ static void simulate_some(struct work *work, bool first)
 
 static void *helper(void *context)
 {
-    simulate_some(context, false);
+    simulate_share(context, false);
     return NULL;
 }
 
@@ -78,7 +96,7 @@ static void simulate_all(struct work *work)
     while (running + 1 < wanted && running < THREADS_MAX &&
            pthread_create(&thread[running], NULL, helper, work) == 0)
         running++;
-    simulate_some(work, true);
+    simulate_share(work, true);
     while (running > 0)
         pthread_join(thread[--running], NULL);
 }
@@ -96,7 +114,9 @@ static bool spread_evenly(const struct work *work)
         gsl_qrng_get(sequence, w);
         for (size_t k = 0; k < ensemble->parameters; k++) {
             double shift = (double)(draw_number(work, ((size_t)1 << 32) + k) >> 11) * 0x1p-53;
-            w[k] = ENSEMBLE_REACH * (2.0 * fmod(w[k] + shift, 1.0) - 1.0);
+            double even = fmod(w[k] + shift, 1.0);
+            w[k] = work->place->normal ? gsl_cdf_ugaussian_Pinv(fmin(fmax(even, 1e-4), 1.0 - 1e-4))
+                                       : ENSEMBLE_REACH * (2.0 * even - 1.0);
         }
     }
     gsl_qrng_free(sequence);
@@ -114,6 +134,7 @@ static void close_ranks(struct ensemble *ensemble, const bool *good)
         if (!keep)
             continue;
         memmove(ensemble->w + kept * q, ensemble->w + i * q, q * sizeof(double));
+        ensemble->draw[kept] = ensemble->draw[i];
         memmove(ensemble->statistic + kept * p, ensemble->statistic + i * p, p * sizeof(double));
         kept++;
     }
@@ -129,6 +150,7 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
         .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
     ensemble->w = calloc(ensemble->draws * ensemble->parameters, sizeof(double));
     ensemble->statistic = calloc(ensemble->draws * ensemble->statistics, sizeof(double));
+    ensemble->draw = calloc(ensemble->draws, sizeof *ensemble->draw);
     bool *good = calloc(ensemble->draws, sizeof *good);
     struct work work = {.model = model,
                         .place = place,
@@ -137,7 +159,7 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
                         .round = round,
                         .until_s = until_s,
                         .good = good};
-    if (!good || !ensemble->w || !ensemble->statistic || !spread_evenly(&work)) {
+    if (!good || !ensemble->w || !ensemble->statistic || !ensemble->draw || !spread_evenly(&work)) {
         free(good);
         return error_set(error, MR_FULL, "no memory: %zu draws of %zu statistics; use fewer draws",
                          options->draws, model->statistics);
@@ -164,5 +186,6 @@ void ensemble_free(struct ensemble *ensemble)
 {
     free(ensemble->w);
     free(ensemble->statistic);
+    free(ensemble->draw);
     *ensemble = (struct ensemble){0};
 }

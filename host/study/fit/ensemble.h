@@ -5,10 +5,11 @@
 #include "host/study/fit/fit.h"
 
 /* An ellipsoid-like region: z = middle + spread w, w even over +-ENSEMBLE_REACH in each direction
- * (standard deviation 1). */
+ * (standard deviation 1), or normal. */
 #define ENSEMBLE_REACH 1.7320508075688772
 struct ensemble_place {
     size_t parameters;
+    bool normal;
     double middle[FIT_PARAMETERS_MAX];
     double spread[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* lower triangle */
 };
@@ -17,6 +18,7 @@ struct ensemble {
     size_t draws, parameters, statistics;
     double *w;         /* draws rows of parameters */
     double *statistic; /* draws rows of statistics */
+    uint64_t *draw;    /* number of each: the same gives the same joints */
     size_t failed;     /* left out of the rows */
 };
 

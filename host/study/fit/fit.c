@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/study/fit/replicas.h"
 #include "host/study/fit/verdict.h"
 #include "host/base/steady.h"
 
@@ -262,34 +263,33 @@ static double distance(const struct fitting *fitting, gsl_vector *departure)
 }
 
 /* How far the measured statistics lie out, among the ensemble's own. */
-static enum mr_status set_goodness(const struct fitting *fitting, const struct ensemble *ensemble,
+static enum mr_status set_goodness(const struct fitting *fitting, const struct surface *surface,
                                    const double *w, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
-    struct surface surface;
     size_t p = answer->statistics, further = 0;
     gsl_vector *departure = gsl_vector_alloc(p);
     double *slope = calloc(p * answer->parameters, sizeof *slope);
-    if (surface_make(ensemble, &surface, error) == MR_OK && (!departure || !slope))
+    if (!departure || !slope) {
         error_set(error, MR_FULL, "no memory: %zu statistics; use fewer landings", p);
-    if (error->status == MR_OK) {
-        surface_at(&surface, w, answer->expected, slope);
+    } else {
+        surface_at(surface, w, answer->expected, slope);
         for (size_t s = 0; s < p; s++) {
-            answer->scatter[s] = sqrt(gsl_matrix_get(surface.covariance, s, s));
+            answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
             gsl_vector_set(departure, s, fitting->measured[s] - answer->expected[s]);
         }
         /* the surface is off as well */
-        gsl_vector_scale(departure, 1.0 / sqrt(1.0 + surface_leverage(&surface, w)));
+        gsl_vector_scale(departure, 1.0 / sqrt(1.0 + surface_leverage(surface, w)));
         answer->distance = distance(fitting, departure);
-        for (size_t i = 0; i < surface.draws; i++) {
-            gsl_vector_view row = gsl_matrix_row(surface.departure, i);
-            further += distance(fitting, &row.vector) >= answer->distance;
+        for (size_t i = 0; i < surface->draws; i++) {
+            gsl_vector_const_view row = gsl_matrix_const_row(surface->departure, i);
+            gsl_vector_memcpy(departure, &row.vector);
+            further += distance(fitting, departure) >= answer->distance;
         }
-        answer->fits = ((double)further + 0.5) / ((double)surface.draws + 1.0);
+        answer->fits = ((double)further + 0.5) / ((double)surface->draws + 1.0);
     }
     gsl_vector_free(departure);
     free(slope);
-    surface_free(&surface);
     return error->status;
 }
 
@@ -298,7 +298,7 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
     struct ensemble ensemble;
-    struct surface scores = {0};
+    struct surface scores = {0}, all = {0};
     struct solve solve;
     double w[FIT_PARAMETERS_MAX];
     if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
@@ -307,10 +307,20 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
         verdict_make(&solve, w, answer);
-        if (set_goodness(fitting, &ensemble, w, error) == MR_OK)
-            set_intervals(fitting, &solve, w, error);
+        const struct replicas replicas = {.model = fitting->model,
+                                          .measured = fitting->measured,
+                                          .options = &fitting->options,
+                                          .until_s = fitting->until_s,
+                                          .weight = fitting->weight,
+                                          .solve = &solve,
+                                          .surface = &all};
+        if (surface_make(&ensemble, &all, error) == MR_OK &&
+            set_goodness(fitting, &all, w, error) == MR_OK &&
+            set_intervals(fitting, &solve, w, error) == MR_OK)
+            replicas_make(&replicas, answer, error);
     }
     surface_free(&scores);
+    surface_free(&all);
     ensemble_free(&ensemble);
     return error->status;
 }
@@ -405,5 +415,8 @@ void fit_free(struct fit_answer *answer)
 {
     free(answer->expected);
     free(answer->scatter);
+    free(answer->residual);
+    free(answer->replica);
+    free(answer->odd);
     *answer = (struct fit_answer){0};
 }

@@ -30,6 +30,8 @@
  *   upwards as downwards by its factor), their offset the bias.
  * - goodness: how far the measured statistics lie from the surface, ranked among the ensemble's
  * own.
+ * - replicas: data sets from the posterior, fitted again, for misfit.h to hold the measured one
+ * against.
  *
  * Parameters here are z: in units of their prior's standard deviation, from its middle; the priors
  * are independent. Deterministic: the same seed gives the same answer, however many threads. */
@@ -46,6 +48,7 @@
 #define FIT_STATISTICS_MAX 1200
 #define FIT_DRAWS_LEAST    60u
 #define FIT_ROUNDS_MAX     8u
+#define FIT_SOME           8u
 
 /* What is fitted. simulate() writes the statistics of one data set at z; everything that is drawn
  * comes from `draw` alone, so that equal calls give equal answers; it is called from several
@@ -54,10 +57,18 @@ struct fit_model {
     size_t parameters, statistics;
     bool (*simulate)(const void *context, const double *z, uint64_t draw, double *statistics);
     const void *context;
+    /* 1 to FIT_SOME of them at once: rows of z and of statistics, and which are good. NULL: one
+     * after the other. Which ones are asked for together does not depend on the threads. */
+    void (*simulate_some)(const void *context, size_t count, const double *z, const uint64_t *draw,
+                          double *statistics, bool *good);
 };
 
 struct fit_options {
-    size_t draws;     /* of each ensemble; 0: 300 */
+    size_t draws;    /* of each ensemble; 0: 300 */
+    size_t replicas; /* of the data set, to check the model with; 0: 99 */
+    /* Models that are otherwise in one thing each, for what that does to a data set; NULL: none */
+    const struct fit_model *odd;
+    size_t odds;
     unsigned threads; /* 0: as many as processors */
     uint64_t seed;
     double max_s; /* wall clock; 0: without limit */
@@ -97,6 +108,14 @@ struct fit_answer {
     bool stopped;
     double *expected; /* per statistic, at z */
     double *scatter;  /* its standard deviation */
+    /* 1 + replicas rows of statistics: what is left, in standard deviations, of the measured data
+     * set and of replicas (replicas.h). No replicas: there was no time for them */
+    size_t replicas;
+    double *residual;
+    double *replica; /* likewise: the statistics themselves */
+    /* rows of statistics, one for each odd model: what it adds to the residuals, on the mean */
+    size_t odds;
+    double *odd;
 };
 
 /* MR_TOO_FEW: fewer statistics than parameters. MR_NUMERICS: too many draws failed, or a statistic

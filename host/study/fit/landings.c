@@ -1,7 +1,5 @@
 #include "host/study/fit/landings.h"
 
-#include <gsl/gsl_randist.h>
-#include <gsl/gsl_rng.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,14 +7,11 @@
 
 #include "host/base/list.h"
 
-#define IN_PER_FT       12.0
-#define SAMPLE_S        0.002
-#define END_S           0.2
-#define LEAST_WINDOW_S  0.01
-#define VALID_SHARE     0.5
-#define BEND_IN         0.05 /* u0 of asinh */
-#define HALVINGS        40
-#define PAIRS_PER_JOINT 6 /* leaves half a percent of where it began */
+#define IN_PER_FT      12.0
+#define END_S          0.2
+#define LEAST_WINDOW_S 0.01
+#define VALID_SHARE    0.5
+#define BEND_IN        0.05 /* u0 of asinh */
 
 const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", "in"},
@@ -55,7 +50,7 @@ void fit_landings_free(struct fit_landings *list)
     *list = (struct fit_landings){0};
 }
 
-static double bent(double u_in)
+double fit_bent(double u_in)
 {
     return BEND_IN * asinh(u_in / BEND_IN);
 }
@@ -106,7 +101,7 @@ static void add_window(struct fit_landing *landing, const struct fit_series *ser
     if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
         return;
     snprintf(window.name, sizeof window.name, "%s", name);
-    measured[landing->windows] = bent(mean_in);
+    measured[landing->windows] = fit_bent(mean_in);
     landing->window[landing->windows++] = window;
 }
 
@@ -132,7 +127,7 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
 static void add_segments(struct fit_landing *landing, double *measured)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        if (isnan(landing->survey_in[s]) || isnan(landing->after_in[s]) ||
+        if ((isnan(landing->survey_in[s]) && !landing->follows) || isnan(landing->after_in[s]) ||
             landing->windows == FIT_WINDOWS_MAX)
             continue;
         struct fit_window window = {.channel = SIZE_MAX, .segment = s, .samples = 1.0};
@@ -186,273 +181,4 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
         const struct fit_parameter *parameter = &list->parameter[k];
         value[k] = parameter->value * (parameter->fitted ? exp(parameter->spread * *z++) : 1.0);
     }
-}
-
-/* ---- what is simulated ---- */
-
-/* Half of what gaps are uniform up to, for a mean of those that none beyond the slack leaves: s -
- * s^2/(4 m) with 2 m > s. All hooked: INFINITY. */
-static double half_range_ft(double mean_ft, double slack_ft)
-{
-    if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
-        return mean_ft;
-    return mean_ft < slack_ft ? slack_ft * slack_ft / (4.0 * (slack_ft - mean_ft))
-                              : (double)INFINITY;
-}
-
-static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
-{
-    double gap_ft = isinf(half_ft) ? slack_ft : 2.0 * half_ft * gsl_rng_uniform(random);
-    return slack_ft > 0.0 ? fmin(gap_ft, slack_ft) : gap_ft;
-}
-
-/* Scales gaps, none beyond the slack, to a sum: the factor by bisection. All closed, or wanted
- * wider than the slack: evenly. */
-static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack_ft)
-{
-    double most_ft = slack_ft > 0.0 ? slack_ft : (double)INFINITY, low = 0.0, high = 1.0, sum = 0.0;
-    sum_ft = fmax(sum_ft, 0.0);
-    for (size_t i = 0; i < count; i++)
-        sum += fmax(gap_ft[i], 0.0);
-    if (!(sum > 0.0) || sum_ft >= most_ft * (double)count) {
-        for (size_t i = 0; i < count; i++)
-            gap_ft[i] = fmin(sum_ft / (double)count, most_ft);
-        return;
-    }
-    for (int n = 0; n < HALVINGS; n++, high *= 2.0) {
-        double reached = 0.0;
-        for (size_t i = 0; i < count; i++)
-            reached += fmin(high * fmax(gap_ft[i], 0.0), most_ft);
-        if (reached >= sum_ft)
-            break;
-    }
-    for (int n = 0; n < HALVINGS; n++) {
-        double middle = 0.5 * (low + high), reached = 0.0;
-        for (size_t i = 0; i < count; i++)
-            reached += fmin(middle * fmax(gap_ft[i], 0.0), most_ft);
-        *(reached < sum_ft ? &low : &high) = middle;
-    }
-    for (size_t i = 0; i < count; i++)
-        gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
-}
-
-/* Two gaps, uniform over 0 to `most` but none beyond the slack, drawn again with the sum they have:
- * both below the slack (evenly over what the sum allows), or one hooked at it (of weight 1 -
- * slack/most, against 1/most for each of the others). */
-static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
-{
-    double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
-    double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
-    if (!(high > low))
-        return; /* both hooked, or both closed */
-    /* both times most^2 */
-    double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0;
-    double pick = gsl_rng_uniform(random) * (high - low + hooked);
-    *one = pick < high - low ? low + pick : pick < high - low + 0.5 * hooked ? limit : sum - limit;
-    *other = sum - *one;
-}
-
-/* Gibbs' sampler over pairs: gaps of a segment that are uniform, given their sum. Where the sum is
- * more than the mean leaves for it, up to twice the segment's own mean: the rest of the runway may
- * have been pushed together. */
-static void draw_given_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
-                           double slack_ft)
-{
-    double sum_ft = 0.0;
-    for (size_t i = 0; i < count; i++)
-        sum_ft += gap_ft[i];
-    double most_ft = 2.0 * half_range_ft(fmax(mean_ft, sum_ft / (double)count), slack_ft);
-    if (isinf(most_ft))
-        return; /* all hooked */
-    for (size_t n = 0; n < PAIRS_PER_JOINT * count && count > 1; n++) {
-        size_t i = gsl_rng_uniform_int(random, count), k = gsl_rng_uniform_int(random, count - 1);
-        draw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
-    }
-}
-
-/* Joint j, from 0, lies in the segment it begins or lies in (as in host/compare/). */
-static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
-{
-    double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
-    double to = (double)(segment + 1) * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
-    size_t begin = (size_t)fmax(ceil(from - 1e-9), 0.0), end = (size_t)fmax(ceil(to - 1e-9), 0.0),
-           joints = (size_t)scene->mats + 1;
-    *first = begin < joints ? begin : joints;
-    return (end < joints ? end : joints) - *first;
-}
-
-static double segment_sum_in(const struct sim_scene *scene, size_t segment, const double *gap_ft)
-{
-    size_t first, count = segment_joints(scene, segment, &first);
-    double sum_in = 0.0;
-    for (size_t j = 0; j < count; j++)
-        sum_in += IN_PER_FT * fmax(gap_ft[first + j], 0.0);
-    return sum_in;
-}
-
-/* What one data set is simulated with. */
-struct drawing {
-    const struct fit_landings *list;
-    gsl_rng *random;
-    double value[FIT_KEYS];
-    double *gap_ft, *grit_lb; /* joints 0 .. mats */
-    struct sim_path_row *path;
-};
-
-static void draw_gaps(const struct drawing *drawing, const struct fit_landing *landing)
-{
-    const struct sim_scene *scene = &landing->scene;
-    double half_ft = half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
-    double surveyed = drawing->value[FIT_GAP] / drawing->list->parameter[FIT_GAP].value;
-    double error_in = landing->survey_error_in > 0.0 ? landing->survey_error_in
-                                                     : drawing->list->survey_error_in;
-    for (int j = 0; j <= scene->mats && !landing->follows; j++)
-        drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
-    for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        size_t first, count = segment_joints(scene, s, &first);
-        if (isnan(landing->survey_in[s]) || count == 0)
-            continue;
-        double sum_in = surveyed * landing->survey_in[s] +
-                        gsl_ran_gaussian_ziggurat(drawing->random, error_in);
-        scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
-        if (!landing->follows)
-            draw_given_sum(drawing->random, drawing->gap_ft + first, count,
-                           drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
-    }
-}
-
-static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing,
-                            const struct sim_result *result, double *statistic)
-{
-    double gain[MR_TRANSDUCERS], baseline_in[MR_TRANSDUCERS];
-    for (size_t c = 0; c < landing->channels; c++) {
-        gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].gain);
-        baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random,
-                                                   landing->channel[c].baseline_in);
-    }
-    double after_error_in = landing->after_error_in > 0.0 ? landing->after_error_in
-                                                          : drawing->list->survey_error_in;
-    for (size_t w = 0; w < landing->windows; w++) {
-        const struct fit_window *window = &landing->window[w];
-        if (window->channel == SIZE_MAX) {
-            statistic[w] = segment_sum_in(&landing->scene, window->segment, result->gap_ft + 1) +
-                           gsl_ran_gaussian_ziggurat(drawing->random, after_error_in);
-            continue;
-        }
-        size_t c = window->channel, from = (size_t)ceil(window->from_s / result->sample_dt_s),
-               to = (size_t)ceil(window->to_s / result->sample_dt_s);
-        to = to > result->sample_count ? result->sample_count : to <= from ? from + 1 : to;
-        double sum_in = 0.0;
-        for (size_t k = from; k < to; k++)
-            sum_in += IN_PER_FT * result->sample_u_ft[k * result->station_count + c];
-        double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in /
-                                                                         sqrt(window->samples));
-        statistic[w] = bent(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
-    }
-}
-
-/* Share of the thrust that a landing's path puts on the strip. */
-static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
-{
-    return drawing->value[FIT_SHARE] *
-           (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
-}
-
-static bool simulate_landing(const struct drawing *drawing, const struct fit_landing *landing,
-                             double *statistic)
-{
-    struct sim_scene scene = landing->scene;
-    struct sim_result result;
-    struct error error = {0};
-    double station_ft[MR_TRANSDUCERS];
-    double thrust = draw_thrust(drawing, landing);
-    draw_gaps(drawing, landing);
-    memcpy(drawing->path, scene.path, scene.path_count * sizeof *scene.path);
-    for (size_t i = 0; i < scene.path_count; i++)
-        drawing->path[i].force_lb *= thrust;
-    scene.path = drawing->path;
-    scene.gap0_ft = (struct sim_list){drawing->gap_ft, (size_t)scene.mats + 1};
-    scene.grit_lb = (struct sim_list){drawing->grit_lb, (size_t)scene.mats + 1};
-    scene.friction = drawing->value[FIT_FRICTION];
-    scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
-    for (size_t c = 0; c < landing->channels; c++)
-        station_ft[c] = landing->channel[c].station_ft;
-    struct sim_options options = {
-        .sample_dt_s = SAMPLE_S, .station_ft = station_ft, .station_count = landing->channels};
-    bool good = sim_run(&scene, &options, &result, &error) == MR_OK;
-    if (good) {
-        read_statistics(drawing, landing, &result, statistic + landing->first);
-        for (int j = 0; j <= scene.mats; j++)
-            drawing->gap_ft[j] = fmax(result.gap_ft[j + 1], 0.0);
-    }
-    sim_result_free(&result);
-    return good;
-}
-
-/* Closing resistances and room for the rest; end_drawing in any case. */
-static bool begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
-                          uint64_t draw)
-{
-    size_t joints = 0, rows = 0;
-    *drawing = (struct drawing){.list = list, .random = gsl_rng_alloc(gsl_rng_taus2)};
-    for (size_t l = 0; l < list->count; l++) {
-        joints = joints > (size_t)list->landing[l].scene.mats + 1
-                   ? joints
-                   : (size_t)list->landing[l].scene.mats + 1;
-        rows = rows > list->landing[l].scene.path_count ? rows : list->landing[l].scene.path_count;
-    }
-    drawing->gap_ft = calloc(joints, sizeof(double));
-    drawing->grit_lb = calloc(joints, sizeof(double));
-    drawing->path = calloc(rows, sizeof *drawing->path);
-    if (!drawing->random || !drawing->gap_ft || !drawing->grit_lb || !drawing->path)
-        return false;
-    gsl_rng_set(drawing->random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
-    fit_landings_values(list, z, drawing->value);
-    for (size_t j = 0; j < joints; j++)
-        drawing->grit_lb[j] = 2.0 * drawing->value[FIT_GRIT] * gsl_rng_uniform(drawing->random);
-    return true;
-}
-
-static void end_drawing(struct drawing *drawing)
-{
-    free(drawing->gap_ft);
-    free(drawing->grit_lb);
-    free(drawing->path);
-    if (drawing->random)
-        gsl_rng_free(drawing->random);
-}
-
-static bool simulate(const void *context, const double *z, uint64_t draw, double *statistic)
-{
-    const struct fit_landings *list = context;
-    struct drawing drawing;
-    bool good = begin_drawing(&drawing, list, z, draw);
-    for (size_t l = 0; l < list->count && good; l++)
-        good = simulate_landing(&drawing, &list->landing[l], statistic);
-    end_drawing(&drawing);
-    return good;
-}
-
-bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                         struct sim_scene *scene, double *share, struct error *error)
-{
-    struct drawing drawing;
-    size_t joints = (size_t)scene->mats + 1;
-    bool good = begin_drawing(&drawing, list, z, draw);
-    if (good) {
-        *share = draw_thrust(&drawing, &list->landing[0]);
-        draw_gaps(&drawing, &list->landing[0]);
-        good = sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints, error) == MR_OK &&
-               sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints, error) == MR_OK;
-    } else {
-        error_set(error, MR_FULL, "no memory: joints of %zu mats; fit fewer landings", joints);
-    }
-    end_drawing(&drawing);
-    return good;
-}
-
-struct fit_model fit_landings_model(const struct fit_landings *list)
-{
-    enum fit_key key[FIT_KEYS];
-    return (struct fit_model){fit_landings_fitted(list, key), list->statistics, simulate, list};
 }

@@ -12,13 +12,15 @@
  * landing, the thrust's.
  *
  * Statistics, in inches: of each transducer the mean movement while the wheel was so far ahead of
- * it or behind (FIT_EDGES), and over the last 0.2 s; of each segment surveyed before and after, the
- * sum after. Of u only u0 asinh(u/u0) is used, as movements scale with what causes them. A mean
- * over a window is one number however many samples it has, and its scatter comes from the ensemble:
- * nothing takes neighbouring samples for independent. A window of which less than half is valid is
- * left out. */
+ * it or behind (FIT_EDGES), and over the last 0.2 s; of each segment surveyed after, and before or
+ * in a landing that follows, the sum after. Of u only u0 asinh(u/u0) is used, as movements scale
+ * with what causes them. A mean over a window is one number however many samples it has, and its
+ * scatter comes from the ensemble: nothing takes neighbouring samples for independent. A window of
+ * which less than half is valid is left out. */
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
+
+#include <gsl/gsl_rng.h>
 
 #include "common/catalogue.h"
 #include "common/closure.h"
@@ -81,8 +83,18 @@ struct fit_landing {
     size_t first; /* of its statistics, in the list's */
 };
 
+/* What a runway may be otherwise than the fit has it. */
+enum fit_odd {
+    FIT_AS_IS,
+    FIT_ODD_HALVES, /* resistance beyond the middle of the runway is twice that before it */
+    FIT_ODD_TAIL,   /* resistances are lognormal, of logarithmic spread 1, with their mean */
+    FIT_ODD_THRUST, /* thrust grows within a landing, from 0.7 to 1.3 of what is said */
+    FIT_ODD_END
+};
+
 struct fit_landings {
     struct fit_parameter parameter[FIT_KEYS];
+    enum fit_odd odd;       /* of what is simulated */
     double survey_error_in; /* of a segment's sum, where the landing does not say */
     struct fit_landing *landing;
     size_t count;
@@ -102,12 +114,19 @@ void fit_landings_free(struct fit_landings *list);
 size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
 /* Values of all parameters at z. */
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
-/* The model of fit.h over this list, which must stay as it is. */
+/* The model of fit.h over this list, which must stay as it is. Models of lists that differ in `odd`
+ * alone give, for the same draw, data sets that differ in that alone. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
 /* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats,
  * and gives the share of the thrust of that draw. */
 bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                          struct sim_scene *scene, double *share, struct error *error);
+/* Sums that a survey reads of gaps drawn anew, all alike, as the survey's mean has them; NaN where
+ * `landing` has none. */
+void fit_landings_lay(const struct fit_landings *list, const struct fit_landing *landing,
+                      gsl_rng *random, double sum_in[MR_SEGMENTS]);
+/* Of a displacement its statistic. */
+double fit_bent(double u_in);
 /* A displacement from its statistic. */
 double fit_movement_in(double statistic);
 

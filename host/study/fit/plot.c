@@ -8,7 +8,7 @@
 #include "host/base/svg.h"
 
 #define WIDTH        900.0
-#define HEIGHT       430.0
+#define HEIGHT       448.0
 #define TOP          66.0
 #define PANEL_HEIGHT 300.0
 #define LEFT         56.0
@@ -131,7 +131,8 @@ static void draw(FILE *out, const struct fit_landings *list, const struct fit_an
 }
 
 enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer,
-                              const char *path, bool force, struct error *error)
+                              const struct misfit *misfit, const char *path, bool force,
+                              struct error *error)
 {
     struct output output;
     if (output_begin(&output, path, force, error) != MR_OK)
@@ -149,8 +150,14 @@ enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_
     }
     fprintf(out,
             "<text class=\"small\" x=\"%.0f\" y=\"%.0f\">Grey: 95 %% of what gaps, resistances and "
-            "noise scatter.</text></g>\n",
-            LEFT, HEIGHT - 12.0);
+            "noise scatter.</text>",
+            LEFT, HEIGHT - 30.0);
+    fprintf(out, "<text class=\"%s\" x=\"%.0f\" y=\"%.0f\">%s%s</text></g>\n",
+            misfit->cannot ? "head" : "small", LEFT, HEIGHT - 12.0,
+            !misfit->checked ? "Whether the model can be the data&#39;s was not checked."
+            : misfit->cannot ? "The model cannot be the data&#39;s: "
+                             : "The model can be the data&#39;s.",
+            misfit->cannot ? misfit_words[misfit->worst].words : "");
     svg_close(out);
     return output_end(&output, error);
 }

@@ -171,12 +171,13 @@ static size_t poor_fit(const struct fit_landings *list, const struct fit_answer 
 {
     char line[TEXT_SIZE];
     size_t lines = 0, l, w;
-    snprintf(line, sizeof line,
-             "the model does not fit: only %.1f %% of simulated data sets lie further from it; the "
-             "intervals do not "
-             "allow for that",
-             100.0 * answer->fits);
-    text[lines++] = strdup(line);
+    if (answer->fits < POOR_FIT) {
+        snprintf(line, sizeof line,
+                 "the model does not fit: only %.1f %% of simulated data sets lie further from it; "
+                 "the intervals do not allow for that",
+                 100.0 * answer->fits);
+        text[lines++] = strdup(line);
+    }
     if (next_farthest(list, answer, HUGE_VAL, &l, &w)) {
         where_it_fails(list, answer, line);
         text[lines++] = strdup(line);
@@ -193,7 +194,7 @@ static size_t poor_fit(const struct fit_landings *list, const struct fit_answer 
 }
 
 size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer,
-                    char *text[FIT_VERDICTS])
+                    const struct misfit *misfit, char *text[FIT_VERDICTS])
 {
     enum fit_key key[FIT_KEYS];
     char line[TEXT_SIZE];
@@ -210,7 +211,7 @@ size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *an
         confounded_text(list, key, &answer->confounded[d], line);
         text[lines++] = strdup(line);
     }
-    if (answer->fits < POOR_FIT)
+    if (misfit->checked ? misfit->cannot : answer->fits < POOR_FIT)
         lines += poor_fit(list, answer, &text[lines]);
     if (answer->stopped) {
         snprintf(line, sizeof line,
@@ -246,11 +247,13 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
 }
 
 static void add_parameters(struct answer *answer, const struct fit_landings *list,
-                           const struct fit_answer *fit, bool si)
+                           const struct fit_answer *fit, const struct misfit *misfit, bool si)
 {
     struct fit_row row[FIT_KEYS];
     size_t count = fit_rows(list, fit, row);
-    answer_table(answer, "parameters", "parameters, with 95 % intervals");
+    answer_table(answer, "parameters",
+                 misfit->cannot ? "parameters, with 95 % intervals that are not to be trusted"
+                                : "parameters, with 95 % intervals");
     for (size_t i = 0; i < count; i++) {
         const char *unit;
         double factor = shown_unit(row[i].key, si, &unit);
@@ -327,10 +330,10 @@ static void add_residuals(struct answer *answer, const struct fit_landings *list
 }
 
 static void add_verdicts(struct answer *answer, const struct fit_landings *list,
-                         const struct fit_answer *fit)
+                         const struct fit_answer *fit, const struct misfit *misfit)
 {
     char *verdict[FIT_VERDICTS];
-    size_t lines = fit_verdicts(list, fit, verdict);
+    size_t lines = fit_verdicts(list, fit, misfit, verdict);
     if (lines == 0)
         answer_words(answer, NULL, "verdict", "the data tell every parameter from the others");
     answer_list(answer, "verdict", "verdict");
@@ -341,7 +344,8 @@ static void add_verdicts(struct answer *answer, const struct fit_landings *list,
     answer_close(answer);
 }
 
-struct answer *fit_described(const struct fit_landings *list, const struct fit_answer *fit, bool si)
+struct answer *fit_described(const struct fit_landings *list, const struct fit_answer *fit,
+                             const struct misfit *misfit, bool si)
 {
     struct answer *answer = answer_new(si);
     add_landings(answer, list);
@@ -350,7 +354,8 @@ struct answer *fit_described(const struct fit_landings *list, const struct fit_a
                   fit->failed ? ", of which some failed" : "");
     answer_count(answer, "rounds", NULL, fit->rounds);
     answer_flag(answer, "stopped", NULL, fit->stopped);
-    add_parameters(answer, list, fit, si);
+    answer_flag(answer, "intervals_trusted", NULL, misfit->checked && !misfit->cannot);
+    add_parameters(answer, list, fit, misfit, si);
     add_correlations(answer, list, fit);
     answer_sentence(answer, NULL,
                     "goodness of fit: %.0f %% of simulated data sets lie further from the model "
@@ -358,7 +363,8 @@ struct answer *fit_described(const struct fit_landings *list, const struct fit_a
                     100.0 * fit->fits, sqrt(fit->distance), fit->statistics);
     answer_value(answer, "fits", NULL, UNIT_NUMBER, fit->fits, 2)->digits = 4;
     answer_value(answer, "distance", NULL, UNIT_NUMBER, sqrt(fit->distance), 1);
-    add_verdicts(answer, list, fit);
+    misfit_describe(answer, list, misfit);
+    add_verdicts(answer, list, fit, misfit);
     add_residuals(answer, list, fit);
     return answer;
 }
