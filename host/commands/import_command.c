@@ -9,6 +9,7 @@
 #include "host/import/import.h"
 #include "host/import/landing.h"
 #include "host/link/link.h"
+#include "host/store/store_same.h"
 
 static void verdict_answer(const struct verdict *v, struct answer *answer)
 {
@@ -25,6 +26,27 @@ static void verdict_answer(const struct verdict *v, struct answer *answer)
         answer_words(answer, "what", NULL, "%s", v->what);
     }
     answer_close(answer);
+}
+
+/* Which of them are there already: null for those that are not. */
+static enum mr_status twins_answer(struct store *store, const struct import_result *result,
+                                   struct answer *answer, struct error *error)
+{
+    int64_t twin = 0;
+    answer_list(answer, "same_as", NULL);
+    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
+        if (store_find_twin(store, result->run[i], &twin, error) == MR_OK)
+            answer_count(answer, NULL, NULL, twin ? twin : ANSWER_UNKNOWN);
+    }
+    answer_close(answer);
+    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
+        if (store_find_twin(store, result->run[i], &twin, error) == MR_OK && twin)
+            answer_sentence(answer, NULL,
+                            "RUN %lld is the same landing as RUN %lld: board, number and switches "
+                            "agree",
+                            (long long)result->run[i], (long long)twin);
+    }
+    return error->status;
 }
 
 /* For people: the landings that came of it. */
@@ -78,7 +100,9 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     for (size_t i = 0; i < result->runs; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
     answer_close(answer);
-    return landings_answer(store, result, answer, error);
+    return landings_answer(store, result, answer, error) == MR_OK
+             ? twins_answer(store, result, answer, error)
+             : error->status;
 }
 
 static enum mr_status refuse_twice(struct store *store, const struct store_import *row,

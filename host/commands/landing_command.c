@@ -179,18 +179,7 @@ static void journal_answer(const struct journal *j, struct answer *answer)
     answer_words_or_none(answer, "runway", NULL, j->series.runway, NULL);
     answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
     answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
-    answer_table(answer, "observations", "waves and breaks");
-    for (size_t i = 0; i < j->observations; i++) {
-        answer_row(answer);
-        journal_observation_answer(&j->observation[i], answer);
-    }
-    answer_close(answer);
-    answer_table(answer, "changes", "notes and corrections");
-    for (size_t i = 0; i < j->changes; i++) {
-        answer_row(answer);
-        journal_change_answer(&j->change[i], answer);
-    }
-    answer_close(answer);
+    journal_tables_answer(j->observation, j->observations, j->change, j->changes, answer);
     answer_close(answer);
 }
 
