@@ -185,6 +185,16 @@ static enum mr_status import(struct store *store, const struct textfile *file,
     return status;
 }
 
+static enum mr_status refuse_campaign(const struct textfile *file, const char *path,
+                                      struct error *error)
+{
+    static const char magic[] = "SQLite format 3";
+    if (file->length < sizeof magic || memcmp(file->text, magic, sizeof magic) != 0)
+        return MR_OK;
+    return error_set(error, MR_MALFORMED,
+                     "a campaign, no log: %s; matrig show %s says what it holds", path, path);
+}
+
 /* Which kind of file, and what is to be said of it. */
 static enum mr_status describe(const struct textfile *file, const struct import_request *request,
                                const char *map, struct mapping *mapping, struct store_import *row,
@@ -242,6 +252,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = textfile_open(request->path, &file, &error);
     if (status == MR_OK)
+        status = refuse_campaign(&file, request->path, &error);
+    if (status == MR_OK)
         status = describe(&file, request, r.map, &mapping, &row, &error);
     if (status == MR_OK)
         status = read_readings(&file, request, &mapping, &result, &error);
@@ -261,11 +273,11 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && result.verdict.status != MR_OK)
         status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept",
                            row.verdict, request->path);
-    int exit_code = told ? answer_show(cli, answer, 0) : 0;
-    if (!told)
+    int exit_code = status != MR_OK ? cli_fail(&error) : 0;
+    if (told)
+        exit_code = answer_show(cli, answer, exit_code);
+    else
         answer_free(answer);
-    if (status != MR_OK)
-        exit_code = cli_fail(&error);
     mapping_free(&mapping);
     textfile_close(&file);
     store_close(store);
