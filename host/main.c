@@ -12,12 +12,13 @@ static int fail_usage(const char *what, const char *where)
     return cli_fail(&error);
 }
 
-int main(int argc, char **argv)
+static int run(int argc, char **argv)
 {
     struct command_before before = {.help = false};
     struct error error = {0};
     int i = command_begin(argc, argv, &before, &error);
     const struct cli cli = before.cli;
+    cli_begin(&cli);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (before.help)
@@ -31,8 +32,10 @@ int main(int argc, char **argv)
     if (strcmp(argv[i], "help") == 0)
         return program_end(help_words(argc - i, argv + i, &command_table, &cli));
     const struct command *command = help_find(&command_table, argv[i]);
-    if (!command)
-        return fail_usage("unknown command", argv[i]);
+    if (!command) {
+        help_unknown(&command_table, argv[i], &error);
+        return cli_fail(&error);
+    }
     /* not an older one: matrig-study knows the names of today; nobody writes into it */
     argv[i] = (char *)command->name;
     for (int k = i + 1; k < argc; k++) {
@@ -42,4 +45,9 @@ int main(int argc, char **argv)
         }
     }
     return program_run(command->run, argc - i, argv + i, &cli);
+}
+
+int main(int argc, char **argv)
+{
+    return cli_end(run(argc, argv));
 }

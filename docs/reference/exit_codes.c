@@ -1,5 +1,16 @@
+#include <ctype.h>
+
 #include "common/status.h"
 #include "docs/reference/reference.h"
+
+/* The kind is the name in small letters, as programs read it. */
+static void row(FILE *out, const char *name, const char *text)
+{
+    fprintf(out, "| `%s` | `", name);
+    for (const char *c = name + 3; *c; c++)
+        fputc(*c == '_' ? '-' : tolower((unsigned char)*c), out);
+    fprintf(out, "` | %s |\n", text);
+}
 
 void reference_exit_codes(FILE *out)
 {
@@ -19,13 +30,15 @@ void reference_exit_codes(FILE *out)
                                            "numerics refused or failed"};
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
     fputs("Every command of `matrig` ends with one of these codes. An error is one line on "
-          "standard error: what, where, what to do.\n",
+          "standard error: what, where, what to do. With `--json` the object on standard output "
+          "says it, too: `error`, the line; `kind`, the status in a word; `exit`, the code.\n",
           out);
     for (int code = 0; code < (int)(sizeof meanings / sizeof meanings[0]); code++) {
-        fprintf(out, "\n## %d: %s\n\n| status | text |\n|---|---|\n", code, meanings[code]);
+        fprintf(out, "\n## %d: %s\n\n| status | kind | text |\n|---|---|---|\n", code,
+                meanings[code]);
         for (size_t i = 0; i < sizeof statuses / sizeof statuses[0]; i++) {
             if (statuses[i].exit_code == code)
-                fprintf(out, "| `%s` | %s |\n", statuses[i].name, statuses[i].text);
+                row(out, statuses[i].name, statuses[i].text);
         }
     }
 }

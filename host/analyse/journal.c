@@ -58,3 +58,20 @@ void journal_change_answer(const struct store_change *c, struct answer *answer)
     answer_words_or_none(answer, "reason", "why", c->reason, "");
     answer_count(answer, "made_us", NULL, c->made_us);
 }
+
+void journal_tables_answer(const struct store_observation *observation, size_t observations,
+                           const struct store_change *change, size_t changes, struct answer *answer)
+{
+    answer_table(answer, "observations", "waves and breaks");
+    for (size_t i = 0; i < observations; i++) {
+        answer_row(answer);
+        journal_observation_answer(&observation[i], answer);
+    }
+    answer_close(answer);
+    answer_table(answer, "changes", "notes and corrections");
+    for (size_t i = 0; i < changes; i++) {
+        answer_row(answer);
+        journal_change_answer(&change[i], answer);
+    }
+    answer_close(answer);
+}

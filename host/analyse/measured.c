@@ -474,19 +474,22 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
     return status;
 }
 
-enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
-                             struct error *error)
+static enum mr_status load_facts(struct store *store, int64_t run, struct measured *measured,
+                                 struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     enum mr_status status = store_landing_get(store, run, &measured->landing, error);
     if (status == MR_OK)
-        status = load_configuration(store, run, measured, error);
-    if (status == MR_OK)
         status = load_gates(store, run, measured, error);
     if (status == MR_OK)
         status = count_unheard_edges(store, run, measured, error);
-    if (status == MR_OK)
-        status = doubts_load(store, run, &measured->doubts, error);
+    return status == MR_OK ? doubts_load(store, run, &measured->doubts, error) : status;
+}
+
+static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,
+                               struct error *error)
+{
+    enum mr_status status = load_configuration(store, run, measured, error);
     if (status == MR_OK)
         status = measured_load_series(store, measured, error);
     if (status == MR_OK)
@@ -496,6 +499,59 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     fit_gear(measured);
     measured_find_facts(measured);
     return MR_OK;
+}
+
+enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
+                             struct error *error)
+{
+    enum mr_status status = load_facts(store, run, measured, error);
+    return status == MR_OK ? load_all(store, run, measured, error) : status;
+}
+
+#define NEAR_BLOCKS 1000 /* what comes within a second belongs together (measured_moments.h) */
+
+/* The board heard all edges and said that the landing is over, no stranger spoke, and there are
+ * block records about each edge and beyond the stop: the series can add nothing. */
+static enum mr_status fit_without_series(struct store *store, struct measured *measured,
+                                         bool *enough, struct error *error)
+{
+    const struct store_landing *landing = &measured->landing;
+    int64_t first = -1, near = 0;
+    *enough = measured->edges_told && measured->unheard_edges == 0 && measured->gates > 0 &&
+              measured->doubts.rows == 0 && !measured->doubts.torn &&
+              (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
+    enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
+    for (size_t g = 0; g < measured->gates && *enough && status == MR_OK; g++) {
+        int64_t block = (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1e3));
+        status = store_block_within(store, landing->id, block, block + NEAR_BLOCKS, &near, error);
+        *enough = near >= 0;
+    }
+    if (!*enough || status != MR_OK)
+        return status;
+    measured->source = MEASURED_SERIAL;
+    measured->first_block = first;
+    measured->samples = SIZE_MAX / 4; /* as if it never ended, to find the stop first */
+    fit_gear(measured);
+    *enough = measured->fit_status == MR_OK;
+    int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;
+    if (*enough)
+        status = store_block_within(store, landing->id, stop, stop + NEAR_BLOCKS, &near, error);
+    *enough &= near >= 0;
+    measured->samples = (size_t)(near - first) + 1;
+    return status;
+}
+
+enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
+                                  struct error *error)
+{
+    bool enough = false;
+    enum mr_status status = load_facts(store, run, measured, error);
+    if (status == MR_OK)
+        status = fit_without_series(store, measured, &enough, error);
+    if (status != MR_OK || enough)
+        return status;
+    measured_free(measured);
+    return measured_load(store, run, measured, error);
 }
 
 void measured_free(struct measured *measured)

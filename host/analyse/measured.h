@@ -128,6 +128,10 @@ struct measured {
 enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
                              struct error *error);
 void measured_free(struct measured *measured);
+/* The same for who asks for gear and doubts alone, without the series where the record leaves no
+ * doubt of the stop: the channels are then empty. */
+enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
+                                  struct error *error);
 
 /* Of MR_TRUNCATED: why no stop is known, as part of a sentence. */
 #define MEASURED_REASON 100

@@ -22,6 +22,21 @@ static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
     return status;
 }
 
+void summary_count_gaps(const struct store_gap *gaps, size_t count,
+                        struct summary_link link[LINK_KINDS])
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct store_gap *gap = &gaps[i];
+        if (gap->link < 0 || gap->link >= LINK_KINDS)
+            continue;
+        struct summary_link *its = &link[gap->link];
+        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
+            its->silent = true;
+        else if (strcmp(gap->message, "frame") == 0)
+            *(strcmp(gap->cause, "board") == 0 ? &its->dropped : &its->lost) += gap->count;
+    }
+}
+
 enum mr_status summary_links_load(struct store *store, struct summary *summary, struct error *error)
 {
     int64_t run = summary->measured.landing.id;
@@ -41,16 +56,7 @@ enum mr_status summary_links_load(struct store *store, struct summary *summary, 
         if (status == MR_OK)
             status = load_troubles(store, run, kind, link, error);
     }
-    for (size_t i = 0; i < summary->gaps; i++) {
-        const struct store_gap *gap = &summary->gap[i];
-        if (gap->link < 0 || gap->link >= LINK_KINDS)
-            continue;
-        struct summary_link *link = &summary->link[gap->link];
-        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
-            link->silent = true;
-        else if (strcmp(gap->message, "frame") == 0)
-            *(strcmp(gap->cause, "board") == 0 ? &link->dropped : &link->lost) += gap->count;
-    }
+    summary_count_gaps(summary->gap, summary->gaps, summary->link);
     return status;
 }
 

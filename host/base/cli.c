@@ -10,12 +10,58 @@
 
 #include "common/decimal.h"
 
+/* Of this run of the program: --json, whether the object is out, the first error. */
+static bool wants_json, has_json;
+static struct error failed;
+
+/* What is no UTF-8 (a name of a file) cannot be in JSON. */
+static json_t *text_json(const char *text)
+{
+    char ascii[sizeof((struct error *)0)->text];
+    json_t *json = json_string(text);
+    if (json)
+        return json;
+    snprintf(ascii, sizeof ascii, "%s", text);
+    for (char *c = ascii; *c; c++) {
+        if ((unsigned char)*c > 0x7e)
+            *c = '?';
+    }
+    return json_string(ascii);
+}
+
+void cli_begin(const struct cli *cli)
+{
+    wants_json = cli->json;
+}
+
 int cli_fail(const struct error *error)
 {
     bool colour = cli_colour();
     fprintf(stderr, "%smatrig:%s %s\n", colour ? "\033[31m" : "", colour ? "\033[0m" : "",
             error->text);
+    if (failed.status == MR_OK)
+        failed = *error;
     return mr_status_exit_code(error->status);
+}
+
+/* Which kind of error it was, in an object that may tell the error itself. */
+static void add_error(json_t *object)
+{
+    char kind[ERROR_KIND];
+    if (failed.status == MR_OK)
+        return;
+    error_kind(failed.status, kind);
+    if (!json_is_string(json_object_get(object, "error")))
+        json_object_set_new(object, "error", text_json(failed.text));
+    json_object_set_new(object, "kind", json_string(kind));
+    json_object_set_new(object, "exit", json_integer(mr_status_exit_code(failed.status)));
+}
+
+int cli_end(int exit_code)
+{
+    if (wants_json && !has_json && failed.status != MR_OK)
+        return cli_print_json(json_object(), exit_code);
+    return exit_code;
 }
 
 enum mr_status cli_number(const char *text, const char *what, double low, double high,
@@ -73,9 +119,11 @@ int cli_fail_output(void)
 
 int cli_print_json(json_t *object, int exit_code)
 {
-    int failed = json_dumpf(object, stdout, JSON_COMPACT | JSON_REAL_PRECISION(15));
+    has_json = true;
+    add_error(object);
+    bool bad = json_dumpf(object, stdout, JSON_COMPACT | JSON_REAL_PRECISION(15)) != 0;
     json_decref(object);
-    if (failed || putchar('\n') == EOF || fflush(stdout) != 0)
+    if (bad || putchar('\n') == EOF || fflush(stdout) != 0)
         return cli_fail_output();
     return exit_code;
 }

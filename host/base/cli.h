@@ -19,8 +19,14 @@ struct cli {
     bool si;    /* SI units instead of the report's */
 };
 
-/* Print `matrig: <line>` on stderr and return the exit code of the error's status. */
+/* What the words before the command ask for; before anything fails. */
+void cli_begin(const struct cli *cli);
+/* Print `matrig: <line>` on stderr and return the exit code of the error's status. With --json the
+ * object on stdout says it, too: {"error": line, "kind": word (error_kind), "exit": code}. */
 int cli_fail(const struct error *error);
+/* At the end of the program: prints that object when there was an error and no other object.
+ * Returns exit_code. */
+int cli_end(int exit_code);
 
 /* Whole text as a number, within [low, high]; else MR_USAGE naming `what`. */
 enum mr_status cli_number(const char *text, const char *what, double low, double high,

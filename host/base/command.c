@@ -2,9 +2,12 @@
 
 #include <ctype.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "common/decimal.h"
+#include "host/base/near.h"
+#include "host/base/order.h"
 #include "host/base/run.h"
 #include "host/base/units.h"
 
@@ -45,6 +48,30 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->count;
 }
 
+/* What is near it; else the one of one letter that it begins with: "--output" is "-o". `name`: of
+ * the command as it was typed; NULL: before any. */
+static enum mr_status unknown_option(const struct command *command, const char *name,
+                                     const char *word, struct error *error)
+{
+    struct near near;
+    char text[NEAR_TEXT], bare[40];
+    snprintf(bare, sizeof bare, "%.*s", (int)strcspn(word, "="), word);
+    near_begin(&near, bare);
+    for (size_t i = 0; i < command->count; i++) {
+        if (command->parts[i].option.name)
+            near_try(&near, command->parts[i].option.name);
+    }
+    for (size_t i = 0; i < command->count && !near.best && word[1] == '-'; i++) {
+        const char *option = command->parts[i].option.name;
+        if (option && option[1] != '-' && option[1] == word[2])
+            near.best = option;
+    }
+    near_text(&near, text);
+    return error_set(error, MR_UNKNOWN, "unknown option: '%s'%s%s%s%s see matrig %s%s--help", word,
+                     name ? " of " : "", name ? name : "", text, text[0] ? "" : ";",
+                     name ? name : "", name ? " " : "");
+}
+
 /* ---- before the command ---- */
 
 #define VALUES struct command_before
@@ -70,7 +97,7 @@ int command_begin(int argc, char **argv, struct command_before *before, struct e
         const char *attached, *word = strcmp(argv[i], "-h") == 0 ? "--help" : argv[i];
         size_t row = find_option(&command_matrig, word, &attached);
         if (row == command_matrig.count || attached)
-            error_set(error, MR_USAGE, "unknown option: '%s'; see matrig --help", argv[i]);
+            unknown_option(&command_matrig, NULL, argv[i], error);
         if (error->status != MR_OK)
             break;
         *(bool *)((char *)before + parts[row].option.at) = true;
@@ -78,17 +105,21 @@ int command_begin(int argc, char **argv, struct command_before *before, struct e
     return i;
 }
 
-static enum mr_status unknown_option(const char *command, const char *word, struct error *error)
+static enum mr_status unknown_or_misplaced(const struct parsing *p, const char *word,
+                                           struct error *error)
 {
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
     if (row != command_matrig.count && !attached && parts[row].text) /* not --version */
         return error_set(
-            error, MR_USAGE,
+            error, MR_UNKNOWN,
             "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s",
-            word, command, word, command);
-    return error_set(error, MR_USAGE, "unknown option: '%s' of %s; see matrig %s --help", word,
-                     command, command);
+            word, p->name, word, p->name);
+    if (strstr(p->command->operands.names, "RUN") && word[1 + strspn(word + 1, "0123456789")] == 0)
+        return error_set(error, MR_UNKNOWN,
+                         "not a RUN: '%s' of %s; RUN counts from 1, matrig show DB lists them",
+                         word, p->name);
+    return unknown_option(p->command, p->name, word, error);
 }
 
 /* ---- values ---- */
@@ -103,6 +134,9 @@ static enum mr_status read_number(const struct parsing *p, const struct command_
     const char *unit = end;
     while (isspace((unsigned char)*unit))
         unit++;
+    if (*unit == ',' && isdigit((unsigned char)unit[1]))
+        return error_set(error, MR_USAGE, "a comma: '%s' for %s; write a point: %.*s.%s", text,
+                         option->name, (int)(unit - text), text, unit + 1);
     if (end == text || !isfinite(number) || (*unit && !bare))
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
                          text, option->name, option->low > 1.0 ? option->low : 1.0);
@@ -166,7 +200,9 @@ static void choices_text(const char *choices, char *out, size_t size)
 static enum mr_status read_choice(const struct parsing *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
-    char all[160];
+    char all[160], copy[160], *rest = copy, suggestion[NEAR_TEXT];
+    struct near near;
+    near_begin(&near, text);
     for (const char *choice = option->choices; choice;) {
         size_t length = strcspn(choice, "|");
         if (strlen(text) == length && memcmp(text, choice, length) == 0) {
@@ -176,8 +212,12 @@ static enum mr_status read_choice(const struct parsing *p, const struct command_
         choice = choice[length] ? choice + length + 1 : NULL;
     }
     choices_text(option->choices, all, sizeof all);
-    return error_set(error, MR_USAGE, "unknown %s: '%s' for %s; give %s", option->noun, text,
-                     option->name, all);
+    snprintf(copy, sizeof copy, "%s", option->choices);
+    for (const char *choice; (choice = strsep(&rest, "|"));)
+        near_try(&near, choice);
+    near_text(&near, suggestion);
+    return error_set(error, MR_USAGE, "unknown %s: '%s' for %s%s%s give %s", option->noun, text,
+                     option->name, suggestion, suggestion[0] ? "" : ";", all);
 }
 
 static enum mr_status take_value(const struct parsing *p, const struct command_option *option,
@@ -211,7 +251,7 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
     const char *attached;
     size_t i = find_option(p->command, argv[*at], &attached);
     if (i == p->command->count)
-        return unknown_option(p->name, argv[*at], error);
+        return unknown_or_misplaced(p, argv[*at], error);
     const struct command_option *option = &p->command->parts[i].option;
     if (option->kind == OPTION_IS_FLAG) {
         if (attached)
@@ -252,6 +292,8 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
         if (!is_option)
             words[count++] = argv[i];
     }
+    if (order_check(command, p.name, words, count, error) != MR_OK)
+        return error->status;
     if (count < operands->least)
         return error_set(error, MR_USAGE,
                          "something is missing: matrig %s needs %s; see matrig %s --help", p.name,

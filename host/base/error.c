@@ -1,5 +1,6 @@
 #include "host/base/error.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 
@@ -17,4 +18,25 @@ enum mr_status error_set(struct error *error, enum mr_status status, const char 
     }
     error->status = status;
     return status;
+}
+
+void error_kind(enum mr_status status, char out[static ERROR_KIND])
+{
+    static const struct {
+        enum mr_status status;
+        const char *name;
+    } kinds[] = {
+#define KIND(name, value, exit_code, text) {name, #name},
+        MR_STATUS_TABLE(KIND)
+#undef KIND
+    };
+    const char *name = "MR_UNKNOWN";
+    size_t length = 0;
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        if (kinds[i].status == status)
+            name = kinds[i].name;
+    }
+    for (const char *c = name + 3; *c && length + 1 < ERROR_KIND; c++)
+        out[length++] = *c == '_' ? '-' : (char)tolower((unsigned char)*c);
+    out[length] = '\0';
 }

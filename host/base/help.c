@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "common/version.h"
 #include "host/base/help_page.h"
@@ -88,6 +89,101 @@ const struct command *help_find(const struct command_table *table, const char *n
     return NULL;
 }
 
+/* ---- a command that is none ---- */
+
+/* Words that people use for a command. */
+static const struct {
+    const char *word, *command;
+} others[] = {{"record", "log"},  {"list", "show"},    {"info", "show"},
+              {"view", "show"},   {"plot", "report"},  {"play", "replay"},
+              {"check", "ready"}, {"status", "board"}, {"note", "landing"}};
+
+/* Whether the term ("config get") begins with the word. */
+static bool begins_with(const char *term, const char *word)
+{
+    size_t length = strlen(word);
+    return term && length && strncmp(term, word, length) == 0 &&
+           (term[length] == '\0' || term[length] == ' ');
+}
+
+static bool has_word(const struct command *command, const char *word)
+{
+    for (size_t i = 0; i < command->count; i++) {
+        const struct command_part *part = &command->parts[i];
+        if ((part->word && begins_with(part->term, word)) ||
+            (part->with && has_word(part->with, word)))
+            return true;
+    }
+    return false;
+}
+
+/* The terms' first words, in `copies`: what is near is one of them. */
+#define WORDS 40
+struct words {
+    char copy[WORDS][20];
+    size_t count;
+};
+
+static void try_words(const struct command *command, struct words *words, struct near *near)
+{
+    for (size_t i = 0; i < command->count; i++) {
+        const struct command_part *part = &command->parts[i];
+        if (part->with)
+            try_words(part->with, words, near);
+        if (!part->word || words->count == WORDS)
+            continue;
+        char *copy = words->copy[words->count++];
+        snprintf(copy, sizeof words->copy[0], "%.*s", (int)strcspn(part->term, " "), part->term);
+        near_try(near, copy);
+    }
+}
+
+void help_near_word(const struct command *command, const char *word, char out[static NEAR_TEXT])
+{
+    struct words words = {.count = 0};
+    struct near near;
+    near_begin(&near, word);
+    try_words(command, &words, &near);
+    near_text(&near, out);
+}
+
+static const struct command *find_by_word(const struct command_table *table, const char *word)
+{
+    for (size_t i = 0; i < table->count; i++) {
+        if (has_word(table->commands[i].command, word))
+            return table->commands[i].command;
+    }
+    return NULL;
+}
+
+enum mr_status help_unknown(const struct command_table *table, const char *word,
+                            struct error *error)
+{
+    struct near near;
+    char text[NEAR_TEXT];
+    const struct command *owner = find_by_word(table, word);
+    near_begin(&near, word);
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        if (strcmp(others[i].word, word) != 0)
+            continue;
+        near_try(&near, near.word = others[i].command);
+        owner = NULL;
+    }
+    for (size_t i = 0; i < table->count; i++)
+        near_try(&near, table->commands[i].command->name);
+    near_text(&near, text);
+    if (owner)
+        return error_set(error, MR_UNKNOWN,
+                         "unknown command: '%s' is a word of matrig %s; see matrig %s --help", word,
+                         owner->name, owner->name);
+    if (access(word, F_OK) == 0 && !near.best)
+        return error_set(error, MR_UNKNOWN,
+                         "a file, no command: '%s'; matrig show %s says what a campaign holds",
+                         word, word);
+    return error_set(error, MR_UNKNOWN, "unknown command: '%s'%s%s see matrig --help", word, text,
+                     text[0] ? "" : ";");
+}
+
 /* The table for a program. */
 static int print_json(const struct command_table *table, const struct command *only)
 {
@@ -128,14 +224,13 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
         return cli_fail(&error);
     if (words[0])
         command = help_find(table, words[0]);
-    if ((words[0] && !command) || request.man + request.bash + !!command > 1) {
+    if (words[0] && !command)
+        help_unknown(table, words[0], &error);
+    else if (request.man + request.bash + !!command > 1)
         error_set(&error, MR_USAGE,
-                  words[0] && !command ? "unknown command: '%s'; see matrig --help"
-                                       : "too much at once: matrig help%s; give "
-                                         "a command, --man or --bash",
-                  words[0] && !command ? words[0] : "");
+                  "too much at once: matrig help; give a command, --man or --bash");
+    if (error.status != MR_OK)
         return cli_fail(&error);
-    }
     if (request.man)
         help_man(table);
     else if (request.bash)

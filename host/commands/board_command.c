@@ -13,6 +13,7 @@
 #include "host/board/configtext.h"
 #include "host/board/slow.h"
 #include "host/collect/boxfill.h"
+#include "host/base/help.h"
 #include "host/commands/commands.h"
 #include "host/flash/imagefile.h"
 #include "host/board/identity.h"
@@ -358,6 +359,16 @@ static enum mr_status check_request(const struct request *request, const struct 
     return MR_OK;
 }
 
+static enum mr_status refuse_word(const char *word, struct error *error)
+{
+    char near[NEAR_TEXT];
+    help_near_word(&command_board, word, near);
+    return error_set(error, MR_UNKNOWN,
+                     "not list, read, free, slow, config, runway, arm, disarm, bringup, health, "
+                     "self-test or reset: '%s'%s%s see matrig board --help",
+                     word, near, near[0] ? "" : ";");
+}
+
 static int board_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
@@ -381,10 +392,7 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = command_parse(&command_board, argc, argv, cli, &request, words, &error);
     const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
     if (status == MR_OK && words[0] && !verb)
-        status = error_set(&error, MR_USAGE,
-                           "not list, read, free, slow, config, runway, arm, disarm, bringup, "
-                           "health, self-test or reset: '%s'; see matrig board --help",
-                           words[0]);
+        status = refuse_word(words[0], &error);
     if (status == MR_OK)
         status = check_request(&request, verb, words[1], &error);
     if (status == MR_OK && words[1])

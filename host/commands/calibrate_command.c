@@ -325,7 +325,7 @@ static enum mr_status recompute(const struct request *r, struct error *error)
                 (long long)rows[i].id, values);
     }
     if (status == MR_OK && landings == 0)
-        status = error_set(error, MR_UNKNOWN, "no such landings: %s; matrig landing DB lists them",
+        status = error_set(error, MR_UNKNOWN, "no such landings: %s; matrig show DB lists them",
                            r->word);
     if (status == MR_OK)
         status = store_commit(store, error);

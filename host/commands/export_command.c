@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "host/analyse/film.h"
 #include "host/analyse/measured_source.h"
@@ -239,6 +240,10 @@ static int export_command(int argc, char **argv, const struct cli *cli)
         status = error_set(
             &error, MR_USAGE,
             "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
+    if (status == MR_OK && !r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
+        status = error_set(&error, MR_USAGE,
+                           "binary data on a terminal: matrig export --format mdf4; give -o F, or "
+                           "a pipe");
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)

@@ -380,9 +380,12 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     const char *words[2];
     struct error error = {0};
     char path[TTY_PATH_MAX];
+    static char spec[LINK_SPEC_MAX];
     session.cli = cli;
     enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error);
-    session.spec = words[0];
+    if (status == MR_OK)
+        status = link_complete(words[0], LINK_SERIAL, spec, &error);
+    session.spec = spec;
     if (status == MR_OK && session.enter && session.boot0)
         status = error_set(
             &error, MR_USAGE,

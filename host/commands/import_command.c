@@ -9,6 +9,7 @@
 #include "host/import/import.h"
 #include "host/import/landing.h"
 #include "host/link/link.h"
+#include "host/store/store_same.h"
 
 static void verdict_answer(const struct verdict *v, struct answer *answer)
 {
@@ -25,6 +26,27 @@ static void verdict_answer(const struct verdict *v, struct answer *answer)
         answer_words(answer, "what", NULL, "%s", v->what);
     }
     answer_close(answer);
+}
+
+/* Which of them are there already: null for those that are not. */
+static enum mr_status twins_answer(struct store *store, const struct import_result *result,
+                                   struct answer *answer, struct error *error)
+{
+    int64_t twin = 0;
+    answer_list(answer, "same_as", NULL);
+    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
+        if (store_find_twin(store, result->run[i], &twin, error) == MR_OK)
+            answer_count(answer, NULL, NULL, twin ? twin : ANSWER_UNKNOWN);
+    }
+    answer_close(answer);
+    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
+        if (store_find_twin(store, result->run[i], &twin, error) == MR_OK && twin)
+            answer_sentence(answer, NULL,
+                            "RUN %lld is the same landing as RUN %lld: board, number and switches "
+                            "agree",
+                            (long long)result->run[i], (long long)twin);
+    }
+    return error->status;
 }
 
 /* For people: the landings that came of it. */
@@ -78,7 +100,9 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     for (size_t i = 0; i < result->runs; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
     answer_close(answer);
-    return landings_answer(store, result, answer, error);
+    return landings_answer(store, result, answer, error) == MR_OK
+             ? twins_answer(store, result, answer, error)
+             : error->status;
 }
 
 static enum mr_status refuse_twice(struct store *store, const struct store_import *row,
@@ -161,6 +185,16 @@ static enum mr_status import(struct store *store, const struct textfile *file,
     return status;
 }
 
+static enum mr_status refuse_campaign(const struct textfile *file, const char *path,
+                                      struct error *error)
+{
+    static const char magic[] = "SQLite format 3";
+    if (file->length < sizeof magic || memcmp(file->text, magic, sizeof magic) != 0)
+        return MR_OK;
+    return error_set(error, MR_MALFORMED,
+                     "a campaign, no log: %s; matrig show %s says what it holds", path, path);
+}
+
 /* Which kind of file, and what is to be said of it. */
 static enum mr_status describe(const struct textfile *file, const struct import_request *request,
                                const char *map, struct mapping *mapping, struct store_import *row,
@@ -218,6 +252,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = textfile_open(request->path, &file, &error);
     if (status == MR_OK)
+        status = refuse_campaign(&file, request->path, &error);
+    if (status == MR_OK)
         status = describe(&file, request, r.map, &mapping, &row, &error);
     if (status == MR_OK)
         status = read_readings(&file, request, &mapping, &result, &error);
@@ -237,11 +273,11 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && result.verdict.status != MR_OK)
         status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept",
                            row.verdict, request->path);
-    int exit_code = told ? answer_show(cli, answer, 0) : 0;
-    if (!told)
+    int exit_code = status != MR_OK ? cli_fail(&error) : 0;
+    if (told)
+        exit_code = answer_show(cli, answer, exit_code);
+    else
         answer_free(answer);
-    if (status != MR_OK)
-        exit_code = cli_fail(&error);
     mapping_free(&mapping);
     textfile_close(&file);
     store_close(store);

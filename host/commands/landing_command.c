@@ -8,6 +8,7 @@
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
+#include "host/base/near.h"
 #include "host/base/run.h"
 #include "host/store/store_journal.h"
 
@@ -48,6 +49,21 @@ static enum mr_status change(const struct request *r, struct store *store, const
     return store_change_add(store, &row, error);
 }
 
+static enum mr_status refuse_field(const char *said, struct error *error)
+{
+    char word[40], text[NEAR_TEXT];
+    struct near near;
+    snprintf(word, sizeof word, "%.*s", (int)strcspn(said, "="), said);
+    near_begin(&near, word);
+    for (size_t i = 0; i < FIELDS; i++)
+        near_try(&near, fields[i].name);
+    near_text(&near, text);
+    return error_set(error, MR_USAGE,
+                     "nothing to correct: '%s'%s%s FIELD=VALUE with touchdown_ft, weight_lb, "
+                     "pattern, modification, runway or series",
+                     said, text, text[0] ? "" : ";");
+}
+
 static enum mr_status correct(const struct request *r, struct store *store, struct error *error)
 {
     char name[24];
@@ -60,10 +76,7 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
             field = &fields[i];
     }
     if (!field || !value[1])
-        return error_set(error, MR_USAGE,
-                         "nothing to correct: '%s'; FIELD=VALUE with touchdown_ft, weight_lb, "
-                         "pattern, modification, runway or series",
-                         r->correct);
+        return refuse_field(r->correct, error);
     snprintf(name, sizeof name, "%s", field->name);
     enum mr_status status = field->number
                               ? cli_number(value + 1, name, field->low, field->high, &number, error)
@@ -179,18 +192,7 @@ static void journal_answer(const struct journal *j, struct answer *answer)
     answer_words_or_none(answer, "runway", NULL, j->series.runway, NULL);
     answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
     answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
-    answer_table(answer, "observations", "waves and breaks");
-    for (size_t i = 0; i < j->observations; i++) {
-        answer_row(answer);
-        journal_observation_answer(&j->observation[i], answer);
-    }
-    answer_close(answer);
-    answer_table(answer, "changes", "notes and corrections");
-    for (size_t i = 0; i < j->changes; i++) {
-        answer_row(answer);
-        journal_change_answer(&j->change[i], answer);
-    }
-    answer_close(answer);
+    journal_tables_answer(j->observation, j->observations, j->change, j->changes, answer);
     answer_close(answer);
 }
 

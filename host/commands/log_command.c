@@ -339,7 +339,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
     if (status == MR_OK)
-        status = run(&logger, signals, r.can, r.serial, r.for_s, &error);
+        status = run(&logger, signals, r.can ? link_spec(logger.link[LINK_CAN]) : NULL,
+                     r.serial ? link_spec(logger.link[LINK_SERIAL]) : NULL, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);

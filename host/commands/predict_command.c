@@ -296,10 +296,22 @@ static void conclude(const struct predict *predict, const struct first_warning *
     left_answer(left, predict->measured.fit_status == MR_OK, answer);
 }
 
+/* A field that was left open is NaN on the wire. */
+static void field_text(double value, char out[static 40])
+{
+    if (isnan(value))
+        snprintf(out, 40, "nothing");
+    else
+        snprintf(out, 40, "%.10g", value);
+}
+
 /* Did the board say what follows from its record, bit by bit? */
 static void again_words(const struct predict_again *again, struct answer *answer)
 {
     static const char label[] = "again";
+    char said[40], made[40];
+    field_text(again->first.said, said);
+    field_text(again->first.made, made);
     if (again->possible && again->lacks_block != STORE_NONE)
         answer_words(answer, NULL, label, "computed again up to block %lld, which the record lacks",
                      (long long)again->lacks_block);
@@ -319,9 +331,9 @@ static void again_words(const struct predict_again *again, struct answer *answer
     else
         answer_words(answer, NULL, label,
                      "computed again from the record: %zu of %zu fields of %zu statements DIFFER; "
-                     "first block %lld, %s: board %.10g, host %.10g",
+                     "first block %lld, %s: board %s, host %s",
                      again->differ, again->fields, again->made, (long long)again->first.block,
-                     again->first.field, again->first.said, again->first.made);
+                     again->first.field, said, made);
 }
 
 static void again_answer(const struct predict_again *again, struct answer *answer)

@@ -338,8 +338,7 @@ static enum mr_status load(const struct request *request, struct store *store,
                            const struct survey *survey, const struct survey_found *found,
                            struct survey_loaded *loaded, struct error *error)
 {
-    bool can = request->can || strncmp(request->load, "can:", 4) == 0 ||
-               strncmp(request->load, "slcan:", 6) == 0;
+    bool can = request->can || link_is_can(request->load);
     if (found->slack.surveyed == 0)
         return error_set(error, MR_TOO_FEW,
                          "no gage line was read: survey %lld of %s; take it first",

@@ -1,5 +1,6 @@
 /* file:PATH, what was recorded earlier (a `candump -L` log, or serial bytes), or a pipe that
  * another program fills; paced:PATH, a `candump -L` log at the pace of its stamps. */
+#include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
@@ -11,6 +12,23 @@
 #include "host/link/link_ops.h"
 #include "host/base/steady.h"
 
+/* A log is text, serial bytes are not: the one in the other's place is named. */
+static enum mr_status check_kind(struct link *link, struct error *error)
+{
+    char head[65] = "";
+    ssize_t length = pread(link->fd, head, sizeof head - 1, 0);
+    bool log = length > 4 && head[0] == '(' && isdigit((unsigned char)head[1]) &&
+               strstr(head, ") ") && strchr(head, '#');
+    bool bytes = length > 0 && memchr(head, 0, (size_t)length) && !log;
+    if (link->kind == LINK_SERIAL && log)
+        return error_set(error, MR_MALFORMED,
+                         "a candump log, no serial bytes: %s; give it as --can", link->spec);
+    if (link->kind == LINK_CAN && bytes)
+        return error_set(error, MR_MALFORMED,
+                         "serial bytes, no candump log: %s; give it as --serial", link->spec);
+    return MR_OK;
+}
+
 static enum mr_status file_open(struct link *link, const char *path, struct error *error)
 {
     struct stat info;
@@ -21,6 +39,8 @@ static enum mr_status file_open(struct link *link, const char *path, struct erro
     if (fstat(link->fd, &info) == 0 && S_ISDIR(info.st_mode))
         return error_set(error, MR_IO, "cannot open (it is a directory): %s; name a file",
                          link->spec);
+    if (S_ISREG(info.st_mode) && check_kind(link, error) != MR_OK)
+        return error->status;
     /* A pipe that another program still writes to must not block us. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
         return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),

@@ -14,7 +14,6 @@
 #include "host/link/link_ops.h"
 #include "host/base/steady.h"
 
-#define FORMS_TEXT   200u
 #define RETRY_US     250000u
 #define AWAY_MAX_US  10000000u
 #define SERVICE_US   1000000u
@@ -46,18 +45,6 @@ static const char *path_of(const char *spec)
     return strchr(spec, ':') + 1;
 }
 
-/* "unix:PATH, file:PATH or pty:PATH" */
-static void say_forms(char out[FORMS_TEXT])
-{
-    size_t n = 0;
-    for (size_t i = 0; i < KINDS && n < FORMS_TEXT; i++)
-        n += (size_t)snprintf(out + n, FORMS_TEXT - n, "%s%s",
-                              i == 0          ? ""
-                              : i + 1 < KINDS ? ", "
-                                              : " or ",
-                              kinds[i].form);
-}
-
 /* Give back what the device holds; the link itself stays. */
 static void release(struct link *link)
 {
@@ -68,15 +55,13 @@ static void release(struct link *link)
     link->fd = -1;
 }
 
-enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
+enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
                          struct error *error)
 {
+    char spec[LINK_SPEC_MAX];
+    if (link_complete(given, kind, spec, error) != MR_OK)
+        return error->status;
     const struct kind *found = find_kind(spec);
-    char forms[FORMS_TEXT];
-    if (!found) {
-        say_forms(forms);
-        return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
-    }
     const char *path = path_of(spec);
     if (!*path)
         return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, found->form);

@@ -56,9 +56,20 @@ struct link_counters {
 
 struct link;
 
-/* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to appear, 3 s for an
- * slcan: adapter. MR_USAGE: not a LINK, or of a kind that this version or this use does not have;
- * MR_IO, MR_TIMEOUT: does not open. */
+/* The LINK that a name without a kind can only mean: an interface of the kernel is can:, a serial
+ * port serial:, a file file:, a socket unix:, a pseudo-terminal pty:. What is a LINK already is
+ * copied. MR_USAGE: it can mean two things, belongs to the other kind, or is none; MR_IO: there is
+ * no such thing. */
+#define LINK_SPEC_MAX 4200u
+enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LINK_SPEC_MAX],
+                             struct error *error);
+
+/* It carries CAN frames whatever else could be meant: can:, slcan:, or the name of an interface. */
+bool link_is_can(const char *spec);
+
+/* Open a link, also by such a name. The caller closes it. Waits at most 5 s for a unix: socket to
+ * appear, 3 s for an slcan: adapter. MR_USAGE: not a LINK, or of a kind that this version or this
+ * use does not have; MR_IO, MR_TIMEOUT: does not open. */
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
                          struct error *error);
 void link_close(struct link *link); /* NULL is allowed */

@@ -48,6 +48,13 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
                              text, form, BAUD_MAX);
         *baud = (int)value;
         length = (size_t)(colon - text);
+    } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_MAX) {
+        /* names in /dev/serial/by-path/ have colons, too */
+        snprintf(path, TTY_PATH_MAX, "%.*s", (int)(colon - text), text);
+        if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
+            return error_set(error, MR_USAGE,
+                             "not a baud rate: '%s' of '%s'; write %s, 50 to %d baud", colon + 1,
+                             text, form, BAUD_MAX);
     }
     if (length == 0 || length >= TTY_PATH_MAX)
         return error_set(error, MR_USAGE, "no serial port: '%s'; write %s", text, form);

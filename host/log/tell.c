@@ -69,12 +69,28 @@ void logger_note_strangers(struct logger *logger)
     }
 }
 
-static void note_same(struct logger *logger)
+/* A recording that was logged before, most likely. */
+static void note_twin(struct logger *logger, int64_t run)
+{
+    struct error why = {0};
+    int64_t twin = 0;
+    if (store_find_twin(logger->store, run, &twin, &why) != MR_OK || twin == 0)
+        return;
+    logger_clear_progress(logger);
+    cli_note(logger->cli,
+             "RUN %lld is the same landing as RUN %lld: board, number and switches agree; if one "
+             "is too many: matrig landing %s %lld --void --reason TEXT",
+             (long long)run, (long long)twin, store_path(logger->store), (long long)run);
+}
+
+static void note_same(struct logger *logger, int64_t finished)
 {
     struct store_same same;
     const long long run = collector_take_same(logger->collector, &same);
-    if (run == 0)
+    if (run == 0) {
+        note_twin(logger, finished);
         return;
+    }
     logger_clear_progress(logger);
     if (same.whole)
         cli_note(logger->cli,
@@ -107,7 +123,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
             fflush(stdout);
         }
         summary_free(&summary);
-        note_same(logger);
+        note_same(logger, run);
         logger->shown++;
         quicklook_write(&logger->look);
     }

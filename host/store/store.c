@@ -175,10 +175,8 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error)
 {
-    struct stat info;
-    if (mode != STORE_CREATE && stat(path, &info) != 0)
-        return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made",
-                         path);
+    if (store_mistaken(path, mode == STORE_CREATE, error) != MR_OK)
+        return error->status;
     if (mode == STORE_CREATE && output_not_beside_database(path, error) != MR_OK)
         return error->status;
     struct store *made = calloc(1, sizeof *made);

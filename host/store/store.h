@@ -130,6 +130,11 @@ enum mr_status store_block_links_each(struct store *store, int64_t run,
                                       void *context, struct error *error);
 enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
                                   struct error *error);
+/* A landing's first block, and its first one from `from` to `to`; -1: none. */
+enum mr_status store_block_first(struct store *store, int64_t run, int64_t *index,
+                                 struct error *error);
+enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
+                                  int64_t *index, struct error *error);
 
 struct store_frame {
     int64_t run;      /* STORE_NONE outside landings */

@@ -16,7 +16,7 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
     return status != MR_TOO_FEW
              ? status
              : error_set(error, MR_UNKNOWN,
-                         "no such landing: RUN %lld in %s; matrig landing DB lists them",
+                         "no such landing: RUN %lld in %s; matrig show DB lists them",
                          (long long)run, store->path);
 }
 
@@ -122,6 +122,18 @@ enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *cou
                                   struct error *error)
 {
     return STORE_NUMBER(store, error, BLOCKS_COUNT, count, BIND(run));
+}
+
+enum mr_status store_block_first(struct store *store, int64_t run, int64_t *index,
+                                 struct error *error)
+{
+    return STORE_NUMBER(store, error, BLOCK_FIRST, index, BIND(run));
+}
+
+enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
+                                  int64_t *index, struct error *error)
+{
+    return STORE_NUMBER(store, error, BLOCK_WITHIN, index, BIND(run), BIND(from), BIND(to));
 }
 
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,

@@ -62,6 +62,10 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
 enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
                              struct error *error);
 
+/* What people name in a campaign's place: a name that is not there (unless it is `made`), a folder,
+ * a log. */
+enum mr_status store_mistaken(const char *path, bool made, struct error *error);
+
 /* Writes the frames that wait; before anything is read, and before a commit. */
 enum mr_status store_frames_flush(struct store *store, struct error *error);
 

@@ -40,7 +40,7 @@ static enum mr_status check_version(const char *version, const char *matrig, str
                      VERSION_TEXT, matrig, version);
 }
 
-int main(int argc, char **argv)
+static int run_study(int argc, char **argv)
 {
     struct command_before before = {.help = false};
     struct error error = {0};
@@ -52,6 +52,7 @@ int main(int argc, char **argv)
         argv += 3;
     }
     int i = command_begin(argc, argv, &before, &error);
+    cli_begin(&before.cli);
     if (error.status != MR_OK)
         return cli_fail(&error);
     int (*run)(int argc, char **argv, const struct cli *cli) = i < argc ? find_run(argv[i]) : NULL;
@@ -63,4 +64,9 @@ int main(int argc, char **argv)
         return cli_fail(&error);
     }
     return program_run(run, argc - i, argv + i, &before.cli);
+}
+
+int main(int argc, char **argv)
+{
+    return cli_end(run_study(argc, argv));
 }

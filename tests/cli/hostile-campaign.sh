@@ -53,6 +53,8 @@ replay replay DB 1
 bundle bundle DB 1 -o $tmp/none.bundle
 live live DB --terminal --for 1
 landing landing DB
+show show DB
+show-one show DB 1
 landing-note landing DB 1 --note text
 series series DB spring
 survey survey DB --new

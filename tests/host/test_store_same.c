@@ -144,12 +144,59 @@ static void others_are_left_alone(void **state)
     end();
 }
 
+static void put_edges(int64_t run, int64_t from, int64_t to, int64_t shift_ticks)
+{
+    for (int64_t i = from; i <= to; i++) {
+        struct store_edge edge = {
+            .count = i, .position = i, .tick = 84000 * i + shift_ticks, .links = 1};
+        store_edge_put(store, run, &edge, &error);
+        assert_no_error(&error);
+    }
+}
+
+static int64_t twin_of(int64_t run)
+{
+    int64_t twin = -1;
+    store_find_twin(store, run, &twin, &error);
+    assert_no_error(&error);
+    return twin;
+}
+
+/* Logged twice is told by the captures of the switches: all that both have, and two at least. */
+static void a_twin_has_the_same_captures(void **state)
+{
+    (void)state;
+    begin("same-twin.db");
+    int64_t first = add_landing(CAN_ALONE, 4, 800, 800, 810, 0);
+    put_edges(first, 1, 9, 0);
+    assert_int_equal(twin_of(first), 0);
+    int64_t later = add_landing(CAN_ALONE, 4, 800, 800, 810, 0);
+    put_edges(later, 1, 9, 1);
+    assert_int_equal(twin_of(later), 0); /* 12 ns later: another landing */
+    int64_t part = add_landing(CAN_ALONE, 4, 800, 800, 810, 0);
+    put_edges(part, 8, 12, 0);
+    assert_int_equal(twin_of(part), first);
+    int64_t one = add_landing(CAN_ALONE, 4, 800, 800, 810, 0);
+    put_edges(one, 1, 1, 0);
+    assert_int_equal(twin_of(one), 0); /* one may be by chance */
+    int64_t none = add_landing(CAN_ALONE, 4, 800, 800, 810, 0);
+    assert_int_equal(twin_of(none), 0);
+    struct store_change change = {.run = first, .made_us = NOW_US};
+    snprintf(change.field, sizeof change.field, "void");
+    snprintf(change.value, sizeof change.value, "yes");
+    store_change_add(store, &change, &error);
+    assert_no_error(&error);
+    assert_int_equal(twin_of(part), 0); /* what is void is nobody's twin */
+    end();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_whole_makes_its_part_void),
         cmocka_unit_test(what_begins_later_goes_on),
         cmocka_unit_test(others_are_left_alone),
+        cmocka_unit_test(a_twin_has_the_same_captures),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,83 @@
+#include "host/base/near.h"
+
+#include <ctype.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#define LONGEST   32u /* of words that are compared */
+#define BEGINNING 5u  /* letters in common that are a word in another form */
+
+static const char *bare(const char *word)
+{
+    return word + strspn(word, "-");
+}
+
+static int letter(const char *word, size_t i)
+{
+    return tolower((unsigned char)word[i]);
+}
+
+static size_t least(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Letters to change, insert, leave out, or swap with their neighbour. */
+static size_t edits(const char *a, size_t a_length, const char *b, size_t b_length)
+{
+    size_t row[LONGEST + 1][LONGEST + 1];
+    for (size_t i = 0; i <= a_length; i++)
+        row[i][0] = i;
+    for (size_t k = 0; k <= b_length; k++)
+        row[0][k] = k;
+    for (size_t i = 1; i <= a_length; i++) {
+        for (size_t k = 1; k <= b_length; k++) {
+            bool same = letter(a, i - 1) == letter(b, k - 1);
+            row[i][k] = least(row[i - 1][k - 1] + !same, least(row[i - 1][k], row[i][k - 1]) + 1);
+            if (i > 1 && k > 1 && letter(a, i - 1) == letter(b, k - 2) &&
+                letter(a, i - 2) == letter(b, k - 1))
+                row[i][k] = least(row[i][k], row[i - 2][k - 2] + 1);
+        }
+    }
+    return row[a_length][b_length];
+}
+
+static size_t in_common(const char *a, const char *b)
+{
+    size_t n = 0;
+    while (a[n] && letter(a, n) == letter(b, n))
+        n++;
+    return n;
+}
+
+void near_begin(struct near *near, const char *word)
+{
+    *near = (struct near){.word = word};
+}
+
+void near_try(struct near *near, const char *candidate)
+{
+    const char *a = bare(near->word), *b = bare(candidate);
+    size_t a_length = strlen(a), b_length = strlen(b), shorter = least(a_length, b_length);
+    if (a_length > LONGEST || b_length > LONGEST || shorter == 0)
+        return;
+    size_t allowed = shorter < 3 ? 0 : shorter < 5 ? 1 : 2;
+    size_t distance = edits(a, a_length, b, b_length), beginning = in_common(a, b);
+    if (distance > allowed) {
+        if (beginning < BEGINNING && !(beginning == shorter && shorter >= 3))
+            return;
+        distance = 3; /* behind what was typed wrongly */
+    }
+    if (near->best && near->distance <= distance)
+        return;
+    near->best = candidate;
+    near->distance = distance;
+}
+
+void near_text(const struct near *near, char out[static NEAR_TEXT])
+{
+    out[0] = '\0';
+    if (near->best)
+        snprintf(out, NEAR_TEXT, "; did you mean %.90s?", near->best);
+}

@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# Mistakes of people (mistakes.txt): each ends with the exit code of the contract and one line that has the words which help; with --json the
+# kind of mistake is a word of one object.
+. "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
+d=$tmp/d
+mkdir -p "$d"
+matrig() { build/matrig "$@"; }
+fresh() { # what the mistakes are made with: as it was, for none of them may leave anything behind
+    cp "$tmp/campaign.db" "$d" && rm -f "$d"/campaign.db-*
+}
+played --elf build/firmware/matrig.elf --can "file:$d/board.log" --serial "file:$d/board.bin" --rig tests/runs/landing5.run 2>/dev/null
+matrig --quiet log --can "file:$d/board.log" --serial "file:$d/board.bin" --db "$tmp/campaign.db" >/dev/null
+cp host/scenes/model_runway.json "$d/scene.json" && cp tests/runs/landing5.run "$d/run" && printf 'kind;line\n1;2\n' >"$d/sheet.csv" && echo '<!DOCTYPE html>' >"$d/report.html"
+fresh
+before=$(cd "$d" && find . -type f -exec sha256sum {} + | sort)
+
+# told CODE PATTERN WORDS: one line on standard error, nothing on standard output
+told() {
+    (eval "timeout 60 $3") >"$tmp/out" 2>"$tmp/err" </dev/null
+    local status=$?
+    echo "exit $status; $(head -c 300 "$tmp/out"); $(cat "$tmp/err")"
+    [ $status = "$1" ] && [ "$(wc -l <"$tmp/err")" = 1 ] && grep -Eq -- "$2" "$tmp/err" && [ ! -s "$tmp/out" ]
+}
+# as_json CODE KIND WORDS: the same, and standard output is one object that says which kind of mistake it is
+as_json() {
+    (eval "timeout 60 ${3/#matrig/matrig --json}") >"$tmp/out" 2>"$tmp/err" </dev/null
+    local status=$?
+    echo "exit $status; $(head -c 300 "$tmp/out"); $(cat "$tmp/err")"
+    [ $status = "$1" ] && python3 - "$tmp/out" "$tmp/err" "$1" "$2" <<'P'
+import json, sys
+out, err = json.load(open(sys.argv[1])), open(sys.argv[2]).read().strip()
+assert out["kind"] == sys.argv[4] and out["exit"] == int(sys.argv[3]) and err == "matrig: " + out["error"], (out, err)
+P
+}
+timeout() { if [ "$2" = matrig ]; then command timeout "$1" build/matrig "${@:3}"; else command timeout "$@"; fi; }
+count=0
+while IFS='|' read -r code kind words line; do
+    case $code in '' | '#'*) continue ;; esac
+    count=$((count + 1))
+    check "$line" told "$code" "$words" "$line"
+    check "  as JSON: $kind" as_json "$code" "$kind" "$line"
+done <tests/cli/mistakes.txt
+check "at least 60 of them" test $count -ge 60
+# What can mean one thing only is taken as that.
+bare() { # LINK-OPTION NAME LINK: logs as LINK does, and the campaign knows it by that
+    rm -f "$tmp/bare.db" && build/matrig --quiet log "$1" "$2" --db "$tmp/bare.db" >/dev/null && [ "$(sqlite3 "$tmp/bare.db" "select ${1#--}_link from sessions")" = "$3" ]
+}
+check "a log is a file" bare --can "$d/board.log" "file:$d/board.log"
+check "and so are serial bytes" bare --serial "$d/board.bin" "file:$d/board.bin"
+is_taken_for() { # LINK OPTION NAME: the error of what is not there names it as LINK
+    fails_with 3 "$1" build/matrig log "$2" "$3" --db "$tmp/none.db"
+}
+check "can7 is an interface" is_taken_for 'can:can7' --can can7
+check "a port with its rate" is_taken_for 'serial:/dev/ttyUSB77:115200' --serial /dev/ttyUSB77:115200
+a_terminal() { # bytes that are no text stay away from it
+    script -qec "build/matrig export $d/campaign.db 1 --format mdf4" /dev/null >"$tmp/out" </dev/null
+    local status=$?
+    cat -v "$tmp/out"
+    [ $status = 2 ] && grep -q 'binary data on a terminal' "$tmp/out" && [ "$(wc -c <"$tmp/out")" -lt 300 ] && [ "$(build/matrig export "$d/campaign.db" 1 --format mdf4 | head -c 3)" = MDF ]
+}
+check "no binary data on a terminal" a_terminal
+nothing_is_nan() { # of a landing, of one without its stop, of one that is torn, of a board that says another thing than its record
+    cp "$d/campaign.db" "$tmp/nan.db" && sqlite3 "$tmp/nan.db" "update predictions set compression_lb = null where block = (select max(block) from predictions)" || return 1
+    for of in "" --si; do
+        build/matrig --quiet $of predict "$d/campaign.db" 1 >"$tmp/out" || return 1
+        build/matrig --quiet $of predict "$tmp/nan.db" 1 >>"$tmp/out"
+        ! grep -inwE 'nan|inf' "$tmp/out" || return 1
+    done
+    grep -q 'DIFFER' "$tmp/out"
+}
+check "predict says nothing where there is nothing" nothing_is_nan
+left_as_it_was() { rm -f "$d"/campaign.db-*; [ "$before" = "$(cd "$d" && find . -type f -exec sha256sum {} + | sort)" ]; }
+check "none leaves anything behind" left_as_it_was
+finish
