@@ -101,14 +101,14 @@ what_lacks_is_named() {
 middle='(select min(block) from predictions where landing = 2 and block % 50 = 0 and block > 2000)'
 what_was_lost_is_no_difference() {
     changed lost "delete from predictions where landing = 2 and block = $middle; delete from zones where landing = 2 and block = $middle + 50"
-    ! $matrig predict "$tmp/lost.db" 2 >"$tmp/lost.txt" && grep -q 'computed again from the record: 2 of .* DIFFER.*statement: board nan' "$tmp/lost.txt" || return 1
+    ! $matrig predict "$tmp/lost.db" 2 >"$tmp/lost.txt" && grep -q 'computed again from the record: 2 of .* DIFFER.*statement: board nothing' "$tmp/lost.txt" || return 1
     sqlite3 "$tmp/lost.db" "insert into gaps(session, landing, link, message, channels, cause, count, from_block, to_block)
         select session, 2, 1, 'frame', 'all', 'link', 12, 1990, 2200 from landings where id = 2"
     $matrig predict "$tmp/lost.db" 2 >"$tmp/lost.txt" && grep 'not compared: 2 fields' "$tmp/lost.txt" && grep -q 'all the same to the last bit' "$tmp/lost.txt"
 }
 what_the_board_said_besides_is_a_difference() {
     changed besides "insert into zones select landing, block + 10, mats, start_ft, end_ft, lead_s, wheel_ft, 1, inferred_percent, links from zones where landing = 2 and block = $middle"
-    ! $matrig predict "$tmp/besides.db" 2 >"$tmp/besides.txt" && grep '1 of .* DIFFER; first block 2[0-9]*, statement: board 1, host nan' "$tmp/besides.txt"
+    ! $matrig predict "$tmp/besides.db" 2 >"$tmp/besides.txt" && grep '1 of .* DIFFER; first block 2[0-9]*, statement: board 1, host nothing' "$tmp/besides.txt"
 }
 blocks_that_lack_end_it() {
     changed hole "delete from blocks where landing = 2 and idx between 1512 and 1513; insert into gaps(session, landing, link, message, channels, cause,
