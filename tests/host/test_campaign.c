@@ -495,7 +495,7 @@ static void test_every_series_can_be_read(void **state)
         }
         series++;
     }
-    assert_int_equal(series, 14);
+    assert_int_equal(series, 15);
     globfree(&files);
 }
 
