@@ -154,6 +154,8 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
     }
     if (apply && !json_is_object(apply))
         keys_wrong(r, where, "apply", "an object of scene keys");
+    if (strips_refuse(r, where, "apply", apply))
+        return true;
     json_object_foreach(apply, name, value)
     {
         json_object_set(now, name, value);
@@ -167,11 +169,7 @@ static void read_scene(const struct keys *r, const char *where, const struct cam
 {
     char scene_where[700];
     snprintf(scene_where, sizeof scene_where, "%s: %s", r->path, where);
-    if (json_object_get(now, "beside"))
-        keys_wrong(r, where, "apply",
-                   "scene keys without beside; what is of one strip alone is in apply_left and "
-                   "apply_right");
-    else if (c->strips == 2)
+    if (c->strips == 2)
         strips_scene(r, scene_where, c, now, own, scene);
     else
         sim_scene_from_json(scene, scene_where, (json_t *)now, r->error);

@@ -41,6 +41,21 @@ double strips_share(const struct campaign *c, int strip)
     return c->strips < 2 ? 1.0 : strip == 0 ? 1.0 - aside : 1.0 + aside;
 }
 
+bool strips_refuse(const struct keys *r, const char *where, const char *key, const json_t *applied)
+{
+    static const char *const ties[] = {"beside", "shear_lb_ft", "shear_lb", "shear_ft"};
+    for (size_t i = 0; i < sizeof ties / sizeof ties[0]; i++) {
+        if (!json_object_get(applied, ties[i]))
+            continue;
+        keys_wrong(
+            r, where, key,
+            "scene keys without beside, shear_lb_ft, shear_lb and shear_ft; ties are those of "
+            "strips, and what is of one strip alone is in apply_left and apply_right");
+        return true;
+    }
+    return false;
+}
+
 void strips_modify(const struct keys *r, const char *where, const json_t *landing,
                    const struct strips_own *own)
 {
@@ -53,6 +68,8 @@ void strips_modify(const struct keys *r, const char *where, const json_t *landin
         json_t *alone = json_object_get(landing, keys[k]);
         if (alone && !json_is_object(alone))
             keys_wrong(r, where, keys[k], "an object of scene keys");
+        if (strips_refuse(r, where, keys[k], alone))
+            return;
         json_array_foreach(json_object_get(landing, "remove"), i, value)
         {
             json_object_del(owns[k], json_string_value(value));

@@ -19,6 +19,8 @@ struct strips_own {
     json_t *left, *right;
 };
 
+/* True, with the error set: a landing's key applies what the ties are, or a second strip. */
+bool strips_refuse(const struct keys *r, const char *where, const char *key, const json_t *applied);
 /* Take a landing's keys apply_left and apply_right into account; what it applies to both or removes
  * is of no strip alone any more. */
 void strips_modify(const struct keys *keys, const char *where, const json_t *landing,

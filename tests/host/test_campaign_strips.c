@@ -135,6 +135,13 @@ static void what_cannot_be_is_refused(void **state)
     refused("\"strips\":{\"width\":14}," LANDINGS, "width");
     refused("\"strips\":3," LANDINGS, "strips; give an object with width_ft");
     refused("\"landings\":[{\"deceleration_ft_s2\":5,\"apply\":{\"beside\":{}}}]", "apply");
+    refused("\"landings\":[{\"deceleration_ft_s2\":5,\"apply\":{\"shear_lb_ft\":0}}]", "apply");
+    refused("\"strips\":{\"count\":2,\"width_ft\":14},\"landings\":[{\"deceleration_ft_s2\":5,"
+            "\"apply_left\":{\"shear_lb\":0}}]",
+            "apply_left; give scene keys without");
+    refused("\"strips\":{\"count\":2,\"width_ft\":14},\"landings\":[{\"deceleration_ft_s2\":5,"
+            "\"apply_right\":{\"beside\":{\"W\":1}}}]",
+            "apply_right; give scene keys without");
     refused("\"landings\":[{\"deceleration_ft_s2\":5,\"apply_left\":3}]", "apply_left");
     refused("\"strips\":{\"count\":2,\"width_ft\":14},\"landings\":[{\"deceleration_ft_s2\":5,"
             "\"apply_right\":{\"bnds\":3}}]",
