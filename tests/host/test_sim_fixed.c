@@ -463,8 +463,8 @@ static void the_wheel_shares_its_thrust(void **state)
     sim_scene_free(&scene);
 }
 
-/* Whether a joint tears hangs on a peak that both steps of the check can see on one side: at 52 us and
- * twice that one tears which at 1 us does not, and the two agree to a third of what they are off. */
+/* Whether a joint tears hangs on a peak that both steps of the check can see on one side. At 52 us
+ * and twice that, one tears which at 1 us does not, and the two agree to a quarter of the error. */
 static void a_joint_that_tears_by_the_step_is_within_the_stated_error(void **state)
 {
     static const double gaps[] = {

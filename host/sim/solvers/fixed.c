@@ -462,8 +462,8 @@ static enum mr_status run_single(struct rig *rig, const struct sim_scene *scene,
     return error->status;
 }
 
-/* Whether a joint gives way hangs on a peak of tension, which two runs can both see on one side: a third
- * at a step between them widens what is stated. */
+/* Whether a joint tears hangs on a peak of tension, which two runs can both see on one side. So a
+ * third, at a step between them, widens what is stated. */
 static bool tears(const struct sim_scene *scene)
 {
     return scene->mods.tear_lb < HUGE_VAL ||
