@@ -19,6 +19,7 @@
 #define OFF_BLOCKS          300u
 #define SPEED_OFF           0.15f
 #define HARDER              1.05f
+#define MUCH_HARDER         1.15f
 #define MOST_COUNT          6.0f
 #define LEAST_EXPECTED_MATS 30u
 
@@ -167,17 +168,24 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
     risk->way_ft = way_ft;
 }
 
-static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
+/* As it is braked now. */
+static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
-    risk->hard_ft_s2 = risk->hard_in_ft = 0.0f;
-    if (follows_plan(risk)) {
-        look_ahead_by_plan(risk, __builtin_isnan(speed_ft_s) ? risk->plan.speed_ft_s : speed_ft_s);
-        return;
-    }
     float a_ft_s2 = p->deceleration_ft_s2 > LEAST_FT_S2 ? p->deceleration_ft_s2 : LEAST_FT_S2;
     risk->hard_ft_s2 = a_ft_s2;
+    risk->hard_in_ft = 0.0f;
     risk->way_ft = __builtin_isnan(speed_ft_s) ? MR_NAN : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
+}
+
+static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    risk->hard_ft_s2 = risk->hard_in_ft = 0.0f;
+    if (follows_plan(risk))
+        look_ahead_by_plan(risk,
+                           __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s : p->speed_ft_s);
+    else
+        look_ahead_as_now(risk, p);
 }
 
 /* The zone that the hardest braking to come would push together, from where it begins. */
@@ -374,6 +382,14 @@ static enum mr_risk_reason reason_of(const struct mr_risk_state *risk,
                                                                                : MR_RISK_NO_REASON;
 }
 
+/* A plan alone counts while it is braked much harder later on: else what is measured now is better
+ * than what was planned. */
+static bool counts_plan(const struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    return follows_plan(risk) &&
+           (risk->charted || !p->braking || risk->hard_ft_s2 > MUCH_HARDER * p->deceleration_ft_s2);
+}
+
 static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
                         const struct mr_predictor_zone *zone, struct mr_risk_said *said)
 {
@@ -384,28 +400,30 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
                        ? risk->touchdown_ft
                        : p->wheel_ft;
     look_ahead(risk, p);
+    bool planned = counts_plan(risk, p);
+    if (!planned)
+        look_ahead_as_now(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
     x[MR_RISK_ONE] = 1.0f;
     x[MR_RISK_COMING] = up_to_one(zone->coming_mats);
     x[MR_RISK_KINEMATIC] = blind ? 0.0f : zones(closed.mats);
     x[MR_RISK_OVER] = over(zone->coming_mats);
     x[MR_RISK_BRAKING] = (risk->hard_ft_s2 < 20.0f ? risk->hard_ft_s2 : 20.0f) / 6.0f;
-    float still = 1.0f - (follows_plan(risk) ? over(risk->planned_mats) : x[MR_RISK_OVER]);
+    float still = 1.0f - (planned ? over(risk->planned_mats) : x[MR_RISK_OVER]);
     x[MR_RISK_WAY] = still * (risk->way_ft < 150.0f ? risk->way_ft : 150.0f) / 50.0f;
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
     x[MR_RISK_COUNT] = ((float)p->landings < MOST_COUNT ? (float)p->landings : MOST_COUNT) / 3.0f;
     x[MR_RISK_OPEN] = open_in(risk, wheel_ft, left_in) / 0.015f;
-    x[MR_RISK_PLANNED] = follows_plan(risk)
-                           ? 0.5f * (up_to_one(risk->planned_mats) + over(risk->planned_mats))
-                           : 0.0f;
+    x[MR_RISK_PLANNED] = planned ? 0.5f * (up_to_one(risk->planned_mats) + over(risk->planned_mats))
+                                 : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (said->basis & MR_RISK_OF_CHART) {
         x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_odds, rows_of(&risk->plan),
                                    risk->mean_ft_s2 * risk->met);
     }
-    said->set = (said->basis & MR_RISK_OF_CHART  ? MR_RISK_BY_CHART
-                 : said->basis & MR_RISK_OF_PLAN ? MR_RISK_BY_PLAN
-                                                 : MR_RISK_NO_PLAN) +
+    said->set = (said->basis & MR_RISK_OF_CHART ? MR_RISK_BY_CHART
+                 : planned                      ? MR_RISK_BY_PLAN
+                                                : MR_RISK_NO_PLAN) +
                 (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_BRAKED : 0u) +
                 (blind ? MR_RISK_NO_SENSOR : 0u);
 }

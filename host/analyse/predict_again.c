@@ -288,6 +288,9 @@ static void hold_against(struct again *again)
     again->next_prediction += has_p;
     again->result->made++;
     if (!has_z || !has_p) {
+        bool has_r = again->next_risk < again->risks &&
+                     again->risk[again->next_risk].block == again->block;
+        again->next_risk += has_r; /* it was of this statement */
         compare(again, "statement", (double)NAN, 1.0);
         return;
     }
