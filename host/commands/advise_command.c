@@ -135,32 +135,31 @@ static enum mr_status landings_of(struct store *store, const struct advise *advi
     return status;
 }
 
+/* The board is asked first: what it says may make all the computing idle. */
+static enum mr_status begin_load(const struct request *r, struct dialogue *dialogue,
+                                 struct runwaytalk *talk, struct error *error)
+{
+    enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error);
+    if (status == MR_OK)
+        status = runwaytalk_begin(talk, dialogue, error);
+    return status == MR_OK ? runwaytalk_read(talk, error) : status;
+}
+
 static enum mr_status load(const struct request *r, struct store *store,
-                           const struct advise *advise, struct error *error)
+                           const struct advise *advise, struct runwaytalk *talk,
+                           struct error *error)
 {
     struct mr_risk_plan plan;
-    struct runwaytalk talk;
-    struct dialogue dialogue = {0};
     unsigned landings = 0;
     enum mr_status status = landings_of(store, advise, &landings, error);
-    if (status == MR_OK)
-        status = advise_chart(advise, landings, &plan, error);
-    if (status == MR_OK)
-        status = dialogue_open(&dialogue, NULL, r->serial, error);
-    if (status != MR_OK)
-        return status;
-    status = runwaytalk_begin(&talk, &dialogue, error);
-    if (status == MR_OK)
-        status = runwaytalk_read(&talk, error);
-    if (status == MR_OK && talk.state.landings != landings)
+    if (status == MR_OK && talk->state.landings != landings)
         status = error_set(error, MR_VERSION,
                            "another runway: the board's has had %u landings, the one of the advice "
                            "%u: %s; log or fetch the landings between, then ask again",
-                           talk.state.landings, landings, r->serial);
+                           talk->state.landings, landings, r->serial);
     if (status == MR_OK)
-        status = charttalk_give(&dialogue, &plan, error);
-    dialogue_close(&dialogue);
-    return status;
+        status = advise_chart(advise, landings, &plan, error);
+    return status == MR_OK ? charttalk_give(talk->dialogue, &plan, error) : status;
 }
 
 static int run(const struct request *r, const struct cli *cli, const struct advise_request *request)
@@ -169,7 +168,11 @@ static int run(const struct request *r, const struct cli *cli, const struct advi
     struct error error = {0};
     struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
+    struct dialogue dialogue = {0};
+    struct runwaytalk talk;
     enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
+    if (status == MR_OK && r->load)
+        status = begin_load(r, &dialogue, &talk, &error);
     if (status == MR_OK)
         status = advise_find(store, request, cli->si, &advise, &error);
     if (status == MR_OK && r->keep) {
@@ -178,13 +181,14 @@ static int run(const struct request *r, const struct cli *cli, const struct advi
         status = store_advice_add(store, &kept, &error);
     }
     if (status == MR_OK && r->load)
-        status = load(r, store, &advise, &error);
+        status = load(r, store, &advise, &talk, &error);
     if (status == MR_OK) {
         advise_answer(&advise, answer);
         answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load);
     }
     int code = status == MR_OK && advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT)
                                                                    : 0;
+    dialogue_close(&dialogue);
     advise_free(&advise);
     store_close(store);
     return answer_end(cli, answer, code, &error);
