@@ -32,7 +32,7 @@ boots_on_qemu() {
     local pid
     qemu-system-arm -M netduinoplus2 -kernel "$elf" -display none -monitor none -serial "file:$tmp/serial" &
     pid=$!
-    has_said() { [ "$(stat -c %s "$tmp/serial" 2>/dev/null || echo 0)" -gt 2000 ]; }
+    has_said() { [ "$(stat -c %s "$tmp/serial" 2>/dev/null || echo 0)" -gt 8000 ]; }
     await has_said
     kill $pid
     wait $pid 2>/dev/null
