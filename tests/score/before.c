@@ -19,19 +19,12 @@
 
 #include "host/advise/forecast.h"
 #include "host/base/ordered.h"
-#include "tests/score/score.h"
+#include "tests/score/advised.h"
 
-#define MEMBERS         64
-#define PLAN_ERROR      0.1
-#define SPEED_ERROR     0.01
-#define TOUCHDOWN       3.0
-#define TOUCHDOWN_ERROR 0.5
-#define STATIONS        7 /* 40 to 100 ft */
-#define READING_IN      0.003
-#define SURVEY_IN       0.005
-#define TRAINED         200u /* series that the rule is fitted on */
-#define FEATURES        5
-#define BOOTSTRAPS      1000u
+#define PLAN_ERROR 0.1
+#define TRAINED    200u /* series that the rule is fitted on */
+#define FEATURES   5
+#define BOOTSTRAPS 1000u
 
 /* One landing as it is ranked. */
 struct ranked {
@@ -67,24 +60,6 @@ static void solve(double a[FEATURES][FEATURES], double b[FEATURES])
     }
 }
 
-static bool has_event(const struct score_landing *landing)
-{
-    for (unsigned k = 0; k < landing->looks; k++) {
-        double wheel_ft = (double)landing->wheel_ft[k];
-        struct score_zone zone = score_longest(landing->gap_hmil[k], wheel_ft);
-        if (wheel_ft > 0.0 && zone.first * SCORE_MAT_FT - wheel_ft < SCORE_EVENT_FT &&
-            (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S &&
-            zone.last - zone.first >= SCORE_EVENT_MATS)
-            return true;
-    }
-    return false;
-}
-
-static double mean_braking_ft_s2(const struct score_landing *landing, double touchdown_ft)
-{
-    return landing->speed_ft_s * landing->speed_ft_s / 2.0 / (landing->stop_ft - touchdown_ft);
-}
-
 /* The landing's facts; the event is of its truth. */
 static void take_facts(struct ranked *ranked, const struct score_series *series,
                        const struct score_landing *landing, double plan_ft_s2, const double *sum_in)
@@ -94,80 +69,9 @@ static void take_facts(struct ranked *ranked, const struct score_series *series,
         slack_ft += sum_in[s] / 12.0;
     *ranked = (struct ranked){.series = series->number,
                               .landing = landing->number,
-                              .event = has_event(landing),
+                              .event = !isnan(score_event_s(landing)),
                               .feature = {1.0, plan_ft_s2 / 6.0, series->told_friction / 0.6,
                                           landing->number / 3.0, slack_ft}};
-}
-
-/* What the ensemble is told of the runway: as the board is, but for the share of the thrust. */
-static bool begin(struct advise_members *members, const struct score_series *series)
-{
-    struct advise_runway runway = {
-        .chain = {.mats = SCORE_MATS,
-                  .mat_length_ft = (float)SCORE_MAT_FT,
-                  .mass_slug = 0.466f / 32.174f,
-                  .friction_lb = (float)(0.466 * series->told_friction),
-                  .kl_lb_ft = 2.9e5f,
-                  .cl_lb_s_ft = 5.0f,
-                  .slack_ft = 0.0025f},
-        .grit_lb = 10.0,
-        .thrust_lb_per_g = 1300.0 / 12.0,
-    };
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        runway.station_ft[i] = i < STATIONS ? 40.0f + 10.0f * (float)i : NAN;
-    return advise_members_draw(members, &runway, MEMBERS, 0xd2a30000u + series->number) == MR_OK;
-}
-
-/* A survey of the openings before the landing. */
-static void survey(const struct score_landing *landing, uint64_t *facts, double *sum_in)
-{
-    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        sum_in[s] = SURVEY_IN * score_normal(facts);
-        for (unsigned j = 0; j < MR_MATS_PER_SEGMENT; j++)
-            sum_in[s] += (double)landing->gap_in[s * MR_MATS_PER_SEGMENT + j];
-    }
-}
-
-/* What is said before a landing, and after it what it teaches. `next`: NULL, or the one whose
- * survey comes after it. */
-struct known {
-    double plan_ft_s2, true_ft_s2, sum_in[MR_SEGMENTS], read_in[STATIONS];
-};
-
-static bool say(struct advise_members *members, const struct score_landing *landing,
-                const struct known *known, const double *log_ratio, size_t landings,
-                struct ranked *ranked)
-{
-    static struct advise_braking braking[MEMBERS];
-    static struct advise_met met[MEMBERS];
-    struct advise_plan plan = {.speed_ft_s = landing->speed_ft_s,
-                               .speed_spread = SPEED_ERROR,
-                               .mean_ft_s2 = known->plan_ft_s2,
-                               .touchdown_ft = TOUCHDOWN,
-                               .touchdown_spread_ft = TOUCHDOWN_ERROR,
-                               .seed = landing->number};
-    struct advise_row row;
-    advise_plan_met(log_ratio, landings, &plan.bias, &plan.spread);
-    advise_survey(members, known->sum_in, SURVEY_IN);
-    bool good = advise_row(members, &plan, known->plan_ft_s2, braking, met, &row);
-    ranked->probability = row.zone.p;
-    ranked->odds = advise_odds(row.share);
-    return good;
-}
-
-static bool teach(struct advise_members *members, const struct score_landing *landing,
-                  const struct known *known, const struct known *next)
-{
-    struct advise_seen seen = {.braking = {.speed_ft_s = landing->speed_ft_s,
-                                           .touchdown_ft = TOUCHDOWN,
-                                           .mean_ft_s2 = known->true_ft_s2},
-                               .moved_error_in = READING_IN,
-                               .survey_error_in = SURVEY_IN};
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        seen.moved_in[i] = i < STATIONS ? known->read_in[i] : (double)NAN;
-    memcpy(seen.before_in, known->sum_in, sizeof seen.before_in);
-    memcpy(seen.after_in, next->sum_in, sizeof seen.after_in);
-    return advise_learn(members, &seen);
 }
 
 /* All landings of a series; `rules`: facts alone. False: it failed. */
@@ -175,26 +79,28 @@ static bool play(const struct score_truth *truth, bool rules, struct ranked *ran
 {
     const struct score_series *series = &truth->series;
     struct advise_members members = {0};
-    struct known known[SCORE_LANDINGS];
+    struct advised_known known[SCORE_LANDINGS];
     double log_ratio[SCORE_LANDINGS];
     uint64_t facts = 0xbef00000u + series->number;
     for (unsigned i = 0; i < series->landings; i++) {
         const struct score_landing *landing = &truth->landing[i];
-        struct known *k = &known[i];
-        k->true_ft_s2 = mean_braking_ft_s2(landing, series->touchdown_ft);
+        struct advised_known *k = &known[i];
+        k->true_ft_s2 = advised_mean_ft_s2(landing, series->touchdown_ft);
         k->plan_ft_s2 = k->true_ft_s2 * clamp(1.0 + PLAN_ERROR * score_normal(&facts), 0.6, 1.5);
-        survey(landing, &facts, k->sum_in);
-        for (unsigned s = 0; s < STATIONS; s++)
-            k->read_in[s] = (double)landing->u_in[landing->rows - 1][3 + s] +
-                            READING_IN * score_normal(&facts);
+        advised_read(landing, &facts, k);
         log_ratio[i] = log(k->true_ft_s2 / k->plan_ft_s2);
         take_facts(&ranked[*count + i], series, landing, k->plan_ft_s2, k->sum_in);
     }
-    bool good = rules || begin(&members, series);
+    bool good = rules || advised_begin(&members, series);
     for (unsigned i = 0; !rules && good && i < series->landings; i++) {
-        good = say(&members, &truth->landing[i], &known[i], log_ratio, i, &ranked[*count + i]) &&
+        struct advise_row row;
+        struct advise_plan plan;
+        advised_plan(&plan, &truth->landing[i], &known[i], log_ratio, i);
+        good = advised_say(&members, &plan, &known[i], known[i].plan_ft_s2, &row) &&
                (i + 1 == series->landings ||
-                teach(&members, &truth->landing[i], &known[i], &known[i + 1]));
+                advised_teach(&members, &truth->landing[i], &known[i], &known[i + 1]));
+        ranked[*count + i].probability = row.zone.p;
+        ranked[*count + i].odds = advise_odds(row.share);
     }
     *count += series->landings;
     advise_members_free(&members);

@@ -9,9 +9,10 @@
 #include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 
-#define VERSION         4u /* of the files; a truth of another one is computed anew */
-#define PLANAR_VERSION  5u
-#define ELASTIC_VERSION 6u
+#define VERSION         7u /* of the files; a truth of another one is computed anew */
+#define PLANAR_VERSION  8u
+#define ELASTIC_VERSION 9u
+#define LATE_VERSION    10u
 #define ELASTIC_STEP_S  5e-5
 #define STEP_S          2.5e-5
 #define G_FT_S2         32.174
@@ -82,6 +83,7 @@ struct gear {
     double v0_ft_s, touchdown_ft, touchdown_s;
     double first_ft_s2, last_ft_s2, bend_from_s, bend_to_s, onset_s;
     double ripple[3], ripple_hz[3], turn[3];
+    double release_s, drag_ft_s2; /* from then on no more than that; NaN: not released */
 };
 
 static double braking_ft_s2(const struct gear *gear, double t_s)
@@ -96,8 +98,9 @@ static double braking_ft_s2(const struct gear *gear, double t_s)
     for (int i = 0; i < 3; i++)
         wave += gear->ripple[i] *
                 sin(6.283185307179586 * (gear->ripple_hz[i] * since_s + gear->turn[i]));
-    return onset * onset * (3.0 - 2.0 * onset) *
-           (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
+    double a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) *
+                     (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
+    return t_s >= gear->release_s ? fmin(a_ft_s2, gear->drag_ft_s2) : a_ft_s2;
 }
 
 static void draw_gear(struct gear *gear, const struct score_series *series, uint64_t *state)
@@ -117,6 +120,29 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
         gear->ripple_hz[i] = between(state, 0.5, 6.0);
         gear->turn[i] = score_uniform(state);
     }
+}
+
+/* Light, then hard: for 30 to 70 % of the way a third to two thirds of what would stop it evenly;
+ * then what still stops it there. */
+static void brake_late(struct gear *gear, uint64_t *state)
+{
+    double v0_ft_s = gear->v0_ft_s, stop_ft = between(state, 60.0, 114.0) - gear->touchdown_ft,
+           mean_ft_s2 = v0_ft_s * v0_ft_s / (2.0 * stop_ft),
+           light_ft = between(state, 0.3, 0.7) * stop_ft;
+    gear->first_ft_s2 = between(state, 0.33, 0.67) * mean_ft_s2;
+    double v1_ft_s = sqrt(v0_ft_s * v0_ft_s - 2.0 * gear->first_ft_s2 * light_ft);
+    gear->last_ft_s2 = v1_ft_s * v1_ft_s / (2.0 * (stop_ft - light_ft));
+    gear->bend_from_s = (v0_ft_s - v1_ft_s) / gear->first_ft_s2;
+    gear->bend_to_s = gear->bend_from_s + between(state, 0.1, 0.3);
+}
+
+static void note_braking(const struct gear *gear, struct score_landing *landing)
+{
+    landing->knot_s[0] = 0.0f;
+    landing->knot_s[1] = (float)gear->bend_from_s;
+    landing->knot_s[2] = (float)gear->bend_to_s;
+    landing->knot_ft_s2[0] = landing->knot_ft_s2[1] = (float)gear->first_ft_s2;
+    landing->knot_ft_s2[2] = (float)gear->last_ft_s2;
 }
 
 /* Path of the thrust, looks and edges. */
@@ -234,7 +260,7 @@ static void find_wave(struct score_landing *landing, const struct sim_result *re
 
 static bool land(const struct score_series *series, struct score_landing *landing,
                  enum score_kind kind, const double *gap_ft, const double *grit_lb,
-                 double *gap_end_ft, uint64_t *state)
+                 double *gap_end_ft, uint64_t *state, double release_s, double drag_ft_s2)
 {
     static struct sim_path_row rows[SCORE_ROWS_MAX];
     static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
@@ -245,6 +271,11 @@ static bool land(const struct score_series *series, struct score_landing *landin
     size_t count;
     bool planar = kind == SCORE_PLANAR;
     draw_gear(&gear, series, state);
+    if (kind == SCORE_LATE)
+        brake_late(&gear, state);
+    gear.release_s = release_s;
+    gear.drag_ft_s2 = drag_ft_s2;
+    note_braking(&gear, landing);
     roll(landing, &gear, series, rows, &count, state);
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
@@ -262,7 +293,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
         looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
-    bool good = kind == SCORE_CHAIN ||
+    bool good = kind == SCORE_CHAIN || kind == SCORE_LATE ||
                 (planar ? make_planar : make_elastic)(&scene, series->number, &error);
     const struct sim_options options = {.dt_s = planar                ? PLANAR_STEP_S
                                               : kind == SCORE_ELASTIC ? ELASTIC_STEP_S
@@ -316,7 +347,9 @@ static bool land(const struct score_series *series, struct score_landing *landin
     return true;
 }
 
-static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind)
+/* `before`: NULL, or what is before each landing. */
+static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                    struct score_before *before)
 {
     static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
     uint64_t state = 0x5c0e0000u + number;
@@ -333,7 +366,13 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
         landing->number = i + 1;
         for (int j = 0; j < SCORE_JOINTS; j++)
             landing->gap_in[j] = (float)(12.0 * gap_ft[j]);
-        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state))
+        if (before) {
+            memcpy(before[i].gap_ft, gap_ft, sizeof gap_ft);
+            memcpy(before[i].grit_lb, grit_lb, sizeof grit_lb);
+            before[i].state = state;
+        }
+        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state, (double)NAN,
+                  (double)NAN))
             return false;
         if (kind == SCORE_PLANAR && landing->rows == 0) {
             truth->series.landings = i;
@@ -343,6 +382,26 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
             truth->series.landings = i + 1; /* the runway has to be laid again */
     }
     return true;
+}
+
+bool score_truth_compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                         struct score_before before[SCORE_LANDINGS])
+{
+    return compute(truth, number, kind, before);
+}
+
+bool score_truth_released(const struct score_series *series, enum score_kind kind, uint32_t number,
+                          const struct score_before *before, double release_s, double drag_ft_s2,
+                          struct score_landing *landing)
+{
+    static double end_ft[SCORE_JOINTS];
+    uint64_t state = before->state;
+    memset(landing, 0, sizeof *landing);
+    landing->number = number;
+    landing->wave_s = NAN;
+    return land(series, landing, kind, before->gap_ft, before->grit_lb, end_ft, &state, release_s,
+                drag_ft_s2) &&
+           landing->rows > 0;
 }
 
 /* A landing on disk: only the rows and looks it has. */
@@ -368,7 +427,7 @@ static size_t put(void *from, size_t size, size_t count, FILE *file)
 static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *file,
                       size_t (*move)(void *, size_t, size_t, FILE *))
 {
-    static const uint32_t versions[] = {VERSION, PLANAR_VERSION, ELASTIC_VERSION};
+    static const uint32_t versions[] = {VERSION, PLANAR_VERSION, ELASTIC_VERSION, LATE_VERSION};
     const uint32_t expected = versions[kind];
     uint32_t version = expected;
     if (move(&version, sizeof version, 1, file) != 1 || version != expected ||
@@ -385,7 +444,7 @@ static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *fil
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
                      const char *folder)
 {
-    static const char *const names[] = {"truth", "planar", "elastic"};
+    static const char *const names[] = {"truth", "planar", "elastic", "late"};
     char path[512], made[528];
     snprintf(path, sizeof path, "%s/%s-%u.bin", folder, names[kind], number);
     snprintf(made, sizeof made, "%s.new", path);
@@ -398,7 +457,7 @@ bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind
         if (good)
             return true;
     }
-    if (!compute(truth, number, kind))
+    if (!compute(truth, number, kind, NULL))
         return false;
     file = fopen(made, "wb");
     if (!file || !carry_all(truth, kind, file, put) || fclose(file) != 0 ||

@@ -1,0 +1,131 @@
+#include "common/onboard/release.h"
+
+#include "common/wire.h"
+
+#define LEAST_FT_S 2.0f
+
+/* To act on a probability p pays when p times what a miss costs is more than 1 - p times what a
+ * needless act does. */
+static float limit_of(float cost_ratio)
+{
+    return 1.0f / (1.0f + cost_ratio);
+}
+
+void release_settings_of(const struct mr_config *config, bool crystal,
+                         struct release_settings *settings)
+{
+    const struct mr_risk_config *risk = &config->risk[0];
+    *settings = (struct release_settings){
+        .lamp_limit = limit_of(risk->lamp_cost_ratio),
+        .release_limit = risk->release ? limit_of(risk->release_cost_ratio) : MR_NAN,
+        .hold_blocks = (float)risk->release_hold_ms,
+        .most_blocks = (float)risk->release_most_ms,
+        .coasting_ft_s2 = risk->coasting_ft_s2,
+        .spare_ft = risk->spare_ft,
+        .crystal = crystal ? 1.0f : 0.0f};
+}
+
+static float *setting(struct release_settings *s, unsigned n)
+{
+    float *const all[RELEASE_SETTINGS] = {&s->lamp_limit,  &s->release_limit,  &s->hold_blocks,
+                                          &s->most_blocks, &s->coasting_ft_s2, &s->spare_ft,
+                                          &s->crystal};
+    return n < RELEASE_SETTINGS ? all[n] : NULL;
+}
+
+float release_setting(const struct release_settings *settings, unsigned n)
+{
+    struct release_settings copy = *settings;
+    const float *at = setting(&copy, n);
+    return at ? *at : MR_NAN;
+}
+
+bool release_setting_set(struct release_settings *settings, unsigned n, float value)
+{
+    float *at = setting(settings, n);
+    if (at)
+        *at = value;
+    return at != NULL;
+}
+
+void release_arm(struct release *release, const struct release_settings *settings, uint32_t index)
+{
+    *release = (struct release){.settings = *settings, .changed_block = index};
+}
+
+/* That it waits is no news. */
+static bool change(struct release *release, enum mr_release_state state,
+                   enum mr_release_reason reason, uint32_t index)
+{
+    if (release->state == state && (release->reason == reason || state == MR_RELEASE_READY)) {
+        release->reason = (uint8_t)reason;
+        return false;
+    }
+    release->state = (uint8_t)state;
+    release->reason = (uint8_t)reason;
+    release->changed_block = index;
+    return true;
+}
+
+bool release_end(struct release *release, uint32_t index)
+{
+    release->beyond = false;
+    return release_asked(release) && change(release, MR_RELEASE_OVER, MR_RELEASE_NO_ROLL, index);
+}
+
+/* What speaks against releasing the brake now; MR_RELEASE_BY_RISK: nothing does. */
+static enum mr_release_reason obstacle(const struct release *release, const struct mr_predictor *p,
+                                       const struct mr_predictor_zone *zone,
+                                       const struct landing *landing, uint32_t index)
+{
+    const struct release_settings *s = &release->settings;
+    float runway_ft = p->config.chain.mat_length_ft * (float)p->config.chain.mats;
+    if (!(s->crystal > 0.5f))
+        return MR_RELEASE_NO_CLOCK;
+    if (landing->state != LANDING_LANDING || !landing_may_warn(landing, index))
+        return MR_RELEASE_NO_ROLL;
+    if (!p->braking || __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s))
+        return MR_RELEASE_NO_MOTION;
+    if (!(p->speed_ft_s > LEAST_FT_S))
+        return MR_RELEASE_NO_ROLL;
+    if (zone->basis & (MR_PREDICTOR_BLIND | MR_PREDICTOR_FELL_BACK) ||
+        zone->level == MR_PREDICTOR_KINEMATIC)
+        return MR_RELEASE_NO_MODEL;
+    float way_ft = 0.5f * p->speed_ft_s * p->speed_ft_s / s->coasting_ft_s2;
+    return p->wheel_ft + way_ft + s->spare_ft <= runway_ft ? MR_RELEASE_BY_RISK
+                                                           : MR_RELEASE_NO_RUNWAY;
+}
+
+bool release_look(struct release *release, const struct mr_predictor *p,
+                  const struct mr_predictor_zone *zone, const struct mr_risk_said *said,
+                  const struct landing *landing, uint32_t index)
+{
+    const struct release_settings *s = &release->settings;
+    if (__builtin_isnan(s->release_limit) || release->state == MR_RELEASE_OVER)
+        return false;
+    enum mr_release_reason reason = obstacle(release, p, zone, landing, index);
+    if (release_asked(release)) {
+        release->asked_blocks = index - release->changed_block;
+        if (reason == MR_RELEASE_BY_RISK && (float)release->asked_blocks >= s->most_blocks)
+            reason = MR_RELEASE_TIME_UP;
+        return reason != MR_RELEASE_BY_RISK && change(release, MR_RELEASE_OVER, reason, index);
+    }
+    bool beyond = said->risk >= s->release_limit;
+    if (beyond && !release->beyond)
+        release->beyond_block = index;
+    release->beyond = beyond;
+    if (!beyond)
+        return change(release, MR_RELEASE_READY, MR_RELEASE_NO_REASON, index);
+    if ((float)(index - release->beyond_block) < s->hold_blocks)
+        return change(release, MR_RELEASE_READY, MR_RELEASE_WAITS, index);
+    return change(release, reason == MR_RELEASE_BY_RISK ? MR_RELEASE_ASKED : MR_RELEASE_REFUSED,
+                  reason, index);
+}
+
+bool release_lamp(const struct release_settings *settings, const struct mr_predictor_zone *zone,
+                  const struct mr_risk_said *said)
+{
+    if (__builtin_isnan(settings->lamp_limit) || __builtin_isnan(said->risk))
+        return zone->verdict == MR_PREDICTOR_WARNING;
+    return said->risk >= settings->lamp_limit;
+}
