@@ -1,8 +1,8 @@
 /* Risk of a landing: the probability that the wheel will come to a zone of 50 compressed mats
- * (MR_PREDICTOR_WARNING_MATS) before it stops, from what the board has - the predictor's zones, what
- * transducers and survey say without it, braking now and to come, way left, friction told - and,
- * where the host has given them before the landing, from how it is meant to be braked (the plan)
- * and from what an ensemble of runways says of that (the chart, host/advise).
+ * (MR_PREDICTOR_WARNING_MATS) before it stops, from what the board has - the predictor's zones,
+ * what transducers and survey say without it, braking now and to come, way left, friction told -
+ * and, where the host has given them before the landing, from how it is meant to be braked (the
+ * plan) and from what an ensemble of runways says of that (the chart, host/advise).
  *
  * It is a logistic rule, a set of weights for each kind of knowledge (risk_weights.def), fitted on
  * series of landings that are not scored (tests/score/README.md, "Risk during the landing").
