@@ -59,7 +59,7 @@ static void say_zone(const struct predict *p, struct telemetry *telemetry, uint3
     TELL_THIS(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
     TELL_THIS(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
     TELL_THIS(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
-    predict_risk_statement(&p->risk_said, p->release.settings.lamp_limit, index, &said);
+    predict_risk_statement(&p->risk_said, index, &said);
     TELL_THIS(telemetry, TO_RECORD, risk, RISK, &said.risk);
     TELL_THIS(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
 }
@@ -67,9 +67,7 @@ static void say_zone(const struct predict *p, struct telemetry *telemetry, uint3
 static void say_release(const struct predict *p, struct telemetry *telemetry)
 {
     TELL(telemetry, TO_RECORD, release, RELEASE, .state = p->release.state,
-         .reason = p->release.reason,
-         .asked = (uint16_t)(p->release.asked_blocks < UINT16_MAX ? p->release.asked_blocks
-                                                                  : UINT16_MAX),
+         .reason = p->release.reason, .ease_ft_s2 = p->release.ease_ft_s2,
          .block = p->release.changed_block);
 }
 
@@ -220,7 +218,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     release_arm(&p->release, &settings, index);
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
                 config.site[0].touchdown_ft);
-    p->risk_said = (struct mr_risk_said){.risk = MR_NAN};
+    p->risk_said = (struct mr_risk_said){.risk = MR_NAN, .wave = MR_NAN};
     begin_saying(p, telemetry);
     p->telling_risk = 0;
 }
@@ -331,6 +329,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
         p->warning = false;
         board_warn(false);
         p->risk_said = (struct mr_risk_said){.risk = MR_NAN,
+                                             .wave = MR_NAN,
                                              .start_s = MR_NAN,
                                              .failure_s = MR_NAN,
                                              .failure_ft = MR_NAN,

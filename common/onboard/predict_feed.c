@@ -129,11 +129,11 @@ void predict_statement(const struct mr_predictor *predictor, const struct mr_pre
                                         .block16 = block16};
 }
 
-void predict_risk_statement(const struct mr_risk_said *risk, float lamp_limit, uint32_t index,
+void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
                             struct predict_said *said)
 {
     said->risk = (struct mr_risk){.risk = risk->risk,
-                                  .lamp_limit = lamp_limit,
+                                  .wave = risk->wave,
                                   .basis = (uint8_t)risk->basis,
                                   .reason = (uint8_t)risk->reason,
                                   .block16 = (uint16_t)index};

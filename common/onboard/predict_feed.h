@@ -57,7 +57,7 @@ struct predict_said {
 void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
                        bool warning, uint32_t index, struct predict_said *said);
 /* Its other part: the risk, and from where on the lamp warns (NaN: by the verdict). */
-void predict_risk_statement(const struct mr_risk_said *risk, float lamp_limit, uint32_t index,
+void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
                             struct predict_said *said);
 
 #endif

@@ -2,7 +2,8 @@
 
 #include "common/wire.h"
 
-#define LEAST_FT_S 2.0f
+#define LEAST_FT_S  2.0f
+#define EASED_SHARE 0.9f /* of the braking of now: less is worth easing to */
 
 /* To act on a probability p pays when p times what a miss costs is more than 1 - p times what a
  * needless act does. */
@@ -22,14 +23,15 @@ void release_settings_of(const struct mr_config *config, bool crystal,
         .most_blocks = (float)risk->release_most_ms,
         .coasting_ft_s2 = risk->coasting_ft_s2,
         .spare_ft = risk->spare_ft,
-        .crystal = crystal ? 1.0f : 0.0f};
+        .crystal = crystal ? 1.0f : 0.0f,
+        .eases = risk->release == 2u ? 1.0f : 0.0f};
 }
 
 static float *setting(struct release_settings *s, unsigned n)
 {
     float *const all[RELEASE_SETTINGS] = {&s->lamp_limit,  &s->release_limit,  &s->hold_blocks,
                                           &s->most_blocks, &s->coasting_ft_s2, &s->spare_ft,
-                                          &s->crystal};
+                                          &s->crystal,     &s->eases};
     return n < RELEASE_SETTINGS ? all[n] : NULL;
 }
 
@@ -50,7 +52,8 @@ bool release_setting_set(struct release_settings *settings, unsigned n, float va
 
 void release_arm(struct release *release, const struct release_settings *settings, uint32_t index)
 {
-    *release = (struct release){.settings = *settings, .changed_block = index};
+    *release =
+        (struct release){.settings = *settings, .changed_block = index, .ease_ft_s2 = MR_NAN};
 }
 
 /* That it waits is no news. */
@@ -70,7 +73,16 @@ static bool change(struct release *release, enum mr_release_state state,
 bool release_end(struct release *release, uint32_t index)
 {
     release->beyond = false;
+    release->ease_ft_s2 = MR_NAN;
     return release_asked(release) && change(release, MR_RELEASE_OVER, MR_RELEASE_NO_ROLL, index);
+}
+
+/* The least deceleration that stops it with enough runway left. */
+static float least_ft_s2(const struct release_settings *s, const struct mr_predictor *p)
+{
+    float runway_ft = p->config.chain.mat_length_ft * (float)p->config.chain.mats,
+          left_ft = runway_ft - s->spare_ft - p->wheel_ft;
+    return left_ft > 0.0f ? 0.5f * p->speed_ft_s * p->speed_ft_s / left_ft : 1e6f;
 }
 
 /* What speaks against releasing the brake now; MR_RELEASE_BY_RISK: nothing does. */
@@ -79,7 +91,6 @@ static enum mr_release_reason obstacle(const struct release *release, const stru
                                        const struct landing *landing, uint32_t index)
 {
     const struct release_settings *s = &release->settings;
-    float runway_ft = p->config.chain.mat_length_ft * (float)p->config.chain.mats;
     if (!(s->crystal > 0.5f))
         return MR_RELEASE_NO_CLOCK;
     if (landing->state != LANDING_LANDING || !landing_may_warn(landing, index))
@@ -91,9 +102,21 @@ static enum mr_release_reason obstacle(const struct release *release, const stru
     if (zone->basis & (MR_PREDICTOR_BLIND | MR_PREDICTOR_FELL_BACK) ||
         zone->level == MR_PREDICTOR_KINEMATIC)
         return MR_RELEASE_NO_MODEL;
-    float way_ft = 0.5f * p->speed_ft_s * p->speed_ft_s / s->coasting_ft_s2;
-    return p->wheel_ft + way_ft + s->spare_ft <= runway_ft ? MR_RELEASE_BY_RISK
-                                                           : MR_RELEASE_NO_RUNWAY;
+    float most_ft_s2 = s->coasting_ft_s2;
+    if (s->eases > 0.5f) {
+        float braked_ft_s2 = release_asked(release) ? release->braked_ft_s2 : p->deceleration_ft_s2;
+        if (EASED_SHARE * braked_ft_s2 > most_ft_s2)
+            most_ft_s2 = EASED_SHARE * braked_ft_s2;
+    }
+    return least_ft_s2(s, p) <= most_ft_s2 ? MR_RELEASE_BY_RISK : MR_RELEASE_NO_RUNWAY;
+}
+
+static void ease(struct release *release, const struct mr_predictor *p)
+{
+    float least = least_ft_s2(&release->settings, p);
+    release->ease_ft_s2 = release_asked(release) && least > release->settings.coasting_ft_s2
+                            ? least
+                            : MR_NAN;
 }
 
 bool release_look(struct release *release, const struct mr_predictor *p,
@@ -108,9 +131,12 @@ bool release_look(struct release *release, const struct mr_predictor *p,
         release->asked_blocks = index - release->changed_block;
         if (reason == MR_RELEASE_BY_RISK && (float)release->asked_blocks >= s->most_blocks)
             reason = MR_RELEASE_TIME_UP;
-        return reason != MR_RELEASE_BY_RISK && change(release, MR_RELEASE_OVER, reason, index);
+        bool over = reason != MR_RELEASE_BY_RISK && change(release, MR_RELEASE_OVER, reason, index);
+        ease(release, p);
+        return over;
     }
-    bool beyond = said->risk >= s->release_limit;
+    bool by_wave = said->wave >= s->release_limit && !(said->risk >= said->wave),
+         beyond = by_wave || said->risk >= s->release_limit;
     if (beyond && !release->beyond)
         release->beyond_block = index;
     release->beyond = beyond;
@@ -118,8 +144,12 @@ bool release_look(struct release *release, const struct mr_predictor *p,
         return change(release, MR_RELEASE_READY, MR_RELEASE_NO_REASON, index);
     if ((float)(index - release->beyond_block) < s->hold_blocks)
         return change(release, MR_RELEASE_READY, MR_RELEASE_WAITS, index);
-    return change(release, reason == MR_RELEASE_BY_RISK ? MR_RELEASE_ASKED : MR_RELEASE_REFUSED,
-                  reason, index);
+    if (reason != MR_RELEASE_BY_RISK)
+        return change(release, MR_RELEASE_REFUSED, reason, index);
+    release->braked_ft_s2 = p->deceleration_ft_s2;
+    bool changed = change(release, MR_RELEASE_ASKED, by_wave ? MR_RELEASE_BY_WAVE : reason, index);
+    ease(release, p);
+    return changed;
 }
 
 bool release_lamp(const struct release_settings *settings, const struct mr_predictor_zone *zone,

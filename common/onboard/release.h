@@ -1,12 +1,16 @@
 /* What the board does by the risk (common/risk.h): from where on the lamp warns, and when it asks
  * for the brake to be released. Braking is the safe state: each doubt refuses.
  *
- * Asked for when the risk has stayed at its limit or beyond for the time configured, and
+ * Asked for when the risk of a zone or that of a bow wave has stayed at the limit or beyond for the
+ * time configured, and
  *  - a gear rolls on the runway, and nobody pushes it
  *  - motion and braking rest on switches
  *  - the clock is the crystal: else no speed is known
  *  - transducers speak, and the model has not fallen back
- *  - by bearing drag alone it stops with the configured length of runway left.
+ *  - as it is braked while released it stops with the configured length of runway left; or, where
+ *    the circuit can ease the brake to what it is told, that takes clearly less than the braking of
+ *    now. Then the brake is eased to the least that stops there, told anew with each look. Pulses
+ *    are no substitute: what they leave of the braking raises waves (tests/score/README.md).
  * Once asked for it stays so until one of these is no longer so (but the risk), or the longest time
  * is over; then not again in this landing. What refuses is told, and asked again at each look.
  *
@@ -25,9 +29,10 @@ struct release_settings {
     float hold_blocks, most_blocks;
     float coasting_ft_s2, spare_ft;
     float crystal; /* 1: the clock is the crystal */
+    float eases;   /* 1: the circuit eases the brake to what it is told */
 };
 /* Chart and plan (common/risk.h), then these: the list that the message risk_item tells. */
-#define RELEASE_SETTINGS 7u
+#define RELEASE_SETTINGS 8u
 #define RELEASE_ITEMS    (MR_RISK_ITEMS + RELEASE_SETTINGS)
 
 void release_settings_of(const struct mr_config *config, bool crystal,
@@ -40,6 +45,8 @@ struct release {
     struct release_settings settings;
     uint8_t state, reason;  /* enum mr_release_state, mr_release_reason */
     uint32_t changed_block; /* of the last change */
+    float ease_ft_s2;       /* asked for; NaN: not, or to be released altogether */
+    float braked_ft_s2;     /* when it was asked for */
     bool beyond;
     uint32_t beyond_block; /* since when */
     uint32_t asked_blocks; /* so long it was asked for in this landing */

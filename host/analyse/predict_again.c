@@ -241,7 +241,7 @@ static void compare_risk(struct again *again, struct predict_said *said)
     THROUGH_WIRE(risk, &said->risk);
     THROUGH_WIRE(risk_lead, &said->risk_lead);
     compare(again, "risk", r->risk, (double)said->risk.risk);
-    compare(again, "lamp_limit", r->lamp_limit, (double)said->risk.lamp_limit);
+    compare(again, "wave", r->wave, (double)said->risk.wave);
     compare(again, "risk_basis", whole(r->basis), said->risk.basis);
     compare(again, "risk_reason", whole(r->reason), said->risk.reason);
     compare(again, "risk_start_s", r->start_s, (double)said->risk_lead.start_s);
@@ -274,8 +274,7 @@ static void hold_against(struct again *again)
     struct predict_said said;
     predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block,
                       &said);
-    predict_risk_statement(&again->hazard_said, again->settings.lamp_limit, (uint32_t)again->block,
-                           &said);
+    predict_risk_statement(&again->hazard_said, (uint32_t)again->block, &said);
     pass_over(again, again->block);
     again->covered = has_gap(again, again->block, false);
     const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone]
@@ -336,7 +335,7 @@ static void arm(struct again *again, const struct mr_block *block)
     mr_predictor_arm(&again->predictor);
     mr_risk_arm(&again->hazard, __builtin_isnan(again->plan.speed_ft_s) ? NULL : &again->plan,
                 &again->predictor, again->config.site[0].touchdown_ft);
-    again->hazard_said = (struct mr_risk_said){.risk = NAN};
+    again->hazard_said = (struct mr_risk_said){.risk = NAN, .wave = NAN};
     again->look = (struct mr_predictor_zone){.level = again->predictor.level};
     again->armed = true;
 }

@@ -7,6 +7,7 @@
 
 #include "common/command.h"
 #include "common/crash.h"
+#include "common/risk.h"
 #include "common/series.h"
 #include "host/collect/collect.h"
 
@@ -22,7 +23,7 @@ static void forget_landing(struct live_model *model)
                                      .wheel_ft = (double)NAN};
     model->warning = (struct live_warning){.first_block = -1, .zone = model->zone};
     model->verdict = (struct live_verdict){.block = -1};
-    model->risk = (struct live_risk){.block = -1, .release_block = -1};
+    model->risk = (struct live_risk){.block = -1, .lamp_limit = MISSING, .release_block = -1};
     model->motion_block = -1;
     model->position_ft = model->speed_ft_s = model->deceleration_ft_s2 = MISSING;
     model->speed_error_ft_s = model->deceleration_error_ft_s2 = MISSING;
@@ -411,6 +412,10 @@ static void predictor_message(struct live_model *model, const struct live_heard 
     case MR_PLACE_ZONE_COMING: link->coming = m->as.zone_coming; break;
     case MR_PLACE_ZONE_PRESS: link->press = m->as.zone_press; break;
     case MR_PLACE_RISK: link->risk = m->as.risk; break;
+    case MR_PLACE_RISK_ITEM:
+        if (m->as.risk_item.index == MR_RISK_ITEMS) /* the first of the limits */
+            model->risk.lamp_limit = m->as.risk_item.value;
+        break;
     case MR_PLACE_RISK_LEAD: take_risk(model, link, &m->as.risk_lead, heard->block); break;
     case MR_PLACE_RELEASE: take_release(model, &m->as.release, heard->host_us); break;
     case MR_PLACE_VERDICT:
@@ -473,6 +478,7 @@ static void (*const parts[MR_PLACES])(struct live_model *model, const struct liv
     [MR_PLACE_ZONE] = predictor_message,
     [MR_PLACE_ZONE_LEAD] = predictor_message,
     [MR_PLACE_RISK] = predictor_message,
+    [MR_PLACE_RISK_ITEM] = predictor_message,
     [MR_PLACE_RISK_LEAD] = predictor_message,
     [MR_PLACE_RELEASE] = predictor_message,
     [MR_PLACE_ZONE_COMING] = predictor_message,

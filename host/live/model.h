@@ -96,7 +96,8 @@ struct live_verdict {
 
 /* Newest statement of the risk, and the brake release. */
 struct live_risk {
-    int64_t block; /* -1: none told */
+    int64_t block;    /* -1: none told */
+    float lamp_limit; /* NaN: none, or not told */
     struct mr_risk said;
     struct mr_risk_lead lead;
     int64_t release_block; /* -1: none told */

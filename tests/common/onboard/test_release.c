@@ -34,7 +34,8 @@ static int start(void **state)
     predictor.braking = true;
     predictor.wheel_ft = 40.0f;
     predictor.speed_ft_s = 20.0f;
-    said = (struct mr_risk_said){.risk = 0.8f};
+    predictor.deceleration_ft_s2 = 8.0f;
+    said = (struct mr_risk_said){.risk = 0.8f, .wave = NAN};
     release_settings_of(&config, true, &settings);
     now = 1000;
     release_arm(&release, &settings, now);
@@ -87,7 +88,10 @@ static void the_limit_is_set_by_costs(void **state)
     assert_true(fabsf(settings.lamp_limit - 0.2f) < 1e-6f);
     config.risk[0].release = 1;
     release_settings_of(&config, true, &settings);
-    assert_true(fabsf(settings.release_limit - 0.25f) < 1e-6f);
+    assert_true(fabsf(settings.release_limit - 0.25f) < 1e-6f && settings.eases == 0.0f);
+    config.risk[0].release = 2;
+    release_settings_of(&config, true, &settings);
+    assert_true(fabsf(settings.release_limit - 0.25f) < 1e-6f && settings.eases == 1.0f);
 }
 
 static void never_where_none_is_wired(void **state)
@@ -141,6 +145,62 @@ static void what_refuses(void **state)
     zone.basis = 0;
     assert_true(look_for(10));
     assert_true(release_asked(&release));
+}
+
+static void a_wave_asks_as_well(void **state)
+{
+    (void)state;
+    said.risk = NAN;
+    said.wave = 0.49f;
+    assert_false(look_for(1000));
+    said.wave = 0.6f;
+    assert_true(look_for(200));
+    assert_true(release_asked(&release));
+    assert_int_equal(release.reason, MR_RELEASE_BY_WAVE);
+    start(state);
+    said.wave = 0.6f; /* less than that of a zone, 0.8 */
+    assert_true(look_for(200));
+    assert_int_equal(release.reason, MR_RELEASE_BY_RISK);
+}
+
+/* With 30 ft/s at 40 ft, 75 ft to go: 30 x 30 / (2 x 75) = 6 ft/s2 stops it there. */
+static void eased_to_what_still_stops(void **state)
+{
+    (void)state;
+    predictor.speed_ft_s = 30.0f;
+    refused(MR_RELEASE_NO_RUNWAY); /* by 4 alone it would not */
+    start(state);
+    release.settings.eases = 1.0f;
+    predictor.speed_ft_s = 30.0f;
+    assert_true(look_for(110));
+    assert_true(release_asked(&release));
+    assert_true(fabsf(release.ease_ft_s2 - 6.0f) < 1e-4f);
+    /* 28 x 28 / (2 x 65); the deceleration that it has by now does not count */
+    predictor.wheel_ft = 50.0f;
+    predictor.speed_ft_s = 28.0f;
+    predictor.deceleration_ft_s2 = 6.0f;
+    assert_false(look_for(10));
+    assert_true(fabsf(release.ease_ft_s2 - 6.0308f) < 1e-3f);
+    /* 20 x 20 / (2 x 65) is less than what is left without brakes */
+    predictor.speed_ft_s = 20.0f;
+    assert_false(look_for(10));
+    assert_true(release_asked(&release) && isnan(release.ease_ft_s2));
+    /* 29 x 29 / (2 x 55) = 7.6 is more than 0.9 of the 8 before: all of the brake again */
+    predictor.wheel_ft = 60.0f;
+    predictor.speed_ft_s = 29.0f;
+    assert_true(look_for(10));
+    assert_int_equal(release.state, MR_RELEASE_OVER);
+    assert_int_equal(release.reason, MR_RELEASE_NO_RUNWAY);
+    assert_true(isnan(release.ease_ft_s2));
+    start(state); /* 6 is no easing of 6.5 */
+    release.settings.eases = 1.0f;
+    predictor.speed_ft_s = 30.0f;
+    predictor.deceleration_ft_s2 = 6.5f;
+    refused(MR_RELEASE_NO_RUNWAY);
+    start(state); /* beyond where it has to have stopped */
+    release.settings.eases = 1.0f;
+    predictor.wheel_ft = 116.0f;
+    refused(MR_RELEASE_NO_RUNWAY);
 }
 
 static void asked_no_longer_than_it_may(void **state)
@@ -208,7 +268,7 @@ static void settings_are_a_list_of_numbers(void **state)
     assert_false(release_setting_set(&copy, RELEASE_SETTINGS, 1.0f));
     assert_true(isnan(copy.lamp_limit) && copy.release_limit == 0.5f && copy.spare_ft == 5.0f &&
                 copy.hold_blocks == 100.0f && copy.most_blocks == 1000.0f &&
-                copy.coasting_ft_s2 == 4.0f && copy.crystal == 1.0f);
+                copy.coasting_ft_s2 == 4.0f && copy.crystal == 1.0f && copy.eases == 0.0f);
 }
 
 int main(void)
@@ -219,6 +279,8 @@ int main(void)
         cmocka_unit_test_setup(the_limit_is_set_by_costs, start),
         cmocka_unit_test_setup(never_where_none_is_wired, start),
         cmocka_unit_test_setup(what_refuses, start),
+        cmocka_unit_test_setup(a_wave_asks_as_well, start),
+        cmocka_unit_test_setup(eased_to_what_still_stops, start),
         cmocka_unit_test_setup(asked_no_longer_than_it_may, start),
         cmocka_unit_test_setup(ends_when_something_speaks_against_it, start),
         cmocka_unit_test_setup(the_lamp_has_a_limit_or_the_verdict, start),
