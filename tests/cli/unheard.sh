@@ -30,7 +30,7 @@ whole_is_whole() {
     ! grep -i 'not known\|not heard\|were lost\|may have' "$tmp/whole.txt" && ! grep -o 'A warning may have come[^<]*' "$tmp/whole.html"
 }
 breaks_off() { # in the log, the page, and predict
-    grep '^  zone  *no warning was heard, one may have come: the record ends 0.9[0-9]* s after touchdown, before the board said that the landing is over$' "$tmp/early.txt" &&
+    grep '^  zone  *no warning was heard, one may have come: the record ends 0.[89][0-9]* s after touchdown, before the board said that the landing is over$' "$tmp/early.txt" &&
         grep -o 'no warning was heard, one may have come: the record ends' "$tmp/early.html" | head -n 1 | grep -q . &&
         grep '^  board  *no warning was heard, one may have come: ' "$tmp/early.predict"
 }
