@@ -4,6 +4,12 @@
 
 _Static_assert(MR_RISK_ROWS >= ADVISE_ROWS, "a board takes all rows");
 
+/* NaN stays NaN: waves are looked for in all rows or in none. */
+static float odds(double p)
+{
+    return (float)log(p / (1.0 - p));
+}
+
 enum mr_status advise_chart(const struct advise *advise, unsigned landings,
                             struct mr_risk_plan *plan, struct error *error)
 {
@@ -16,7 +22,8 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
     for (size_t i = 0; i < advise->rows; i++) {
         plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
-        plan->row_odds[i] = (float)log(advise->row[i].zone.p / (1.0 - advise->row[i].zone.p));
+        plan->row_odds[i] = odds(advise->row[i].zone.p);
+        plan->row_wave_odds[i] = odds(advise->row[i].wave.p);
         plan->row_ft[i] = (float)advise->row[i].half_ft;
     }
     plan->knot_s[0] = 0.0f;
