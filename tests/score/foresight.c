@@ -56,7 +56,7 @@ struct listener {
     const struct advised_chart *chart; /* NULL: facts alone */
     struct foresight_list *list;
     struct mr_risk_plan plan;
-    struct mr_risk_state risk;
+    struct mr_risk_state board, planned, nothing;
     double event_s;
     float slack_ft;
 };
@@ -93,9 +93,11 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
     l->slack_ft = slack_ft(l);
     advised_draw_plan(landing, l->truth->series.number, &l->row->told, &l->plan);
     l->plan.landings = (float)predictor->landings;
+    mr_risk_arm(&l->nothing, NULL, predictor, TOUCHDOWN);
+    mr_risk_arm(&l->planned, &l->plan, predictor, TOUCHDOWN);
     if (l->chart)
         advised_chart_put(&l->chart[landing->number - 1u], ADVISED_ROWS, &l->plan);
-    mr_risk_arm(&l->risk, &l->plan, predictor, TOUCHDOWN);
+    mr_risk_arm(&l->board, &l->plan, predictor, TOUCHDOWN);
 }
 
 static float zones(float mats)
@@ -124,10 +126,12 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
 {
     struct listener *l = ctx;
     struct mr_predictor_zone zone;
-    struct mr_risk_said said;
+    struct mr_risk_said said, planned, nothing;
     unsigned when = 0;
     double since_s = 1e-3 * ms - l->landing->touchdown_s;
-    mr_risk_block(&l->risk, predictor, input);
+    mr_risk_block(&l->board, predictor, input);
+    mr_risk_block(&l->planned, predictor, input);
+    mr_risk_block(&l->nothing, predictor, input);
     if (ms % SCORE_LOOK_MS || ms / SCORE_LOOK_MS >= l->landing->looks || 1e-3 * ms >= l->event_s)
         return;
     while (when < WHENS && fabs(since_s - when_s[when]) > 1e-6)
@@ -135,7 +139,9 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     if (when == WHENS)
         return;
     mr_predictor_zone(predictor, &zone);
-    mr_risk_say(&l->risk, predictor, &zone, &said);
+    mr_risk_say(&l->board, predictor, &zone, &said);
+    mr_risk_say(&l->planned, predictor, &zone, &planned);
+    mr_risk_say(&l->nothing, predictor, &zone, &nothing);
     if (said.basis & MR_RISK_STOPPED)
         return;
     if (l->row->told.view & SCORE_ONCE && l->landing->number == 1)
@@ -145,6 +151,8 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     *s = (struct foresight_said){.ensemble = chart ? (float)chart->p[AT_PLAN] : NAN,
                                  .share = chart ? (float)chart->share[AT_PLAN] : NAN,
                                  .board = said.risk,
+                                 .planned = planned.risk,
+                                 .nothing = nothing.risk,
                                  .until_s = (float)(l->event_s - 1e-3 * ms),
                                  .series = (uint16_t)l->truth->series.number,
                                  .landing = (uint8_t)l->landing->number,

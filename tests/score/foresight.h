@@ -31,13 +31,16 @@ enum foresight_by {
     BY_ENSEMBLE, /* of `matrig advise`: before touchdown, and never changed */
     BY_BOARD,    /* the board's risk, with plan and chart */
     BY_COMBINED, /* logistic rule of all facts */
+    BY_PLANNED,  /* the board's risk with a plan alone, */
+    BY_NOTHING,  /* and with neither */
     BY_FACT      /* and on: of one of them each */
 };
 
 struct foresight_said {
     float fact[FACTS];
-    float ensemble, share, board; /* NaN: not said; share: of the members, as counted */
-    float until_s;                /* to the event; NaN: none comes */
+    /* NaN: not said; share: of the members, as counted */
+    float ensemble, share, board, planned, nothing;
+    float until_s; /* to the event; NaN: none comes */
     uint16_t series;
     uint8_t landing, when;
 };
