@@ -83,3 +83,117 @@ bool advised_teach(struct advise_members *members, const struct score_landing *l
     memcpy(seen.after_in, next->sum_in, sizeof seen.after_in);
     return advise_learn(members, &seen);
 }
+
+/* --- a whole series --- */
+
+void advised_draw_plan(const struct score_landing *landing, uint32_t series,
+                       const struct advised_told *told, struct mr_risk_plan *plan)
+{
+    uint64_t state = 0x91a40000u + 8u * series + landing->number;
+    double factor = fmin(fmax(1.0 + told->plan_error * score_normal(&state), 0.5), 1.6),
+           bend = fmin(fmax(1.0 + told->plan_error * score_normal(&state), 0.5), 1.6);
+    mr_risk_plan_clear(plan);
+    plan->landings = (float)(landing->number - 1u);
+    plan->speed_ft_s = (float)(landing->speed_ft_s *
+                               fmin(fmax(1.0 + SPEED_ERROR * score_normal(&state), 0.9), 1.1));
+    for (unsigned i = 0; i < SCORE_KNOTS; i++) {
+        plan->knot_s[i] = landing->knot_s[i] * (float)bend;
+        plan->knot_ft_s2[i] = landing->knot_ft_s2[i] * (float)(factor / told->harder);
+    }
+}
+
+static double plan_ft_s2(const struct mr_risk_plan *plan, double t_s)
+{
+    const float *t = plan->knot_s, *a = plan->knot_ft_s2;
+    if (t_s <= (double)t[0])
+        return (double)a[0];
+    for (unsigned i = 1; i < SCORE_KNOTS; i++) {
+        if (t_s < (double)t[i])
+            return (double)a[i - 1] +
+                   (double)(a[i] - a[i - 1]) * (t_s - (double)t[i - 1]) / (double)(t[i] - t[i - 1]);
+    }
+    return (double)a[SCORE_KNOTS - 1];
+}
+
+double advised_plan_mean_ft_s2(const struct mr_risk_plan *plan)
+{
+    double v_ft_s = (double)plan->speed_ft_s, way_ft = 0.0;
+    for (double t_s = 0.0; v_ft_s > 0.0 && t_s < 60.0; t_s += 1e-3) {
+        way_ft += v_ft_s * 1e-3;
+        v_ft_s -= 1e-3 * plan_ft_s2(plan, t_s);
+    }
+    return 0.5 * (double)plan->speed_ft_s * (double)plan->speed_ft_s / way_ft;
+}
+
+double advised_plan_hardest_ft_s2(const struct mr_risk_plan *plan)
+{
+    double most = 0.0;
+    for (unsigned i = 0; i < SCORE_KNOTS; i++)
+        most = fmax(most, (double)plan->knot_ft_s2[i]);
+    return most;
+}
+
+/* What is not read is no number. */
+static void forget(const struct advised_told *told, unsigned landing, struct advised_known *known)
+{
+    bool surveyed = told->view & SCORE_SURVEYED && (landing == 0 || !(told->view & SCORE_ONCE));
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        known->sum_in[s] = surveyed ? known->sum_in[s] : (double)NAN;
+    for (unsigned s = 0; s < ADVISED_STATIONS; s++) {
+        if (told->view & SCORE_BLIND || (told->view & SCORE_HALF && s % 2))
+            known->read_in[s] = (double)NAN;
+    }
+}
+
+bool advised_charts(const struct score_truth *truth, const struct advised_told *told,
+                    const double *factors, size_t rows, struct advised_chart *chart)
+{
+    struct advise_members members = {0};
+    struct advised_known known[SCORE_LANDINGS];
+    struct score_series series = truth->series;
+    double log_ratio[SCORE_LANDINGS];
+    uint64_t facts = 0xc4a70000u + series.number;
+    memset(known, 0, sizeof known);
+    series.told_friction *= told->friction_times;
+    for (unsigned i = 0; i < series.landings; i++) {
+        struct mr_risk_plan plan;
+        advised_draw_plan(&truth->landing[i], series.number, told, &plan);
+        known[i].plan_ft_s2 = advised_plan_mean_ft_s2(&plan);
+        known[i].true_ft_s2 = advised_mean_ft_s2(&truth->landing[i], series.touchdown_ft);
+        known[i].profile.count = SCORE_KNOTS;
+        for (unsigned k = 0; k < SCORE_KNOTS; k++) {
+            known[i].profile.t_s[k] = (double)plan.knot_s[k];
+            known[i].profile.factor[k] = (double)plan.knot_ft_s2[k] / known[i].plan_ft_s2;
+        }
+        advised_read(&truth->landing[i], &facts, &known[i]);
+        forget(told, i, &known[i]);
+        log_ratio[i] = log(known[i].true_ft_s2 / known[i].plan_ft_s2);
+    }
+    bool good = advised_begin(&members, &series);
+    for (unsigned i = 0; good && i < series.landings; i++) {
+        struct advise_plan plan;
+        advised_plan(&plan, &truth->landing[i], &known[i], log_ratio, i);
+        for (size_t r = 0; good && r < rows; r++) {
+            struct advise_row row;
+            double mean_ft_s2 = factors[r] * known[i].plan_ft_s2;
+            good = advised_say(&members, &plan, &known[i], mean_ft_s2, &row);
+            chart[i].mean_ft_s2[r] = mean_ft_s2;
+            chart[i].p[r] = row.zone.p;
+            chart[i].share[r] = row.share;
+            chart[i].half_ft[r] = row.half_ft;
+        }
+        if (good && i + 1 < series.landings)
+            good = advised_teach(&members, &truth->landing[i], &known[i], &known[i + 1]);
+    }
+    advise_members_free(&members);
+    return good;
+}
+
+void advised_chart_put(const struct advised_chart *chart, size_t rows, struct mr_risk_plan *plan)
+{
+    for (size_t r = 0; r < rows; r++) {
+        plan->row_ft_s2[r] = (float)chart->mean_ft_s2[r];
+        plan->row_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
+        plan->row_ft[r] = (float)chart->half_ft[r];
+    }
+}

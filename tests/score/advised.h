@@ -3,6 +3,7 @@
 #ifndef MATRIG_TESTS_SCORE_ADVISED_H
 #define MATRIG_TESTS_SCORE_ADVISED_H
 
+#include "common/risk.h"
 #include "host/advise/forecast.h"
 #include "tests/score/score.h"
 
@@ -31,5 +32,30 @@ bool advised_say(struct advise_members *members, const struct advise_plan *plan,
 /* What a landing teaches; `next`: the one whose survey comes after it. */
 bool advised_teach(struct advise_members *members, const struct score_landing *landing,
                    const struct advised_known *known, const struct advised_known *next);
+
+/* How a series is told: what is not 0 or 1 of it is off. */
+struct advised_told {
+    unsigned view;          /* of score.h: survey and transducers */
+    double friction_times;  /* what is told of it, over what is told otherwise */
+    double plan_error;      /* rms, of the deceleration and of the time when it changes */
+    double harder;          /* each landing is braked so many times harder than planned */
+};
+
+/* The plan as it is told to the board; no chart yet. */
+void advised_draw_plan(const struct score_landing *landing, uint32_t series,
+                       const struct advised_told *told, struct mr_risk_plan *plan);
+/* Its mean deceleration over the way, and its hardest. */
+double advised_plan_mean_ft_s2(const struct mr_risk_plan *plan);
+double advised_plan_hardest_ft_s2(const struct mr_risk_plan *plan);
+
+/* A chart for each landing of a series: what is said at `factors` times the planned mean. */
+#define ADVISED_ROWS 3
+struct advised_chart {
+    double mean_ft_s2[ADVISED_ROWS], p[ADVISED_ROWS], share[ADVISED_ROWS], half_ft[ADVISED_ROWS];
+};
+bool advised_charts(const struct score_truth *truth, const struct advised_told *told,
+                    const double *factors, size_t rows, struct advised_chart *chart);
+/* Into the plan. */
+void advised_chart_put(const struct advised_chart *chart, size_t rows, struct mr_risk_plan *plan);
 
 #endif

@@ -1,16 +1,24 @@
 # The predictor on landings that are not its model.
-score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out tests/score/main.c tests/score/before.c tests/score/risk.c tests/score/closed.c,$(wildcard tests/score/*.c)))
+score_mains := $(patsubst %,tests/score/%.c,main risk closed foresight foresight_table foresight_diagram)
+score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out $(score_mains),$(wildcard tests/score/*.c)))
 $(B)/tests/score/score: $(B)/tests/score/main.o $(score_parts) $(host_lib) $(common_lib)
-	$(call link,$(HOST_LIBS))
-$(B)/tests/score/before: $(B)/tests/score/before.o $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
 $(B)/tests/score/risk: $(B)/tests/score/risk.o $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
 $(B)/tests/score/closed: $(B)/tests/score/closed.o $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
-test-programs: $(patsubst %,$(B)/tests/score/%,score before risk closed)
+$(B)/tests/score/foresight: $(patsubst %,$(B)/tests/score/%.o,foresight foresight_table foresight_diagram) $(score_parts) $(host_lib) $(common_lib)
+	$(call link,$(HOST_LIBS))
+test-programs: $(patsubst %,$(B)/tests/score/%,score risk closed foresight)
 
 .PHONY: score
 score: $(B)/tests/score/score ## longer | the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt
 	@mkdir -p $(B)/score
 	$(B)/tests/score/score $(B)/score $(or $(FROM),0) $(or $(SERIES),500) $(if $(KIND),0 $(KIND)) | tee $(B)/score/table.txt
+
+.PHONY: score-foresight
+score-foresight: $(B)/tests/score/foresight ## longer | FROM=700 SERIES=60: what is said before touchdown and during a landing, on perturbed truths, against simple rules: build/score/foresight.txt, foresight-*.svg (40 min)
+	@mkdir -p $(B)/score
+	$(B)/tests/score/foresight $(B)/score learn
+	$(B)/tests/score/foresight $(B)/score play $(or $(FROM),700) $(or $(SERIES),60)
+	$(B)/tests/score/foresight $(B)/score table $(or $(FROM),700) $(or $(SERIES),60) | tee $(B)/score/foresight.txt

@@ -50,7 +50,8 @@ static void draw_rig(struct rig *rig, unsigned view, uint64_t *state)
         rig->station_ft[i] = view & SCORE_UPFIELD ? 10.0f * (float)(i + 1)
                                                   : 40.0f + 10.0f * (float)i;
         rig->gain[i] = 1.0 + GAIN_ERROR * score_normal(state);
-        rig->missing[i] = (score_uniform(state) < 0.25 && some) || view & SCORE_BLIND;
+        rig->missing[i] = (score_uniform(state) < 0.25 && some) || view & SCORE_BLIND ||
+                          (view & SCORE_HALF && i % 2);
         if (view & SCORE_UPFIELD && i == 7)
             rig->station_ft[i] = NAN; /* 10 to 70 is seven */
     }
@@ -227,7 +228,7 @@ static void play_landing(struct player *player, const struct score_landing *land
     for (unsigned i = 0; i < SCORE_LIMITS; i++)
         outcome.reach_s[i] = NAN;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
-    if (player->view & SCORE_SURVEYED) {
+    if (player->view & SCORE_SURVEYED && (landing->number == 1 || !(player->view & SCORE_ONCE))) {
         read_survey(landing, player->slack_in, &player->noise);
         mr_predictor_survey(&player->predictor, player->slack_in);
     } else {

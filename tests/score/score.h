@@ -10,8 +10,16 @@
 #include "tests/score/truth.h"
 
 /* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70; the score's
- * tables have these four. Or without any transducer. */
-enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4, SCORE_BLIND = 4 };
+ * tables have these four. Or without any transducer, without every second one, surveyed before the
+ * first landing of a series alone. */
+enum {
+    SCORE_SURVEYED = 1,
+    SCORE_UPFIELD = 2,
+    SCORE_VIEWS = 4,
+    SCORE_BLIND = 4,
+    SCORE_HALF = 8,
+    SCORE_ONCE = 16
+};
 /* series below have made the stated errors: those are held against the others only */
 #define SCORE_TRAINED 310
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };

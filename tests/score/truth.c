@@ -9,12 +9,8 @@
 #include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 
-#define VERSION         7u /* of the files; a truth of another one is computed anew */
-#define PLANAR_VERSION  8u
-#define ELASTIC_VERSION 9u
-#define LATE_VERSION    10u
-#define ELASTIC_STEP_S  5e-5
 #define STEP_S          2.5e-5
+#define ELASTIC_STEP_S  5e-5
 #define G_FT_S2         32.174
 #define GEAR_LB         1300.0
 #define AXLES           12.0
@@ -32,6 +28,52 @@
 #define LOOK_MOST_FT    118.0 /* the runway ends at 120 ft */
 #define LEAD_S          0.4   /* rolling on the track before touchdown */
 #define SWITCH_ERROR_FT (0.02 / 12.0)
+
+/* Kinds of truth: what each changes of the first one, whose zeros change nothing. */
+static const struct kind {
+    const char *name; /* of its files */
+    uint32_t version; /* of its files; a truth of another one is computed anew */
+    bool planar, elastic, late;
+    /* so many of the joints are open by no more than that; the others as they would be */
+    double shut_share, shut_most_in;
+    /* runs of joints, alternately open by no more than that and by no less than the other */
+    double patch_mats[2], patch_most_in, patch_least_in;
+    double tail; /* exponent of Pareto's distribution that closing resistances have */
+    /* anti-skid: a second, what is left of the braking, for what part of the time */
+    double pulse_hz[2], pulse_left[2], pulse_part[2];
+} kinds[SCORE_KINDS] = {
+    [SCORE_CHAIN] = {"truth", 7},
+    [SCORE_PLANAR] = {"planar", 8, .planar = true},
+    [SCORE_ELASTIC] = {"elastic", 9, .elastic = true},
+    [SCORE_LATE] = {"late", 10, .late = true},
+    [SCORE_SHUT] = {"shut", 1, .shut_share = 0.8, .shut_most_in = 0.004},
+    [SCORE_PATCHY] = {"patchy",
+                      1,
+                      .patch_mats = {5.0, 40.0},
+                      .patch_most_in = 0.010,
+                      .patch_least_in = 0.020},
+    [SCORE_HEAVY] = {"heavy", 1, .tail = 1.5},
+    [SCORE_PULSED] = {"pulsed",
+                      1,
+                      .pulse_hz = {3.0, 8.0},
+                      .pulse_left = {0.2, 0.5},
+                      .pulse_part = {0.25, 0.45}},
+};
+#define TAIL_MOST    20.0 /* of the mean: no joint resists more */
+#define PULSE_EDGE_S 0.015
+
+const char *score_kind_name(enum score_kind kind)
+{
+    return kind == SCORE_CHAIN ? "chain" : kinds[kind].name;
+}
+
+enum score_kind score_kind_find(const char *name)
+{
+    unsigned kind = 0;
+    while (kind < SCORE_KINDS && strcmp(name, score_kind_name((enum score_kind)kind)) != 0)
+        kind++;
+    return (enum score_kind)kind;
+}
 
 double score_uniform(uint64_t *state)
 {
@@ -83,8 +125,19 @@ struct gear {
     double v0_ft_s, touchdown_ft, touchdown_s;
     double first_ft_s2, last_ft_s2, bend_from_s, bend_to_s, onset_s;
     double ripple[3], ripple_hz[3], turn[3];
+    double pulse_hz, pulse_left, pulse_part;
     double release_s, drag_ft_s2; /* from then on no more than that; NaN: not released */
 };
+
+/* Of the braking, 1 on the mean. */
+static double pulse_of(const struct gear *gear, double since_s)
+{
+    double edge = PULSE_EDGE_S * gear->pulse_hz, mean = gear->pulse_part - edge,
+           most = (1.0 - gear->pulse_left * mean) / (1.0 - mean),
+           at = fmod(since_s * gear->pulse_hz, 1.0),
+           deep = fmin(fmax(fmin(at, gear->pulse_part - at) / edge, 0.0), 1.0);
+    return most + deep * (gear->pulse_left - most);
+}
 
 static double braking_ft_s2(const struct gear *gear, double t_s)
 {
@@ -99,7 +152,8 @@ static double braking_ft_s2(const struct gear *gear, double t_s)
         wave += gear->ripple[i] *
                 sin(6.283185307179586 * (gear->ripple_hz[i] * since_s + gear->turn[i]));
     double a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) *
-                     (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
+                     (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave *
+                     (gear->pulse_hz > 0.0 ? pulse_of(gear, since_s) : 1.0);
     return t_s >= gear->release_s ? fmin(a_ft_s2, gear->drag_ft_s2) : a_ft_s2;
 }
 
@@ -115,6 +169,7 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
     gear->bend_from_s = between(state, 0.2, 2.0);
     gear->bend_to_s = gear->bend_from_s + between(state, 0.3, 3.0);
     gear->onset_s = between(state, 0.03, 0.1);
+    gear->pulse_hz = 0.0;
     for (int i = 0; i < 3; i++) {
         gear->ripple[i] = between(state, 0.003, 0.02);
         gear->ripple_hz[i] = between(state, 0.5, 6.0);
@@ -134,6 +189,16 @@ static void brake_late(struct gear *gear, uint64_t *state)
     gear->last_ft_s2 = v1_ft_s * v1_ft_s / (2.0 * (stop_ft - light_ft));
     gear->bend_from_s = (v0_ft_s - v1_ft_s) / gear->first_ft_s2;
     gear->bend_to_s = gear->bend_from_s + between(state, 0.1, 0.3);
+}
+
+/* The brake lets go and takes hold again, so many times a second. */
+static void brake_in_pulses(struct gear *gear, const struct kind *kind, uint32_t number,
+                            uint32_t landing)
+{
+    uint64_t state = 0x9b150000u + 8u * number + landing;
+    gear->pulse_hz = between(&state, kind->pulse_hz[0], kind->pulse_hz[1]);
+    gear->pulse_left = between(&state, kind->pulse_left[0], kind->pulse_left[1]);
+    gear->pulse_part = between(&state, kind->pulse_part[0], kind->pulse_part[1]);
 }
 
 static void note_braking(const struct gear *gear, struct score_landing *landing)
@@ -269,10 +334,12 @@ static bool land(const struct score_series *series, struct score_landing *landin
     struct sim_result result;
     struct gear gear;
     size_t count;
-    bool planar = kind == SCORE_PLANAR;
+    bool planar = kinds[kind].planar, elastic = kinds[kind].elastic;
     draw_gear(&gear, series, state);
-    if (kind == SCORE_LATE)
+    if (kinds[kind].late)
         brake_late(&gear, state);
+    if (kinds[kind].pulse_hz[1] > 0.0)
+        brake_in_pulses(&gear, &kinds[kind], series->number, landing->number);
     gear.release_s = release_s;
     gear.drag_ft_s2 = drag_ft_s2;
     note_braking(&gear, landing);
@@ -293,11 +360,11 @@ static bool land(const struct score_series *series, struct score_landing *landin
         looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
-    bool good = kind == SCORE_CHAIN || kind == SCORE_LATE ||
-                (planar ? make_planar : make_elastic)(&scene, series->number, &error);
-    const struct sim_options options = {.dt_s = planar                ? PLANAR_STEP_S
-                                              : kind == SCORE_ELASTIC ? ELASTIC_STEP_S
-                                                                      : STEP_S,
+    bool good = (!planar || make_planar(&scene, series->number, &error)) &&
+                (!elastic || make_elastic(&scene, series->number, &error));
+    const struct sim_options options = {.dt_s = planar    ? PLANAR_STEP_S
+                                              : elastic ? ELASTIC_STEP_S
+                                                        : STEP_S,
                                         .rtol = planar ? 0.0 : 0.5,
                                         .sample_dt_s = 1e-3 * SCORE_ROW_MS,
                                         .station_ft = stations_ft,
@@ -347,6 +414,32 @@ static bool land(const struct score_series *series, struct score_landing *landin
     return true;
 }
 
+/* Joints as the kind has them, from a state of its own: what else a series draws stays as it is in
+ * the first truth. */
+static void change_joints(const struct kind *kind, const struct score_series *series,
+                          double *gap_ft, double *grit_lb)
+{
+    uint64_t state = 0x901475000u + series->number;
+    bool open = score_uniform(&state) < 0.5;
+    for (int j = 0, until = 0; j < SCORE_JOINTS; j++) {
+        if (score_uniform(&state) < kind->shut_share)
+            gap_ft[j] = kind->shut_most_in * score_uniform(&state) / 12.0;
+        if (j == until && kind->patch_most_in > 0.0) {
+            until += (int)between(&state, kind->patch_mats[0], kind->patch_mats[1]);
+            open = !open;
+        }
+        if (kind->patch_most_in > 0.0)
+            gap_ft[j] = (open ? fmin(between(&state, kind->patch_least_in, GAP_MOST_IN), SLACK_IN)
+                              : kind->patch_most_in * score_uniform(&state)) /
+                        12.0;
+        if (kind->tail > 0.0)
+            grit_lb[j] = series->grit_mean_lb *
+                         fmin((1.0 - 1.0 / kind->tail) *
+                                  pow(1.0 - score_uniform(&state), -1.0 / kind->tail),
+                              TAIL_MOST);
+    }
+}
+
 /* `before`: NULL, or what is before each landing. */
 static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
                     struct score_before *before)
@@ -361,6 +454,7 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
         gap_ft[j] = fmin(GAP_MOST_IN * score_uniform(&state), SLACK_IN) / 12.0;
         grit_lb[j] = draw_grit_lb(&truth->series, &state);
     }
+    change_joints(&kinds[kind], &truth->series, gap_ft, grit_lb);
     for (uint32_t i = 0; i < truth->series.landings; i++) {
         struct score_landing *landing = &truth->landing[i];
         landing->number = i + 1;
@@ -374,11 +468,11 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
         if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state, (double)NAN,
                   (double)NAN))
             return false;
-        if (kind == SCORE_PLANAR && landing->rows == 0) {
+        if (kinds[kind].planar && landing->rows == 0) {
             truth->series.landings = i;
             break;
         }
-        if (kind == SCORE_PLANAR && !isnan(landing->wave_s))
+        if (kinds[kind].planar && !isnan(landing->wave_s))
             truth->series.landings = i + 1; /* the runway has to be laid again */
     }
     return true;
@@ -416,7 +510,7 @@ static bool carry(struct score_landing *landing, enum score_kind kind, FILE *fil
            move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
            move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) ==
                landing->looks &&
-           (kind != SCORE_PLANAR || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
+           (!kinds[kind].planar || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
 }
 
 static size_t put(void *from, size_t size, size_t count, FILE *file)
@@ -427,8 +521,7 @@ static size_t put(void *from, size_t size, size_t count, FILE *file)
 static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *file,
                       size_t (*move)(void *, size_t, size_t, FILE *))
 {
-    static const uint32_t versions[] = {VERSION, PLANAR_VERSION, ELASTIC_VERSION, LATE_VERSION};
-    const uint32_t expected = versions[kind];
+    const uint32_t expected = kinds[kind].version;
     uint32_t version = expected;
     if (move(&version, sizeof version, 1, file) != 1 || version != expected ||
         move(&truth->series, sizeof truth->series, 1, file) != 1 ||
@@ -444,15 +537,14 @@ static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *fil
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
                      const char *folder)
 {
-    static const char *const names[] = {"truth", "planar", "elastic", "late"};
     char path[512], made[528];
-    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, names[kind], number);
+    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, kinds[kind].name, number);
     snprintf(made, sizeof made, "%s.new", path);
     FILE *file = fopen(path, "rb");
     if (file) {
         bool good = carry_all(truth, kind, file, fread);
         fclose(file);
-        for (uint32_t i = 0; good && kind != SCORE_PLANAR && i < truth->series.landings; i++)
+        for (uint32_t i = 0; good && !kinds[kind].planar && i < truth->series.landings; i++)
             truth->landing[i].wave_s = NAN;
         if (good)
             return true;

@@ -6,14 +6,24 @@
  * series. A bow wave ends the series. Or the chain again under a gear that has its weight, on four
  * axle lines, and ground that gives way under it and springs back (elements/gear.h): what the mats
  * are pushed by is then no thrust of one axle. Or the chain again, braked lightly for the first part
- * of its way, then hard. */
+ * of its way, then hard; with other openings, other resistances, or braked in pulses. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-enum score_kind { SCORE_CHAIN, SCORE_PLANAR, SCORE_ELASTIC, SCORE_LATE };
+enum score_kind {
+    SCORE_CHAIN,
+    SCORE_PLANAR,
+    SCORE_ELASTIC,
+    SCORE_LATE,
+    SCORE_SHUT,   /* a runway nearly closed: four joints of five are open by 0.004 in at most */
+    SCORE_PATCHY, /* 5 to 40 mats nearly closed, then as many open */
+    SCORE_HEAVY,  /* closing resistances with a heavy tail */
+    SCORE_PULSED, /* anti-skid: the brake lets go 3 to 8 times a second */
+    SCORE_KINDS
+};
 
 #define SCORE_MATS      420
 #define SCORE_JOINTS    (SCORE_MATS + 1)
@@ -59,6 +69,10 @@ struct score_truth {
     struct score_series series;
     struct score_landing landing[SCORE_LANDINGS];
 };
+
+const char *score_kind_name(enum score_kind kind);
+/* SCORE_KINDS: there is none of that name. */
+enum score_kind score_kind_find(const char *name);
 
 /* Series `number`, from the cache in `folder` or computed and put there. False: told on stderr. */
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
