@@ -170,6 +170,7 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
     gear->bend_to_s = gear->bend_from_s + between(state, 0.3, 3.0);
     gear->onset_s = between(state, 0.03, 0.1);
     gear->pulse_hz = 0.0;
+    gear->release_s = gear->drag_ft_s2 = (double)NAN;
     for (int i = 0; i < 3; i++) {
         gear->ripple[i] = between(state, 0.003, 0.02);
         gear->ripple_hz[i] = between(state, 0.5, 6.0);
