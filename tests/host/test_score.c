@@ -145,8 +145,8 @@ static void kinds_change_what_they_name(void **state)
         runs += (gap_ft[j] < 0.015 / 12.0) != (gap_ft[j - 1] < 0.015 / 12.0);
     assert_true(runs > 10 && runs < 85);
     for (uint32_t n = 0; n < 100; n++) {
-        change_joints(&kinds[SCORE_HEAVY], &(struct score_series){.number = n, .grit_mean_lb = 10.0},
-                      gap_ft, grit_lb);
+        change_joints(&kinds[SCORE_HEAVY],
+                      &(struct score_series){.number = n, .grit_mean_lb = 10.0}, gap_ft, grit_lb);
         for (int j = 0; j < SCORE_JOINTS; j++) {
             sum_lb += grit_lb[j] / (100.0 * SCORE_JOINTS);
             most_lb = fmax(most_lb, grit_lb[j]);

@@ -71,8 +71,8 @@ void foresight_draw(FILE *out, const struct foresight_row *row,
                     const struct foresight_moment *moment)
 {
     svg_open_file(out, WIDTH, HEIGHT, row->text);
-    fprintf(out, "<g class=\"fd\">%s<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n", style,
-            WIDTH, HEIGHT);
+    fprintf(out, "<g class=\"fd\">%s<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n",
+            style, WIDTH, HEIGHT);
     fprintf(out, "<text class=\"head\" x=\"%.0f\" y=\"22\">%s</text>\n", LEFT, row->text);
     for (unsigned by = 0; by < SHOWN; by++) {
         double x = LEFT + 200.0 * by;

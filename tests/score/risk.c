@@ -1,7 +1,7 @@
 /* risk: the weights of the board's risk (common/risk.h). How good it is with them: foresight.
  *
- *   risk FOLDER fit   common/risk_weights.def on stdout, from series 100 to 249, chain and late, all
- *                     views, and both without transducers; with charts for 100 to 159
+ *   risk FOLDER fit   common/risk_weights.def on stdout, from series 100 to 249, chain and late,
+ *                     all views, and both without transducers; with charts for 100 to 159
  *
  * Exit: 0; 2 usage; 5 a series failed. */
 #include <math.h>
