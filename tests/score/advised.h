@@ -1,5 +1,5 @@
-/* What `matrig advise` says before the landings of a series of the score, by its own code: known are
- * a survey, friction told, the speed, and a plan of the mean deceleration; each landing teaches. */
+/* What `matrig advise` says before the landings of a series of the score, by its own code: known
+ * are a survey, friction told, the speed, and a plan of the braking; each landing teaches. */
 #ifndef MATRIG_TESTS_SCORE_ADVISED_H
 #define MATRIG_TESTS_SCORE_ADVISED_H
 
@@ -35,10 +35,10 @@ bool advised_teach(struct advise_members *members, const struct score_landing *l
 
 /* How a series is told: what is not 0 or 1 of it is off. */
 struct advised_told {
-    unsigned view;          /* of score.h: survey and transducers */
-    double friction_times;  /* what is told of it, over what is told otherwise */
-    double plan_error;      /* rms, of the deceleration and of the time when it changes */
-    double harder;          /* each landing is braked so many times harder than planned */
+    unsigned view;         /* of score.h: survey and transducers */
+    double friction_times; /* what is told of it, over what is told otherwise */
+    double plan_error;     /* rms, of the deceleration and of the time when it changes */
+    double harder;         /* each landing is braked so many times harder than planned */
 };
 
 /* The plan as it is told to the board; no chart yet. */

@@ -5,8 +5,8 @@
  *                                               100 to 249, kept in FOLDER
  *   foresight FOLDER play FROM COUNT [ROW]...   what is said of the landings of series FROM ..
  *                                               FROM + COUNT - 1, kept in FOLDER; all rows or some
- *   foresight FOLDER table FROM COUNT           tables on stdout, a diagram a row in FOLDER, of what
- *                                               was played
+ *   foresight FOLDER table FROM COUNT           tables on stdout, a diagram a row in FOLDER, of
+ *                                               what was played
  *   foresight FOLDER odds FROM COUNT            the log odds that would have held for the first row
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
@@ -41,7 +41,10 @@ const struct foresight_row foresight_rows[FORESIGHT_ROWS] = {
     {"friction", "friction told 25 % too high", SCORE_CHAIN, {SURVEYED, 1.25, 0.1, 1.0}},
     {"plan", "plan off by 25 %", SCORE_CHAIN, {SURVEYED, 1.0, 0.25, 1.0}},
     {"harder", "braked 25 % harder than planned", SCORE_CHAIN, {SURVEYED, 1.0, 0.1, 1.25}},
-    {"old", "no survey since the first landing", SCORE_CHAIN, {SURVEYED | SCORE_ONCE, 1.0, 0.1, 1.0}},
+    {"old",
+     "no survey since the first landing",
+     SCORE_CHAIN,
+     {SURVEYED | SCORE_ONCE, 1.0, 0.1, 1.0}},
     {"absent", "no survey", SCORE_CHAIN, {0, 1.0, 0.1, 1.0}},
     {"half", "half of the transducers lost", SCORE_CHAIN, {SURVEYED | SCORE_HALF, 1.0, 0.1, 1.0}},
     {"blind", "all transducers lost", SCORE_CHAIN, {SURVEYED | SCORE_BLIND, 1.0, 0.1, 1.0}},
@@ -242,7 +245,7 @@ static int play_row(const char *folder, const struct foresight_row *row, const c
 /* Baselines are fitted for what of survey and transducers there is: nothing perturbed but that. */
 static const char *learned_name(const struct foresight_row *row)
 {
-    return row->told.view & SCORE_BLIND      ? "learned-blind"
+    return row->told.view & SCORE_BLIND    ? "learned-blind"
          : row->told.view & SCORE_SURVEYED ? "learned"
                                            : "learned-absent";
 }
@@ -329,8 +332,9 @@ static int print_odds(const char *folder, uint32_t from, uint32_t series)
     size_t n = 0;
     double weight[2];
     if (!get(folder, foresight_rows[0].name, from, series, &list)) {
-        fprintf(stderr, "foresight: nothing was played of series %u and on: foresight %s play %u "
-                        "%u plain\n",
+        fprintf(stderr,
+                "foresight: nothing was played of series %u and on: foresight %s play %u "
+                "%u plain\n",
                 from, folder, from, series);
         free(list.said);
         return 3;

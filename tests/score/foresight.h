@@ -77,8 +77,7 @@ void foresight_forget(struct foresight_moment *moment);
 /* The moments of a row: lines of both tables, and the diagram. */
 void foresight_print_areas(const struct foresight_row *row, const struct foresight_moment *moment);
 void foresight_print_held(const struct foresight_row *row, const struct foresight_moment *moment);
-void foresight_print_missed(const struct foresight_row *row,
-                            const struct foresight_moment *moment);
+void foresight_print_missed(const struct foresight_row *row, const struct foresight_moment *moment);
 void foresight_draw(FILE *out, const struct foresight_row *row,
                     const struct foresight_moment *moment);
 

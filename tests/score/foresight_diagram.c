@@ -5,7 +5,7 @@
 #include "tests/score/foresight.h"
 
 #define WIDTH   1040.0
-#define HEIGHT  360.0
+#define HEIGHT  388.0
 #define LEFT    56.0
 #define TOP     74.0
 #define SIDE    210.0
@@ -59,8 +59,8 @@ static void draw_moment(FILE *out, const struct foresight_moment *moment, unsign
                             .x = {0.0, 1.0, "said", true},
                             .y = {0.0, 1.0, when ? NULL : "seen", true}};
     svg_axes(&plot);
-    snprintf(text, sizeof text, "%s%s: %zu landings, %zu events", foresight_when_names[when],
-             when ? "" : " touchdown", moment->count, moment->events);
+    snprintf(text, sizeof text, "%s: %zu landings, %zu events", foresight_when_names[when],
+             moment->count, moment->events);
     svg_text(&plot, "head", "start", 0.0, 1.0, 0.0, -8.0, text);
     svg_line(&plot, "line", (double[]){0.0, 1.0}, (double[]){0.0, 1.0}, 2);
     for (unsigned by = 0; by < SHOWN; by++)
@@ -71,14 +71,18 @@ void foresight_draw(FILE *out, const struct foresight_row *row,
                     const struct foresight_moment *moment)
 {
     svg_open_file(out, WIDTH, HEIGHT, row->text);
-    fprintf(out, "<g class=\"fd\">%s<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n", style,
-            WIDTH, HEIGHT);
+    fprintf(out, "<g class=\"fd\">%s<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n",
+            style, WIDTH, HEIGHT);
     fprintf(out, "<text class=\"head\" x=\"%.0f\" y=\"22\">%s</text>\n", LEFT, row->text);
     for (unsigned by = 0; by < SHOWN; by++) {
         double x = LEFT + 200.0 * by;
         svg_mark(out, marks[by], by, x + 5.0, 40.0, RADIUS);
         fprintf(out, "<text class=\"tick\" x=\"%.0f\" y=\"44\">%s</text>\n", x + 14.0, names[by]);
     }
+    fprintf(out,
+            "<text class=\"tick\" x=\"%.0f\" y=\"44\">bars: 95 %% (Wilson); below: landings in "
+            "each fifth</text>\n",
+            LEFT + 200.0 * SHOWN);
     for (unsigned w = 0; w < WHENS; w++)
         draw_moment(out, &moment[w], w);
     fputs("</g>\n", out);

@@ -121,17 +121,18 @@ static struct stats_lead lead_of(const struct foresight_moment *m, enum foresigh
 
 void foresight_print_areas(const struct foresight_row *row, const struct foresight_moment *moment)
 {
-    static const unsigned alone[] = {BY_PLANNED,          BY_NOTHING,           FACT(FACT_PLAN),
-                                     FACT(FACT_HARDEST),  FACT(FACT_BRAKING),   FACT(FACT_COUNT),
-                                     FACT(FACT_KINEMATIC), FACT(FACT_SPEED),    FACT(FACT_FRICTION),
-                                     FACT(FACT_COMING),   FACT(FACT_SLACK)};
+    static const unsigned alone[] = {BY_PLANNED,           BY_NOTHING,         FACT(FACT_PLAN),
+                                     FACT(FACT_HARDEST),   FACT(FACT_BRAKING), FACT(FACT_COUNT),
+                                     FACT(FACT_KINEMATIC), FACT(FACT_SPEED),   FACT(FACT_FRICTION),
+                                     FACT(FACT_COMING),    FACT(FACT_SLACK)};
     if (!row) {
         printf("Areas under the curve, of landings whose event is %.1f s away or more, or that "
                "have none; in brackets what it leads the combined baseline by (95 %%, whole series "
                "drawn again)\n\n",
                SCORE_AHEAD_S);
         printf("| row, when | landings, events | advise (ensemble) | board | combined | board: "
-               "plan alone | nothing given | plan, mean | plan, hardest | braking | count | kinematic | speed | friction | zone to come | "
+               "plan alone | nothing given | plan, mean | plan, hardest | braking | count | "
+               "kinematic | speed | friction | zone to come | "
                "slack |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         return;
     }

@@ -75,8 +75,8 @@ int main(int argc, char **argv)
     bool calibrates = argc == 6 && strcmp(argv[5], "calibrate") == 0;
     enum score_kind kind = argc == 6 && !calibrates ? score_kind_find(argv[5]) : SCORE_CHAIN;
     unsigned level = argc > 4 ? (unsigned)atoi(argv[4]) : 0;
-    if (argc < 4 || argc > 6 || kind == SCORE_KINDS || level > 3 ||
-        atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
+    if (argc < 4 || argc > 6 || kind == SCORE_KINDS || level > 3 || atoi(argv[2]) < 0 ||
+        atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
         fprintf(
             stderr,
             "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|KIND]] (series FROM and on, "

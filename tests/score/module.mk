@@ -17,7 +17,7 @@ score: $(B)/tests/score/score ## longer | the predictor on seeded landings that 
 	$(B)/tests/score/score $(B)/score $(or $(FROM),0) $(or $(SERIES),500) $(if $(KIND),0 $(KIND)) | tee $(B)/score/table.txt
 
 .PHONY: score-foresight
-score-foresight: $(B)/tests/score/foresight ## longer | FROM=700 SERIES=60: what is said before touchdown and during a landing, on perturbed truths, against simple rules: build/score/foresight.txt, foresight-*.svg (40 min)
+score-foresight: $(B)/tests/score/foresight ## longer | FROM=700 SERIES=60: what is said before touchdown and during a landing, on perturbed truths, against simple rules: build/score/foresight.txt, foresight-*.svg (an hour)
 	@mkdir -p $(B)/score
 	$(B)/tests/score/foresight $(B)/score learn
 	$(B)/tests/score/foresight $(B)/score play $(or $(FROM),700) $(or $(SERIES),60)

@@ -1,7 +1,7 @@
 /* risk: the weights of the board's risk (common/risk.h). How good it is with them: foresight.
  *
- *   risk FOLDER fit   common/risk_weights.def on stdout, from series 100 to 249, chain and late, all
- *                     views, and both without transducers; with charts for 100 to 159
+ *   risk FOLDER fit   common/risk_weights.def on stdout, from series 100 to 249, chain and late,
+ *                     all views, and both without transducers; with charts for 100 to 159
  *
  * Exit: 0; 2 usage; 5 a series failed. */
 #include <math.h>
@@ -43,7 +43,7 @@ struct listener {
     const struct advised_chart *chart; /* NULL: none */
     unsigned view, modes;
     struct mr_risk_state risk[MODES];
-    double event_s;
+    float event_s;
 };
 
 static void on_look(void *ctx, const struct score_look *look)
@@ -64,7 +64,7 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
     struct listener *l = ctx;
     struct mr_risk_plan plan;
     l->landing = landing;
-    l->event_s = score_event_s(landing);
+    l->event_s = (float)score_event_s(landing);
     advised_draw_plan(landing, l->truth->series.number, &told, &plan);
     plan.landings = (float)predictor->landings;
     l->modes = l->chart && l->view & SCORE_SURVEYED ? MODES : BY_CHART;
@@ -83,7 +83,8 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     struct mr_predictor_zone zone;
     for (unsigned m = 0; m < l->modes; m++)
         mr_risk_block(&l->risk[m], predictor, input);
-    if (ms % SCORE_LOOK_MS || ms / SCORE_LOOK_MS >= l->landing->looks || 1e-3 * ms >= l->event_s)
+    if (ms % SCORE_LOOK_MS || ms / SCORE_LOOK_MS >= l->landing->looks ||
+        1e-3 * ms >= (double)l->event_s)
         return;
     mr_predictor_zone(predictor, &zone);
     for (unsigned m = 0; m < l->modes && samples < SAMPLES; m++) {

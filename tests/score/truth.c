@@ -47,16 +47,10 @@ static const struct kind {
     [SCORE_ELASTIC] = {"elastic", 9, .elastic = true},
     [SCORE_LATE] = {"late", 10, .late = true},
     [SCORE_SHUT] = {"shut", 1, .shut_share = 0.8, .shut_most_in = 0.004},
-    [SCORE_PATCHY] = {"patchy",
-                      1,
-                      .patch_mats = {5.0, 40.0},
-                      .patch_most_in = 0.010,
+    [SCORE_PATCHY] = {"patchy", 1, .patch_mats = {5.0, 40.0}, .patch_most_in = 0.010,
                       .patch_least_in = 0.020},
     [SCORE_HEAVY] = {"heavy", 1, .tail = 1.5},
-    [SCORE_PULSED] = {"pulsed",
-                      1,
-                      .pulse_hz = {3.0, 8.0},
-                      .pulse_left = {0.2, 0.5},
+    [SCORE_PULSED] = {"pulsed", 1, .pulse_hz = {3.0, 8.0}, .pulse_left = {0.2, 0.5},
                       .pulse_part = {0.25, 0.45}},
 };
 #define TAIL_MOST    20.0 /* of the mean: no joint resists more */
@@ -170,6 +164,7 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
     gear->bend_to_s = gear->bend_from_s + between(state, 0.3, 3.0);
     gear->onset_s = between(state, 0.03, 0.1);
     gear->pulse_hz = 0.0;
+    gear->release_s = gear->drag_ft_s2 = (double)NAN;
     for (int i = 0; i < 3; i++) {
         gear->ripple[i] = between(state, 0.003, 0.02);
         gear->ripple_hz[i] = between(state, 0.5, 6.0);
@@ -362,7 +357,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
         stations_ft[i] = 10.0 * (i + 1);
     bool good = (!planar || make_planar(&scene, series->number, &error)) &&
                 (!elastic || make_elastic(&scene, series->number, &error));
-    const struct sim_options options = {.dt_s = planar    ? PLANAR_STEP_S
+    const struct sim_options options = {.dt_s = planar  ? PLANAR_STEP_S
                                               : elastic ? ELASTIC_STEP_S
                                                         : STEP_S,
                                         .rtol = planar ? 0.0 : 0.5,
@@ -433,10 +428,10 @@ static void change_joints(const struct kind *kind, const struct score_series *se
                               : kind->patch_most_in * score_uniform(&state)) /
                         12.0;
         if (kind->tail > 0.0)
-            grit_lb[j] = series->grit_mean_lb *
-                         fmin((1.0 - 1.0 / kind->tail) *
-                                  pow(1.0 - score_uniform(&state), -1.0 / kind->tail),
-                              TAIL_MOST);
+            grit_lb[j] =
+                series->grit_mean_lb *
+                fmin((1.0 - 1.0 / kind->tail) * pow(1.0 - score_uniform(&state), -1.0 / kind->tail),
+                     TAIL_MOST);
     }
 }
 

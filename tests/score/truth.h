@@ -5,8 +5,8 @@
  * on ground that is uneven under the joints, by up to 0.043 in, the same in all landings of a
  * series. A bow wave ends the series. Or the chain again under a gear that has its weight, on four
  * axle lines, and ground that gives way under it and springs back (elements/gear.h): what the mats
- * are pushed by is then no thrust of one axle. Or the chain again, braked lightly for the first part
- * of its way, then hard; with other openings, other resistances, or braked in pulses. */
+ * are pushed by is then no thrust of one axle. Or the chain again, braked lightly for the first
+ * part of its way, then hard; with other openings, other resistances, or braked in pulses. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H
 
