@@ -12,6 +12,7 @@
  *   reduced   what a pressure reducer leaves that was set before the landing to the least braking
  *             that stops the planned speed with 5 ft of runway left
  *   eased     what the board asks for: the least that does so from there on
+ *   pulsed    the same in the mean, by a valve that lets the brake go ten times a second
  *
  * Landings before it in the series are as they were. Beside these stands what nobody can do better
  * with the same means: all landings with a wave, and no others, eased 0.5 s after touchdown.
@@ -32,11 +33,12 @@
 #define DRAG_FT_S2   4.0f /* configured */
 #define DELAY_S      0.05
 #define PERFECT_S    0.5
+#define PULSE_S      0.1
 #define LANDINGS     2000u
 #define LIMITS       7
 static const float limits[LIMITS] = {0.2f, 0.3f, 0.4f, 0.5f, 0.6f, 0.7f, 0.8f};
-enum way { RELEASED, REDUCED, EASED, WAYS };
-static const char *const way_names[WAYS] = {"released", "reduced", "eased"};
+enum way { RELEASED, REDUCED, EASED, PULSED, WAYS };
+static const char *const way_names[WAYS] = {"released", "reduced", "eased", "pulsed"};
 
 struct tally {
     unsigned asked, refused, zones, waves, needless, made, off;
@@ -93,7 +95,7 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
                                                                              : DRAG_FT_S2,
                 .spare_ft = SPARE_FT,
                 .crystal = 1.0f,
-                .eases = w == EASED ? 1.0f : 0.0f};
+                .eases = w == EASED || w == PULSED ? 1.0f : 0.0f};
             release_arm(&l->release[w][i], &settings, 0);
             l->request[l->landing][w][i] = (struct request){.asked_s = NAN, .level_ft_s2 = NAN};
         }
@@ -138,7 +140,7 @@ static unsigned landings, zones, waves, harmless;
 
 /* The landing again; what it was is `zone`, `wave`. */
 static void play_again(const struct loop *l, enum score_kind kind, unsigned i,
-                       const struct score_before *before, double from_s, double level_ft_s2,
+                       const struct score_before *before, const struct score_release *release,
                        struct tally *t)
 {
     static struct score_landing again;
@@ -146,8 +148,7 @@ static void play_again(const struct loop *l, enum score_kind kind, unsigned i,
     bool zone = !isnan(score_event_s(landing)), wave = !isnan(landing->wave_s);
     t->asked++;
     t->needless += !zone && !wave;
-    if (!score_truth_released(&l->truth->series, kind, landing->number, before, from_s, level_ft_s2,
-                              &again))
+    if (!score_truth_released(&l->truth->series, kind, landing->number, before, release, &again))
         return;
     bool zone_again = !isnan(score_event_s(&again)), wave_again = !isnan(again.wave_s);
     t->zones += zone && !zone_again;
@@ -172,18 +173,23 @@ static void judge(const struct loop *l, enum score_kind kind, unsigned i,
         for (unsigned k = 0; k < LIMITS; k++) {
             const struct request *r = &l->request[i][w][k];
             tally[w][k].refused += r->refused && isnan(r->asked_s);
+            const struct score_release release = {
+                .from_s = (double)r->asked_s + DELAY_S,
+                .most_ft_s2 = w == RELEASED ? drag_ft_s2 : fmax((double)r->level_ft_s2, drag_ft_s2),
+                .pulse_s = w == PULSED ? PULSE_S : 0.0,
+                .drag_ft_s2 = drag_ft_s2};
             if (!isnan(r->asked_s))
-                play_again(l, kind, i, before, (double)r->asked_s + DELAY_S,
-                           w == RELEASED ? drag_ft_s2 : fmax((double)r->level_ft_s2, drag_ft_s2),
-                           &tally[w][k]);
+                play_again(l, kind, i, before, &release, &tally[w][k]);
         }
     }
     unsigned look = (unsigned)(1e3 * known_s / SCORE_LOOK_MS);
     if (wave && look < landing->looks) {
         double v = (double)landing->speed_at_ft_s[look];
-        play_again(l, kind, i, before, known_s,
-                   0.5 * v * v / ((double)(RUNWAY_FT - SPARE_FT) - (double)landing->wheel_ft[look]),
-                   &perfect);
+        const struct score_release release = {
+            .from_s = known_s,
+            .most_ft_s2 = 0.5 * v * v /
+                          ((double)(RUNWAY_FT - SPARE_FT) - (double)landing->wheel_ft[look])};
+        play_again(l, kind, i, before, &release, &perfect);
     }
 }
 
