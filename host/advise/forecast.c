@@ -99,6 +99,7 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
     qsort(at_ft, come, sizeof *at_ft, by_size);
     *row = (struct advise_row){.mean_ft_s2 = mean_ft_s2,
                                .wave = {(double)NAN, (double)NAN, (double)NAN},
+                               .played = {(double)NAN, (double)NAN, (double)NAN},
                                .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
     if (played) {
         row->share = (double)come / (double)played;

@@ -31,7 +31,8 @@ struct advise_row {
     double mean_ft_s2;
     double share; /* of the members that come to a zone, as counted */
     struct advise_chance zone;
-    struct advise_chance wave; /* of a bow wave (waves.h); NaN: not looked for */
+    struct advise_chance wave;   /* of a bow wave (waves.h); NaN: no irregularity is told */
+    struct advise_chance played; /* the same of some members in the planar model; NaN: not asked */
     struct advise_chance by_station[ADVISE_STATIONS]; /* come to by the end of each part */
     double off_runway;                                /* share of the members that roll off */
     double half_ft; /* where half of those that come to a zone have come to it; NaN: none does */

@@ -254,8 +254,9 @@ static const struct command_part parts[] = {
                   "does"),
     OPTION_WHOLE("--members", "N", members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
-    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, (double)ADVISE_WAVES,
-                 "members that look for bow waves in the planar model; else {standard}, 0: none"),
+    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, 0.0,
+                 "members that are played in the planar model besides, for mats unlike the rig's; "
+                 "else none"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of all draws; else {standard}. The same seed says the same"),
     OPTION_RUN("--before", "RUN", before,

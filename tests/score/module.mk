@@ -1,15 +1,14 @@
 # The predictor on landings that are not its model.
-score_mains := $(patsubst %,tests/score/%.c,main risk closed foresight foresight_table foresight_diagram)
+score_programs := risk closed waves
+score_mains := $(patsubst %,tests/score/%.c,main $(score_programs) foresight foresight_table foresight_diagram)
 score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out $(score_mains),$(wildcard tests/score/*.c)))
+$(patsubst %,$(B)/tests/score/%,$(score_programs)): %: %.o $(score_parts) $(host_lib) $(common_lib)
+	$(call link,$(HOST_LIBS))
 $(B)/tests/score/score: $(B)/tests/score/main.o $(score_parts) $(host_lib) $(common_lib)
-	$(call link,$(HOST_LIBS))
-$(B)/tests/score/risk: $(B)/tests/score/risk.o $(score_parts) $(host_lib) $(common_lib)
-	$(call link,$(HOST_LIBS))
-$(B)/tests/score/closed: $(B)/tests/score/closed.o $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
 $(B)/tests/score/foresight: $(patsubst %,$(B)/tests/score/%.o,foresight foresight_table foresight_diagram) $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
-test-programs: $(patsubst %,$(B)/tests/score/%,score risk closed foresight)
+test-programs: $(patsubst %,$(B)/tests/score/%,score $(score_programs) foresight)
 
 .PHONY: score
 score: $(B)/tests/score/score ## longer | the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt
