@@ -305,6 +305,8 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
         advise->past.runway.chain.friction_lb =
             (float)(request->friction * ADVISE_G_FT_S2 *
                     (double)advise->past.runway.chain.mass_slug);
+    if (status == MR_OK && isfinite(request->share))
+        advise->past.runway.share = request->share;
     if (status == MR_OK)
         status = make_plan(advise, error);
     if (status == MR_OK && advise_members_draw(&advise->members, &advise->past.runway,

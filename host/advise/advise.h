@@ -25,6 +25,7 @@ struct advise_request {
      * (spread) */
     double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread;
     double friction;               /* pulled since; NaN: as the board was told */
+    double share;                  /* of the thrust that the strip bears; NaN: not measured */
     struct advise_profile profile; /* factors of the deceleration; count 0: even */
     double limit;
     size_t members, waves; /* waves: members that are played in the planar model too, 0: none */

@@ -19,7 +19,8 @@
 
 struct request {
     const char *db;
-    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, limit_percent;
+    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, share,
+        limit_percent;
     const char *profile, *who, *serial;
     int64_t members, waves, seed, before;
     bool keep, load;
@@ -204,6 +205,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                                      .touchdown_ft = r.touchdown_ft,
                                      .spread = r.spread_percent / 100.0,
                                      .friction = r.friction,
+                                     .share = r.share,
                                      .limit = r.limit_percent / 100.0,
                                      .members = (size_t)r.members,
                                      .waves = (size_t)r.waves,
@@ -248,6 +250,9 @@ static const struct command_part parts[] = {
                   "to begin with"),
     OPTION_NUMBER("--friction", "F", friction, NULL, 0.05, 2.0, NOT_GIVEN,
                   "coefficient of friction pulled since; else as the board was told"),
+    OPTION_NUMBER("--share", "S", share, NULL, 0.3, 2.0, NOT_GIVEN,
+                  "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "
+                  "%; else evenly 0.7 to 1.3,\nand learned"),
     OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
                   "probability of a zone from which on the advice is against it; else {standard}: "
                   "a zone missed is taken to cost\nfour times what a needlessly gentle landing "
@@ -281,7 +286,7 @@ const struct command command_advise = {
     "advise",
     advise_command,
     "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--spread PERCENT] "
-    "[--friction F] [--limit PERCENT]\n"
+    "[--friction F] [--share S] [--limit PERCENT]\n"
     "                         [--members N] [--waves N] [--seed N] [--before RUN] [--keep [--who "
     "W]]\n"
     "                         [--load --serial LINK]",

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#define BUMP_FT         0.0036 /* that the planar truth's ground is uneven by, at most */
+#define SHARE_ERROR     0.03
 #define SPEED_ERROR     0.01
 #define TOUCHDOWN       3.0
 #define TOUCHDOWN_ERROR 0.5
@@ -26,8 +28,9 @@ void advised_read(const struct score_landing *landing, uint64_t *facts, struct a
                             READING_IN * score_normal(facts);
 }
 
-bool advised_begin(struct advise_members *members, const struct score_series *series)
+bool advised_begin(struct advise_members *members, const struct score_series *series, bool share)
 {
+    uint64_t off = 0x54a4e000u + series->number;
     struct advise_runway runway = {
         .chain = {.mats = SCORE_MATS,
                   .mat_length_ft = (float)SCORE_MAT_FT,
@@ -38,6 +41,8 @@ bool advised_begin(struct advise_members *members, const struct score_series *se
                   .slack_ft = 0.0025f},
         .grit_lb = 10.0,
         .thrust_lb_per_g = 1300.0 / 12.0,
+        .bump_ft = BUMP_FT,
+        .share = share ? series->thrust_share * (1.0 + SHARE_ERROR * score_normal(&off)) : 0.0,
     };
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         runway.station_ft[i] = i < ADVISED_STATIONS ? 40.0f + 10.0f * (float)i : NAN;
@@ -152,6 +157,7 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
     struct advised_known known[SCORE_LANDINGS];
     struct score_series series = truth->series;
     double log_ratio[SCORE_LANDINGS];
+    struct advise_braking stood[SCORE_LANDINGS];
     uint64_t facts = 0xc4a70000u + series.number;
     memset(known, 0, sizeof known);
     series.told_friction *= told->friction_times;
@@ -169,7 +175,7 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
         forget(told, i, &known[i]);
         log_ratio[i] = log(known[i].true_ft_s2 / known[i].plan_ft_s2);
     }
-    bool good = advised_begin(&members, &series);
+    bool good = advised_begin(&members, &series, told->share);
     for (unsigned i = 0; good && i < series.landings; i++) {
         struct advise_plan plan;
         advised_plan(&plan, &truth->landing[i], &known[i], log_ratio, i);
@@ -181,7 +187,12 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
             chart[i].p[r] = row.zone.p;
             chart[i].share[r] = row.share;
             chart[i].half_ft[r] = row.half_ft;
+            good = good && advise_waves(&members, &plan, stood, i, &row, 1);
+            chart[i].wave[r] = row.wave.p;
         }
+        stood[i] = (struct advise_braking){.speed_ft_s = truth->landing[i].speed_ft_s,
+                                           .touchdown_ft = TOUCHDOWN,
+                                           .mean_ft_s2 = known[i].true_ft_s2};
         if (good && i + 1 < series.landings)
             good = advised_teach(&members, &truth->landing[i], &known[i], &known[i + 1]);
     }
@@ -195,5 +206,6 @@ void advised_chart_put(const struct advised_chart *chart, size_t rows, struct mr
         plan->row_ft_s2[r] = (float)chart->mean_ft_s2[r];
         plan->row_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
         plan->row_ft[r] = (float)chart->half_ft[r];
+        plan->row_wave_odds[r] = (float)log(chart->wave[r] / (1.0 - chart->wave[r]));
     }
 }

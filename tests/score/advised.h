@@ -5,6 +5,7 @@
 
 #include "common/risk.h"
 #include "host/advise/forecast.h"
+#include "host/advise/waves.h"
 #include "tests/score/score.h"
 
 #define ADVISED_STATIONS 7 /* 40 to 100 ft */
@@ -21,8 +22,9 @@ double advised_mean_ft_s2(const struct score_landing *landing, double touchdown_
 /* Survey before the landing and readings after it, with their errors. */
 void advised_read(const struct score_landing *landing, uint64_t *facts,
                   struct advised_known *known);
-/* What the ensemble is told of the runway: as the board is, but for the share of the thrust. */
-bool advised_begin(struct advise_members *members, const struct score_series *series);
+/* What the ensemble is told of the runway: as the board is, but for the share of the thrust;
+ * `share`: that was measured. */
+bool advised_begin(struct advise_members *members, const struct score_series *series, bool share);
 /* `log_ratio`: of the landings before, how their plans were met. */
 void advised_plan(struct advise_plan *plan, const struct score_landing *landing,
                   const struct advised_known *known, const double *log_ratio, size_t landings);
@@ -39,6 +41,7 @@ struct advised_told {
     double friction_times; /* what is told of it, over what is told otherwise */
     double plan_error;     /* rms, of the deceleration and of the time when it changes */
     double harder;         /* each landing is braked so many times harder than planned */
+    bool share;            /* of the thrust that the strip bears: measured within 3 % */
 };
 
 /* The plan as it is told to the board; no chart yet. */
@@ -51,7 +54,8 @@ double advised_plan_hardest_ft_s2(const struct mr_risk_plan *plan);
 /* A chart for each landing of a series: what is said at `factors` times the planned mean. */
 #define ADVISED_ROWS 3
 struct advised_chart {
-    double mean_ft_s2[ADVISED_ROWS], p[ADVISED_ROWS], share[ADVISED_ROWS], half_ft[ADVISED_ROWS];
+    double mean_ft_s2[ADVISED_ROWS], p[ADVISED_ROWS], share[ADVISED_ROWS], half_ft[ADVISED_ROWS],
+        wave[ADVISED_ROWS]; /* probability of a bow wave */
 };
 bool advised_charts(const struct score_truth *truth, const struct advised_told *told,
                     const double *factors, size_t rows, struct advised_chart *chart);

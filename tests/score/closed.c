@@ -1,7 +1,8 @@
 /* closed: what a brake release would have come to. See README.md, "Brake release, closed loop".
  *
- *   closed FOLDER KIND FROM COUNT   series FROM .. FROM + COUNT - 1; KIND: chain, late, elastic,
- *                                   planar. The table on stdout
+ *   closed FOLDER KIND FROM COUNT [share]   series FROM .. FROM + COUNT - 1; KIND: chain, late,
+ *                                           elastic, planar; share: of the thrust that the strip
+ *                                           bears, measured within 3 %. The table on stdout
  *
  * Each landing is played to the board's predictor, its risk and its brake release at several limits
  * (survey, transducers at 40 to 110 ft, plan and chart told, the plan off by 10 % rms). Where the
@@ -62,7 +63,7 @@ struct loop {
     unsigned landing;
 };
 
-static const struct advised_told told = {
+static struct advised_told told = {
     .view = SCORE_SURVEYED, .friction_times = 1.0, .plan_error = 0.1, .harder = 1.0};
 
 static void on_look(void *ctx, const struct score_look *look)
@@ -208,9 +209,11 @@ int main(int argc, char **argv)
     static struct score_before before[SCORE_LANDINGS];
     static struct loop l;
     static const double factors[ADVISED_ROWS] = {0.7, 1.0, 1.4};
-    enum score_kind kind = argc == 5 ? score_kind_find(argv[2]) : SCORE_KINDS;
+    told.share = argc == 6 && strcmp(argv[5], "share") == 0;
+    enum score_kind kind = argc == 5 || told.share ? score_kind_find(argv[2]) : SCORE_KINDS;
     if (kind == SCORE_KINDS || atoi(argv[3]) < 0 || atoi(argv[4]) < 1) {
-        fprintf(stderr, "closed: usage: closed FOLDER chain|planar|elastic|late FROM COUNT\n");
+        fprintf(stderr,
+                "closed: usage: closed FOLDER chain|planar|elastic|late FROM COUNT [share]\n");
         return 2;
     }
     unsigned from = (unsigned)atoi(argv[3]), count = (unsigned)atoi(argv[4]);

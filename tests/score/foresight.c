@@ -28,26 +28,32 @@ static const double when_s[WHENS] = {-0.05, 0.5, 1.0, 2.0};
 
 #define SURVEYED SCORE_SURVEYED
 /* told: survey and transducers, friction over what is told otherwise, rms error of the plan, braked
- * so many times harder than planned */
+ * so many times harder than planned, share of the thrust measured */
 const struct foresight_row foresight_rows[FORESIGHT_ROWS] = {
-    {"plain", "nothing perturbed; plan off by 10 %", SCORE_CHAIN, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"shut", "runway nearly closed", SCORE_SHUT, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"patchy", "gaps in patches", SCORE_PATCHY, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"heavy", "resistance with a heavy tail", SCORE_HEAVY, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"pulsed", "anti-skid pulses", SCORE_PULSED, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"late", "light, then hard braking", SCORE_LATE, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"elastic", "elastic ground, gear with weight", SCORE_ELASTIC, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"planar", "planar engine, until a wave", SCORE_PLANAR, {SURVEYED, 1.0, 0.1, 1.0}},
-    {"friction", "friction told 25 % too high", SCORE_CHAIN, {SURVEYED, 1.25, 0.1, 1.0}},
-    {"plan", "plan off by 25 %", SCORE_CHAIN, {SURVEYED, 1.0, 0.25, 1.0}},
-    {"harder", "braked 25 % harder than planned", SCORE_CHAIN, {SURVEYED, 1.0, 0.1, 1.25}},
+    {"plain", "nothing perturbed; plan off by 10 %", SCORE_CHAIN, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"shut", "runway nearly closed", SCORE_SHUT, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"patchy", "gaps in patches", SCORE_PATCHY, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"heavy", "resistance with a heavy tail", SCORE_HEAVY, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"pulsed", "anti-skid pulses", SCORE_PULSED, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"late", "light, then hard braking", SCORE_LATE, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"elastic",
+     "elastic ground, gear with weight",
+     SCORE_ELASTIC,
+     {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"planar", "planar engine, until a wave", SCORE_PLANAR, {SURVEYED, 1.0, 0.1, 1.0, false}},
+    {"friction", "friction told 25 % too high", SCORE_CHAIN, {SURVEYED, 1.25, 0.1, 1.0, false}},
+    {"plan", "plan off by 25 %", SCORE_CHAIN, {SURVEYED, 1.0, 0.25, 1.0, false}},
+    {"harder", "braked 25 % harder than planned", SCORE_CHAIN, {SURVEYED, 1.0, 0.1, 1.25, false}},
     {"old",
      "no survey since the first landing",
      SCORE_CHAIN,
-     {SURVEYED | SCORE_ONCE, 1.0, 0.1, 1.0}},
-    {"absent", "no survey", SCORE_CHAIN, {0, 1.0, 0.1, 1.0}},
-    {"half", "half of the transducers lost", SCORE_CHAIN, {SURVEYED | SCORE_HALF, 1.0, 0.1, 1.0}},
-    {"blind", "all transducers lost", SCORE_CHAIN, {SURVEYED | SCORE_BLIND, 1.0, 0.1, 1.0}},
+     {SURVEYED | SCORE_ONCE, 1.0, 0.1, 1.0, false}},
+    {"absent", "no survey", SCORE_CHAIN, {0, 1.0, 0.1, 1.0, false}},
+    {"half",
+     "half of the transducers lost",
+     SCORE_CHAIN,
+     {SURVEYED | SCORE_HALF, 1.0, 0.1, 1.0, false}},
+    {"blind", "all transducers lost", SCORE_CHAIN, {SURVEYED | SCORE_BLIND, 1.0, 0.1, 1.0, false}},
 };
 
 /* --- playing --- */

@@ -222,7 +222,7 @@ static bool play(struct work *work, const struct score_truth *truth, bool facts_
     const struct score_series *series = &truth->series;
     struct advise_members members = {0};
     uint64_t facts = 0xbef00000u + series->number;
-    bool good = advised_begin(&members, series);
+    bool good = advised_begin(&members, series, false);
     members.runway.bump_ft = BUMP_FT;
     memset(known, 0, sizeof known);
     for (unsigned i = 0; good && i < series->landings; i++) {
