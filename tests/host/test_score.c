@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "tests/score/advised.c"
 #include "tests/score/play.c"
 #include "tests/score/stats.c"
 #include "tests/score/table.c"
@@ -225,9 +226,48 @@ static void leads_by_hand(void **state)
     assert_true(lead.low == 0.0 && lead.high == 0.0);
 }
 
+/* A survey of before the first landing alone, every second transducer: the rest is no number. */
+static void what_is_lost_is_no_number(void **state)
+{
+    (void)state;
+    struct advised_told told = {.view = SCORE_SURVEYED | SCORE_ONCE | SCORE_HALF};
+    for (unsigned landing = 0; landing < 2; landing++) {
+        struct advised_known known = {.plan_ft_s2 = 1.0};
+        forget(&told, landing, &known);
+        for (unsigned s = 0; s < MR_SEGMENTS; s++)
+            assert_true(isnan(known.sum_in[s]) == (landing == 1));
+        for (unsigned s = 0; s < ADVISED_STATIONS; s++)
+            assert_true(isnan(known.read_in[s]) == (s % 2 == 1));
+    }
+    struct rig rig;
+    uint64_t noise = 1;
+    draw_rig(&rig, SCORE_SURVEYED | SCORE_HALF, &noise);
+    for (unsigned i = 1; i < MR_TRANSDUCERS; i += 2)
+        assert_true(rig.missing[i]);
+}
+
+/* A plan that is told without an error is the braking; braked harder, it is less than that. */
+static void a_plan_is_off_by_what_it_is_told_to_be(void **state)
+{
+    (void)state;
+    const struct score_landing landing = {.number = 2,
+                                          .speed_ft_s = 30.0,
+                                          .knot_s = {0.0f, 1.0f, 2.0f},
+                                          .knot_ft_s2 = {5.0f, 5.0f, 5.0f}};
+    struct advised_told told = {.friction_times = 1.0, .harder = 1.0};
+    struct mr_risk_plan plan;
+    advised_draw_plan(&landing, 7, &told, &plan);
+    assert_true(fabs(advised_plan_mean_ft_s2(&plan) - 5.0) < 0.01 && plan.landings == 1.0f);
+    told.harder = 1.25;
+    advised_draw_plan(&landing, 7, &told, &plan);
+    assert_true(fabs(advised_plan_hardest_ft_s2(&plan) - 4.0) < 1e-6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_lost_is_no_number),
+        cmocka_unit_test(a_plan_is_off_by_what_it_is_told_to_be),
         cmocka_unit_test(kinds_change_what_they_name),
         cmocka_unit_test(pulses_keep_the_mean),
         cmocka_unit_test(brier_by_hand),

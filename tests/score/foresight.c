@@ -7,7 +7,8 @@
  *                                               FROM + COUNT - 1, kept in FOLDER; all rows or some
  *   foresight FOLDER table FROM COUNT           tables on stdout, a diagram a row in FOLDER, of
  *                                               what was played
- *   foresight FOLDER odds FROM COUNT            the log odds that would have held for the first row
+ *   foresight FOLDER odds FROM COUNT OTHER COUNT ROW   the log odds that would have held for series
+ *                                               FROM and on, and how they hold for OTHER and on
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
 #include "tests/score/foresight.h"
@@ -331,37 +332,79 @@ static int print_tables(const char *folder, uint32_t from, uint32_t series)
     return code;
 }
 
-/* What host/advise/forecast.c has is this of series 250 to 309. */
-static int print_odds(const char *folder, uint32_t from, uint32_t series)
+/* Landings before touchdown: the members' share, and what came. */
+struct shares {
+    float *input; /* 1 and the log odds, of each */
+    bool *event;
+    size_t count;
+};
+
+static bool take_shares(const char *folder, const struct foresight_row *row, uint32_t from,
+                        uint32_t series, struct shares *shares)
 {
     struct foresight_list list;
-    size_t n = 0;
-    double weight[2];
-    if (!get(folder, foresight_rows[0].name, from, series, &list)) {
-        fprintf(stderr,
-                "foresight: nothing was played of series %u and on: foresight %s play %u "
-                "%u plain\n",
-                from, folder, from, series);
-        free(list.said);
-        return 3;
-    }
-    float *input = calloc(2 * list.count, sizeof *input);
-    bool *event = calloc(list.count, sizeof *event);
-    for (size_t i = 0; input && event && i < list.count; i++) {
+    bool good = get(folder, row->name, from, series, &list);
+    *shares = (struct shares){.input = calloc(2 * list.count + 1, sizeof(float)),
+                              .event = calloc(list.count + 1, sizeof(bool))};
+    if (!good)
+        fprintf(stderr, "foresight: %s was not played: foresight %s play %u %u %s\n", row->name,
+                folder, from, series, row->name);
+    good = good && shares->input && shares->event;
+    for (size_t i = 0; good && i < list.count; i++) {
         if (list.said[i].when != BEFORE)
             continue;
-        input[2 * n] = 1.0f;
-        input[2 * n + 1] = (float)advise_odds((double)list.said[i].share);
-        event[n++] = !isnan(list.said[i].until_s);
+        shares->input[2 * shares->count] = 1.0f;
+        shares->input[2 * shares->count + 1] = (float)advise_odds((double)list.said[i].share);
+        shares->event[shares->count++] = !isnan(list.said[i].until_s);
     }
-    stats_fit(input, event, n, 2, 1e-6, weight);
-    printf("%u series from %u on, %zu landings: log odds that would have held: %.2f times the "
-           "members', and %+.2f\n",
-           list.series, from, n, weight[1], weight[0]);
-    free(input);
-    free(event);
     free(list.said);
-    return 0;
+    return good;
+}
+
+static void print_shares(const struct shares *shares, const char *text, const double *weight)
+{
+    struct stats_held held;
+    float *said = calloc(shares->count + 1, sizeof *said);
+    for (size_t i = 0; said && i < shares->count; i++)
+        said[i] = (float)stats_rule(weight, shares->input + 2 * i, 2);
+    if (said) {
+        stats_held(said, shares->event, shares->count, &held);
+        printf("%s: %zu landings, log odds %.2f times the members', and %+.2f: Brier score %.3f; "
+               "said, seen, landings:",
+               text, shares->count, weight[1], weight[0], held.brier);
+        for (unsigned b = 0; b < STATS_BINS; b++)
+            printf(" %.2f %.2f %u;", held.said[b], held.seen[b], held.count[b]);
+        printf("\n");
+    }
+    free(said);
+}
+
+static double logit(double p)
+{
+    return log(p / (1.0 - p));
+}
+
+/* The log odds that would have held for a row, and how they hold in other series. What
+ * host/advise/forecast.c has is this of series 250 to 309. */
+static int print_odds(const char *folder, const struct foresight_row *row, const uint32_t from[2],
+                      const uint32_t series[2])
+{
+    struct shares shares[2];
+    double weight[2], today[2] = {logit(advise_calibrated(0.5)), 0.0};
+    today[1] = (logit(advise_calibrated(0.9)) - today[0]) / advise_odds(0.9);
+    bool good = take_shares(folder, row, from[0], series[0], &shares[0]);
+    good = take_shares(folder, row, from[1], series[1], &shares[1]) && good;
+    if (good) {
+        stats_fit(shares[0].input, shares[0].event, shares[0].count, 2, 1e-6, weight);
+        print_shares(&shares[0], "fitted", weight);
+        print_shares(&shares[1], "held today", today);
+        print_shares(&shares[1], "held so", weight);
+    }
+    for (unsigned i = 0; i < 2; i++) {
+        free(shares[i].input);
+        free(shares[i].event);
+    }
+    return good ? 0 : 3;
 }
 
 static bool is_named(const struct foresight_row *row, char **names, int count)
@@ -389,6 +432,19 @@ static int play(const char *folder, uint32_t from, uint32_t series, char **names
     return some ? code : 2;
 }
 
+/* `rest`: other series and the row. */
+static int odds(const char *folder, uint32_t from, uint32_t series, char **rest)
+{
+    const uint32_t froms[2] = {from, (uint32_t)atoi(rest[0])},
+                   counts[2] = {series, (uint32_t)atoi(rest[1])};
+    for (unsigned i = 0; i < FORESIGHT_ROWS; i++) {
+        if (strcmp(foresight_rows[i].name, rest[2]) == 0)
+            return print_odds(folder, &foresight_rows[i], froms, counts);
+    }
+    fprintf(stderr, "foresight: no such row\n");
+    return 2;
+}
+
 int main(int argc, char **argv)
 {
     const char *what = argc > 2 ? argv[2] : "";
@@ -399,12 +455,13 @@ int main(int argc, char **argv)
         uint32_t from = (uint32_t)atoi(argv[3]), series = (uint32_t)atoi(argv[4]);
         if (argc == 5 && strcmp(what, "table") == 0)
             return print_tables(argv[1], from, series);
-        if (argc == 5 && strcmp(what, "odds") == 0)
-            return print_odds(argv[1], from, series);
+        if (argc == 8 && strcmp(what, "odds") == 0)
+            return odds(argv[1], from, series, argv + 5);
         if (strcmp(what, "play") == 0)
             return play(argv[1], from, series, argv + 5, argc - 5);
     }
-    fprintf(stderr, "foresight: usage: foresight FOLDER learn | table FROM COUNT | odds FROM COUNT "
-                    "| play FROM COUNT [ROW]...\n");
+    fprintf(stderr,
+            "foresight: usage: foresight FOLDER learn | table FROM COUNT | odds FROM COUNT OTHER "
+            "COUNT ROW | play FROM COUNT [ROW]...\n");
     return 2;
 }
