@@ -398,7 +398,8 @@ static bool counts_plan(const struct mr_risk_state *risk, const struct mr_predic
 }
 
 static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
-                        const struct mr_predictor_zone *zone, struct mr_risk_said *said)
+                        const struct mr_predictor_zone *zone, bool by_plan,
+                        struct mr_risk_said *said)
 {
     struct mr_closure_zone closed;
     float left_in[MR_SEGMENTS], *x = said->input;
@@ -407,7 +408,8 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
                        ? risk->touchdown_ft
                        : p->wheel_ft;
     look_ahead(risk, p);
-    bool planned = counts_plan(risk, p);
+    bool planned = by_plan && counts_plan(risk, p),
+         charted = by_plan && said->basis & MR_RISK_OF_CHART;
     if (!planned)
         look_ahead_as_now(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
@@ -424,15 +426,23 @@ static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p
     x[MR_RISK_PLANNED] = planned ? 0.5f * (up_to_one(risk->planned_mats) + over(risk->planned_mats))
                                  : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
-    if (said->basis & MR_RISK_OF_CHART) {
+    if (charted) {
         x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_odds, rows_of(&risk->plan),
                                    risk->mean_ft_s2 * risk->met);
     }
-    said->set = (said->basis & MR_RISK_OF_CHART ? MR_RISK_BY_CHART
-                 : planned                      ? MR_RISK_BY_PLAN
-                                                : MR_RISK_NO_PLAN) +
+    said->set = (charted   ? MR_RISK_BY_CHART
+                 : planned ? MR_RISK_BY_PLAN
+                           : MR_RISK_NO_PLAN) +
                 (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_BRAKED : 0u) +
                 (blind ? MR_RISK_NO_SENSOR : 0u);
+}
+
+static float by_rule(const struct mr_risk_said *said)
+{
+    float sum = 0.0f;
+    for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
+        sum += weights[said->set][i] * said->input[i];
+    return mr_risk_logistic(sum);
 }
 
 /* Of a bow wave. */
@@ -456,11 +466,17 @@ void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
     bool moves = !(said->basis & MR_RISK_NO_MOTION);
     /* switches may be lost: then nothing is known of the motion that the rule rests on */
     if ((moves || said->basis & MR_RISK_OF_PLAN) && !(p->moved && !moves)) {
-        take_inputs(risk, p, zone, said);
-        float sum = 0.0f;
-        for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
-            sum += weights[said->set][i] * said->input[i];
-        said->risk = mr_risk_logistic(sum);
+        take_inputs(risk, p, zone, true, said);
+        said->risk = by_rule(said);
+        /* what was expected does not outweigh a zone that is there */
+        if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
+            said->set >= MR_RISK_BY_PLAN) {
+            struct mr_risk_said without = *said;
+            take_inputs(risk, p, zone, false, &without);
+            without.risk = by_rule(&without);
+            if (without.risk > said->risk)
+                *said = without;
+        }
     }
     if (moves && risk->down && p->speed_ft_s < SLOW_FT_S) {
         said->basis |= MR_RISK_STOPPED;

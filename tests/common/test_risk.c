@@ -289,6 +289,30 @@ static void failure_is_expected_inside_the_zone(void **state)
     is_near((double)said.failure_s, 5.0 - sqrt(25.0 - 23.571 / 2.5), 1e-3);
 }
 
+/* By the plan and the chart nothing was to be expected. */
+static void a_zone_that_is_there_outweighs_the_chart(void **state)
+{
+    (void)state;
+    struct mr_risk_plan plan = charted(0.0f);
+    const struct mr_predictor_zone none = {.coming_mats = 60, .coming_ft = 60.0f},
+                                   there = {.mats = 60,
+                                            .start_ft = 40.0f,
+                                            .end_ft = 57.14f,
+                                            .coming_mats = 60,
+                                            .coming_ft = 40.0f};
+    struct mr_risk_said expected, seen, plain;
+    plan.row_odds[0] = plan.row_odds[1] = -6.0f;
+    begin(&plan);
+    (void)roll(30.0, 6.0, 700);
+    mr_risk_say(&risk, &predictor, &none, &expected);
+    mr_risk_say(&risk, &predictor, &there, &seen);
+    begin(NULL);
+    (void)roll(30.0, 6.0, 700);
+    mr_risk_say(&risk, &predictor, &there, &plain);
+    assert_true(expected.basis & MR_RISK_OF_CHART && expected.risk < 0.1f);
+    assert_true(plain.risk > 0.5f && seen.risk == plain.risk);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -304,6 +328,7 @@ int main(void)
         cmocka_unit_test(who_stands_comes_to_no_zone),
         cmocka_unit_test(no_transducer_is_told),
         cmocka_unit_test(failure_is_expected_inside_the_zone),
+        cmocka_unit_test(a_zone_that_is_there_outweighs_the_chart),
     };
     return cmocka_run_group_tests_name("common/risk", tests, NULL, NULL);
 }
