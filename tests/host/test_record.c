@@ -127,7 +127,9 @@ static void each_kind(void **state)
     survey_closed(2, FAR_FIRST, FAR_LAST); /* quiet, came */
     /* 3: warned, did not come; 4: quiet, did not come */
     sql("update slack set slack_in = 0.204 where survey = (select id from surveys where landing = "
-        "5)"); /* warned, but the survey is the one before landing 4 */
+        "5)"); /* warned, but all of the survey but two segments is the one before landing 4 */
+    sql("update slack set slack_in = 0.1 where survey = (select id from surveys where landing = 5) "
+        "and segment < 2");
     /* 6: quiet; a person saw a wave. 7: quiet; a two-panel wave, and an old survey */
     sql("update slack set slack_in = 0.206 where survey = (select id from surveys where landing = "
         "7)");
