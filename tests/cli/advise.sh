@@ -57,6 +57,15 @@ reported() { # beside what landing 5 then did
         grep -c '<td[^>]*>4.60</td>' "$tmp/advice.html" | grep -x 1 && grep -q 'warned, the wheel came to the zone' "$tmp/advice.html" && grep -q '<svg' "$tmp/advice.html"
 }
 check "the report has the advice beside what came of it" reported
+recorded() { # landing 5 was braked at 7.2 ft/s2, and so says nothing of an advice for 4.6; it was warned of, and came to a zone
+    $matrig --json show "$db" >"$tmp/show.json" && holds 'r = d[0]["record"]; print(r)
+a, w = r["advice"], r["warnings"]
+assert a["given"] == a["off_plan"] == 1 and a["to_come"] == 0 and not any(a[v]["came_of"] for v in ("clear", "caution", "against"))
+assert r["by_transducers"] == 2 and w["warned"] == w["warned_of"] == 1 and w["silences"] == 1 and w["unknown"] == 0
+assert a["probability"]["brier"] is None' "$tmp/show.json" && $matrig show "$db" | xargs | grep -F 'warned of 1 of 1 landings that came to a zone' &&
+        sed -n '/id="record"/,/<[/]section/p' "$tmp/report.html" >"$tmp/record.html" && grep -q ', landed otherwise' "$tmp/record.html" && grep -q 'no score: 0 known landings' "$tmp/record.html"
+}
+check "advice and warning are added up with what came of them" recorded
 rows_hold() {
     holds 'd = d[0]; a = [r["deceleration_ft_s2"] for r in d["rows"]]; print(a)
 assert a == sorted(a) and sum(r["plan"] for r in d["rows"]) == 1 and [r for r in d["rows"] if r["plan"]][0]["deceleration_ft_s2"] == 4.6
