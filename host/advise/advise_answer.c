@@ -162,9 +162,10 @@ static void waves_answer(const struct advise *advise, struct answer *answer)
     double wave = advise->row[advise->plan_row].wave.p;
     if (isfinite(wave)) {
         answer_words(answer, NULL, "bow waves",
-                     "by the thrust against %.1f lb, critical for the irregularity assumed; %zu "
-                     "landings stood without a wave",
-                     advise_wave_critical_lb(&advise->past.runway), advise->stood);
+                     "by a law of the thrust; %zu landings before raised none", advise->stood);
+        answer_value(answer, "critical", "critical thrust", UNIT_TENSION,
+                     advise_wave_critical_lb(&advise->past.runway), 1);
+        answer_remark(answer, ", for the irregularity assumed");
         answer_value(answer, "wave", NULL, UNIT_NUMBER, wave, 3);
     } else {
         answer_words(answer, NULL, "bow waves",
