@@ -38,7 +38,7 @@ static void share_answer(struct answer *answer, const char *name, const char *la
         answer_words(answer, NULL, label, "%zu of %zu %s: with 95 %% between %.0f and %.0f %%",
                      count, of, what, 100.0 * share.low, 100.0 * share.high);
     else
-        answer_words(answer, NULL, label, "of 0 %s", what);
+        answer_words(answer, NULL, label, "no %s", what);
 }
 
 static size_t came(const struct record *record)
@@ -82,7 +82,7 @@ static void warnings_answer(const struct record *record, struct answer *answer)
     answer_count(answer, "late", "too late", (int64_t)late);
     answer_count(answer, "misses", "missed", (int64_t)record->verdict[RECORD_MISS]);
     share_answer(answer, "false", "false", wrong, wrong + hit + late,
-                 "warnings of which it is known");
+                 "warnings of which that is known");
     answer_count(answer, "silences", "rightly quiet", (int64_t)record->verdict[RECORD_SILENCE]);
     lead_answer(record, answer);
     unknown_answer(record, answer);
@@ -119,9 +119,11 @@ static void one_advice_answer(const struct record *record, enum record_advised v
     const size_t *by = record->advice[verdict];
     char what[80];
     answer_open(answer, advised[verdict], "");
-    snprintf(what, sizeof what, "came to a zone, %zu not known", by[OUTCOME_UNKNOWN]);
+    snprintf(what, sizeof what, "known landings came to a zone, %zu not known",
+             by[OUTCOME_UNKNOWN]);
     share_answer(answer, "came", label[verdict], by[OUTCOME_CAME],
-                 by[OUTCOME_CAME] + by[OUTCOME_DID_NOT], what);
+                 by[OUTCOME_CAME] + by[OUTCOME_DID_NOT],
+                 by[OUTCOME_CAME] + by[OUTCOME_DID_NOT] ? what : "landing of which it is known");
     answer_count(answer, "unknown", NULL, (int64_t)by[OUTCOME_UNKNOWN]);
     answer_close(answer);
 }
