@@ -178,7 +178,7 @@ static enum mr_status raised_none(struct store *store, int64_t run, bool *none, 
     return status;
 }
 
-/* Waves of all rows. A landing tells by them when its mats still lay in the next one, or lie now. */
+/* Waves of all rows. A landing raised none when its mats still lay in the next one, or lie now. */
 static enum mr_status find_waves(struct advise *advise, struct store *store, struct error *error)
 {
     const struct past *past = &advise->past;

@@ -10,9 +10,9 @@
 #define PARTS_FROM (-3.0)
 #define PARTS_STEP 0.2
 /* hardest deceleration over the mean where only the mean is told, as the law's landings had it */
-#define PEAK 1.136
+#define PEAK       1.136
 /* so few landings have made the law that it foretells nothing surer */
-#define SUREST 0.005
+#define SUREST     0.005
 /* log odds of the members' mean times this, and this more: of planar series 250 to 309 and 540 to
  * 599, by a plan that is 10 % off */
 #define ODDS_TIMES 0.84

@@ -33,8 +33,8 @@ bool advise_waves(const struct advise_members *members, const struct advise_plan
 
 /* Fills row[].played of every second row and of the plan's: the share of the first `count` members
  * (1 on, at most as many as there are) whose landing raises a wave in the planar model, on ground
- * that is uneven under the joints by up to what the runway is told, drawn by member; the interval is
- * Wilson's. *played: runs of the planar engine. Members that it has no answer for are left out.
+ * that is uneven under the joints by up to what the runway is told, drawn by member; the interval
+ * is Wilson's. *played: runs of the planar engine. Members that it has no answer for are left out.
  * MR_FULL: no memory; MR_NUMERICS: it has an answer for none. */
 enum mr_status advise_waves_played(const struct advise_members *members,
                                    const struct advise_plan *plan, size_t count,

@@ -167,7 +167,7 @@ static bool count_up(const unsigned char *found, size_t count, struct advise_row
         any = true;
         struct wilson share = wilson_of(waves, answered);
         row[r].played = (struct advise_chance){(double)waves / (double)answered, share.low,
-                                             share.high};
+                                               share.high};
     }
     return any;
 }

@@ -2,11 +2,11 @@
  * touchdown".
  *
  *   waves FOLDER fit                      the law's constants (host/advise/waves.c) and calibration
- *   waves FOLDER score FROM COUNT [N]     series FROM .. FROM + COUNT - 1 of the planar truth, 700 or
- *                                         higher; with N members in the planar model besides
+ *   waves FOLDER score FROM COUNT [N]     series FROM .. FROM + COUNT - 1 of the planar truth, 700
+ *                                         or higher; with N members in the planar model besides
  *
- * Known before touchdown are a survey, friction told, the speed, and a plan of the mean deceleration;
- * the landings before teach (advised.h), and raised no wave: a wave ends a series.
+ * Known before touchdown are a survey, friction told, the speed, and a plan of the mean
+ * deceleration; the landings before teach (advised.h), and raised no wave: a wave ends a series.
  *
  * Exit: 0; 2 usage; 5 a series failed. */
 #include <math.h>
@@ -159,8 +159,8 @@ static void take_facts(struct told *told, unsigned plan, const struct score_seri
                        const struct score_landing *landing, const struct advised_known *known,
                        const struct advise_runway *runway)
 {
-    double slack_ft = 0.0, planned = plan == HARDEST_TOLD ? hardest_ft_s2(landing)
-                                                          : known->plan_ft_s2;
+    double slack_ft = 0.0,
+           planned = plan == HARDEST_TOLD ? hardest_ft_s2(landing) : known->plan_ft_s2;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_ft += known->sum_in[s] / 12.0;
     *told = (struct told){.series = series->number,
@@ -233,8 +233,7 @@ static bool play(struct work *work, const struct score_truth *truth, bool facts_
         advised_read(landing, &facts, &read);
         for (unsigned p = 0; p < PLANS; p++) {
             known[p][i] = read;
-            known[p][i].plan_ft_s2 = read.true_ft_s2 *
-                                     clamp(1.0 + plan_error[p] * off, 0.6, 1.5);
+            known[p][i].plan_ft_s2 = read.true_ft_s2 * clamp(1.0 + plan_error[p] * off, 0.6, 1.5);
             take_facts(&work->told[p][work->count + i], p, series, landing, &known[p][i],
                        &members.runway);
         }
@@ -243,9 +242,8 @@ static bool play(struct work *work, const struct score_truth *truth, bool facts_
     for (unsigned i = 0; good && !facts_alone && i < series->landings; i++) {
         advise_survey(&members, known[EXACT][i].sum_in, 0.005);
         good = say(work, truth, &members, known, i) &&
-               (i + 1 == series->landings ||
-                advised_teach(&members, &truth->landing[i], &known[EXACT][i],
-                              &known[EXACT][i + 1]));
+               (i + 1 == series->landings || advised_teach(&members, &truth->landing[i],
+                                                           &known[EXACT][i], &known[EXACT][i + 1]));
     }
     work->count += series->landings;
     advise_members_free(&members);
@@ -398,8 +396,8 @@ static int print_fit(struct work *work)
     /* thresholds of the mean and of the hardest deceleration, at the usual speed */
     double at = -weight[0] / weight[1];
     for (size_t i = 0; i < work->count; i++)
-        work->told[EXACT][i].law[1] += log(work->told[HARDEST_TOLD][i].by[BY_PLAN] /
-                                           work->told[EXACT][i].by[BY_PLAN]);
+        work->told[EXACT][i].law[1] +=
+            log(work->told[HARDEST_TOLD][i].by[BY_PLAN] / work->told[EXACT][i].by[BY_PLAN]);
     fit(work->told[EXACT], work->count, ADVISE_WAVE_INPUTS, law_of, weight, spread);
     printf("\nof the hardest deceleration:");
     for (unsigned k = 0; k < ADVISE_WAVE_INPUTS; k++)
@@ -443,8 +441,9 @@ int main(int argc, char **argv)
     int from = scores ? atoi(argv[3]) : 0, series = scores ? atoi(argv[4]) : 0;
     work.played = argc == 6 ? (unsigned)atoi(argv[5]) : 0;
     if (!fits && (from < (int)FIRST_SCORED || from > 60000 || series < 1 || series > 1000)) {
-        fprintf(stderr, "waves: usage: waves FOLDER fit | waves FOLDER score FROM COUNT [N] (series "
-                        "FROM, at least 700, and on; N members in the planar model)\n");
+        fprintf(stderr,
+                "waves: usage: waves FOLDER fit | waves FOLDER score FROM COUNT [N] (series "
+                "FROM, at least 700, and on; N members in the planar model)\n");
         return 2;
     }
     bool room = true;
@@ -452,8 +451,9 @@ int main(int argc, char **argv)
         work.told[p] = calloc(LANDINGS, sizeof *work.told[p]);
         room = room && work.told[p];
     }
-    int code = !room ? 5 : fits ? print_fit(&work) : print_score(&work, (unsigned)from,
-                                                                 (unsigned)series);
+    int code = !room ? 5
+             : fits  ? print_fit(&work)
+                     : print_score(&work, (unsigned)from, (unsigned)series);
     for (unsigned p = 0; p < PLANS; p++)
         free(work.told[p]);
     return code;
