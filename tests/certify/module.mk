@@ -7,3 +7,7 @@ test-programs: $(B)/tests/certify/land
 .PHONY: certify
 certify: in-build $(B)/.test-packages all $(variants) $(B)/tests/certify/land $(B)/tests/runs/synthesise ## longer | PAGE=yes: a predictor before its image is released: every case of tests/certify against its bounds: build/certify/table.md
 	@python3 tests/certify/certify.py $(if $(PAGE),--page)
+
+.PHONY: advised
+advised: in-build all ## longer | PAGE=yes: after make certify: what advise would have said before each of its landings, series by series: build/certify/advised.md
+	@python3 tests/certify/advised.py $(if $(PAGE),--page)
