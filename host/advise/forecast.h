@@ -53,10 +53,10 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
                 struct advise_braking *braking, struct advise_met *met, struct advise_row *row);
 
 /* Of `events` in `count` members: share, Wilson's interval, each calibrated. */
-struct advise_chance advise_chance_of(size_t events, size_t count);
+struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed);
 /* What a share of the members is worth as a probability: none is certain, and the log odds of
  * advise_odds by what series that are not scored have shown. */
-double advise_calibrated(double share);
+double advise_calibrated(double share, bool surveyed);
 /* Log odds of a share, half a member of 64 on either side of 0 and 1. */
 double advise_odds(double share);
 

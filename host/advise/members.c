@@ -121,6 +121,7 @@ void advise_relay(struct advise_members *members)
 {
     for (size_t m = 0; m < members->count; m++)
         draw_gaps(members, &members->member[m]);
+    members->surveyed = false;
 }
 
 /* Ten openings get a sum: all smaller by a factor, or all nearer to the slack by one. */
@@ -150,6 +151,8 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
                    double error_in)
 {
     double slack_ft = (double)members->runway.chain.slack_ft;
+    for (unsigned s = 0; s < segments_of(members); s++)
+        members->surveyed = members->surveyed || isfinite(sum_in[s]);
     for (size_t m = 0; m < members->count; m++) {
         for (unsigned s = 0; s < segments_of(members); s++) {
             double off_in = error_in * chance_normal(&members->chance);

@@ -59,6 +59,7 @@ struct advise_members {
     size_t count; /* a multiple of 8 */
     unsigned threads;
     unsigned learned;  /* landings */
+    bool surveyed;     /* since the mats were laid, ten joints at least */
     uint64_t computed; /* members' landings played since advise_members_draw */
     struct chance chance;
 };

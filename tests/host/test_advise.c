@@ -298,7 +298,8 @@ static void a_share_is_what_chains_alone_count(void **state)
     print_message("%u of %u members come to a zone\n", events, COUNT);
     assert_true(events > 5 && events < COUNT - 5);
     assert_near(row.share, (double)events / COUNT, 1e-12);
-    assert_near(row.by_station[2].p, advise_calibrated((double)by_half / COUNT), 1e-12);
+    assert_near(row.by_station[2].p, advise_calibrated((double)by_half / COUNT, members.surveyed),
+                1e-12);
     advise_members_free(&members);
 }
 
@@ -424,8 +425,10 @@ static void probabilities_rise_with_shares(void **state)
     double last = 0.0;
     (void)state;
     for (unsigned i = 0; i <= 64; i++) {
-        double p = advise_calibrated(i / 64.0);
+        double p = advise_calibrated(i / 64.0, true),
+               unsurveyed = advise_calibrated(i / 64.0, false);
         assert_true(p > last && p < 1.0);
+        assert_true(i < 33 || unsurveyed < p); /* less sure */
         last = p;
     }
 }
