@@ -161,7 +161,7 @@ const char *advise_group_text(enum advise_group group)
 const char *advise_group_measure(enum advise_group group)
 {
     static const char *const texts[] = {
-        "measure the brake torque and the bogie's share of the load",
+        "measure the brake torque and the bogie's share of the load (--share)",
         "pull a mat and weigh it again",
         "make a push test (matrig params --push)",
         "survey the gage points (matrig survey)",
