@@ -41,6 +41,22 @@ risks_are_kept() {
 another_runway() { ! load another && grep -q 'had 0 landings, the one of the advice 1' "$tmp/another.err"; }
 right_one() { runway 1 && { load right || [ $? = 1 ]; } && [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/right.json') as text), '\$.loaded')")" = 1 ]; }
 with_a_profile() { load profile --speed 30ft/s --profile 0s:3ft/s2,2s:3ft/s2,2.2s:12ft/s2 || [ $? = 1 ]; }
+# Landing 5 of a board that was told a plan and a chart before it.
+told_before() { # LANDINGS SPEED PROFILE
+    python3 tests/board/chart.py tests/runs/landing5.run "$@" >"$tmp/told.run" && rm -f "$tmp/told.db" &&
+        build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --rig "$tmp/told.run" 2>"$tmp/told.err" &&
+        $matrig --quiet log --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --db "$tmp/told.db" >"$tmp/told.txt" &&
+        $matrig --json predict "$tmp/told.db" 1 >"$tmp/told.json" && grep -E 'risk of a zone|plan was' "$tmp/told.txt" &&
+        [ "$(sqlite3 :memory: "select json_extract(j, '$.again.statements') > 100 and json_extract(j, '$.again.differ') = 0 from (select cast(readfile('$tmp/told.json') as text) j)")" = 1 ]
+}
+both_count() {
+    told_before 0 35.5 0:7.0,1.5:7.0,1.7:8.5 && grep -q 'risk of a zone .* by chart and plan$' "$tmp/told.txt" && ! grep 'plan was not followed' "$tmp/told.txt" &&
+        [ "$(sqlite3 "$tmp/told.db" 'select count(*) > 100 from risks where wave between 0 and 1')" = 1 ] &&
+        $matrig --quiet replay "$tmp/told.db" 1 --exact >"$tmp/replay.txt" && grep 'result *0 of ' "$tmp/replay.txt"
+}
+gentle_plan_is_left() { told_before 0 35.5 0:3.0 && grep -q 'the plan was not followed, seen at ' "$tmp/told.txt"; }
+# the board refuses it: it has had no landing
+of_another_runway() { told_before 3 35.5 0:7.5 && grep -q 'without plan and chart$' "$tmp/told.txt" && [ "$(sqlite3 "$tmp/told.db" 'select count(*) from risks where wave is not null and block < 6000')" = 0 ]; }
 needs_a_link() { ! $matrig advise "$tmp/campaign.db" --load 2>"$tmp/link.err" && grep -q -- '--load --serial LINK' "$tmp/link.err"; }
 
 check "a campaign of a landing" campaign
@@ -48,5 +64,8 @@ check "its risks are kept, and told" risks_are_kept
 check "a board whose runway has had other landings refuses" another_runway
 check "the right one takes chart and plan" right_one
 check "and a profile" with_a_profile
+check "a landing told both: they count, the host says the same, and a replay" both_count
+check "a plan that is not followed is left, and that is told" gentle_plan_is_left
+check "a chart of another runway counts for nothing" of_another_runway
 check "without a link nothing is loaded" needs_a_link
 finish
