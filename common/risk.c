@@ -172,6 +172,10 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
+    if (v_ft_s > 0.0f) { /* a longer plan ends as it does */
+        float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->met;
+        way_ft += 0.5f * v_ft_s * v_ft_s / (last_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : last_ft_s2);
+    }
     risk->way_ft = way_ft;
 }
 
@@ -480,7 +484,8 @@ void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
     }
     if (moves && risk->down && p->speed_ft_s < SLOW_FT_S) {
         said->basis |= MR_RISK_STOPPED;
-        said->risk = said->wave = 0.0f;
+        said->risk = 0.0f;
+        said->wave = __builtin_isnan(said->wave) ? MR_NAN : 0.0f;
     }
     said->reason = reason_of(risk, zone, said);
 }

@@ -404,7 +404,8 @@ static enum mr_status obey_chart(struct predict *p, const struct mr_command *com
     case MR_COMMAND_CHART_WORD:
         memcpy(&value, &command->argument, sizeof value);
         return mr_risk_item_set(&p->plan_given, command->index, value) ? MR_OK : MR_USAGE;
-    case MR_COMMAND_CHART_FORGET:
+    case MR_COMMAND_CHART_FORGET: /* and words of one that was begun */
+        mr_risk_plan_clear(&p->plan_given);
         forget_plan(p);
         p->telling_risk = 0;
         return MR_OK;

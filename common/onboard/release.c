@@ -4,6 +4,8 @@
 
 #define LEAST_FT_S  2.0f
 #define EASED_SHARE 0.9f /* of the braking of now: less is worth easing to */
+#define LEAST_GATES 3u   /* beyond touchdown: speed and braking rest on them */
+#define OVERDUE     1.3f /* of the gates' spacing, since the last one */
 
 /* To act on a probability p pays when p times what a miss costs is more than 1 - p times what a
  * needless act does. */
@@ -85,6 +87,22 @@ static float least_ft_s2(const struct release_settings *s, const struct mr_predi
     return left_ft > 0.0f ? 0.5f * p->speed_ft_s * p->speed_ft_s / left_ft : 1e6f;
 }
 
+/* Motion rests on the gates of this passage, and none is overdue: where switches are lost, what is
+ * known of it is carried on from a time that is past. */
+static bool on_switches(const struct landing *landing, const struct mr_predictor *p)
+{
+    const struct mr_passage *passage = &landing->passage;
+    unsigned gates = passage->gates;
+    double spacing_ft = 1e6;
+    if (passage->state != MR_PASSAGE_ROLLING || gates < landing->gates_on_track + LEAST_GATES)
+        return false;
+    for (unsigned i = 1; i < gates; i++) {
+        double apart_ft = passage->gate[i].station_ft - passage->gate[i - 1u].station_ft;
+        spacing_ft = apart_ft < spacing_ft ? apart_ft : spacing_ft;
+    }
+    return p->wheel_ft <= (float)passage->gate[gates - 1u].station_ft + OVERDUE * (float)spacing_ft;
+}
+
 /* What speaks against releasing the brake now; MR_RELEASE_BY_RISK: nothing does. */
 static enum mr_release_reason obstacle(const struct release *release, const struct mr_predictor *p,
                                        const struct mr_predictor_zone *zone,
@@ -95,7 +113,8 @@ static enum mr_release_reason obstacle(const struct release *release, const stru
         return MR_RELEASE_NO_CLOCK;
     if (landing->state != LANDING_LANDING || !landing_may_warn(landing, index))
         return MR_RELEASE_NO_ROLL;
-    if (!p->braking || __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s))
+    if (!p->braking || __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s) ||
+        !on_switches(landing, p))
         return MR_RELEASE_NO_MOTION;
     if (!(p->speed_ft_s > LEAST_FT_S))
         return MR_RELEASE_NO_ROLL;

@@ -4,7 +4,7 @@
  * Asked for when the risk of a zone or that of a bow wave has stayed at the limit or beyond for the
  * time configured, and
  *  - a gear rolls on the runway, and nobody pushes it
- *  - motion and braking rest on switches
+ *  - motion and braking rest on switches: three beyond touchdown, and the next is not overdue
  *  - the clock is the crystal: else no speed is known
  *  - transducers speak, and the model has not fallen back
  *  - as it is braked while released it stops with the configured length of runway left; or, where

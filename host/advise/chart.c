@@ -14,9 +14,6 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
                             struct mr_risk_plan *plan, struct error *error)
 {
     const struct advise_profile *profile = &advise->plan.profile;
-    if (profile->count > MR_RISK_KNOTS)
-        return error_set(error, MR_LIMIT, "%zu points: --profile; a board takes %u, leave some out",
-                         profile->count, MR_RISK_KNOTS);
     mr_risk_plan_clear(plan);
     plan->landings = (float)landings;
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
@@ -34,7 +31,7 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
     }
     return mr_risk_plan_check(plan) == MR_OK
              ? MR_OK
-             : error_set(error, MR_LIMIT,
+             : error_set(error, MR_USAGE,
                          "a plan that a board does not understand: matrig advise; it takes speeds "
                          "of 1 to 300 ft/s, and braking that ends at 0.1 ft/s2 or more");
 }

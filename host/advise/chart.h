@@ -5,8 +5,8 @@
 #include "common/risk.h"
 #include "host/advise/advise.h"
 
-/* `landings`: that the board's runway has had. MR_LIMIT: the plan has more points than a board
- * takes, or more than it understands. */
+/* `landings`: that the board's runway has had; the plan has MR_RISK_KNOTS points at most. MR_USAGE:
+ * it is more than a board understands. */
 enum mr_status advise_chart(const struct advise *advise, unsigned landings,
                             struct mr_risk_plan *plan, struct error *error);
 

@@ -38,7 +38,8 @@ static enum mr_status order(struct dialogue *dialogue, unsigned code, unsigned i
 enum mr_status charttalk_give(struct dialogue *dialogue, const struct mr_risk_plan *plan,
                               struct error *error)
 {
-    enum mr_status status = MR_OK;
+    /* words of another one that was never taken are of no chart */
+    enum mr_status status = order(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
     for (unsigned i = 0; status == MR_OK && i < MR_RISK_ITEMS; i++) {
         float value = mr_risk_item(plan, i);
         int32_t bits;

@@ -226,6 +226,10 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                            "come");
     if (status == MR_OK)
         status = take_profile(&r, cli, &request, &error);
+    if (status == MR_OK && r.load && request.profile.count > MR_RISK_KNOTS)
+        status = error_set(&error, MR_USAGE,
+                           "%zu points: --profile; a board takes %u with --load, leave some out",
+                           request.profile.count, MR_RISK_KNOTS);
     return status == MR_OK ? run(&r, cli, &request) : cli_fail(&error);
 }
 

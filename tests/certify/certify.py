@@ -41,11 +41,35 @@ def call(*words, ok=(0,), **more):
 class Case:
     """A row of cases.txt: name | board | run | made | wanted."""
 
+    WORDS = ("quiet", "warned", "missed-today", "false-today", "unsame")
+    NUMBERED = ("by", "after", "lead", "pushed", "budget")
+
     def __init__(self, line):
-        self.name, self.board, run, made, wanted = [part.strip() for part in line.split("|")]
+        parts = [part.strip() for part in line.split("|")]
+        if len(parts) != 5 or len(parts[2].split()) != 2:
+            raise ValueError("not `name | board | series N | made | wanted`")
+        self.name, self.board, run, made, wanted = parts
         self.series, self.number = run.split()
         self.made = [] if made == "-" else made.split(";")
         self.wanted = wanted.split()
+        self.check()
+
+    def check(self):
+        """A word that nobody knows would be a bound that cannot fail."""
+        words = list(self.wanted)
+        if self.board not in ("fresh", "next"):
+            raise ValueError("a board is fresh or next, not `%s`" % self.board)
+        if not self.number.isdigit() or not any(word in words for word in self.WORDS + self.NUMBERED[:3]):
+            raise ValueError("nothing is wanted, or no landing is named")
+        while words:
+            word = words.pop(0)
+            if word in self.NUMBERED:
+                try:
+                    float(words.pop(0))
+                except (IndexError, ValueError):
+                    raise ValueError("`%s` needs a number" % word) from None
+            elif word not in self.WORDS:
+                raise ValueError("nobody knows what `%s` wants" % word)
 
     def option(self, key):
         """Values of `key=VALUE` among what the run is made with."""
@@ -57,8 +81,19 @@ class Case:
 
 
 def read_cases():
-    lines = [line.rstrip("\n") for line in open(CASES) if line.strip() and not line.startswith("#")]
-    return [Case(line) for line in lines if not line.startswith("sum ")], [line.split()[1:] for line in lines if line.startswith("sum ")]
+    cases, sums = [], []
+    for number, line in enumerate(open(CASES), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        if line.startswith("sum "):
+            sums.append(line.split()[1:])
+            continue
+        try:
+            cases.append(Case(line))
+        except ValueError as error:
+            print("certify: %s:%d: %s" % (CASES, number, error), file=sys.stderr)
+            sys.exit(2)
+    return cases, sums
 
 
 class Bench:
@@ -291,8 +326,8 @@ def main():
             continue
         try:
             seen, wrong = certify(bench, case)
-        except Failed as failure:
-            print("%s: %s" % (case.name, failure), file=sys.stderr)
+        except (Failed, ValueError, OSError) as failure:
+            print("%s of %s: %s" % (case.name, CASES, failure), file=sys.stderr)
             return 3
         results.append((case, seen, wrong))
         print(row(*results[-1]), flush=True)

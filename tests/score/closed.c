@@ -103,6 +103,19 @@ static void on_armed(void *ctx, const struct mr_predictor *predictor,
     }
 }
 
+/* The gates that the wheel has come to. */
+static void open_gates(struct loop *l, float t_s)
+{
+    const struct score_landing *landing = &l->truth->landing[l->landing];
+    struct mr_passage *passage = &l->state.passage;
+    passage->state = MR_PASSAGE_ROLLING;
+    passage->gates = l->state.gates_on_track = 0;
+    for (unsigned i = 0; i < landing->edges && landing->edge_s[i] <= t_s; i++) {
+        passage->gate[passage->gates++].station_ft = (double)landing->edge_ft[i];
+        l->state.gates_on_track += landing->edge_ft[i] < TOUCHDOWN_FT;
+    }
+}
+
 static void on_block(void *ctx, const struct mr_predictor *predictor,
                      const struct mr_predictor_input *input, unsigned ms)
 {
@@ -112,6 +125,7 @@ static void on_block(void *ctx, const struct mr_predictor *predictor,
     mr_risk_block(&l->risk, predictor, input);
     if (ms % 10)
         return;
+    open_gates(l, 1e-3f * (float)ms);
     mr_predictor_zone(predictor, &zone);
     mr_risk_say(&l->risk, predictor, &zone, &said);
     for (unsigned w = 0; w < WAYS; w++) {

@@ -42,15 +42,21 @@ static const struct kind {
     /* anti-skid: a second, what is left of the braking, for what part of the time */
     double pulse_hz[2], pulse_left[2], pulse_part[2];
 } kinds[SCORE_KINDS] = {
-    [SCORE_CHAIN] = {"truth", 7},
-    [SCORE_PLANAR] = {"planar", 8, .planar = true},
-    [SCORE_ELASTIC] = {"elastic", 9, .elastic = true},
-    [SCORE_LATE] = {"late", 10, .late = true},
-    [SCORE_SHUT] = {"shut", 1, .shut_share = 0.8, .shut_most_in = 0.004},
-    [SCORE_PATCHY] = {"patchy", 1, .patch_mats = {5.0, 40.0}, .patch_most_in = 0.010,
+    [SCORE_CHAIN] = {.name = "truth", .version = 7},
+    [SCORE_PLANAR] = {.name = "planar", .version = 8, .planar = true},
+    [SCORE_ELASTIC] = {.name = "elastic", .version = 9, .elastic = true},
+    [SCORE_LATE] = {.name = "late", .version = 10, .late = true},
+    [SCORE_SHUT] = {.name = "shut", .version = 1, .shut_share = 0.8, .shut_most_in = 0.004},
+    [SCORE_PATCHY] = {.name = "patchy",
+                      .version = 1,
+                      .patch_mats = {5.0, 40.0},
+                      .patch_most_in = 0.010,
                       .patch_least_in = 0.020},
-    [SCORE_HEAVY] = {"heavy", 1, .tail = 1.5},
-    [SCORE_PULSED] = {"pulsed", 1, .pulse_hz = {3.0, 8.0}, .pulse_left = {0.2, 0.5},
+    [SCORE_HEAVY] = {.name = "heavy", .version = 1, .tail = 1.5},
+    [SCORE_PULSED] = {.name = "pulsed",
+                      .version = 1,
+                      .pulse_hz = {3.0, 8.0},
+                      .pulse_left = {0.2, 0.5},
                       .pulse_part = {0.25, 0.45}},
 };
 #define TAIL_MOST    20.0 /* of the mean: no joint resists more */

@@ -13,6 +13,7 @@ static struct mr_risk_said said;
 static struct landing landing;
 static struct release_settings settings;
 static uint32_t now;
+static unsigned lost; /* gates, the newest */
 
 /* At 40 ft with 20 ft/s: by 4 ft/s2 alone it stops 50 ft further on, of a runway of 120. */
 static int start(void **state)
@@ -35,6 +36,7 @@ static int start(void **state)
     predictor.wheel_ft = 40.0f;
     predictor.speed_ft_s = 20.0f;
     predictor.deceleration_ft_s2 = 8.0f;
+    lost = 0;
     said = (struct mr_risk_said){.risk = 0.8f, .wave = NAN};
     release_settings_of(&config, true, &settings);
     now = 1000;
@@ -42,10 +44,23 @@ static int start(void **state)
     return 0;
 }
 
+/* Gates 5 ft apart, from -2.5 ft to the last before the wheel, but for the newest `lost`. */
+static void open_gates(void)
+{
+    struct mr_passage *passage = &landing.passage;
+    passage->state = MR_PASSAGE_ROLLING;
+    passage->gates = 0;
+    for (float at = -2.5f; at <= predictor.wheel_ft && passage->gates < 24u; at += 5.0f)
+        passage->gate[passage->gates++].station_ft = (double)at;
+    passage->gates -= lost < passage->gates ? lost : passage->gates;
+    landing.gates_on_track = 2;
+}
+
 /* Looks each 10 ms; true: something was told. */
 static bool look_for(unsigned ms)
 {
     bool told = false;
+    open_gates();
     for (unsigned i = 0; i < ms; i += 10)
         told |= release_look(&release, &predictor, &zone, &said, &landing, now += 10);
     return told;
@@ -123,6 +138,8 @@ static void what_refuses(void **state)
     REFUSES(predictor.wheel_ft = 66.0f, MR_RELEASE_NO_RUNWAY);   /* 66 + 50 + 5 > 120 */
     REFUSES(predictor.speed_ft_s = 25.0f, MR_RELEASE_NO_RUNWAY); /* 40 + 78 + 5 > 120 */
     REFUSES(predictor.braking = false, MR_RELEASE_NO_MOTION);
+    REFUSES(lost = 1, MR_RELEASE_NO_MOTION); /* last seen at 32.5, overdue from 39 on */
+    REFUSES(predictor.wheel_ft = 11.0f, MR_RELEASE_NO_MOTION); /* two gates beyond touchdown */
     REFUSES(predictor.wheel_ft = NAN, MR_RELEASE_NO_MOTION);
     REFUSES(predictor.speed_ft_s = NAN, MR_RELEASE_NO_MOTION);
     REFUSES(predictor.speed_ft_s = 1.0f, MR_RELEASE_NO_ROLL);
@@ -233,6 +250,7 @@ static void ends_when_something_speaks_against_it(void **state)
     } while (0)
     ENDS(predictor.wheel_ft = 66.0f, MR_RELEASE_NO_RUNWAY);
     ENDS(predictor.wheel_ft = NAN, MR_RELEASE_NO_MOTION);
+    ENDS((predictor.wheel_ft = 44.1f, lost = 1), MR_RELEASE_NO_MOTION); /* 37.5 + 6.5 */
     ENDS(landing.state = LANDING_SETTLING, MR_RELEASE_NO_ROLL);
     ENDS(zone.basis = MR_PREDICTOR_BLIND, MR_RELEASE_NO_MODEL);
     start(state);
