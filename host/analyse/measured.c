@@ -142,19 +142,17 @@ static unsigned find_hidden(const struct measured *measured)
     return 0;
 }
 
-/* Of the switches beyond the last that was seen, the first, where more than one lies before the
- * stop, by the fit. One may be broken. Where several are, or the gear stood before them, the stop is
- * a line carried on, and its error that of the line. */
+/* The first of several switches beyond the last that was seen and before the stop, by the fit: where
+ * they are broken, or the gear stood before them, that is a line carried on. One may be broken. */
 static unsigned find_silent(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     double last_ft = measured->gate[measured->gates - 1].station_ft;
     unsigned first = 0, silent = 0;
     for (unsigned p = 0; p < 64; p++) {
-        if (!(measured->fitted & ~measured->seen & 1ull << p) || measured->switch_ft[p] < last_ft ||
-            measured->switch_ft[p] > stop->value - 3.0 * stop->error)
-            continue;
-        first = silent++ ? first : p + 1;
+        if (measured->fitted & ~measured->seen & 1ull << p && measured->switch_ft[p] > last_ft &&
+            measured->switch_ft[p] < stop->value - 3.0 * stop->error)
+            first = silent++ ? first : p + 1;
     }
     return silent > 1 ? first : 0;
 }
