@@ -51,7 +51,13 @@
       "resistance found, IEEE 754; 1: landings; 2: opening of joint 513, 0.01 mil; not from arm "  \
       "to done")                                                                                   \
     X(RUNWAY_TAKE, 24, "runway-take", 0, 1, "take the runway given before; argument: its CRC-32; " \
-      "not from arm to done")
+      "not from arm to done")                                                                      \
+    X(CHART_WORD,  25, "chart-word", 1, 1, "index: number of a chart and plan to be taken; "       \
+      "argument: its bits, IEEE 754; numbers that are not given are missing; not from arm to "     \
+      "done")                                                                                      \
+    X(CHART_TAKE,  26, "chart-take", 0, 1, "take the chart given before, for the landing to come; "\
+      "argument: its CRC-32; not from arm to done")                                                \
+    X(CHART_FORGET, 27, "chart-forget", 0, 1, "no chart and no plan; not from arm to done")
 /* clang-format on */
 
 enum mr_command_code {

@@ -64,7 +64,8 @@ enum mr_task {
     X(LAMP_ON,     5, "warning lamp, lit")             \
     X(LAMP_OFF,    6, "warning lamp, put out")         \
     X(RAM_START,   7, "RAM not in use, at start")      \
-    X(IMAGE,       8, "the program, whole as it was built")
+    X(IMAGE,       8, "the program, whole as it was built") \
+    X(RELEASE,     9, "brake release, its pin")
 /* clang-format on */
 
 enum mr_self_test_number {

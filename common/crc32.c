@@ -3,7 +3,7 @@
 #include "common/wire.h"
 
 /* Entry i of a table is the register after shifting the byte i out through the reflected
- * polynomial, and through 0, 1, 2 or 3 more zero bytes. Shifting is linear: an entry is the sum of
+ * polynomial, and through none or one more zero byte. Shifting is linear: an entry is the sum of
  * those of its bits. */
 #define ENTRY(i, b0, b1, b2, b3, b4, b5, b6, b7)                                     \
     (((i)&1 ? b0 : 0u) ^ ((i)&2 ? b1 : 0u) ^ ((i)&4 ? b2 : 0u) ^ ((i)&8 ? b3 : 0u) ^ \
@@ -23,26 +23,21 @@
             SIXTY_FOUR(192, __VA_ARGS__)                                                       \
     }
 
-static const uint32_t shifted[4][256] = {
+static const uint32_t shifted[2][256] = {
     TABLE(0x77073096u, 0xee0e612cu, 0x076dc419u, 0x0edb8832u, 0x1db71064u, 0x3b6e20c8u, 0x76dc4190u,
           0xedb88320u),
     TABLE(0x191b3141u, 0x32366282u, 0x646cc504u, 0xc8d98a08u, 0x4ac21251u, 0x958424a2u, 0xf0794f05u,
           0x3b83984bu),
-    TABLE(0x01c26a37u, 0x0384d46eu, 0x0709a8dcu, 0x0e1351b8u, 0x1c26a370u, 0x384d46e0u, 0x709a8dc0u,
-          0xe1351b80u),
-    TABLE(0xb8bc6765u, 0xaa09c88bu, 0x8f629757u, 0xc5b428efu, 0x5019579fu, 0xa032af3eu, 0x9b14583du,
-          0xed59b63bu),
 };
 
 uint32_t mr_crc32(uint32_t crc, const uint8_t *bytes, size_t length)
 {
     crc = ~crc;
-    for (; length >= 4; length -= 4) {
-        /* four bytes at a time: the board goes through 100 kB a second, and its own image at
-         * start */
-        crc ^= mr_get_u32(&bytes);
-        crc = shifted[3][crc & 0xffu] ^ shifted[2][crc >> 8 & 0xffu] ^
-              shifted[1][crc >> 16 & 0xffu] ^ shifted[0][crc >> 24];
+    for (; length >= 2; length -= 2) {
+        /* two bytes at a time: the board goes through 100 kB a second, and its own image at start;
+         * four would be half as long again in flash and save it a thousandth of its time */
+        crc ^= mr_get_u16(&bytes);
+        crc = crc >> 16 ^ shifted[1][crc & 0xffu] ^ shifted[0][crc >> 8 & 0xffu];
     }
     for (; length; length--)
         crc = crc >> 8 ^ shifted[0][(crc ^ *bytes++) & 0xffu];

@@ -62,7 +62,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
                 break;
             opening_ft += __builtin_isnan(gap_ft[single]) ? 0.5f * params->slack_ft
                                                           : gap_ft[single];
-            held_lb += __builtin_isnan(grit_lb[single]) ? 0.0f : grit_lb[single];
+            held_lb += !grit_lb || __builtin_isnan(grit_lb[single]) ? 0.0f : grit_lb[single];
             inside++;
         }
         chain->gap_ft[j] = opening_ft;

@@ -75,8 +75,8 @@ struct mr_chain {
 float mr_chain_step_limit_s(const struct mr_chain_params *params);
 
 /* At rest, with these openings and closing resistances of joints 1..mats+1 (index 0 is joint 1);
- * NaN in either: slack / 2, none. MR_OK; MR_USAGE: a parameter that makes no sense; MR_NUMERICS:
- * the step is beyond the stability limit. */
+ * NaN in either: slack / 2, none; no list of resistances (NULL): none at all. MR_OK; MR_USAGE: a
+ * parameter that makes no sense; MR_NUMERICS: the step is beyond the stability limit. */
 enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_params *params,
                               unsigned group, const float *gap_ft, const float *grit_lb);
 

@@ -50,9 +50,9 @@ static unsigned mat_at(const struct mr_predictor *p, float station_ft)
 
 static enum mr_status start_chain(struct mr_predictor *p)
 {
-    static const float none[MR_CHAIN_MATS + 1u]; /* resistances follow */
     const struct mr_chain_params params = p->config.chain;
-    enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, none);
+    /* resistances follow */
+    enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, NULL);
     p->due_s = 0.0f;
     if (status == MR_OK)
         mr_predictor_set_grits(p);

@@ -187,6 +187,10 @@ void mr_predictor_hurry(struct mr_predictor *predictor);
 /* What is to be said now. Cheap but for the level MR_PREDICTOR_KINEMATIC, where it sums up all
  * joints: may be asked in every block. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
+/* What transducers and survey say without the model: the closed zone ahead, and in `left_in`
+ * (MR_SEGMENTS) the sums of openings that are left, NaN: not known. */
+void mr_predictor_find_kinematic(const struct mr_predictor *predictor, struct mr_closure_zone *zone,
+                                 float *left_in);
 /* The landing is over: what the joints have become is the start of the next one. */
 void mr_predictor_fold(struct mr_predictor *predictor);
 

@@ -27,9 +27,6 @@ static inline float thrust_lb(const struct mr_predictor *p)
 
 /* Gaps of a runway that nobody has measured. */
 void mr_predictor_lay(struct mr_predictor *p);
-/* What transducers and survey say without the model; `left_in`: MR_SEGMENTS sums of openings. */
-void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
-                                 float *left_in);
 /* The joints become as the transducers alone would have them; as the chain has them. */
 void mr_predictor_fold_kinematic(struct mr_predictor *p);
 void mr_predictor_fold_chain(struct mr_predictor *p);

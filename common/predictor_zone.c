@@ -142,9 +142,6 @@ static void judge(struct mr_predictor_zone *zone)
         zone->verdict = MR_PREDICTOR_ADVISORY;
         zone->reason = zone->mats >= MR_PREDICTOR_ADVISORY_MATS ? MR_PREDICTOR_LONG_ZONE
                                                                 : MR_PREDICTOR_GROWING_ZONE;
-    } else if (zone->compression_lb > zone->critical_lb) {
-        zone->verdict = MR_PREDICTOR_ADVISORY;
-        zone->reason = MR_PREDICTOR_COMPRESSION;
     }
 }
 

@@ -88,6 +88,7 @@ void app_start(struct app *app)
     calibrate_start(&app->calibrate);
     slowlog_start(&app->slowlog);
     runwaystore_start(&app->runwaystore);
+    predict_start(&app->predict);
     thermometer_start(&app->thermometer);
     app_configured(app);
     telemetry_start(&app->telemetry, &app->box);
@@ -314,7 +315,10 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_RUNWAY_READ:
     case MR_COMMAND_RUNWAY_JOINTS:
     case MR_COMMAND_RUNWAY_WORD:
-    case MR_COMMAND_RUNWAY_TAKE: status = obey_runway(app, &command); break;
+    case MR_COMMAND_RUNWAY_TAKE:
+    case MR_COMMAND_CHART_WORD:
+    case MR_COMMAND_CHART_TAKE:
+    case MR_COMMAND_CHART_FORGET: status = obey_runway(app, &command); break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
         status = command.code == MR_COMMAND_RESET && box_closing(app)
@@ -480,6 +484,8 @@ static void take_block(struct app *app, const struct mr_block *block)
                                           .displacement_in = app->displacement_in[row],
                                           .baseline_in = app->baseline.in,
                                           .waiting = board_blocks_waiting()});
+    board_release(predict_release_level(&app->predict, block->index) ||
+                  selftest_release_level(&app->healthlink.test));
     tasks_done(MR_TASK_PREDICTOR);
 }
 

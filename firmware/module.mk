@@ -29,6 +29,8 @@ images := $(foreach board,$(boards),$(call image_files,$(call board_elf,$(board)
 board_tables := $(B)/host/firmware/boards/tables.o
 
 $(app_lib): $(call objects,host,$(app_src))
+# Seldom run and large: by size, so that the image stays within 128 KiB (tests/cli/image.sh).
+$(patsubst %,$(B)/arm/firmware/%.o,calibrate configround slowlog selftest): ARM_FLAGS += -Os
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@

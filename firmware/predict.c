@@ -17,14 +17,21 @@ static void refresh(struct predict *p)
     p->store_due = true;
 }
 
+void predict_start(struct predict *p)
+{
+    mr_risk_plan_clear(&p->plan);
+    mr_risk_plan_clear(&p->plan_given);
+}
+
 void predict_configure(struct predict *p, const float *slack_in)
 {
     struct mr_predictor_config started;
     if (p->status == MR_OK && p->predictor.config.chain.mats)
         /* and there it waits while none is configured */
         mr_predictor_save(&p->predictor, &p->state);
-    p->telling = TOLD;
+    p->telling = p->telling_risk = TOLD;
     p->warning = false;
+    p->release = (struct release){.settings = {.lamp_limit = MR_NAN, .release_limit = MR_NAN}};
     p->status = MR_NOT_NOW;
     if (!config.predict[0].fitted)
         return;
@@ -52,6 +59,16 @@ static void say_zone(const struct predict *p, struct telemetry *telemetry, uint3
     TELL_THIS(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
     TELL_THIS(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
     TELL_THIS(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
+    predict_risk_statement(&p->risk_said, index, &said);
+    TELL_THIS(telemetry, TO_RECORD, risk, RISK, &said.risk);
+    TELL_THIS(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
+}
+
+static void say_release(const struct predict *p, struct telemetry *telemetry)
+{
+    TELL(telemetry, TO_RECORD, release, RELEASE, .state = p->release.state,
+         .reason = p->release.reason, .ease_ft_s2 = p->release.ease_ft_s2,
+         .block = p->release.changed_block);
 }
 
 static uint32_t doubts_of(const struct mr_predictor *predictor)
@@ -72,19 +89,26 @@ static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t i
     p->updates = p->predictor.updates;
 }
 
-/* Looks, moves the lamp, and says what is due. */
-static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, uint32_t index)
+/* Looks, moves the lamp, asks for the brake's release, and says what is due. */
+static void look(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
+                 uint32_t index)
 {
     struct mr_predictor_zone was = p->zone;
     mr_predictor_zone(&p->predictor, &p->zone);
-    bool warning = p->zone.verdict == MR_PREDICTOR_WARNING && may_warn;
+    mr_risk_say(&p->risk, &p->predictor, &p->zone, &p->risk_said);
+    bool warning = release_lamp(&p->release.settings, &p->zone, &p->risk_said) &&
+                   landing_may_warn(landing, index);
     bool changed = warning != p->warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
+    bool release_changed = release_look(&p->release, &p->predictor, &p->zone, &p->risk_said,
+                                        landing, index);
     uint32_t doubts = doubts_of(&p->predictor);
     p->warning = warning;
     board_warn(warning);
     if (changed || DUE(SAY, index))
         say_zone(p, telemetry, index);
+    if (release_changed || (release_asked(&p->release) && DUE(SAY, index)))
+        say_release(p, telemetry);
     if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
         p->doubts = doubts;
         say_trust(p, telemetry, index);
@@ -128,8 +152,40 @@ static void begin_saying(struct predict *p, struct telemetry *telemetry)
     p->telling = 0;
 }
 
+/* Chart and plan, then the settings: number n of the list. */
+static float risk_item(const struct predict *p, unsigned n)
+{
+    return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n)
+                             : release_setting(&p->release.settings, n - MR_RISK_ITEMS);
+}
+
+/* What is missing is told of the first two alone: there is no chart. False: nothing is. */
+static bool say_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
+                          unsigned n)
+{
+    float value = risk_item(p, n);
+    if (n >= 2 && __builtin_isnan(value))
+        return false;
+    TELL(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n, .items = RELEASE_ITEMS,
+         .value = value);
+    return true;
+}
+
+static void go_on_saying_risk(struct predict *p, struct telemetry *telemetry)
+{
+    if (p->telling != TOLD) /* one after the other */
+        return;
+    for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling_risk != TOLD;) {
+        i += say_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
+        /* limits are those of a landing */
+        if (p->telling_risk >= (p->predictor.armed ? RELEASE_ITEMS : MR_RISK_ITEMS))
+            p->telling_risk = TOLD;
+    }
+}
+
 static void go_on_saying(struct predict *p, struct telemetry *telemetry)
 {
+    go_on_saying_risk(p, telemetry);
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {
         say_joints(p, telemetry, TO_LINKS, p->telling++);
         if (p->telling >= mr_runway_messages(&p->state))
@@ -156,7 +212,20 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     p->told_block = index;
     p->hurried = false;
     p->backlog_given = 0;
+    struct release_settings settings;
+    release_settings_of(&config, telemetry->identity.clock_source == BOARD_CLOCK_CRYSTAL,
+                        &settings);
+    release_arm(&p->release, &settings, index);
+    mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
+                config.site[0].touchdown_ft);
+    p->risk_said = (struct mr_risk_said){.risk = MR_NAN, .wave = MR_NAN};
     begin_saying(p, telemetry);
+    p->telling_risk = 0;
+}
+
+bool predict_release_level(const struct predict *p, uint32_t index)
+{
+    return p->predictor.armed && release_asked(&p->release) && index % 2u;
 }
 
 void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
@@ -168,6 +237,8 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
     say_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
         say_joints(p, telemetry, TO_CONFIGURATION, n);
+    for (unsigned n = 0; n < RELEASE_ITEMS; n++)
+        (void)say_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
 /* A backlog is met once in a look: what it costs to catch up is over by then, or there is
@@ -197,8 +268,9 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
     mind_backlog(p, telemetry, block);
     predict_feed(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
     mr_predictor_block(&p->predictor, &input);
+    mr_risk_block(&p->risk, &p->predictor, &input);
     if (DUE(LOOK, block->index))
-        look(p, telemetry, landing_may_warn(landing, block->index), block->index);
+        look(p, telemetry, landing, block->index);
 }
 
 static void changed(struct predict *p, enum mr_runway_source source, uint32_t index)
@@ -234,6 +306,12 @@ void predict_kept(struct predict *p, uint32_t crc)
     p->store_due = true;
 }
 
+static void forget_plan(struct predict *p)
+{
+    mr_risk_plan_clear(&p->plan);
+    p->has_plan = false;
+}
+
 bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
                  uint32_t index)
 {
@@ -250,14 +328,24 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                              .coming_ft = MR_NAN};
         p->warning = false;
         board_warn(false);
+        p->risk_said = (struct mr_risk_said){.risk = MR_NAN,
+                                             .wave = MR_NAN,
+                                             .start_s = MR_NAN,
+                                             .failure_s = MR_NAN,
+                                             .failure_ft = MR_NAN,
+                                             .reason = MR_RISK_NOT_KNOWN};
         say_zone(p, telemetry, index);
     }
+    if (release_end(&p->release, index))
+        say_release(p, telemetry);
     if (folded) {
         p->given_whole = true;
         mr_predictor_fold(&p->predictor);
         changed(p, MR_RUNWAY_MEASURED, index);
     }
     p->predictor.armed = false;
+    if (moved) /* it was for this landing */
+        forget_plan(p);
     return folded;
 }
 
@@ -291,6 +379,40 @@ static void forget(struct predict *p, uint32_t index)
     changed(p, MR_RUNWAY_UNKNOWN, index);
 }
 
+/* Chart and plan, for the landing to come. */
+static enum mr_status take_chart(struct predict *p, uint32_t crc)
+{
+    bool right = mr_risk_plan_crc(&p->plan_given) == crc;
+    enum mr_status status = right ? mr_risk_plan_check(&p->plan_given) : MR_CRC;
+    /* a chart of another runway is none for the landing to come */
+    if (status == MR_OK && !__builtin_isnan(p->plan_given.row_ft_s2[0]) &&
+        p->plan_given.landings != (float)p->predictor.landings)
+        status = MR_VERSION;
+    if (status == MR_OK) {
+        p->plan = p->plan_given;
+        p->has_plan = true;
+        p->telling_risk = 0;
+    }
+    mr_risk_plan_clear(&p->plan_given);
+    return status;
+}
+
+static enum mr_status obey_chart(struct predict *p, const struct mr_command *command)
+{
+    float value;
+    switch (command->code) {
+    case MR_COMMAND_CHART_WORD:
+        memcpy(&value, &command->argument, sizeof value);
+        return mr_risk_item_set(&p->plan_given, command->index, value) ? MR_OK : MR_USAGE;
+    case MR_COMMAND_CHART_FORGET: /* and words of one that was begun */
+        mr_risk_plan_clear(&p->plan_given);
+        forget_plan(p);
+        p->telling_risk = 0;
+        return MR_OK;
+    default: return take_chart(p, (uint32_t)command->argument);
+    }
+}
+
 enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry,
                             const struct mr_command *command, bool locked, uint32_t index,
                             bool *forgotten)
@@ -306,6 +428,9 @@ enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry,
     if (locked)
         return MR_NOT_NOW;
     switch (command->code) {
+    case MR_COMMAND_CHART_WORD:
+    case MR_COMMAND_CHART_TAKE:
+    case MR_COMMAND_CHART_FORGET: return obey_chart(p, command);
     case MR_COMMAND_RUNWAY_FORGET:
         forget(p, index);
         *forgotten = true;

@@ -8,6 +8,10 @@
  * an input: when PREDICT_BACKLOG_BLOCKS wait as its turn comes, it goes on at the next cheaper
  * level, and the message backlog says so; a replay gives that by the command backlog.
  *
+ * Chart and plan (common/risk.h) are given for one landing, by commands: they are in force for the
+ * next one armed, and forgotten when it is over. What the lamp and the brake release do by the risk
+ * is common/onboard/release.h's.
+ *
  * It runs last of what a block brings: nothing waits for it but the next block, and those are taken
  * by interrupts. */
 #ifndef MATRIG_FIRMWARE_PREDICT_H
@@ -15,6 +19,7 @@
 
 #include "common/command.h"
 #include "common/onboard/predict_feed.h"
+#include "common/onboard/release.h"
 #include "common/predictor.h"
 #include "common/runway.h"
 #include "firmware/telemetry.h"
@@ -36,6 +41,14 @@ struct predict {
     uint32_t hurried_block;
     uint16_t backlog_given; /* by command; 0: none */
 
+    struct mr_risk_state risk;
+    struct mr_risk_said risk_said;  /* newest */
+    struct mr_risk_plan plan;       /* for the next landing, or of this one */
+    struct mr_risk_plan plan_given; /* by commands, to be taken */
+    bool has_plan;
+    unsigned telling_risk; /* next of its items; UINT32_MAX: none */
+    struct release release;
+
     /* the one a landing was armed with, to be told; or kept: runwaystore.h */
     struct mr_predictor_state state;
     unsigned telling;                /* next of its messages; UINT32_MAX: none */
@@ -49,6 +62,8 @@ struct predict {
     uint32_t crc; /* of the runway in force */
 };
 
+/* Neither chart nor plan; before predict_configure. */
+void predict_start(struct predict *predict);
 /* The configuration is another one, or known now. The runway stays what it was, also while no
  * predictor is configured, if it has as many mats and no joint is wider than the slack; else it is
  * one that nobody has measured, but for the survey. */
@@ -57,6 +72,9 @@ void predict_configure(struct predict *predict, const float *slack_in);
  * NaN: not surveyed since a landing. */
 void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in,
                  uint32_t index);
+/* The level of the output that asks for the brake to be released, in this block: a square wave of
+ * two blocks while it is asked for, else low. */
+bool predict_release_level(const struct predict *predict, uint32_t index);
 /* Into the black box's record of the landing just armed. */
 void predict_store(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy);
 /* The runway found in the memory is in `state`: it is in force unless one was given meanwhile, the
@@ -80,8 +98,8 @@ void predict_block(struct predict *predict, struct telemetry *telemetry,
 bool predict_end(struct predict *predict, struct telemetry *telemetry,
                  const struct landing *landing, uint32_t index);
 void predict_survey(struct predict *predict, const float *slack_in, uint32_t index);
-/* Commands backlog and runway-*. `locked`: a landing is armed or going on. True in `forgotten`: the
- * survey holds no more. */
+/* Commands backlog, runway-* and chart-*. `locked`: a landing is armed or going on. True in
+ * `forgotten`: the survey holds no more. */
 enum mr_status predict_obey(struct predict *predict, struct telemetry *telemetry,
                             const struct mr_command *command, bool locked, uint32_t index,
                             bool *forgotten);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Instruction budget by task (`make budget`): landing 5 on the emulated board, instructions by function, functions by source
+# Instruction budget by task (`make budget`): landing 5 on the emulated board, told a plan and a chart before it, instructions by function, functions by source
 # file. Cost = instructions x 1.5, divides and roots of the floating-point unit 14 cycles, of 168 MHz.
 set -eu -o pipefail
 cd "$(dirname "$0")/.."
@@ -7,7 +7,9 @@ elf=build/firmware/matrig.elf
 out=build/budget
 limit_percent=25
 mkdir -p $out
-build/matrig-board --elf $elf --rig tests/runs/landing5.run --can file:$out/can.log --serial file:$out/serial.bin --profile $out/profile.txt \
+rig=$out/landing5.run
+python3 tests/board/chart.py tests/runs/landing5.run 0 35.5 0:7.0,1.5:7.0,1.7:8.5 >$rig
+build/matrig-board --elf $elf --rig $rig --can file:$out/can.log --serial file:$out/serial.bin --profile $out/profile.txt \
     2>$out/board.txt
 seconds=$(sed -n 's/^matrig-board profile: [0-9]* instructions in \([0-9.]*\) s.*/\1/p' $out/profile.txt)
 arm-none-eabi-nm -l $elf | awk '$2 ~ /^[tTwW]$/ && $4 { sub(/:[0-9]+$/, "", $4); print $3, $4 }' >$out/files.txt
@@ -19,7 +21,7 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         if (file ~ /(blackbox|recorder|slowlog|boxlink|nor)\.c$/ || file ~ /common\/(blockpack|boxpage)\.c$/) return "storage"
         if (file ~ /(telemetry|can|uart)\.c$/ || file ~ /common\/(catalogue|framing|block|crc32)\.c$/) return "telemetry"
         if (file ~ /common\/onboard\/landing\.c$/ || file ~ /common\/(gates|braking|passage|switches|staircase)\.c$/) return "speed"
-        if (file ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway)\.c$/ || file ~ /(firmware\/(predict|runwaystore)|common\/onboard\/predict_feed)\.c$/)
+        if (file ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway|risk)\.c$/ || file ~ /(firmware\/(predict|runwaystore)|common\/onboard\/(predict_feed|release))\.c$/)
             return "prediction"
         if (file ~ /(bands|bandwatch|calibrate)\.c$/) return "bands"
         return "the rest"
@@ -54,14 +56,14 @@ echo "prediction through landing 5, by the second:"
 from=1.25 to=7.0
 until=$from
 while awk -v a="$until" -v b=$to 'BEGIN { exit !(a <= b) }'; do
-    build/matrig-board --elf $elf --rig tests/runs/landing5.run --for "$until" --profile $out/part.txt 2>/dev/null
+    build/matrig-board --elf $elf --rig $rig --for "$until" --profile $out/part.txt 2>/dev/null
     awk -v t="$until" '
         FNR == NR { file[$1] = $2; next }
         /floating point divide, root/ { divides = $1 }
         /^by function/ { functions = 1; next }
         functions && $1 ~ /^[0-9]+$/ {
             name = $4; sub(/,$/, "", name); sub(/\..*/, "", name)
-            if (file[name] ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway)\.c$/ || file[name] ~ /(firmware\/predict|common\/onboard\/predict_feed)\.c$/) n += $1
+            if (file[name] ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway|risk)\.c$/ || file[name] ~ /(firmware\/predict|common\/onboard\/(predict_feed|release))\.c$/) n += $1
             all += $1
         }
         END { printf "%s %.0f %.0f %.0f\n", t, n, divides, all }' $out/files.txt $out/part.txt
@@ -82,7 +84,7 @@ awk -v limit=$most_percent '
     }' $out/parts.txt | tee -a $out/budget.txt
 echo "what it takes, and what it leaves alone:"
 build/matrig --quiet log --can file:$out/can.log --serial file:$out/serial.bin --db $out/campaign.db >$out/log.txt || true
-arm-none-eabi-nm -l -S --radix=d $elf | awk '/(common\/(predictor(_[a-z]+)?|matchain|zonescan|runway)|firmware\/(predict|runwaystore)|common\/onboard\/predict_feed)\.c:/ { n += $2 }
+arm-none-eabi-nm -l -S --radix=d $elf | awk '/(common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway|risk)|firmware\/(predict|runwaystore)|common\/onboard\/(predict_feed|release))\.c:/ { n += $2 }
     END { printf "  flash %d bytes\n", n }' | tee -a $out/budget.txt
 gdb-multiarch -batch -ex 'printf "  RAM %d bytes: model and what is told %d, memory of the runway %d\n", sizeof(struct predict) + sizeof(struct runwaystore), sizeof(struct predict), sizeof(struct runwaystore)' $elf 2>/dev/null | tee -a $out/budget.txt
 awk '/worst case/ { print "  stack of the firmware, " $0 }' build/firmware/stack.txt | tee -a $out/budget.txt

@@ -25,8 +25,9 @@ build-all: all $(needed) test-programs coverage-build fuzz-programs ## tests | a
 long_tests := $(B)/tests/hil/test_blackbox $(B)/tests/hil/test_electronics $(B)/tests/hil/test_velocity $(B)/tests/host/test_push $(B)/tests/host/test_sim_planar \
 	$(addprefix tests/cli/,electronics.sh log-hold.sh runs.sh soak-host.sh strangers.sh)
 .PHONY: long
-long: in-build $(B)/.test-packages all $(filter $(B)/%,$(long_tests)) test-programs ## longer | the checks of make test that have more cases or longer times, with all of them (5 min)
+long: in-build $(B)/.test-packages all $(filter $(B)/%,$(long_tests)) $(variants) test-programs ## longer | the checks of make test that have more cases or longer times, with all of them; then make certify (9 min)
 	@MATRIG_LONG=1 tests/run-all.sh $(long_tests)
+	@python3 tests/certify/certify.py
 
 .PHONY: test-bare
 test-bare: $(B)/.bare-packages ## tests | BUSY=0: make test in a bare Debian: no root, a path with spaces, TERM=dumb, LANG=C, no network, no names; needs root

@@ -128,3 +128,17 @@ void predict_statement(const struct mr_predictor *predictor, const struct mr_pre
                                         .age = at_most_u16(zone->age_blocks),
                                         .block16 = block16};
 }
+
+void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
+                            struct predict_said *said)
+{
+    said->risk = (struct mr_risk){.risk = risk->risk,
+                                  .wave = risk->wave,
+                                  .basis = (uint8_t)risk->basis,
+                                  .reason = (uint8_t)risk->reason,
+                                  .block16 = (uint16_t)index};
+    said->risk_lead = (struct mr_risk_lead){.start_s = risk->start_s,
+                                            .failure_s = risk->failure_s,
+                                            .failure_ft = risk->failure_ft,
+                                            .block16 = (uint16_t)index};
+}

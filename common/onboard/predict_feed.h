@@ -7,6 +7,7 @@
 #include "common/catalogue.h"
 #include "common/onboard/landing.h"
 #include "common/predictor.h"
+#include "common/risk.h"
 
 #define PREDICT_LOOK_BLOCKS    10u /* the lamp follows so often */
 #define PREDICT_SAY_BLOCKS     50u /* 20 Hz */
@@ -49,9 +50,14 @@ struct predict_said {
     struct mr_zone_coming coming;
     struct mr_zone_press press;
     struct mr_verdict verdict;
+    struct mr_risk risk;
+    struct mr_risk_lead risk_lead;
 };
 
 void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
                        bool warning, uint32_t index, struct predict_said *said);
+/* Its other part: the risk, and from where on the lamp warns (NaN: by the verdict). */
+void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
+                            struct predict_said *said);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "host/base/ordered.h"
 #include "host/base/steady.h"
+#include "host/store/store_journal.h"
 
 #define SPEED_SPREAD     0.01 /* of a speed planned */
 #define TOUCHDOWN_SPREAD 0.5  /* ft */
@@ -163,6 +164,52 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     }
 }
 
+/* Nobody saw a wave or a break in it. */
+static enum mr_status raised_none(struct store *store, int64_t run, bool *none, struct error *error)
+{
+    struct store_observation *seen = NULL;
+    size_t count = 0;
+    enum mr_status status = store_observations(store, run, &seen, &count, error);
+    *none = true;
+    for (size_t i = 0; i < count; i++)
+        *none = *none && (seen[i].withdrawn || (strcmp(seen[i].kind, "wave") != 0 &&
+                                                strcmp(seen[i].kind, "break") != 0));
+    free(seen);
+    return status;
+}
+
+/* Waves of all rows. A landing raised none when its mats still lay in the next one, or lie now. */
+static enum mr_status find_waves(struct advise *advise, struct store *store, struct error *error)
+{
+    const struct past *past = &advise->past;
+    struct advise_braking *stood = calloc(past->landings + 1, sizeof *stood);
+    enum mr_status status = MR_OK;
+    for (size_t i = 0; stood && status == MR_OK && i < past->landings; i++) {
+        bool anew = i + 1 < past->landings ? past->landing[i + 1].relaid : past->relaid, none;
+        status = raised_none(store, past->landing[i].run, &none, error);
+        if (past->landing[i].measured && !anew && none)
+            stood[advise->stood++] = past->landing[i].seen.braking;
+    }
+    if (status == MR_OK && (!stood || !advise_waves(&advise->members, &advise->plan, stood,
+                                                    advise->stood, advise->row, advise->rows)))
+        status = error_set(error, MR_FULL,
+                           "no memory for %zu members: matrig advise; ask for fewer (--members)",
+                           advise->members.count);
+    free(stood);
+    return status;
+}
+
+static void find_hardest(struct advise *advise)
+{
+    /* what rolls off is no braking to advise */
+    size_t first = 0;
+    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
+        first++;
+    advise->hardest_ft_s2 = advise_hardest_ft_s2(advise->row + first, advise->rows - first,
+                                                 advise->request.limit, &advise->beyond,
+                                                 &advise->short_ft_s2);
+}
+
 static enum mr_status find_rows(struct advise *advise, struct error *error)
 {
     struct advise_members *members = &advise->members;
@@ -185,13 +232,6 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
         return error_set(error, MR_FULL,
                          "no memory for %zu members: matrig advise; ask for fewer (--members)",
                          members->count);
-    /* what rolls off is no braking to advise */
-    size_t first = 0;
-    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
-        first++;
-    advise->hardest_ft_s2 = advise_hardest_ft_s2(advise->row + first, advise->rows - first,
-                                                 advise->request.limit, &advise->beyond,
-                                                 &advise->short_ft_s2);
     return MR_OK;
 }
 
@@ -265,6 +305,8 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
         advise->past.runway.chain.friction_lb =
             (float)(request->friction * ADVISE_G_FT_S2 *
                     (double)advise->past.runway.chain.mass_slug);
+    if (status == MR_OK && isfinite(request->share))
+        advise->past.runway.share = request->share;
     if (status == MR_OK)
         status = make_plan(advise, error);
     if (status == MR_OK && advise_members_draw(&advise->members, &advise->past.runway,
@@ -280,11 +322,15 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
             advise_widen(&advise->members, OUTSIDE_TIMES);
         status = find_rows(advise, error);
     }
+    if (status == MR_OK)
+        status = find_waves(advise, store, error);
+    if (status == MR_OK)
+        find_hardest(advise);
     advise->members_s = steady_s() - began_s;
     if (status == MR_OK && request->waves) {
-        tell(advise, "members that look for bow waves", 0, request->waves);
-        status = advise_waves(&advise->members, &advise->plan, request->waves, advise->row,
-                              advise->rows, advise->plan_row, &advise->planar, error);
+        tell(advise, "members in the planar model", 0, request->waves);
+        status = advise_waves_played(&advise->members, &advise->plan, request->waves, advise->row,
+                                     advise->rows, advise->plan_row, &advise->planar, error);
     }
     if (status == MR_OK)
         judge(advise, si);

@@ -25,9 +25,10 @@ struct advise_request {
      * (spread) */
     double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread;
     double friction;               /* pulled since; NaN: as the board was told */
+    double share;                  /* of the thrust that the strip bears; NaN: not measured */
     struct advise_profile profile; /* factors of the deceleration; count 0: even */
     double limit;
-    size_t members, waves; /* waves: members that look for bow waves, 0: none */
+    size_t members, waves; /* waves: members that are played in the planar model too, 0: none */
     uint64_t seed;
     int64_t before; /* as if RUN were still to come; 0: after all landings */
     FILE *to;       /* how far it is, a line every ADVISE_TELL_S at most; NULL: nothing is said */
@@ -42,6 +43,7 @@ struct advise {
     unsigned planned;   /* landings whose plan was kept */
     bool outside;       /* of what the landings before were: widened */
     size_t unlearned;   /* landings that could not be learned from */
+    size_t stood;       /* landings after which the mats lay as before: they raised no wave */
     double least_ft_s2; /* stops at the runway's end */
     struct advise_row row[ADVISE_ROWS];
     size_t rows, plan_row; /* ascending; which is the plan's */

@@ -34,8 +34,9 @@ static void row_answer(const struct advise *advise, const struct advise_row *row
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
     chance_answer(answer, "zone", "zone, 95 %", &row->zone);
+    chance_answer(answer, "wave", "bow wave", &row->wave);
     if (advise->planar)
-        chance_answer(answer, "wave", "bow wave", &row->wave);
+        chance_answer(answer, "planar", "played", &row->played);
     answer_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_STATIONS; s++) {
         answer_row(answer);
@@ -156,6 +157,29 @@ static void worth_answer(const struct advise *advise, struct answer *answer)
         answer_none(answer, "most", "most", "no single group narrows it");
 }
 
+static void waves_answer(const struct advise *advise, struct answer *answer)
+{
+    double wave = advise->row[advise->plan_row].wave.p;
+    if (isfinite(wave)) {
+        answer_words(answer, NULL, "bow waves",
+                     "by a law of the thrust; %zu landings before raised none", advise->stood);
+        answer_value(answer, "critical", "critical thrust", UNIT_TENSION,
+                     advise_wave_critical_lb(&advise->past.runway), 1);
+        answer_remark(answer, ", for the irregularity assumed");
+        answer_value(answer, "wave", NULL, UNIT_NUMBER, wave, 3);
+    } else {
+        answer_words(answer, NULL, "bow waves",
+                     "not foretold: the board is told no irregularity (predict.bump_in)");
+        answer_none(answer, "wave", NULL, "");
+    }
+    answer_count(answer, "stood", NULL, (int64_t)advise->stood);
+    if (advise->planar)
+        answer_words(answer, NULL, "played",
+                     "%zu members in the planar model (%zu runs), on ground drawn up to the "
+                     "irregularity assumed",
+                     advise->request.waves, advise->planar);
+}
+
 void advise_answer(const struct advise *advise, struct answer *answer)
 {
     double members_per_s = advise->members_s > 0.0
@@ -189,16 +213,7 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
     known_answer(advise, answer);
     worth_answer(advise, answer);
-    if (advise->planar) {
-        answer_words(answer, NULL, "bow waves",
-                     "%zu members in the planar model (%zu runs), on ground drawn up to the "
-                     "irregularity assumed; not calibrated",
-                     advise->request.waves, advise->planar);
-        answer_value(answer, "wave", NULL, UNIT_NUMBER, advise->row[advise->plan_row].wave.p, 3);
-    } else {
-        answer_words(answer, NULL, "bow waves", "not foretold: this speaks of zones alone");
-        answer_none(answer, "wave", NULL, "");
-    }
+    waves_answer(advise, answer);
     answer_count(answer, "planar_runs", NULL, (int64_t)advise->planar);
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
     answer_remark(answer, "; seed %llu; %.1f s, %.0f members' landings a second on %u processors",

@@ -8,11 +8,7 @@
 
 #define STREAM         2u
 #define PRIOR_LANDINGS 4.0
-/* log odds of the members' share times this, and this more: fitted on series 250 to 309 of make
- * score, none of which is scored (tests/score/README.md, "Before touchdown") */
 #define LEAST_OF       64.0
-#define ODDS_TIMES     0.64
-#define ODDS_MORE      0.49
 
 void advise_plan_met(const double *log_ratio, size_t count, double *bias, double *spread)
 {
@@ -52,17 +48,21 @@ double advise_odds(double share)
     return log(soft / (1.0 - soft));
 }
 
-double advise_calibrated(double share)
+/* Log odds of the members' share times the former, and the latter more: fitted on series 250 to 309
+ * of make score-foresight, none of which is scored (tests/score/README.md, "Before touchdown" and
+ * "Perturbed"). Who was never surveyed knows less than the members take for known. */
+double advise_calibrated(double share, bool surveyed)
 {
-    return 1.0 / (1.0 + exp(-(ODDS_MORE + ODDS_TIMES * advise_odds(share))));
+    double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
+    return 1.0 / (1.0 + exp(-(more + times * advise_odds(share))));
 }
 
-struct advise_chance advise_chance_of(size_t events, size_t count)
+struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed)
 {
     struct wilson share = wilson_of(events, count);
-    return (struct advise_chance){.p = advise_calibrated((double)events / (double)count),
-                                  .low = advise_calibrated(share.low),
-                                  .high = advise_calibrated(share.high)};
+    return (struct advise_chance){.p = advise_calibrated((double)events / (double)count, surveyed),
+                                  .low = advise_calibrated(share.low, surveyed),
+                                  .high = advise_calibrated(share.high, surveyed)};
 }
 
 static int by_size(const void *a, const void *b)
@@ -99,13 +99,14 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
     qsort(at_ft, come, sizeof *at_ft, by_size);
     *row = (struct advise_row){.mean_ft_s2 = mean_ft_s2,
                                .wave = {(double)NAN, (double)NAN, (double)NAN},
+                               .played = {(double)NAN, (double)NAN, (double)NAN},
                                .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
     if (played) {
         row->share = (double)come / (double)played;
-        row->zone = advise_chance_of(come, played);
+        row->zone = advise_chance_of(come, played, members->surveyed);
         row->off_runway = (double)off / (double)played;
         for (unsigned s = 0; s < ADVISE_STATIONS; s++)
-            row->by_station[s] = advise_chance_of(by[s], played);
+            row->by_station[s] = advise_chance_of(by[s], played, members->surveyed);
     }
     free(at_ft);
     return played > 0;
@@ -160,7 +161,7 @@ const char *advise_group_text(enum advise_group group)
 const char *advise_group_measure(enum advise_group group)
 {
     static const char *const texts[] = {
-        "measure the brake torque and the bogie's share of the load",
+        "measure the brake torque and the bogie's share of the load (--share)",
         "pull a mat and weigh it again",
         "make a push test (matrig params --push)",
         "survey the gage points (matrig survey)",

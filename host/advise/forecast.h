@@ -31,7 +31,8 @@ struct advise_row {
     double mean_ft_s2;
     double share; /* of the members that come to a zone, as counted */
     struct advise_chance zone;
-    struct advise_chance wave; /* of a bow wave (waves.h); NaN: not looked for */
+    struct advise_chance wave;   /* of a bow wave (waves.h); NaN: no irregularity is told */
+    struct advise_chance played; /* the same of some members in the planar model; NaN: not asked */
     struct advise_chance by_station[ADVISE_STATIONS]; /* come to by the end of each part */
     double off_runway;                                /* share of the members that roll off */
     double half_ft; /* where half of those that come to a zone have come to it; NaN: none does */
@@ -52,10 +53,10 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
                 struct advise_braking *braking, struct advise_met *met, struct advise_row *row);
 
 /* Of `events` in `count` members: share, Wilson's interval, each calibrated. */
-struct advise_chance advise_chance_of(size_t events, size_t count);
+struct advise_chance advise_chance_of(size_t events, size_t count, bool surveyed);
 /* What a share of the members is worth as a probability: none is certain, and the log odds of
  * advise_odds by what series that are not scored have shown. */
-double advise_calibrated(double share);
+double advise_calibrated(double share, bool surveyed);
 /* Log odds of a share, half a member of 64 on either side of 0 and 1. */
 double advise_odds(double share);
 

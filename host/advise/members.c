@@ -29,20 +29,23 @@ static const struct {
     [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
 };
 
-#define READING_IN  0.003 /* of a transducer at rest, when nothing worse is stated */
-#define MODEL_SHARE 0.15  /* what the chain does not explain of a movement */
-#define MODEL_IN    0.01
-#define SUM_SHARE   0.25 /* and of what ten joints close by */
-#define SUM_IN      0.01
-#define PASSES      2
-#define KEPT        0.5  /* of the spread that a landing takes away */
-#define NEAR_FT     12.0 /* a transducer tells of joints up to twice that away */
+#define READING_IN   0.003 /* of a transducer at rest, when nothing worse is stated */
+#define SHARE_ERROR  0.03  /* of a share that was measured */
+#define SHARE_SPREAD 0.18  /* of one that was not: evenly 0.7 to 1.3 */
+#define MODEL_SHARE  0.15  /* what the chain does not explain of a movement */
+#define MODEL_IN     0.01
+#define SUM_SHARE    0.25 /* and of what ten joints close by */
+#define SUM_IN       0.01
+#define PASSES       2
+#define KEPT         0.5  /* of the spread that a landing takes away */
+#define NEAR_FT      12.0 /* a transducer tells of joints up to twice that away */
 
 /* --- drawing --- */
 
 static double told(const struct advise_runway *runway, enum advise_unknown unknown)
 {
     switch (unknown) {
+    case ADVISE_SHARE: return runway->share > 0.0 ? runway->share : 1.0;
     case ADVISE_FRICTION: return (double)runway->chain.friction_lb;
     case ADVISE_RESISTANCE: return runway->grit_lb;
     case ADVISE_STIFFNESS: return (double)runway->chain.kl_lb_ft;
@@ -56,6 +59,8 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
 {
     double *u = member->unknown;
     u[ADVISE_SHARE] = log(0.7 + 0.6 * chance_uniform(chance));
+    if (runway->share > 0.0) /* the rest is drawn as it would be without */
+        u[ADVISE_SHARE] *= SHARE_ERROR / SHARE_SPREAD;
     u[ADVISE_FRICTION] = 0.1 * chance_normal(chance);
     u[ADVISE_RESISTANCE] = -0.6 + chance_uniform(chance);
     u[ADVISE_STIFFNESS] = -0.5 + 0.9 * chance_uniform(chance);
@@ -116,6 +121,7 @@ void advise_relay(struct advise_members *members)
 {
     for (size_t m = 0; m < members->count; m++)
         draw_gaps(members, &members->member[m]);
+    members->surveyed = false;
 }
 
 /* Ten openings get a sum: all smaller by a factor, or all nearer to the slack by one. */
@@ -145,6 +151,8 @@ void advise_survey(struct advise_members *members, const double sum_in[MR_SEGMEN
                    double error_in)
 {
     double slack_ft = (double)members->runway.chain.slack_ft;
+    for (unsigned s = 0; s < segments_of(members); s++)
+        members->surveyed = members->surveyed || isfinite(sum_in[s]);
     for (size_t m = 0; m < members->count; m++) {
         for (unsigned s = 0; s < segments_of(members); s++) {
             double off_in = error_in * chance_normal(&members->chance);

@@ -42,6 +42,7 @@ struct advise_runway {
     struct mr_chain_params chain;     /* friction as told; its step is not used */
     double grit_lb;                   /* mean closing resistance, as configured */
     double thrust_lb_per_g;           /* of the lead axle on the strip */
+    double share;                     /* of that, measured within 3 %; 0: nobody did */
     double bump_ft;                   /* the ground's irregularity, for bow waves alone */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
@@ -58,6 +59,7 @@ struct advise_members {
     size_t count; /* a multiple of 8 */
     unsigned threads;
     unsigned learned;  /* landings */
+    bool surveyed;     /* since the mats were laid, ten joints at least */
     uint64_t computed; /* members' landings played since advise_members_draw */
     struct chance chance;
 };

@@ -1,200 +1,181 @@
 #include "host/advise/waves.h"
 
+#include <math.h>
 #include <stdlib.h>
 
-#include "host/base/shared.h"
-#include "host/base/wilson.h"
-#include "host/sim/sim.h"
+#define USUAL_FT_S 32.0
+#define STOOD_MOST 4u /* the same mats on the same ground: more of them are not as many witnesses */
+/* the plan's error, from -3 to 3 of its spread */
+#define PARTS      31
+#define PARTS_FROM (-3.0)
+#define PARTS_STEP 0.2
+/* hardest deceleration over the mean where only the mean is told, as the law's landings had it */
+#define PEAK       1.136
+/* so few landings have made the law that it foretells nothing surer */
+#define SUREST     0.005
+/* log odds of the members' mean times this, and this more: of planar series 250 to 309 and 540 to
+ * 599, by a plan that is 10 % off */
+#define ODDS_TIMES 0.84
+#define ODDS_MORE  (-0.13)
 
-#define STREAM       3u
-#define STEP_S       5e-5
-#define ROW_S        5e-3
-#define AFTER_STOP_S 0.3
-#define ROWS_MOST    8000u
-/* R* to 1/7 and soft, over-damped soil, as host/scenes/model_runway_planar.json has it */
-#define INERTIA      1.19e-4
-#define KV_LB_FT     1.3e4
-#define CV_LB_S_FT   60.0
-#define KT_LB_FT     41.6
-#define CT_LB_FT_S   1.6e-4
-#define TAD_DEG      7.0
+/* Of planar series 0 to 309 and 540 to 599 of make score, none of which is scored
+ * (build/tests/score/waves build/score fit), and their covariance. */
+static const double law[ADVISE_WAVE_INPUTS] = {-2.147, 11.676, 1.543};
+static const double covariance[ADVISE_WAVE_INPUTS][ADVISE_WAVE_INPUTS] = {
+    {0.0516, -0.1864, -0.0099}, {-0.1864, 1.2342, -0.3836}, {-0.0099, -0.3836, 1.7173}};
 
-/* The gear's way and thrust. How many rows. */
-static size_t roll(const struct advise_members *members, size_t member,
-                   const struct advise_braking *braking, struct sim_path_row *rows)
+void advise_wave_inputs(double thrust_lb, double critical_lb, double speed_ft_s,
+                        double input[ADVISE_WAVE_INPUTS])
 {
-    const struct mr_chain_params *chain = &members->runway.chain;
-    double end_ft = (double)chain->mat_length_ft * chain->mats - 1e-6;
-    double per_ft_s2 = exp(members->member[member].unknown[ADVISE_SHARE]) *
-                       members->runway.thrust_lb_per_g / ADVISE_G_FT_S2;
-    double at_ft = braking->touchdown_ft, v = braking->speed_ft_s, t_s = 0.0;
-    size_t count = 0;
-    while (v > 0.0 && at_ft < end_ft && count + 1 < ROWS_MOST) {
-        double a = advise_braking_ft_s2(braking, t_s),
-               mid = advise_braking_ft_s2(braking, t_s + 0.5 * ROW_S);
-        rows[count++] = (struct sim_path_row){t_s, at_ft, per_ft_s2 * a};
-        at_ft += v * ROW_S - 0.5 * mid * ROW_S * ROW_S;
-        v -= mid * ROW_S;
-        t_s += ROW_S;
+    input[0] = 1.0;
+    input[1] = log(thrust_lb / critical_lb);
+    input[2] = log(speed_ft_s / USUAL_FT_S);
+}
+
+double advise_wave_critical_lb(const struct advise_runway *runway)
+{
+    return (double)runway->chain.mass_slug * ADVISE_G_FT_S2 * (double)runway->chain.mat_length_ft /
+           (2.0 * runway->bump_ft);
+}
+
+/* Log odds of a member whose strip bears all of the thrust; its own are slope times log(share)
+ * more. */
+static double odds_at(const struct advise_runway *runway, double speed_ft_s, double mean_ft_s2,
+                      double input[ADVISE_WAVE_INPUTS])
+{
+    double odds = 0.0;
+    advise_wave_inputs(runway->thrust_lb_per_g * mean_ft_s2 / ADVISE_G_FT_S2,
+                       advise_wave_critical_lb(runway), speed_ft_s, input);
+    for (unsigned i = 0; i < ADVISE_WAVE_INPUTS; i++)
+        odds += law[i] * input[i];
+    return odds;
+}
+
+static double chance_at(double odds)
+{
+    return 1.0 / (1.0 + exp(-odds));
+}
+
+/* Log odds of the landings that had the greatest; how many. */
+static size_t keep_hardest(const struct advise_runway *runway, const struct advise_braking *stood,
+                           size_t count, double odds[STOOD_MOST])
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        double input[ADVISE_WAVE_INPUTS],
+            at = odds_at(runway, stood[i].speed_ft_s, stood[i].mean_ft_s2, input);
+        size_t least = 0;
+        for (size_t k = 1; k < kept; k++)
+            least = odds[k] < odds[least] ? k : least;
+        if (kept < STOOD_MOST)
+            odds[kept++] = at;
+        else
+            odds[least] = fmax(odds[least], at);
     }
-    rows[count++] = (struct sim_path_row){t_s, fmin(at_ft, end_ft), 0.0};
-    return count;
+    return kept;
 }
 
-static enum mr_status lay(struct sim_scene *scene, const struct advise_members *members,
-                          size_t member, const struct advise_braking *braking, uint64_t seed,
-                          struct error *error)
+/* The members' weights, of sum 1. */
+static void weigh(const struct advise_members *members, const struct advise_braking *stood,
+                  size_t count, double *weight)
 {
-    const struct mr_chain_params *chain = &members->runway.chain;
-    const struct advise_member *m = &members->member[member];
-    double gap_ft[ADVISE_JOINTS], grit_lb[ADVISE_JOINTS], ground_ft[ADVISE_JOINTS];
-    struct chance chance = chance_from(seed, 1000u * STREAM + member);
-    struct sim_path_row *rows = calloc(ROWS_MOST, sizeof *rows);
-    if (!rows)
-        return error_set(error, MR_FULL,
-                         "no memory for a path: matrig advise; close other programs");
-    for (unsigned j = 0; j <= chain->mats; j++) {
-        gap_ft[j] = (double)m->gap_ft[j];
-        grit_lb[j] = exp(m->unknown[ADVISE_RESISTANCE]) * (double)m->grit[j];
-        ground_ft[j] = members->runway.bump_ft * chance_uniform(&chance);
+    double odds[STOOD_MOST], best = -(double)INFINITY, sum = 0.0;
+    size_t kept = keep_hardest(&members->runway, stood, count, odds);
+    for (size_t m = 0; m < members->count; m++) {
+        double own = law[1] * members->member[m].unknown[ADVISE_SHARE];
+        weight[m] = 0.0;
+        /* log(1 - p), without a difference of what is nearly the same */
+        for (size_t i = 0; i < kept; i++)
+            weight[m] -= fmax(odds[i] + own, 0.0) + log1p(exp(-fabs(odds[i] + own)));
+        best = fmax(best, weight[m]);
     }
-    scene->model = SIM_CONSISTENT;
-    scene->mats = (int)chain->mats;
-    scene->length_ft = (double)chain->mat_length_ft;
-    scene->weight_lb = (double)chain->mass_slug * ADVISE_G_FT_S2;
-    scene->friction = exp(m->unknown[ADVISE_FRICTION]) / scene->weight_lb;
-    scene->kl_lb_ft = exp(m->unknown[ADVISE_STIFFNESS]);
-    scene->cl_lb_s_ft = exp(m->unknown[ADVISE_DAMPING]);
-    scene->slack_ft = (double)chain->slack_ft;
-    scene->left = scene->right = SIM_FIXED;
-    scene->v0_ft_s = 0.0;
-    scene->t_dwell_s = AFTER_STOP_S;
-    scene->inertia_slug_ft2 = INERTIA;
-    scene->kv_lb_ft = KV_LB_FT;
-    scene->cv_lb_s_ft = CV_LB_S_FT;
-    scene->kt_lb_ft_rad = KT_LB_FT;
-    scene->ct_lb_ft_s_rad = CT_LB_FT_S;
-    scene->tad_deg = TAD_DEG;
-    size_t count = roll(members, member, braking, rows);
-    enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gap_ft, chain->mats + 1u, error);
-    if (status == MR_OK)
-        status = sim_scene_set_list(&scene->grit_lb, grit_lb, chain->mats + 1u, error);
-    if (status == MR_OK)
-        status = sim_scene_set_list(&scene->ground_ft, ground_ft, chain->mats + 1u, error);
-    if (status == MR_OK)
-        status = sim_scene_set_path(scene, rows, count, error);
-    free(rows);
-    return status;
+    for (size_t m = 0; m < members->count; m++)
+        sum += weight[m] = exp(weight[m] - best);
+    for (size_t m = 0; m < members->count; m++)
+        weight[m] /= sum;
 }
 
-enum mr_status advise_wave(const struct advise_members *members, size_t member,
-                           const struct advise_braking *braking, uint64_t seed, bool *wave,
-                           struct error *error)
+static double hardest(const struct advise_profile *profile)
 {
-    /* one pass: draws differ by far more than a pass errs; a finer step is for what it lacks */
-    const struct sim_options options = {.dt_s = STEP_S, .single = true};
-    struct sim_scene scene;
-    struct sim_result result = {0};
-    sim_scene_defaults(&scene);
-    enum mr_status status = lay(&scene, members, member, braking, seed, error);
-    if (status == MR_OK)
-        status = sim_run(&scene, &options, &result, error);
-    /* a wave that grows until a mat stands upright ends the run without numbers */
-    bool folded = status == MR_NUMERICS && result.status == SIM_FOLDED;
-    *wave = folded || (status == MR_OK && result.bow_wave);
-    if (folded)
-        *error = (struct error){0};
-    sim_result_free(&result);
-    sim_scene_free(&scene);
-    return folded ? MR_OK : status;
+    double most = 0.0;
+    for (size_t i = 0; i < profile->count; i++)
+        most = fmax(most, profile->factor[i]);
+    return profile->count ? most / PEAK : 1.0;
 }
 
-/* --- rows --- */
+static struct advise_chance said(double p, double variance)
+{
+    const double odds = log(p / (1.0 - p)), half = 1.96 * sqrt(variance) / (p * (1.0 - p)),
+                 at[3] = {odds, odds - half, odds + half};
+    double out[3];
+    for (unsigned i = 0; i < 3; i++)
+        out[i] = fmin(fmax(chance_at(ODDS_MORE + ODDS_TIMES * at[i]), SUREST), 1.0 - SUREST);
+    return (struct advise_chance){out[0], out[1], out[2]};
+}
 
-/* Members on all rows that are asked for. */
-struct search {
-    const struct advise_members *members;
-    const struct advise_plan *plan;
-    const struct advise_row *row;
-    size_t rows, plan_row, count;
-    unsigned char *found; /* [count][rows]: 0 not asked, 1 no answer, 2 no wave, 3 a wave */
-    _Atomic size_t played;
-    _Atomic bool full;
+/* A deceleration as it may be met: its weight, and what the law makes of it. */
+struct part {
+    double weight, odds, input[ADVISE_WAVE_INPUTS];
 };
 
-/* Every second row and the plan's: a run of the planar model costs as much as fifty members'. */
-static bool asked(size_t row, size_t plan_row)
+/* What stops on the runway alone: of a plan that hardly does, the harder half. */
+static void part_out(const struct advise_members *members, const struct advise_plan *plan,
+                     double mean_ft_s2, struct part part[PARTS])
 {
-    return row % 2 == 0 || row == plan_row;
-}
-
-static void search_some(void *context, size_t from, size_t every)
-{
-    struct search *s = context;
-    struct advise_braking *braking = calloc(s->members->count, sizeof *braking);
-    if (!braking)
-        s->full = true;
-    for (size_t r = 0; braking && r < s->rows; r++) {
-        if (!asked(r, s->plan_row))
-            continue;
-        advise_draw_braking(s->members, s->plan, s->row[r].mean_ft_s2, braking);
-        for (size_t m = from; m < s->count; m += every) {
-            struct error error = {0};
-            bool wave = false;
-            enum mr_status status = advise_wave(s->members, m, &braking[m], s->plan->seed, &wave,
-                                                &error);
-            s->found[m * s->rows + r] = status != MR_OK ? 1 : wave ? 3 : 2;
-            if (status == MR_FULL)
-                s->full = true;
-            s->played++;
-        }
+    double least_ft_s2 = advise_least_ft_s2(members, plan), sum = 0.0;
+    for (unsigned i = 0; i < PARTS; i++) {
+        double off = PARTS_FROM + PARTS_STEP * i,
+               met_ft_s2 = mean_ft_s2 * exp(plan->bias + plan->spread * off);
+        part[i].weight = met_ft_s2 >= least_ft_s2 ? exp(-0.5 * off * off) : 0.0;
+        sum += part[i].weight;
+        part[i].odds = odds_at(&members->runway, plan->speed_ft_s,
+                               fmax(met_ft_s2, least_ft_s2) * hardest(&plan->profile),
+                               part[i].input);
     }
-    free(braking);
+    for (unsigned i = 0; i < PARTS; i++)
+        part[i].weight = sum > 0.0 ? part[i].weight / sum : 1.0 / PARTS;
 }
 
-/* Some row has an answer. */
-static bool count_up(const unsigned char *found, size_t count, struct advise_row *row, size_t rows)
+static struct advise_chance foretell(const struct advise_members *members,
+                                     const struct part part[PARTS], const double *weight,
+                                     double *own)
 {
-    bool any = false;
-    for (size_t r = 0; r < rows; r++) {
-        size_t waves = 0, answered = 0;
-        for (size_t m = 0; m < count; m++) {
-            answered += found[m * rows + r] >= 2;
-            waves += found[m * rows + r] == 3;
+    double p = 0.0, variance = 0.0, slope[ADVISE_WAVE_INPUTS] = {0.0};
+    for (size_t m = 0; m < members->count; m++) {
+        double share = members->member[m].unknown[ADVISE_SHARE];
+        own[m] = 0.0;
+        for (unsigned i = 0; i < PARTS; i++) {
+            double at = chance_at(part[i].odds + law[1] * share),
+                   by = weight[m] * part[i].weight * at * (1.0 - at);
+            own[m] += part[i].weight * at;
+            for (unsigned k = 0; k < ADVISE_WAVE_INPUTS; k++)
+                slope[k] += by * (part[i].input[k] + (k == 1 ? share : 0.0));
         }
-        if (!answered)
-            continue;
-        any = true;
-        struct wilson share = wilson_of(waves, answered);
-        row[r].wave = (struct advise_chance){(double)waves / (double)answered, share.low,
-                                             share.high};
+        p += weight[m] * own[m];
     }
-    return any;
+    p = fmin(fmax(p, 1e-6), 1.0 - 1e-6);
+    for (size_t m = 0; m < members->count; m++)
+        variance += weight[m] * weight[m] * (own[m] - p) * (own[m] - p);
+    for (unsigned i = 0; i < ADVISE_WAVE_INPUTS; i++) {
+        for (unsigned j = 0; j < ADVISE_WAVE_INPUTS; j++)
+            variance += slope[i] * covariance[i][j] * slope[j];
+    }
+    return said(p, variance);
 }
 
-enum mr_status advise_waves(const struct advise_members *members, const struct advise_plan *plan,
-                            size_t count, struct advise_row *row, size_t rows, size_t plan_row,
-                            size_t *played, struct error *error)
+bool advise_waves(const struct advise_members *members, const struct advise_plan *plan,
+                  const struct advise_braking *stood, size_t count, struct advise_row *row,
+                  size_t rows)
 {
-    size_t used = count < members->count ? count : members->count;
-    struct search search = {.members = members,
-                            .plan = plan,
-                            .row = row,
-                            .rows = rows,
-                            .plan_row = plan_row,
-                            .count = used,
-                            .found = calloc(used * rows + 1, sizeof *search.found)};
-    if (search.found)
-        shared_run(members->threads, search_some, &search);
-    *played = search.played;
-    bool full = search.full || !search.found;
-    bool any = !full && count_up(search.found, used, row, rows);
-    free(search.found);
-    if (full)
-        return error_set(error, MR_FULL,
-                         "no memory for bow waves: matrig advise; leave them out (--waves 0)");
-    return any ? MR_OK
-               : error_set(error, MR_NUMERICS,
-                           "no answer of the planar model for any member: matrig advise; leave bow "
-                           "waves out (--waves 0)");
+    struct part part[PARTS];
+    double *weight = calloc(2 * members->count, sizeof *weight);
+    bool told = members->runway.bump_ft > 0.0;
+    if (weight && told)
+        weigh(members, stood, count, weight);
+    for (size_t i = 0; weight && told && i < rows; i++) {
+        part_out(members, plan, row[i].mean_ft_s2, part);
+        row[i].wave = foretell(members, part, weight, weight + members->count);
+    }
+    free(weight);
+    return weight != NULL;
 }

@@ -57,6 +57,41 @@ static void doubt(struct foresight *foresight, const struct measured *measured,
         foresight->resistance = row->resistance;
 }
 
+static enum mr_status load_risk(struct store *store, const struct measured *measured,
+                                struct foresight *foresight, struct error *error)
+{
+    struct store_risk *rows = NULL;
+    struct store_release_told *told = NULL;
+    size_t count = 0, changes = 0;
+    foresight->risk_most = foresight->risk_most_s = foresight->plan_left_s = (double)NAN;
+    enum mr_status status = store_risks(store, measured->landing.id, &rows, &count, error);
+    if (status == MR_OK)
+        status = store_releases(store, measured->landing.id, &told, &changes, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        double t_s = time_s(measured, rows[i].block);
+        unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
+        foresight->chart_old |= (basis & MR_RISK_CHART_OLD) != 0;
+        if (basis & MR_RISK_PLAN_LEFT && isnan(foresight->plan_left_s))
+            foresight->plan_left_s = t_s;
+        if (isnan(rows[i].risk) ||
+            (!isnan(foresight->risk_most) && rows[i].risk <= foresight->risk_most))
+            continue;
+        foresight->risk_most = rows[i].risk;
+        foresight->risk_most_s = t_s;
+        foresight->risk_basis = basis;
+    }
+    for (size_t i = 0; status == MR_OK && i < changes; i++) {
+        if (foresight->releases == FORESIGHT_RELEASES)
+            break;
+        foresight->release[foresight->releases].t_s = time_s(measured, told[i].block);
+        foresight->release[foresight->releases].state = (unsigned)told[i].state;
+        foresight->release[foresight->releases++].reason = (unsigned)told[i].reason;
+    }
+    free(rows);
+    free(told);
+    return status;
+}
+
 enum mr_status foresight_load(struct store *store, const struct measured *measured,
                               struct foresight *foresight, struct error *error)
 {
@@ -76,6 +111,8 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     if (status == MR_OK)
         status = store_runway_get(store, measured->landing.id, &state, &foresight->source, &there,
                                   error);
+    if (status == MR_OK)
+        status = load_risk(store, measured, foresight, error);
     if (status == MR_OK) {
         foresight->statements = count;
         foresight->landings = there ? state.landings : 0;
@@ -155,6 +192,30 @@ static void doubt_answer(const struct foresight *foresight, const struct measure
                  station->text, mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
 }
 
+static void risk_answer(const struct foresight *foresight, struct answer *answer)
+{
+    if (isnan(foresight->risk_most))
+        return;
+    answer_words(answer, NULL, LABEL, "risk of a zone of %u mats at most %.2f, at %.3f s%s%s",
+                 MR_PREDICTOR_WARNING_MATS, foresight->risk_most, foresight->risk_most_s,
+                 foresight->risk_basis & MR_RISK_OF_CHART  ? ", by chart and plan"
+                 : foresight->risk_basis & MR_RISK_OF_PLAN ? ", by the plan, without a chart"
+                                                           : ", without plan and chart",
+                 foresight->risk_basis & MR_RISK_BLIND ? ", blind" : "");
+    if (!isnan(foresight->plan_left_s))
+        answer_words(answer, NULL, LABEL,
+                     "the plan was not followed, seen at %.3f s: the risk went on without it",
+                     foresight->plan_left_s);
+    if (foresight->chart_old)
+        answer_words(answer, NULL, LABEL,
+                     "the chart given was of another runway, with another number of landings: it "
+                     "was ignored");
+    for (unsigned i = 0; i < foresight->releases; i++)
+        answer_words(answer, NULL, LABEL, "brake release %s at %.3f s: %s",
+                     mr_release_state_text(foresight->release[i].state), foresight->release[i].t_s,
+                     mr_release_reason_text(foresight->release[i].reason));
+}
+
 void foresight_answer(const struct foresight *foresight, const struct measured *measured,
                       struct answer *answer)
 {
@@ -165,5 +226,7 @@ void foresight_answer(const struct foresight *foresight, const struct measured *
         lack_answer(foresight, (enum foresight_lack)i, answer);
     for (unsigned i = 0; foresight->statements && i < MR_TRANSDUCERS; i++)
         doubt_answer(foresight, measured, i, answer);
+    if (foresight->statements)
+        risk_answer(foresight, answer);
     answer_close(answer);
 }

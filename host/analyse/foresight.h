@@ -7,6 +7,8 @@
 #include "host/analyse/measured.h"
 #include "host/base/answer.h"
 
+#define FORESIGHT_RELEASES 6u /* changes of the brake release that are told */
+
 enum foresight_lack {
     FORESIGHT_BLIND,
     FORESIGHT_NO_MOTION,
@@ -31,6 +33,15 @@ struct foresight {
     unsigned doubt[MR_TRANSDUCERS];
     struct foresight_span left_out[MR_TRANSDUCERS]; /* as told once a second and on change */
     bool doubted_still[MR_TRANSDUCERS];             /* when last told */
+    double risk_most, risk_most_s;                  /* NaN: no risk was told */
+    unsigned risk_basis;                            /* then */
+    double plan_left_s;                             /* from when on the plan was left; NaN: not */
+    bool chart_old;
+    struct {
+        double t_s;
+        unsigned state, reason;
+    } release[FORESIGHT_RELEASES];
+    unsigned releases;
 };
 
 enum mr_status foresight_load(struct store *store, const struct measured *measured,

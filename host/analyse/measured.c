@@ -142,6 +142,21 @@ static unsigned find_hidden(const struct measured *measured)
     return 0;
 }
 
+/* The first of several switches between the last seen and the stop, which is then a line carried on:
+ * they are broken, or the gear stood before them. One may be broken. */
+static unsigned find_silent(const struct measured *measured)
+{
+    const struct mr_estimate *stop = &measured->summary.stop_station_ft;
+    unsigned first = 0, silent = 0;
+    for (unsigned p = 0; p < 64; p++) {
+        if (measured->fitted & ~measured->seen & 1ull << p &&
+            measured->switch_ft[p] > measured->gate[measured->gates - 1].station_ft &&
+            measured->switch_ft[p] < stop->value - 3.0 * stop->error)
+            first = silent++ ? first : p + 1;
+    }
+    return silent > 1 ? first : 0;
+}
+
 /* The last that the board said: the gear is awaited, or moves. */
 static bool last_said_to_move(const struct measured *measured)
 {
@@ -188,7 +203,9 @@ static void fit_gear(struct measured *measured)
     /* A stop that nobody watched is a guess that looks like a measurement: a record that ends
      * before it has none. Nor has one without the last edges: the gear seems to roll on. */
     measured->hidden_switch = measured->edges_told ? 0 : find_hidden(measured);
-    if (measured->unheard_edges > 0 || measured->hidden_switch > 0 || ends_before_stop(measured))
+    measured->silent_switch = find_silent(measured);
+    if (measured->unheard_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
+        ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
 }
 
@@ -218,6 +235,10 @@ void measured_no_stop_text(const struct measured *measured, char out[MEASURED_RE
     else if (measured->hidden_switch > 0)
         snprintf(out, MEASURED_REASON, "nothing was recorded when switch %u was due",
                  measured->hidden_switch);
+    else if (measured->silent_switch > 0)
+        snprintf(out, MEASURED_REASON,
+                 "switches from %u on lie before it by the others, and never opened",
+                 measured->silent_switch);
     else
         snprintf(out, MEASURED_REASON, "the record ends while the gear %s",
                  measured_moves_text(measured));

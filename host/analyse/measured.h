@@ -111,6 +111,9 @@ struct measured {
     bool edges_told; /* the board's result is there: none but those are unheard */
     /* without it: a switch that was due where nothing was recorded, and may have opened; 0: none */
     unsigned hidden_switch;
+    /* several switches lie before where it seems to have stopped and never opened: the first; 0:
+     * none */
+    unsigned silent_switch;
     /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends while the gear
      * moves, or lacks edges, so only the touchdown of the summary is known; MR_TOO_FEW also of a
      * landing that is torn: its first edges never came */

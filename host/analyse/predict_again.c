@@ -8,6 +8,7 @@
 #include "common/channels.h"
 #include "common/onboard/baseline.h"
 #include "common/onboard/predict_feed.h"
+#include "common/onboard/release.h"
 #include "common/watch.h"
 
 struct again {
@@ -18,6 +19,8 @@ struct again {
     struct store_zone *zone;
     struct store_prediction *prediction;
     size_t zones, predictions, next_zone, next_prediction;
+    struct store_risk *risk;
+    size_t risks, next_risk;
     struct store_backlog *backlog;
     size_t backlogs, next_backlog;
     struct store_gap *gap;
@@ -29,6 +32,10 @@ struct again {
     struct baseline baseline;
     struct mr_predictor predictor;
     struct mr_predictor_zone look;
+    struct mr_risk_plan plan;
+    struct release_settings settings;
+    struct mr_risk_state hazard;
+    struct mr_risk_said hazard_said;
     struct predict_motion motion;
     bool armed, warning, over;
     bool covered; /* frames of about this block were lost */
@@ -86,7 +93,7 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     struct mr_predictor_config parameters;
     struct mr_predictor_state state;
     struct store_segment *segment = NULL;
-    size_t items = 0, segments = 0;
+    size_t items = 0, segments = 0, risk_items = 0;
     int64_t run = again->row.id, source;
     bool runway = false;
     enum mr_status status = load_config(store, again, error);
@@ -96,6 +103,10 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
         status = store_zones(store, run, &again->zone, &again->zones, error);
     if (status == MR_OK)
         status = store_predictions(store, run, &again->prediction, &again->predictions, error);
+    if (status == MR_OK)
+        status = store_risks(store, run, &again->risk, &again->risks, error);
+    if (status == MR_OK)
+        status = store_risk_get(store, run, &again->plan, &again->settings, &risk_items, error);
     if (status == MR_OK)
         status = store_backlogs(store, run, &again->backlog, &again->backlogs, error);
     if (status == MR_OK)
@@ -107,7 +118,8 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     if (status == MR_OK)
         status = store_segments(store, run, &segment, &segments, error);
     if (status == MR_OK)
-        again->result->lacks = lacking(again, runway, items);
+        again->result->lacks = again->risks && !risk_items ? "limits and chart of the risk"
+                                                           : lacking(again, runway, items);
     again->result->possible = status == MR_OK && !again->result->lacks;
     if (again->result->possible && (mr_predictor_start(&again->predictor, &parameters) != MR_OK ||
                                     mr_predictor_load(&again->predictor, &state) != MR_OK)) {
@@ -211,6 +223,32 @@ static void compare_prediction(struct again *again, const struct store_predictio
     compare(again, "age", whole(p->age_blocks), said->verdict.age);
 }
 
+/* A board of before told no risk. */
+static void compare_risk(struct again *again, struct predict_said *said)
+{
+    while (again->next_risk < again->risks && again->risk[again->next_risk].block < again->block) {
+        compare(again, "risk", 1.0, (double)NAN);
+        again->next_risk++;
+    }
+    if (!again->risks)
+        return;
+    const struct store_risk *r = &again->risk[again->next_risk];
+    if (again->next_risk == again->risks || r->block != again->block) {
+        compare(again, "risk", (double)NAN, 1.0);
+        return;
+    }
+    again->next_risk++;
+    THROUGH_WIRE(risk, &said->risk);
+    THROUGH_WIRE(risk_lead, &said->risk_lead);
+    compare(again, "risk", r->risk, (double)said->risk.risk);
+    compare(again, "wave", r->wave, (double)said->risk.wave);
+    compare(again, "risk_basis", whole(r->basis), said->risk.basis);
+    compare(again, "risk_reason", whole(r->reason), said->risk.reason);
+    compare(again, "risk_start_s", r->start_s, (double)said->risk_lead.start_s);
+    compare(again, "failure_s", r->failure_s, (double)said->risk_lead.failure_s);
+    compare(again, "failure_ft", r->failure_ft, (double)said->risk_lead.failure_ft);
+}
+
 /* Statements of the board of blocks before `block` that the host has not made are differences. */
 static void pass_over(struct again *again, int64_t block)
 {
@@ -236,6 +274,7 @@ static void hold_against(struct again *again)
     struct predict_said said;
     predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block,
                       &said);
+    predict_risk_statement(&again->hazard_said, (uint32_t)again->block, &said);
     pass_over(again, again->block);
     again->covered = has_gap(again, again->block, false);
     const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone]
@@ -248,12 +287,16 @@ static void hold_against(struct again *again)
     again->next_prediction += has_p;
     again->result->made++;
     if (!has_z || !has_p) {
+        bool has_r = again->next_risk < again->risks &&
+                     again->risk[again->next_risk].block == again->block;
+        again->next_risk += has_r; /* it was of this statement */
         compare(again, "statement", (double)NAN, 1.0);
         return;
     }
     again->result->said++;
     compare_zone(again, z, &said);
     compare_prediction(again, p, &said);
+    compare_risk(again, &said);
 }
 
 /* --- a block --- */
@@ -290,6 +333,9 @@ static void arm(struct again *again, const struct mr_block *block)
     mr_watch_begin(&again->watch, again->config.channel, block->index);
     baseline_forget(&again->baseline);
     mr_predictor_arm(&again->predictor);
+    mr_risk_arm(&again->hazard, __builtin_isnan(again->plan.speed_ft_s) ? NULL : &again->plan,
+                &again->predictor, again->config.site[0].touchdown_ft);
+    again->hazard_said = (struct mr_risk_said){.risk = NAN, .wave = NAN};
     again->look = (struct mr_predictor_zone){.level = again->predictor.level};
     again->armed = true;
 }
@@ -298,7 +344,8 @@ static void look(struct again *again, const struct mr_block *block)
 {
     struct mr_predictor_zone was = again->look;
     mr_predictor_zone(&again->predictor, &again->look);
-    bool warning = again->look.verdict == MR_PREDICTOR_WARNING &&
+    mr_risk_say(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
+    bool warning = release_lamp(&again->settings, &again->look, &again->hazard_said) &&
                    landing_may_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict ||
                    again->look.level != was.level;
@@ -369,6 +416,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
                                          .baseline_in = again->baseline.in},
                  &input);
     mr_predictor_block(&again->predictor, &input);
+    mr_risk_block(&again->hazard, &again->predictor, &input);
     if (block.index % PREDICT_LOOK_BLOCKS == 0)
         look(again, &block);
     return MR_OK;
@@ -397,6 +445,7 @@ enum mr_status predict_again(struct store *store, int64_t run, struct predict_ag
     free(again->edge);
     free(again->zone);
     free(again->prediction);
+    free(again->risk);
     free(again->backlog);
     free(again->gap);
     free(again);

@@ -80,7 +80,42 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
             status = store_predict_item_put(collector->store, slot->row.id, i,
                                             (double)collector->predict_item[i], error);
     }
+    for (unsigned i = 0; i < RELEASE_ITEMS && status == MR_OK; i++) {
+        if (collector->risk_known[i])
+            status = store_risk_item_put(collector->store, slot->row.id, i,
+                                         (double)collector->risk_item[i], error);
+    }
     return status;
+}
+
+/* A list begins with its first number: what is not in it is missing. */
+static enum mr_status risk_item(struct collector *collector, const struct side *side,
+                                const struct mr_risk_item *m, struct error *error)
+{
+    if (m->index >= RELEASE_ITEMS)
+        return MR_OK;
+    if (m->index == 0)
+        memset(collector->risk_known, 0, sizeof collector->risk_known);
+    collector->risk_known[m->index] = true;
+    collector->risk_item[m->index] = m->value;
+    return side->current ? store_risk_item_put(collector->store, side->current->row.id, m->index,
+                                               (double)m->value, error)
+                         : MR_OK;
+}
+
+static enum mr_status risk(struct collector *collector, struct side *side,
+                           const struct mr_message *m, struct error *error)
+{
+    struct store_risk part = store_blank_risk;
+    part.links = collect_link_bit(side);
+    if (m->place == MR_PLACE_RISK)
+        collect_risk_row(&part, &m->as.risk);
+    else
+        collect_risk_lead_row(&part, &m->as.risk_lead);
+    part.block = collect_block(side, m);
+    return side->current && part.block >= 0
+             ? store_risk_put(collector->store, side->current->row.id, &part, error)
+             : MR_OK;
 }
 
 /* The parts of a statement. They have its block, the newest that came or one not long past. */
@@ -111,6 +146,9 @@ enum mr_status collect_predict_message(struct collector *collector, struct side 
     case MR_PLACE_RUNWAY: runway(side, &m->as.runway); return MR_OK;
     case MR_PLACE_RUNWAY_JOINTS: return joints(collector, side, &m->as.runway_joints, error);
     case MR_PLACE_RUNWAY_STORE: runway_store(collector, side, &m->as.runway_store); return MR_OK;
+    case MR_PLACE_RISK:
+    case MR_PLACE_RISK_LEAD: return risk(collector, side, m, error);
+    case MR_PLACE_RISK_ITEM: return risk_item(collector, side, &m->as.risk_item, error);
     case MR_PLACE_PREDICT_ITEM: return item(collector, side, &m->as.predict_item, error);
     default: return statement(collector, side, m, error);
     }

@@ -108,6 +108,8 @@ static void inherit(struct collector *now, const struct collector *before)
     memcpy(now->segment, before->segment, sizeof now->segment);
     memcpy(now->predict_known, before->predict_known, sizeof now->predict_known);
     memcpy(now->predict_item, before->predict_item, sizeof now->predict_item);
+    memcpy(now->risk_known, before->risk_known, sizeof now->risk_known);
+    memcpy(now->risk_item, before->risk_item, sizeof now->risk_item);
 }
 
 enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,

@@ -6,19 +6,24 @@
 
 #include "common/decimal.h"
 #include "host/advise/advise.h"
+#include "host/advise/chart.h"
+#include "host/board/charttalk.h"
+#include "host/board/runwaytalk.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
+#include "host/store/store_predict.h"
 
 #define NOT_GIVEN (double)NAN
 
 struct request {
     const char *db;
-    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, limit_percent;
-    const char *profile, *who;
+    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, share,
+        limit_percent;
+    const char *profile, *who, *serial;
     int64_t members, waves, seed, before;
-    bool keep;
+    bool keep, load;
 };
 
 /* "4ft/s2", with a unit or in `bare`; up to `end`. */
@@ -110,13 +115,65 @@ static enum mr_status take_profile(const struct request *r, const struct cli *cl
     return MR_OK;
 }
 
+/* Landings that the runway of the advice has had: the last one's, and itself. A chart is worth
+ * nothing on another. */
+static enum mr_status landings_of(struct store *store, const struct advise *advise,
+                                  unsigned *landings, struct error *error)
+{
+    struct mr_predictor_state state;
+    const struct past *past = &advise->past;
+    int64_t source;
+    bool there = false;
+    enum mr_status status = past->landings
+                              ? store_runway_get(store, past->landing[past->landings - 1].run,
+                                                 &state, &source, &there, error)
+                              : MR_OK;
+    if (status == MR_OK && !there)
+        return error_set(error, MR_TOO_FEW,
+                         "no runway: the last landing of the campaign does not say which one the "
+                         "board had; a chart cannot be loaded");
+    *landings = there ? state.landings + 1u : 0u;
+    return status;
+}
+
+/* The board is asked first: what it says may make all the computing idle. */
+static enum mr_status begin_load(const struct request *r, struct dialogue *dialogue,
+                                 struct runwaytalk *talk, struct error *error)
+{
+    enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error);
+    if (status == MR_OK)
+        status = runwaytalk_begin(talk, dialogue, error);
+    return status == MR_OK ? runwaytalk_read(talk, error) : status;
+}
+
+static enum mr_status load(const struct request *r, struct store *store,
+                           const struct advise *advise, struct runwaytalk *talk,
+                           struct error *error)
+{
+    struct mr_risk_plan plan;
+    unsigned landings = 0;
+    enum mr_status status = landings_of(store, advise, &landings, error);
+    if (status == MR_OK && talk->state.landings != landings)
+        status = error_set(error, MR_VERSION,
+                           "another runway: the board's has had %u landings, the one of the advice "
+                           "%u: %s; log or fetch the landings between, then ask again",
+                           talk->state.landings, landings, r->serial);
+    if (status == MR_OK)
+        status = advise_chart(advise, landings, &plan, error);
+    return status == MR_OK ? charttalk_give(talk->dialogue, &plan, error) : status;
+}
+
 static int run(const struct request *r, const struct cli *cli, const struct advise_request *request)
 {
     static struct advise advise; /* a table, and profiles */
     struct error error = {0};
     struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
+    struct dialogue dialogue = {0};
+    struct runwaytalk talk;
     enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
+    if (status == MR_OK && r->load)
+        status = begin_load(r, &dialogue, &talk, &error);
     if (status == MR_OK)
         status = advise_find(store, request, cli->si, &advise, &error);
     if (status == MR_OK && r->keep) {
@@ -124,10 +181,15 @@ static int run(const struct request *r, const struct cli *cli, const struct advi
         said_fill(kept.who, sizeof kept.who, said_by(r->who));
         status = store_advice_add(store, &kept, &error);
     }
-    if (status == MR_OK)
+    if (status == MR_OK && r->load)
+        status = load(r, store, &advise, &talk, &error);
+    if (status == MR_OK) {
         advise_answer(&advise, answer);
+        answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load);
+    }
     int code = status == MR_OK && advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT)
                                                                    : 0;
+    dialogue_close(&dialogue);
     advise_free(&advise);
     store_close(store);
     return answer_end(cli, answer, code, &error);
@@ -143,6 +205,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                                      .touchdown_ft = r.touchdown_ft,
                                      .spread = r.spread_percent / 100.0,
                                      .friction = r.friction,
+                                     .share = r.share,
                                      .limit = r.limit_percent / 100.0,
                                      .members = (size_t)r.members,
                                      .waves = (size_t)r.waves,
@@ -153,8 +216,20 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE,
                            "--keep with --before: matrig advise; a landing that has been made has "
                            "no plan any more");
+    if (status == MR_OK && r.load != (r.serial != NULL))
+        status = error_set(&error, MR_USAGE,
+                           "--load and --serial belong together: matrig advise; --load --serial "
+                           "LINK");
+    if (status == MR_OK && r.load && r.before)
+        status = error_set(&error, MR_USAGE,
+                           "--load with --before: matrig advise; a chart is for the landing to "
+                           "come");
     if (status == MR_OK)
         status = take_profile(&r, cli, &request, &error);
+    if (status == MR_OK && r.load && request.profile.count > MR_RISK_KNOTS)
+        status = error_set(&error, MR_USAGE,
+                           "%zu points: --profile; a board takes %u with --load, leave some out",
+                           request.profile.count, MR_RISK_KNOTS);
     return status == MR_OK ? run(&r, cli, &request) : cli_fail(&error);
 }
 
@@ -179,14 +254,18 @@ static const struct command_part parts[] = {
                   "to begin with"),
     OPTION_NUMBER("--friction", "F", friction, NULL, 0.05, 2.0, NOT_GIVEN,
                   "coefficient of friction pulled since; else as the board was told"),
+    OPTION_NUMBER("--share", "S", share, NULL, 0.3, 2.0, NOT_GIVEN,
+                  "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "
+                  "%; else evenly 0.7 to 1.3,\nand learned"),
     OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
                   "probability of a zone from which on the advice is against it; else {standard}: "
                   "a zone missed is taken to cost\nfour times what a needlessly gentle landing "
                   "does"),
     OPTION_WHOLE("--members", "N", members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
-    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, (double)ADVISE_WAVES,
-                 "members that look for bow waves in the planar model; else {standard}, 0: none"),
+    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, 0.0,
+                 "members that are played in the planar model besides, for mats unlike the rig's; "
+                 "else none"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of all draws; else {standard}. The same seed says the same"),
     OPTION_RUN("--before", "RUN", before,
@@ -195,6 +274,10 @@ static const struct command_part parts[] = {
                 "write plan and advice into the campaign; the landing armed next is held against "
                 "it"),
     OPTION_TEXT("--who", "W", who, "who keeps it; else the user"),
+    OPTION_FLAG("--load", load,
+                "give chart and plan to the board, for the landing to come: its risk during the "
+                "landing rests on them"),
+    OPTION_TEXT("--serial", "LINK", serial, "where the board is, such as serial:/dev/ttyUSB0"),
     HELP_NOTE("clear, caution or against, and why; the probability of a zone of 50 mats against "
               "mean deceleration and station; the\n"
               "hardest braking below the limit; what to measure to know better. Go and no-go are "
@@ -207,9 +290,10 @@ const struct command command_advise = {
     "advise",
     advise_command,
     "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--spread PERCENT] "
-    "[--friction F] [--limit PERCENT]\n"
+    "[--friction F] [--share S] [--limit PERCENT]\n"
     "                         [--members N] [--waves N] [--seed N] [--before RUN] [--keep [--who "
-    "W]]",
+    "W]]\n"
+    "                         [--load --serial LINK]",
     "before a landing: how probable a zone of 50 mats is, and how hard to brake",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

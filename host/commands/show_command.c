@@ -5,6 +5,7 @@
 
 #include "host/analyse/glance.h"
 #include "host/analyse/journal.h"
+#include "host/analyse/record.h"
 #include "host/base/run.h"
 #include "host/commands/commands.h"
 #include "host/store/store_same.h"
@@ -85,6 +86,31 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
                         series, db, surveys, db);
 }
 
+/* What came of warnings and advice takes the readings of each landing: of more than these the
+ * report alone adds them up. */
+#define RECORD_MOST 30
+
+static enum mr_status came_of_it_answer(struct store *store, size_t landings, struct answer *answer,
+                                        struct error *error)
+{
+    struct record record;
+    if (landings == 0)
+        return MR_OK;
+    if (landings > RECORD_MOST) {
+        answer_none(answer, "record", NULL, NULL);
+        answer_sentence(answer, NULL,
+                        "more than %d landings: matrig report adds up their warnings and what came "
+                        "of them",
+                        RECORD_MOST);
+        return MR_OK;
+    }
+    enum mr_status status = record_load(store, NULL, 0, &record, error);
+    if (status == MR_OK)
+        record_answer(&record, true, answer);
+    record_free(&record);
+    return status;
+}
+
 static enum mr_status list(struct store *store, const char *db, struct answer *answer,
                            struct error *error)
 {
@@ -99,8 +125,10 @@ static enum mr_status list(struct store *store, const char *db, struct answer *a
         status = store_gage_surveys(store, &survey, &surveys, error);
     if (status == MR_OK)
         status = landings_answer(store, row, count, answer, error);
-    if (status == MR_OK)
+    if (status == MR_OK) {
         holds_answer(db, count, series_count, surveys, answer);
+        status = came_of_it_answer(store, count, answer, error);
+    }
     free(row);
     free(series);
     free(survey);
@@ -174,12 +202,15 @@ static int show_command(int argc, char **argv, const struct cli *cli)
 }
 
 static const struct command_part parts[] = {
-    HELP_ITEM("DB",
-              "campaign database: a row for each landing, in the numbers of its summary: when "
-              "it was armed, series, speed at\n"
-              "touchdown and where the gear stopped (+- is one standard error), first "
-              "warning, frames lost, what was said of it.\n"
-              "One that was logged or imported twice is told: the same landing as RUN N"),
+    HELP_ITEM(
+        "DB",
+        "campaign database: a row for each landing, in the numbers of its summary: when "
+        "it was armed, series, speed at\n"
+        "touchdown and where the gear stopped (+- is one standard error), first "
+        "warning, frames lost, what was said of it.\n"
+        "One that was logged or imported twice is told: the same landing as RUN N. Last, what "
+        "came of the warnings, by survey and\n"
+        "transducers"),
     HELP_ITEM("RUN", "the summary of a landing as matrig log printed it, and what was said of it "
                      "since"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),

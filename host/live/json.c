@@ -159,6 +159,21 @@ static json_t *verdict_json(const struct live_model *model)
                      number(press ? (double)v->press.critical_lb : (double)NAN));
 }
 
+static json_t *risk_json(const struct live_model *model)
+{
+    const struct live_risk *r = &model->risk;
+    if (r->block < 0)
+        return json_null();
+    return json_pack(
+        "{sosososssbsbsosososs}", "risk", number((double)r->said.risk), "wave",
+        number((double)r->said.wave), "lamp_limit", number((double)r->lamp_limit), "reason",
+        mr_risk_reason_text(r->said.reason), "of_plan", (r->said.basis & MR_RISK_OF_PLAN) != 0,
+        "of_chart", (r->said.basis & MR_RISK_OF_CHART) != 0, "start_s",
+        number((double)r->lead.start_s), "failure_s", number((double)r->lead.failure_s),
+        "failure_ft", number((double)r->lead.failure_ft), "release",
+        r->release_block < 0 ? "" : mr_release_state_text(r->release.state));
+}
+
 static json_t *gear_json(const struct live_model *model)
 {
     json_t *final = json_null();
@@ -305,6 +320,7 @@ json_t *live_json_state(const struct live_model *model, int64_t now_us)
     json_object_set_new(state, "late", json_integer((json_int_t)(model->late + model->forgotten)));
     json_object_set_new(state, "warning", warning_json(&model->warning));
     json_object_set_new(state, "verdict", verdict_json(model));
+    json_object_set_new(state, "risk", risk_json(model));
     json_object_set_new(state, "zone", zone_json(&model->zone));
     json_object_set_new(state, "gear", gear_json(model));
     json_object_set_new(state, "opened", opened_json(model));

@@ -7,6 +7,7 @@
 
 #include "common/command.h"
 #include "common/crash.h"
+#include "common/risk.h"
 #include "common/series.h"
 #include "host/collect/collect.h"
 
@@ -22,6 +23,7 @@ static void forget_landing(struct live_model *model)
                                      .wheel_ft = (double)NAN};
     model->warning = (struct live_warning){.first_block = -1, .zone = model->zone};
     model->verdict = (struct live_verdict){.block = -1};
+    model->risk = (struct live_risk){.block = -1, .lamp_limit = MISSING, .release_block = -1};
     model->motion_block = -1;
     model->position_ft = model->speed_ft_s = model->deceleration_ft_s2 = MISSING;
     model->speed_error_ft_s = model->deceleration_error_ft_s2 = MISSING;
@@ -247,6 +249,31 @@ static void take_verdict(struct live_model *model, const struct mr_verdict *m, i
                       mr_predictor_reason_text(m->reason));
 }
 
+static void take_risk(struct live_model *model, const struct live_link *link,
+                      const struct mr_risk_lead *m, int64_t block)
+{
+    if (m->block16 != link->risk.block16 || block < model->risk.block)
+        return;
+    model->risk.block = block;
+    model->risk.said = link->risk;
+    model->risk.lead = *m;
+}
+
+/* Each change once, whichever link says it first. */
+static void take_release(struct live_model *model, const struct mr_release *m, int64_t host_us)
+{
+    struct live_risk *risk = &model->risk;
+    bool known = risk->release_block >= (int64_t)m->block && risk->release.state == m->state;
+    risk->release_block = (int64_t)m->block;
+    risk->release = *m;
+    if (known)
+        return;
+    model->changes++;
+    live_model_notice(model, m->state == MR_RELEASE_ASKED ? LIVE_ALARM : LIVE_NOTE, host_us,
+                      "brake release: %s (%s)", mr_release_state_text(m->state),
+                      mr_release_reason_text(m->reason));
+}
+
 static void take_fault(struct live_model *model, const struct mr_fault *m, int64_t host_us)
 {
     if (m->code >= MR_FAULT_COUNT || m->count <= model->fault_count[m->code])
@@ -384,6 +411,13 @@ static void predictor_message(struct live_model *model, const struct live_heard 
         break;
     case MR_PLACE_ZONE_COMING: link->coming = m->as.zone_coming; break;
     case MR_PLACE_ZONE_PRESS: link->press = m->as.zone_press; break;
+    case MR_PLACE_RISK: link->risk = m->as.risk; break;
+    case MR_PLACE_RISK_ITEM:
+        if (m->as.risk_item.index == MR_RISK_ITEMS) /* the first of the limits */
+            model->risk.lamp_limit = m->as.risk_item.value;
+        break;
+    case MR_PLACE_RISK_LEAD: take_risk(model, link, &m->as.risk_lead, heard->block); break;
+    case MR_PLACE_RELEASE: take_release(model, &m->as.release, heard->host_us); break;
     case MR_PLACE_VERDICT:
         if (heard->block >= model->verdict.block) {
             model->verdict.coming_known = link->coming.block16 == m->block16;
@@ -443,6 +477,10 @@ static void (*const parts[MR_PLACES])(struct live_model *model, const struct liv
     [MR_PLACE_ACK] = landing_message,
     [MR_PLACE_ZONE] = predictor_message,
     [MR_PLACE_ZONE_LEAD] = predictor_message,
+    [MR_PLACE_RISK] = predictor_message,
+    [MR_PLACE_RISK_ITEM] = predictor_message,
+    [MR_PLACE_RISK_LEAD] = predictor_message,
+    [MR_PLACE_RELEASE] = predictor_message,
     [MR_PLACE_ZONE_COMING] = predictor_message,
     [MR_PLACE_ZONE_PRESS] = predictor_message,
     [MR_PLACE_VERDICT] = predictor_message,

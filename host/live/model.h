@@ -60,6 +60,7 @@ struct live_link {
     struct mr_motion motion;
     struct mr_zone_coming coming; /* that a verdict is to follow */
     struct mr_zone_press press;
+    struct mr_risk risk; /* that its lead is to follow */
 };
 
 struct live_zone {
@@ -93,6 +94,16 @@ struct live_verdict {
     uint8_t told;         /* bit n: an advisory for reason n is among the notices */
 };
 
+/* Newest statement of the risk, and the brake release. */
+struct live_risk {
+    int64_t block;    /* -1: none told */
+    float lamp_limit; /* NaN: none, or not told */
+    struct mr_risk said;
+    struct mr_risk_lead lead;
+    int64_t release_block; /* -1: none told */
+    struct mr_release release;
+};
+
 struct live_model {
     struct live_link link[LINK_KINDS];
     uint64_t restarts; /* seen: board time began again */
@@ -122,6 +133,7 @@ struct live_model {
     struct live_zone zone;
     struct live_warning warning;
     struct live_verdict verdict;
+    struct live_risk risk;
     int64_t motion_block;
     float position_ft, speed_ft_s, deceleration_ft_s2;
     float speed_error_ft_s, deceleration_error_ft_s2;

@@ -150,7 +150,7 @@ static const char *state_text(const struct live_model *model)
 
 void live_terminal_line(FILE *out, const struct live_model *model, int64_t now_us, bool si)
 {
-    char board[60], gear[80], zone[130], advice[60], advised[160] = "";
+    char board[60], gear[80], zone[130], advice[60], advised[160] = "", risk[40] = "";
     const struct store_link_counts *can = &model->link[LINK_CAN].counts,
                                    *serial = &model->link[LINK_SERIAL].counts;
     board_text(model, now_us, board, sizeof board);
@@ -160,12 +160,17 @@ void live_terminal_line(FILE *out, const struct live_model *model, int64_t now_u
     if (live_model_advised(model) && !model->warning.on)
         snprintf(advised, sizeof advised, "advisory: %s%s, ",
                  mr_predictor_reason_text(model->verdict.said.reason), advice);
-    fprintf(out,
-            "%.1f s  board %s  %s %u  gear %s  %s%s%s  CAN %lld lost %lld  serial %lld lost %lld\n",
-            (double)live_model_block(model) / 1000.0, board, state_text(model), model->landing,
-            gear, advised, model->warning.on ? "WARNING: " : "zone ", zone,
-            (long long)can->received, (long long)can->lost, (long long)serial->received,
-            (long long)serial->lost);
+    if (model->risk.block >= 0 && isfinite(model->risk.said.risk))
+        snprintf(risk, sizeof risk, "  risk %.2f%s", (double)model->risk.said.risk,
+                 model->risk.release_block >= 0 && model->risk.release.state == MR_RELEASE_ASKED
+                     ? ", RELEASE"
+                     : "");
+    fprintf(
+        out,
+        "%.1f s  board %s  %s %u  gear %s  %s%s%s%s  CAN %lld lost %lld  serial %lld lost %lld\n",
+        (double)live_model_block(model) / 1000.0, board, state_text(model), model->landing, gear,
+        advised, model->warning.on ? "WARNING: " : "zone ", zone, risk, (long long)can->received,
+        (long long)can->lost, (long long)serial->received, (long long)serial->lost);
 }
 
 /* ---- the runway ---- */

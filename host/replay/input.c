@@ -26,6 +26,8 @@
 #define HOLES_NAMED        3
 #define CLOCK_INTERNAL     1 /* of the message hello */
 #define RUNWAY_TAG         10000u
+#define CHART_TAG          20000u
+#define CHART_BLOCK        415u /* behind the last word of a runway */
 
 struct writer {
     FILE *file;
@@ -233,6 +235,31 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
     return MR_OK;
 }
 
+/* Chart and plan that the landing was armed with, if any: the last before it. */
+static enum mr_status put_chart(struct writer *writer, struct store *store,
+                                const struct answers *recorded, struct error *error)
+{
+    struct mr_risk_plan plan;
+    struct release_settings settings;
+    size_t items, block = CHART_BLOCK, words = 0;
+    enum mr_status status = store_risk_get(store, recorded->landing.id, &plan, &settings, &items,
+                                           error);
+    if (status != MR_OK || isnan(plan.speed_ft_s))
+        return status;
+    for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
+        float value = mr_risk_item(&plan, i);
+        int32_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        if (isnan(value))
+            continue;
+        put(writer, "command %zu %d %u %u %" PRId32 "\n", block + words++ / COMMANDS_PER_BLOCK,
+            MR_COMMAND_CHART_WORD, i, CHART_TAG + i, bits);
+    }
+    put(writer, "command %zu %d 0 %u %" PRId32 "\n", block + words / COMMANDS_PER_BLOCK + 1u,
+        MR_COMMAND_CHART_TAKE, CHART_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
+    return MR_OK;
+}
+
 static enum mr_status put_commands(struct writer *writer, struct store *store,
                                    const struct answers *recorded, struct replay_input *input,
                                    struct error *error)
@@ -255,6 +282,8 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
     }
     free(segment);
     status = put_runway(writer, store, recorded, input, error);
+    if (status == MR_OK)
+        status = put_chart(writer, store, recorded, error);
     if (status != MR_OK)
         return status;
     bool fits = take_commands(recorded, &commands);

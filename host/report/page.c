@@ -16,6 +16,7 @@ static const struct section {
     {"zones", "Zone map over the landings", campaign_zones, 2},
     {"tension", "Band tension against deceleration", campaign_tension, 2},
     {"advice", "Advice before the landings", campaign_advice, 0},
+    {"record", "Warnings and what came of them", campaign_record, 0},
     {"predictor", "Verdicts of the predictor", campaign_predictor, 2},
     {"compared", "Measured against simulated", campaign_compared, 2},
     {"slow", "Between the landings", campaign_slow, 0},

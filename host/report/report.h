@@ -55,7 +55,7 @@ void report_answer(struct answer *answer, FILE *out);
 /* Of the campaign (campaign_*.c): */
 report_section campaign_summary, campaign_compared, campaign_cumulative, campaign_zones,
     campaign_tension, campaign_predictor, campaign_slow, campaign_journal, campaign_survey,
-    campaign_advice;
+    campaign_advice, campaign_record;
 /* Of a landing (landing_*.c): */
 report_part landing_facts, landing_speed, landing_movement, landing_wheel, landing_zones,
     landing_tensions, landing_along, landing_bands, landing_predictor, landing_film,

@@ -3,10 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/wire.h"
 #include "host/store/store_sql.h"
 
 STORE_PUT_OF_LANDING(prediction)
 STORE_PUT_OF_LANDING(trust)
+STORE_PUT_OF_LANDING(risk)
+STORE_ROWS_OF_LANDING(store_risks, RISKS)
+STORE_ROWS_OF_LANDING(store_releases, RELEASES)
 STORE_ROWS_OF_LANDING(store_predictions, PREDICTIONS)
 STORE_ROWS_OF_LANDING(store_backlogs, BACKLOGS)
 STORE_ROWS_OF_LANDING(store_trusts, TRUSTS)
@@ -71,6 +75,36 @@ enum mr_status store_predict_config(struct store *store, int64_t run,
     enum mr_status status = predict_items(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++)
         mr_predict_item_set(config, (unsigned)rows[i].item, (float)rows[i].value);
+    free(rows);
+    return status;
+}
+
+enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t item, double value,
+                                   struct error *error)
+{
+    const struct store_risk_item row = {.item = item, .value = value};
+    return STORE_PUT(store, error, risk_item, &row, run);
+}
+
+static enum mr_status risk_items(struct store *store, int64_t run, struct store_risk_item **rows,
+                                 size_t *count, struct error *error)
+{
+    STORE_ROWS(RISK_ITEMS, BIND(run));
+}
+
+enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
+                              struct release_settings *settings, size_t *items, struct error *error)
+{
+    struct store_risk_item *rows;
+    mr_risk_plan_clear(plan);
+    for (unsigned n = 0; n < RELEASE_SETTINGS; n++)
+        (void)release_setting_set(settings, n, MR_NAN);
+    enum mr_status status = risk_items(store, run, &rows, items, error);
+    for (size_t i = 0; status == MR_OK && i < *items; i++) {
+        if (!mr_risk_item_set(plan, (unsigned)rows[i].item, (float)rows[i].value))
+            (void)release_setting_set(settings, (unsigned)rows[i].item - MR_RISK_ITEMS,
+                                      (float)rows[i].value);
+    }
     free(rows);
     return status;
 }

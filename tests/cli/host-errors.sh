@@ -3,7 +3,7 @@
 # contract (0 ok, 1 limit, 2 usage, 3 input/output, 4 malformed input, 5 numerics).
 . "$(dirname "$0")/tap.sh"
 matrig=build/matrig
-hello='(1.000000) can0 1F0#0400000100000000'
+hello='(1.000000) can0 1F0#0500000100000000'
 
 # --- usage: 2 ---
 check "no command" fails_with 2 "^matrig: no command.*matrig --help" $matrig
@@ -51,8 +51,8 @@ head -c 4000 /dev/zero | tr '\0' 'x' >"$tmp/foreign.bin"
 check "foreign serial bytes" fails_with 4 "foreign.bin" $matrig log --serial "file:$tmp/foreign.bin" --db "$tmp/c.db"
 printf '(1.0) can0 123#00\n(1.0) can0 124#00\n' >"$tmp/other.log"
 check "another bus" fails_with 4 "nothing of a matrig board.*other.log" $matrig log --can "file:$tmp/other.log" --db "$tmp/d.db"
-printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0500090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
-check "board of another layout" fails_with 4 "board speaks layout 5, this matrig layout 4: file:.*layout.log" \
+printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0600090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
+check "board of another layout" fails_with 4 "board speaks layout 6, this matrig layout 5: file:.*layout.log" \
     $matrig log --can "file:$tmp/layout.log" --db "$tmp/e.db"
 check "what came before the refusal is kept" test "$(sqlite3 "$tmp/e.db" 'select count(*) from frames')" = 2
 

@@ -32,6 +32,10 @@ play() { # N
 }
 ask() { sqlite3 "$db" "$1"; }
 again() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.again.$2')"; }
+# A landing in which the board saw a gear, by switches or, without any, by mats that moved at two transducers.
+met() { # N
+    grep -q '^  touchdown' "$tmp/$1.txt" || [ "$(awk 'NF == 9 && $4 == "+-" && ($3 > 0.02 || $3 < -0.02)' "$tmp/$1.txt" | wc -l)" -ge 2 ]
+}
 # One landing and what is known of the runway before it: from the board's own memory, of as many landings as it has seen a gear in.
 same() { # N LANDING-OF-ITS-SERIES
     if [ "$2" = 1 ]; then rolled=0; configure "$tmp/$1.set" || return 1; fi
@@ -40,7 +44,7 @@ same() { # N LANDING-OF-ITS-SERIES
     ask "select 'runway of', landings, 'rolled in', $rolled from runways where landing = $1"
     [ "$(again "$1" possible)$(again "$1" differ)" = 10 ] && [ "$(again "$1" statements)" -gt 20 ] &&
         [ "$(ask "select landings from runways where landing = $1")" = $rolled ] || return 1
-    if grep -q '^  touchdown' "$tmp/$1.txt"; then rolled=$((rolled + 1)); fi
+    if met "$1"; then rolled=$((rolled + 1)); fi
     statements=$((statements + $(again "$1" statements))) fields=$((fields + $(again "$1" fields)))
 }
 
@@ -50,6 +54,8 @@ while read -r number of_series; do
     check "landing $number, $of_series of its series: the same to the last bit" same "$number" "$of_series"
 done <"$tmp/drawn.txt"
 levels() { ask "select group_concat(n) from (select level || ': ' || count(*) as n from predictions group by level)"; }
+charted() { ask 'select count(distinct landing) from risk_items where item = 2 and value is not null'; }
+planned() { ask 'select count(distinct landing) from risk_items where item = 1 and value is not null'; }
 doubted() { ask 'select count(distinct landing) from trust where doubts > 0'; }
-echo "# $statements statements, $fields fields; statements by level $(levels); landings with a transducer in doubt: $(doubted)"
+echo "# $statements statements, $fields fields; statements by level $(levels); landings with a transducer in doubt: $(doubted), a plan: $(planned), a chart: $(charted)"
 finish

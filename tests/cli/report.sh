@@ -30,7 +30,21 @@ values() {
 contents() {
     diff <(grep -o 'href="#[a-z0-9]*"' "$tmp/page.html" | sed 's/.*#//; s/"//' | sort -u) \
         <(grep -o '<section id="[a-z0-9]*"' "$tmp/page.html" | sed 's/.*id="//; s/"//' | sort -u) &&
-        [ "$(grep -c '<section' "$tmp/page.html")" = 9 ]
+        [ "$(grep -c '<section' "$tmp/page.html")" = 10 ]
+}
+added_up() { # as matrig show has it; a page of one landing adds nothing up
+    $matrig --json show "$db" >"$tmp/show.json" && python3 - "$tmp/show.json" "$tmp/page.html" <<'EOP' && ! grep -q 'id="record"' "$tmp/one.html"
+import json, re, sys
+w = json.load(open(sys.argv[1]))["record"]["warnings"]
+section = open(sys.argv[2]).read().split('<section id="record">')[1].split("</section>")[0]
+rows = re.findall(r"<tr><td[^>]*>(\d+)</td>(.*?)</tr>", section)
+said = [re.sub("<[^>]*>", "|", cells) for _, cells in rows]
+print(w, *said, sep="\n")
+assert "Warnings and what came of them" in section and len(rows) == 3
+assert w["late"] + w["hits"] == w["warned"] and w["warned"] + w["misses"] == w["hits_of"]
+assert sum("|missed|" in s for s in said) == w["misses"] and sum("|rightly quiet|" in s for s in said) == w["silences"]
+assert sum("|not known|" in s for s in said) >= w["unknown"] and w["hits_of"] + w["false"] + w["silences"] + w["unknown"] == 3
+EOP
 }
 one_landing() {
     $matrig --quiet report "$db" --run 2 -o "$tmp/one.html" && [ "$(grep -c 'class="landing"' "$tmp/one.html")" = 1 ] &&
@@ -77,6 +91,7 @@ check "a campaign of three landings, one filmed" campaign
 check "what is said and drawn is what was measured" values
 check "contents and sections" contents
 check "one landing" one_landing
+check "warnings and what came of them" added_up
 check "SI units" si_units
 check "every axis has its unit" every_axis_has_a_unit
 check "a voided landing is left out, and that is said" voided

@@ -350,14 +350,14 @@ static void each_rule_stops_who_breaks_it(void **state)
         {33, 0, NULL, NULL},
         {34, 0, "WAIT_STATES", "from 16000000 to 168000000 Hz"},
         {40, 0, NULL, NULL},
-        {41, 0, "FLOATING", "PE7 is an input, and nothing drives or pulls it"},
+        {41, 0, "FLOATING", "PE15 is an input, and nothing drives or pulls it"},
         {42, 0, "FLOATING", "P"},
         {43, 0, NULL, NULL},
-        {44, 0, "FLOATING", "PE7"},
+        {44, 0, "FLOATING", "PE15"},
         {45, 0, NULL, NULL},
-        {47, 0, "FLOATING", "PE7"},
+        {47, 0, "FLOATING", "PE15"},
         {48, 0, NULL, NULL},
-        {49, 0, "FLOATING", "PE7"},
+        {49, 0, "FLOATING", "PE15"},
         /* at 8 MHz: 2.5 / (8e6 * 4e-12 * 14 ln 2) - 6000 = 2051 Ohm; at 3 clocks and 8 MHz it is
          * enough for 1 k */
         {50, 0, NULL, NULL},

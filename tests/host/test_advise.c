@@ -298,7 +298,8 @@ static void a_share_is_what_chains_alone_count(void **state)
     print_message("%u of %u members come to a zone\n", events, COUNT);
     assert_true(events > 5 && events < COUNT - 5);
     assert_near(row.share, (double)events / COUNT, 1e-12);
-    assert_near(row.by_station[2].p, advise_calibrated((double)by_half / COUNT), 1e-12);
+    assert_near(row.by_station[2].p, advise_calibrated((double)by_half / COUNT, members.surveyed),
+                1e-12);
     advise_members_free(&members);
 }
 
@@ -424,8 +425,10 @@ static void probabilities_rise_with_shares(void **state)
     double last = 0.0;
     (void)state;
     for (unsigned i = 0; i <= 64; i++) {
-        double p = advise_calibrated(i / 64.0);
+        double p = advise_calibrated(i / 64.0, true),
+               unsurveyed = advise_calibrated(i / 64.0, false);
         assert_true(p > last && p < 1.0);
+        assert_true(i < 33 || unsurveyed < p); /* less sure */
         last = p;
     }
 }
@@ -494,9 +497,9 @@ static void waves_are_counted(void **state)
     struct advise_runway runway = rig();
     struct advise_plan plan = {.speed_ft_s = 16.0, .spread = 0.05, .touchdown_ft = 3.0, .seed = 6};
     struct advise_chance none = {(double)NAN, (double)NAN, (double)NAN};
-    struct advise_row row[3] = {{.mean_ft_s2 = 5.0, .wave = none},
-                                {.mean_ft_s2 = 5.5, .wave = none},
-                                {.mean_ft_s2 = 6.0, .wave = none}};
+    struct advise_row row[3] = {{.mean_ft_s2 = 5.0, .played = none},
+                                {.mean_ft_s2 = 5.5, .played = none},
+                                {.mean_ft_s2 = 6.0, .played = none}};
     struct error error = {0};
     size_t played;
     (void)state;
@@ -505,7 +508,8 @@ static void waves_are_counted(void **state)
         unsigned waves = 0;
         runway.thrust_lb_per_g = times * 1300.0 / 24.0;
         assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
-        assert_int_equal(advise_waves(&members, &plan, 4, row, 3, 0, &played, &error), MR_OK);
+        assert_int_equal(advise_waves_played(&members, &plan, 4, row, 3, 0, &played, &error),
+                         MR_OK);
         assert_int_equal(played, 8);
         advise_draw_braking(&members, &plan, 6.0, braking);
         for (size_t m = 0; m < 4; m++) {
@@ -514,11 +518,62 @@ static void waves_are_counted(void **state)
             waves += wave;
         }
         print_message("%u times the thrust: %u of 4 with a wave\n", times, waves);
-        assert_near(row[2].wave.p, waves / 4.0, 1e-12);
-        assert_true(isnan(row[1].wave.p));
-        assert_true(times == 3 || row[2].wave.p == (times == 5 ? 1.0 : 0.0));
+        assert_near(row[2].played.p, waves / 4.0, 1e-12);
+        assert_true(isnan(row[1].played.p));
+        assert_true(times == 3 || row[2].played.p == (times == 5 ? 1.0 : 0.0));
         advise_members_free(&members);
     }
+}
+
+/* More thrust is a greater chance, of which none is certain; only the thrust over the critical one
+ * counts; landings that raised none tell that the strip bears little, and a hardest deceleration
+ * that is told counts for the mean. */
+static void waves_follow_the_thrust(void **state)
+{
+    struct advise_profile late = {.count = 2, .t_s = {0.0, 1.0}, .factor = {0.7, 1.6}};
+    struct advise_members members;
+    struct advise_runway runway = rig();
+    struct advise_plan plan = {.speed_ft_s = 16.0, .spread = 0.05, .touchdown_ft = 3.0, .seed = 6};
+    struct advise_braking stood[6];
+    struct advise_row row[5], other[5], even[5];
+    (void)state;
+    for (unsigned i = 0; i < 6; i++)
+        stood[i] = (struct advise_braking){.speed_ft_s = 16.0, .mean_ft_s2 = 8.0 - i};
+    for (unsigned i = 0; i < 5; i++) {
+        row[i] = (struct advise_row){.mean_ft_s2 = 3.0 * exp(0.35 * i),
+                                     .wave = {(double)NAN, (double)NAN, (double)NAN}};
+        even[i] = other[i] = row[i];
+    }
+    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
+    members.runway.bump_ft = 0.0; /* none is told */
+    assert_true(advise_waves(&members, &plan, NULL, 0, row, 5));
+    assert_true(isnan(row[0].wave.p));
+    members.runway.bump_ft = 0.0036;
+    members.runway.thrust_lb_per_g = 1300.0 / 12.0;
+    assert_true(advise_waves(&members, &plan, NULL, 0, row, 5));
+    for (unsigned i = 0; i < 5; i++) {
+        print_message("%.1f ft/s2: %.3f (%.3f to %.3f)\n", row[i].mean_ft_s2, row[i].wave.p,
+                      row[i].wave.low, row[i].wave.high);
+        assert_true(row[i].wave.low > 0.0 && row[i].wave.high < 1.0);
+        assert_true(row[i].wave.low < row[i].wave.p && row[i].wave.p < row[i].wave.high);
+        assert_true(i == 0 || row[i].wave.p > row[i - 1].wave.p);
+    }
+    assert_true(row[0].wave.p < 0.1 && row[4].wave.p > 0.9);
+    members.runway.bump_ft *= 0.5; /* critical at twice the thrust */
+    members.runway.thrust_lb_per_g *= 2.0;
+    assert_true(advise_waves(&members, &plan, NULL, 0, other, 5));
+    assert_near(other[2].wave.p, row[2].wave.p, 1e-9);
+    members.runway.thrust_lb_per_g *= 0.5;
+    members.runway.bump_ft *= 2.0;
+    assert_true(advise_waves(&members, &plan, stood, 4, other, 5));
+    print_message("after four that stood: %.3f, before %.3f\n", other[2].wave.p, row[2].wave.p);
+    assert_true(other[2].wave.p < row[2].wave.p - 0.05);
+    assert_true(advise_waves(&members, &plan, stood, 6, even, 5)); /* the hardest four count */
+    assert_near(even[2].wave.p, other[2].wave.p, 1e-12);
+    plan.profile = late;
+    assert_true(advise_waves(&members, &plan, NULL, 0, other, 5));
+    assert_true(other[2].wave.p > row[2].wave.p + 0.05);
+    advise_members_free(&members);
 }
 
 static void speeds_and_decelerations_convert(void **state)
@@ -558,6 +613,7 @@ int main(void)
         cmocka_unit_test(what_inputs_explain),
         cmocka_unit_test(the_hardest_braking),
         cmocka_unit_test(waves_are_counted),
+        cmocka_unit_test(waves_follow_the_thrust),
         cmocka_unit_test(speeds_and_decelerations_convert),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

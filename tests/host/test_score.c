@@ -6,7 +6,9 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "tests/score/advised.c"
 #include "tests/score/play.c"
+#include "tests/score/stats.c"
 #include "tests/score/table.c"
 #include "tests/score/truth.c"
 
@@ -122,9 +124,155 @@ static void bootstraps_by_hand(void **state)
     free_ranked(&ranked);
 }
 
+/* Perturbed kinds change what they name, and leave what else the series draws. */
+static void kinds_change_what_they_name(void **state)
+{
+    (void)state;
+    static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
+    const struct score_series series = {.number = 7, .grit_mean_lb = 10.0};
+    unsigned shut = 0, runs = 0;
+    double sum_lb = 0.0, most_lb = 0.0;
+    for (int j = 0; j < SCORE_JOINTS; j++)
+        gap_ft[j] = grit_lb[j] = 1.0;
+    change_joints(&kinds[SCORE_CHAIN], &series, gap_ft, grit_lb);
+    for (int j = 0; j < SCORE_JOINTS; j++)
+        assert_true(gap_ft[j] == 1.0 && grit_lb[j] == 1.0);
+    change_joints(&kinds[SCORE_SHUT], &series, gap_ft, grit_lb);
+    for (int j = 0; j < SCORE_JOINTS; j++)
+        shut += gap_ft[j] <= 0.004 / 12.0;
+    assert_true(shut > 310 && shut < 365 && grit_lb[0] == 1.0); /* 0.8 of 421, 3 deviations */
+    change_joints(&kinds[SCORE_PATCHY], &series, gap_ft, grit_lb);
+    for (int j = 1; j < SCORE_JOINTS; j++)
+        runs += (gap_ft[j] < 0.015 / 12.0) != (gap_ft[j - 1] < 0.015 / 12.0);
+    assert_true(runs > 10 && runs < 85);
+    for (uint32_t n = 0; n < 100; n++) {
+        change_joints(&kinds[SCORE_HEAVY],
+                      &(struct score_series){.number = n, .grit_mean_lb = 10.0}, gap_ft, grit_lb);
+        for (int j = 0; j < SCORE_JOINTS; j++) {
+            sum_lb += grit_lb[j] / (100.0 * SCORE_JOINTS);
+            most_lb = fmax(most_lb, grit_lb[j]);
+        }
+    }
+    /* the cap at 20 means takes 2 (1/3 / 20)^(1/2) / 3 = 9 % of the mean */
+    assert_true(sum_lb > 8.8 && sum_lb < 9.4 && most_lb == 200.0);
+    assert_int_equal(score_kind_find("pulsed"), SCORE_PULSED);
+    assert_int_equal(score_kind_find("puls"), SCORE_KINDS);
+}
+
+/* A pulsing brake brakes as much as it would. */
+static void pulses_keep_the_mean(void **state)
+{
+    (void)state;
+    const struct gear gear = {.pulse_hz = 4.0, .pulse_left = 0.3, .pulse_part = 0.4};
+    double mean = 0.0, least = 2.0;
+    for (int i = 0; i < 10000; i++) {
+        mean += pulse_of(&gear, 1e-4 * i) / 1e4;
+        least = fmin(least, pulse_of(&gear, 1e-4 * i));
+    }
+    assert_true(fabs(mean - 1.0) < 1e-3 && fabs(least - 0.3) < 1e-9);
+}
+
+/* Ten landings: five of 0.1, one of them an event; five of 0.9, four of them. */
+static void brier_by_hand(void **state)
+{
+    (void)state;
+    float said[10];
+    bool event[10];
+    struct stats_held held;
+    for (int i = 0; i < 10; i++) {
+        said[i] = i < 5 ? 0.1f : 0.9f;
+        event[i] = i == 0 || i > 5;
+    }
+    stats_held(said, event, 10, &held);
+    assert_true(fabs(held.brier - (0.81 + 4 * 0.01 + 0.81 + 4 * 0.01) / 10.0) < 1e-6);
+    assert_true(fabs(held.reliability - 0.01) < 1e-6 && fabs(held.resolution - 0.09) < 1e-6);
+    assert_true(held.uncertainty == 0.25 && held.count[0] == 5 && held.events[4] == 4);
+    assert_true(fabs(held.brier - held.reliability + held.resolution - 0.25) < 1e-6);
+}
+
+/* One input that is 1 in eight of ten events and in two of ten others: odds of 4 and of 1/4. */
+static void a_rule_by_hand(void **state)
+{
+    (void)state;
+    float input[20][2];
+    bool event[20];
+    double weight[2];
+    for (int i = 0; i < 20; i++) {
+        event[i] = i < 10;
+        input[i][0] = 1.0f;
+        input[i][1] = (i < 8 || i >= 18) ? 1.0f : 0.0f;
+    }
+    stats_fit(input[0], event, 20, 2, 1e-9, weight);
+    assert_true(fabs(weight[0] + log(4.0)) < 1e-6 && fabs(weight[1] - 2.0 * log(4.0)) < 1e-6);
+    assert_true(fabs(stats_rule(weight, input[0], 2) - 0.8) < 1e-6);
+}
+
+/* As above, in pairs of a series: the lead is certain, or none. */
+static void leads_by_hand(void **state)
+{
+    (void)state;
+    float own[40], other[40];
+    bool event[40];
+    uint16_t series[40];
+    for (int i = 0; i < 40; i++) {
+        event[i] = i % 2 == 0;
+        own[i] = event[i];
+        other[i] = !event[i];
+        series[i] = (uint16_t)(700 + i / 2);
+    }
+    struct stats_lead lead = stats_lead(own, other, event, series, 40);
+    assert_true(lead.area == 1.0 && lead.other == 0.0 && lead.low == 1.0 && lead.high == 1.0);
+    lead = stats_lead(own, own, event, series, 40);
+    assert_true(lead.low == 0.0 && lead.high == 0.0);
+}
+
+/* A survey of before the first landing alone, every second transducer: the rest is no number. */
+static void what_is_lost_is_no_number(void **state)
+{
+    (void)state;
+    struct advised_told told = {.view = SCORE_SURVEYED | SCORE_ONCE | SCORE_HALF};
+    for (unsigned landing = 0; landing < 2; landing++) {
+        struct advised_known known = {.plan_ft_s2 = 1.0};
+        forget(&told, landing, &known);
+        for (unsigned s = 0; s < MR_SEGMENTS; s++)
+            assert_true(isnan(known.sum_in[s]) == (landing == 1));
+        for (unsigned s = 0; s < ADVISED_STATIONS; s++)
+            assert_true(isnan(known.read_in[s]) == (s % 2 == 1));
+    }
+    struct rig rig;
+    uint64_t noise = 1;
+    draw_rig(&rig, SCORE_SURVEYED | SCORE_HALF, &noise);
+    for (unsigned i = 1; i < MR_TRANSDUCERS; i += 2)
+        assert_true(rig.missing[i]);
+}
+
+/* A plan that is told without an error is the braking; braked harder, it is less than that. */
+static void a_plan_is_off_by_what_it_is_told_to_be(void **state)
+{
+    (void)state;
+    const struct score_landing landing = {.number = 2,
+                                          .speed_ft_s = 30.0,
+                                          .knot_s = {0.0f, 1.0f, 2.0f},
+                                          .knot_ft_s2 = {5.0f, 5.0f, 5.0f}};
+    struct advised_told told = {.friction_times = 1.0, .harder = 1.0};
+    struct mr_risk_plan plan;
+    advised_draw_plan(&landing, 7, &told, &plan);
+    assert_true(fabs(advised_plan_mean_ft_s2(&plan) - 5.0) < 0.01 && plan.landings == 1.0f);
+    told.harder = 1.25;
+    advised_draw_plan(&landing, 7, &told, &plan);
+    assert_true(fabs(advised_plan_hardest_ft_s2(&plan) - 4.0) < 1e-6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_lost_is_no_number),
+        cmocka_unit_test(a_plan_is_off_by_what_it_is_told_to_be),
+        cmocka_unit_test(kinds_change_what_they_name),
+        cmocka_unit_test(pulses_keep_the_mean),
+        cmocka_unit_test(brier_by_hand),
+        cmocka_unit_test(a_rule_by_hand),
+        cmocka_unit_test(leads_by_hand),
         cmocka_unit_test(areas_by_hand),
         cmocka_unit_test(zones_drawn_by_hand),
         cmocka_unit_test(errors_by_hand),

@@ -10,11 +10,13 @@
  * draws; drawn here: what the board is told of them, its budget and level, which stations it sees,
  * whether it is surveyed again, and what fails. Exit: 0; 2 usage; 3 a file. */
 #include <errno.h>
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/risk.h"
 #include "tests/runs/runfile.h"
 #include "tests/score/truth.h"
 
@@ -124,6 +126,41 @@ static void add_survey(const struct score_landing *landing, uint64_t *state)
     }
 }
 
+/* In two landings of three the board is given a plan, in most of these with a chart that may say
+ * anything. As the board goes by the landings that it has seen a gear in, some charts are refused
+ * as another runway's. */
+static void add_chart(const struct score_landing *landing)
+{
+    uint64_t state = 0xc4a70000u + 16u * truth.series.number + landing->number;
+    double kind = score_uniform(&state), off = fmax(0.5, 1.0 + 0.15 * score_normal(&state));
+    struct mr_risk_plan plan;
+    unsigned words = 0;
+    if (kind < 0.33)
+        return;
+    mr_risk_plan_clear(&plan);
+    plan.speed_ft_s = (float)(landing->speed_ft_s * between(&state, 0.95, 1.05));
+    for (unsigned k = 0; k < SCORE_KNOTS; k++) {
+        plan.knot_s[k] = landing->knot_s[k];
+        plan.knot_ft_s2[k] = landing->knot_ft_s2[k] * (float)off;
+    }
+    for (unsigned r = 0; kind > 0.5 && r < MR_RISK_ROWS; r++) {
+        plan.landings = (float)(landing->number - 1u);
+        plan.row_ft_s2[r] = 3.0f + 1.5f * (float)r;
+        plan.row_odds[r] = (float)between(&state, -4.0, 4.0);
+        plan.row_wave_odds[r] = (float)between(&state, -4.0, 4.0);
+    }
+    for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
+        float value = mr_risk_item(&plan, i);
+        int32_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        if (!isnan(value))
+            syn_run_add(&run, "command %.3f serial chart-word %u %" PRId32 "\n",
+                        0.400 + 0.002 * words++, i, bits);
+    }
+    syn_run_add(&run, "command %.3f serial chart-take %" PRId32 "\n", 0.400 + 0.002 * words,
+                (int32_t)mr_risk_plan_crc(&plan));
+}
+
 static void add_samples(const struct score_landing *landing, const struct fitted *fitted)
 {
     unsigned still = (unsigned)(BEGIN_S * RATE_HZ + 0.5);
@@ -164,6 +201,7 @@ static bool write_run(const char *folder, unsigned number, const struct score_la
     syn_run_numbers(&run, "gap_end_in", gap_in, SCORE_JOINTS);
     if (surveyed)
         add_survey(landing, state);
+    add_chart(landing);
     syn_run_add(&run, "command %.3f can arm %u\n", ARM_S, landing->number);
     syn_run_add(&run, "command %.3f can disarm\n", stop_s + REST_S);
     add_samples(landing, fitted);

@@ -1,11 +1,10 @@
 /* score: how good the predictor's zones and warnings are on landings that are not its own model.
  * See README.md.
  *
- *   score FOLDER FROM COUNT [LEVEL [calibrate|planar|elastic]]
+ *   score FOLDER FROM COUNT [LEVEL [calibrate|KIND]]
  *                         series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on
  *                         stdout. LEVEL of the predictor: 0 full, 1 two mats in one, 2 four, 3
- *                         plough. planar: the truth is of the planar model; elastic: the gear has
- *                         weight, and the ground gives way
+ *                         plough. KIND of truth: truth.h
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
 #include <errno.h>
@@ -38,7 +37,8 @@ static int work(const struct files *files, const char *folder, unsigned from, un
                 unsigned level, enum score_kind kind, unsigned job)
 {
     static struct score_truth truth;
-    const struct score_sink sink = {put_look, put_outcome, (void *)(uintptr_t)files};
+    const struct score_sink sink = {
+        .look = put_look, .outcome = put_outcome, .ctx = (void *)(uintptr_t)files};
     int code = 0;
     for (unsigned n = from + job; n < from + count; n += JOBS) {
         if (!score_truth_get(&truth, n, kind, folder)) {
@@ -73,15 +73,15 @@ int main(int argc, char **argv)
     pid_t child[JOBS];
     int code = 0;
     bool calibrates = argc == 6 && strcmp(argv[5], "calibrate") == 0;
-    enum score_kind kind = argc == 6 && strcmp(argv[5], "planar") == 0  ? SCORE_PLANAR
-                         : argc == 6 && strcmp(argv[5], "elastic") == 0 ? SCORE_ELASTIC
-                                                                        : SCORE_CHAIN;
+    enum score_kind kind = argc == 6 && !calibrates ? score_kind_find(argv[5]) : SCORE_CHAIN;
     unsigned level = argc > 4 ? (unsigned)atoi(argv[4]) : 0;
-    if (argc < 4 || argc > 6 || (argc == 6 && !calibrates && kind == SCORE_CHAIN) || level > 3 ||
-        atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
-        fprintf(stderr,
-                "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|planar|elastic]] (series "
-                "FROM and on, below 65535; LEVEL 0 to 3)\n");
+    if (argc < 4 || argc > 6 || kind == SCORE_KINDS || level > 3 || atoi(argv[2]) < 0 ||
+        atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
+        fprintf(
+            stderr,
+            "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|KIND]] (series FROM and on, "
+            "below 65535; LEVEL 0 to 3; KIND: chain, planar, elastic, late, shut, patchy, heavy, "
+            "pulsed)\n");
         return 2;
     }
     for (unsigned j = 0; j < JOBS; j++) {

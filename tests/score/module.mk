@@ -1,12 +1,28 @@
 # The predictor on landings that are not its model.
-score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out tests/score/main.c tests/score/before.c,$(wildcard tests/score/*.c)))
+score_programs := risk closed waves
+score_mains := $(patsubst %,tests/score/%.c,main $(score_programs) foresight foresight_table foresight_diagram)
+score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out $(score_mains),$(wildcard tests/score/*.c)))
+$(patsubst %,$(B)/tests/score/%,$(score_programs)): %: %.o $(score_parts) $(host_lib) $(common_lib)
+	$(call link,$(HOST_LIBS))
 $(B)/tests/score/score: $(B)/tests/score/main.o $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
-$(B)/tests/score/before: $(B)/tests/score/before.o $(score_parts) $(host_lib) $(common_lib)
+$(B)/tests/score/foresight: $(patsubst %,$(B)/tests/score/%.o,foresight foresight_table foresight_diagram) $(score_parts) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
-test-programs: $(B)/tests/score/score $(B)/tests/score/before
+test-programs: $(patsubst %,$(B)/tests/score/%,score $(score_programs) foresight)
 
 .PHONY: score
 score: $(B)/tests/score/score ## longer | the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt
 	@mkdir -p $(B)/score
 	$(B)/tests/score/score $(B)/score $(or $(FROM),0) $(or $(SERIES),500) $(if $(KIND),0 $(KIND)) | tee $(B)/score/table.txt
+
+.PHONY: score-foresight
+score-foresight: $(B)/tests/score/foresight ## longer | FROM=700 SERIES=60: what is said before touchdown and during a landing, on perturbed truths, against simple rules: build/score/foresight.txt, foresight-*.svg (an hour)
+	@mkdir -p $(B)/score
+	$(B)/tests/score/foresight $(B)/score learn
+	$(B)/tests/score/foresight $(B)/score play $(or $(FROM),700) $(or $(SERIES),60)
+	$(B)/tests/score/foresight $(B)/score table $(or $(FROM),700) $(or $(SERIES),60) | tee $(B)/score/foresight.txt
+
+.PHONY: score-closed
+score-closed: $(B)/tests/score/closed ## longer | FROM=1100 SERIES=60: what a brake release, eased or not, would have come to, closed loop, without and with the share of the thrust measured: build/score/closed.txt (10 min)
+	@mkdir -p $(B)/score
+	@for share in "" share; do $(B)/tests/score/closed $(B)/score planar $(or $(FROM),1100) $(or $(SERIES),60) $$share || exit; echo; done | tee $(B)/score/closed.txt

@@ -50,7 +50,8 @@ static void draw_rig(struct rig *rig, unsigned view, uint64_t *state)
         rig->station_ft[i] = view & SCORE_UPFIELD ? 10.0f * (float)(i + 1)
                                                   : 40.0f + 10.0f * (float)i;
         rig->gain[i] = 1.0 + GAIN_ERROR * score_normal(state);
-        rig->missing[i] = score_uniform(state) < 0.25 && some;
+        rig->missing[i] = (score_uniform(state) < 0.25 && some) || view & SCORE_BLIND ||
+                          (view & SCORE_HALF && i % 2);
         if (view & SCORE_UPFIELD && i == 7)
             rig->station_ft[i] = NAN; /* 10 to 70 is seven */
     }
@@ -126,6 +127,13 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
             event_s = 1e-3 * SCORE_LOOK_MS * k;
     }
     return event_s;
+}
+
+double score_event_s(const struct score_landing *landing)
+{
+    static struct score_zone zones[SCORE_LOOKS_MAX];
+    int16_t most = 0;
+    return event_of(landing, zones, &most);
 }
 
 static void rank_waves(const struct player *player, const struct score_landing *landing, double t_s,
@@ -220,7 +228,7 @@ static void play_landing(struct player *player, const struct score_landing *land
     for (unsigned i = 0; i < SCORE_LIMITS; i++)
         outcome.reach_s[i] = NAN;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
-    if (player->view & SCORE_SURVEYED) {
+    if (player->view & SCORE_SURVEYED && (landing->number == 1 || !(player->view & SCORE_ONCE))) {
         read_survey(landing, player->slack_in, &player->noise);
         mr_predictor_survey(&player->predictor, player->slack_in);
     } else {
@@ -228,6 +236,8 @@ static void play_landing(struct player *player, const struct score_landing *land
             player->slack_in[s] = landing->number == 1 ? LAID_SUM_IN : player->left_in[s];
     }
     mr_predictor_arm(&player->predictor);
+    if (player->sink->armed)
+        player->sink->armed(player->sink->ctx, &player->predictor, landing);
     unsigned last = isnan(landing->wave_s) ? (unsigned)(landing->stop_s * 1000.0) + 300u
                                            : (unsigned)(landing->wave_s * 1000.0f);
     for (unsigned ms = 0; ms < last; ms++) {
@@ -240,6 +250,8 @@ static void play_landing(struct player *player, const struct score_landing *land
         if (ms % SCORE_LOOK_MS == 0 && ms / SCORE_LOOK_MS < landing->looks)
             look(player, landing, ms / SCORE_LOOK_MS, zones, &input, &outcome);
         mr_predictor_block(&player->predictor, &input);
+        if (player->sink->block)
+            player->sink->block(player->sink->ctx, &player->predictor, &input, ms);
     }
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         outcome.doubted =

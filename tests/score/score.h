@@ -9,8 +9,17 @@
 #include "common/predictor.h"
 #include "tests/score/truth.h"
 
-/* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70. */
-enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
+/* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70; the score's
+ * tables have these four. Or without any transducer, without every second one, surveyed before the
+ * first landing of a series alone. */
+enum {
+    SCORE_SURVEYED = 1,
+    SCORE_UPFIELD = 2,
+    SCORE_VIEWS = 4,
+    SCORE_BLIND = 4,
+    SCORE_HALF = 8,
+    SCORE_ONCE = 16
+};
 /* series below have made the stated errors: those are held against the others only */
 #define SCORE_TRAINED 310
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
@@ -83,8 +92,16 @@ struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft);
 struct score_sink {
     void (*look)(void *ctx, const struct score_look *look);
     void (*outcome)(void *ctx, const struct score_outcome *outcome);
+    /* NULL or: the predictor is armed; and has taken the block of `ms` */
+    void (*armed)(void *ctx, const struct mr_predictor *predictor,
+                  const struct score_landing *landing);
+    void (*block)(void *ctx, const struct mr_predictor *predictor,
+                  const struct mr_predictor_input *input, unsigned ms);
     void *ctx;
 };
+/* When the wheel first comes to a zone of SCORE_EVENT_MATS, from the first row; NaN: it does not.
+ */
+double score_event_s(const struct score_landing *landing);
 void score_play(const struct score_truth *truth, unsigned view, unsigned level,
                 const struct score_sink *sink);
 

@@ -9,11 +9,8 @@
 #include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 
-#define VERSION         4u /* of the files; a truth of another one is computed anew */
-#define PLANAR_VERSION  5u
-#define ELASTIC_VERSION 6u
-#define ELASTIC_STEP_S  5e-5
 #define STEP_S          2.5e-5
+#define ELASTIC_STEP_S  5e-5
 #define G_FT_S2         32.174
 #define GEAR_LB         1300.0
 #define AXLES           12.0
@@ -31,6 +28,52 @@
 #define LOOK_MOST_FT    118.0 /* the runway ends at 120 ft */
 #define LEAD_S          0.4   /* rolling on the track before touchdown */
 #define SWITCH_ERROR_FT (0.02 / 12.0)
+
+/* Kinds of truth: what each changes of the first one, whose zeros change nothing. */
+static const struct kind {
+    const char *name; /* of its files */
+    uint32_t version; /* of its files; a truth of another one is computed anew */
+    bool planar, elastic, late;
+    /* so many of the joints are open by no more than that; the others as they would be */
+    double shut_share, shut_most_in;
+    /* runs of joints, alternately open by no more than that and by no less than the other */
+    double patch_mats[2], patch_most_in, patch_least_in;
+    double tail; /* exponent of Pareto's distribution that closing resistances have */
+    /* anti-skid: a second, what is left of the braking, for what part of the time */
+    double pulse_hz[2], pulse_left[2], pulse_part[2];
+} kinds[SCORE_KINDS] = {
+    [SCORE_CHAIN] = {.name = "truth", .version = 7},
+    [SCORE_PLANAR] = {.name = "planar", .version = 8, .planar = true},
+    [SCORE_ELASTIC] = {.name = "elastic", .version = 9, .elastic = true},
+    [SCORE_LATE] = {.name = "late", .version = 10, .late = true},
+    [SCORE_SHUT] = {.name = "shut", .version = 1, .shut_share = 0.8, .shut_most_in = 0.004},
+    [SCORE_PATCHY] = {.name = "patchy",
+                      .version = 1,
+                      .patch_mats = {5.0, 40.0},
+                      .patch_most_in = 0.010,
+                      .patch_least_in = 0.020},
+    [SCORE_HEAVY] = {.name = "heavy", .version = 1, .tail = 1.5},
+    [SCORE_PULSED] = {.name = "pulsed",
+                      .version = 1,
+                      .pulse_hz = {3.0, 8.0},
+                      .pulse_left = {0.2, 0.5},
+                      .pulse_part = {0.25, 0.45}},
+};
+#define TAIL_MOST    20.0 /* of the mean: no joint resists more */
+#define PULSE_EDGE_S 0.015
+
+const char *score_kind_name(enum score_kind kind)
+{
+    return kind == SCORE_CHAIN ? "chain" : kinds[kind].name;
+}
+
+enum score_kind score_kind_find(const char *name)
+{
+    unsigned kind = 0;
+    while (kind < SCORE_KINDS && strcmp(name, score_kind_name((enum score_kind)kind)) != 0)
+        kind++;
+    return (enum score_kind)kind;
+}
 
 double score_uniform(uint64_t *state)
 {
@@ -82,7 +125,29 @@ struct gear {
     double v0_ft_s, touchdown_ft, touchdown_s;
     double first_ft_s2, last_ft_s2, bend_from_s, bend_to_s, onset_s;
     double ripple[3], ripple_hz[3], turn[3];
+    double pulse_hz, pulse_left, pulse_part;
+    struct score_release release; /* from_s NaN: not released */
 };
+
+static double released(const struct score_release *release, double t_s, double a_ft_s2)
+{
+    double drag_ft_s2 = release->drag_ft_s2, most_ft_s2 = release->most_ft_s2;
+    if (!(release->pulse_s > 0.0) || a_ft_s2 <= most_ft_s2)
+        return fmin(a_ft_s2, most_ft_s2);
+    double braked = (most_ft_s2 - drag_ft_s2) / (a_ft_s2 - drag_ft_s2),
+           part = fmod(t_s - release->from_s, release->pulse_s) / release->pulse_s;
+    return part >= 1.0 - braked ? a_ft_s2 : fmin(a_ft_s2, drag_ft_s2);
+}
+
+/* Of the braking, 1 on the mean. */
+static double pulse_of(const struct gear *gear, double since_s)
+{
+    double edge = PULSE_EDGE_S * gear->pulse_hz, mean = gear->pulse_part - edge,
+           most = (1.0 - gear->pulse_left * mean) / (1.0 - mean),
+           at = fmod(since_s * gear->pulse_hz, 1.0),
+           deep = fmin(fmax(fmin(at, gear->pulse_part - at) / edge, 0.0), 1.0);
+    return most + deep * (gear->pulse_left - most);
+}
 
 static double braking_ft_s2(const struct gear *gear, double t_s)
 {
@@ -96,8 +161,10 @@ static double braking_ft_s2(const struct gear *gear, double t_s)
     for (int i = 0; i < 3; i++)
         wave += gear->ripple[i] *
                 sin(6.283185307179586 * (gear->ripple_hz[i] * since_s + gear->turn[i]));
-    return onset * onset * (3.0 - 2.0 * onset) *
-           (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
+    double a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) *
+                     (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave *
+                     (gear->pulse_hz > 0.0 ? pulse_of(gear, since_s) : 1.0);
+    return t_s >= gear->release.from_s ? released(&gear->release, t_s, a_ft_s2) : a_ft_s2;
 }
 
 static void draw_gear(struct gear *gear, const struct score_series *series, uint64_t *state)
@@ -112,11 +179,46 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
     gear->bend_from_s = between(state, 0.2, 2.0);
     gear->bend_to_s = gear->bend_from_s + between(state, 0.3, 3.0);
     gear->onset_s = between(state, 0.03, 0.1);
+    gear->pulse_hz = 0.0;
+    gear->release = (struct score_release){.from_s = (double)NAN};
     for (int i = 0; i < 3; i++) {
         gear->ripple[i] = between(state, 0.003, 0.02);
         gear->ripple_hz[i] = between(state, 0.5, 6.0);
         gear->turn[i] = score_uniform(state);
     }
+}
+
+/* Light, then hard: for 30 to 70 % of the way a third to two thirds of what would stop it evenly;
+ * then what still stops it there. */
+static void brake_late(struct gear *gear, uint64_t *state)
+{
+    double v0_ft_s = gear->v0_ft_s, stop_ft = between(state, 60.0, 114.0) - gear->touchdown_ft,
+           mean_ft_s2 = v0_ft_s * v0_ft_s / (2.0 * stop_ft),
+           light_ft = between(state, 0.3, 0.7) * stop_ft;
+    gear->first_ft_s2 = between(state, 0.33, 0.67) * mean_ft_s2;
+    double v1_ft_s = sqrt(v0_ft_s * v0_ft_s - 2.0 * gear->first_ft_s2 * light_ft);
+    gear->last_ft_s2 = v1_ft_s * v1_ft_s / (2.0 * (stop_ft - light_ft));
+    gear->bend_from_s = (v0_ft_s - v1_ft_s) / gear->first_ft_s2;
+    gear->bend_to_s = gear->bend_from_s + between(state, 0.1, 0.3);
+}
+
+/* The brake lets go and takes hold again, so many times a second. */
+static void brake_in_pulses(struct gear *gear, const struct kind *kind, uint32_t number,
+                            uint32_t landing)
+{
+    uint64_t state = 0x9b150000u + 8u * number + landing;
+    gear->pulse_hz = between(&state, kind->pulse_hz[0], kind->pulse_hz[1]);
+    gear->pulse_left = between(&state, kind->pulse_left[0], kind->pulse_left[1]);
+    gear->pulse_part = between(&state, kind->pulse_part[0], kind->pulse_part[1]);
+}
+
+static void note_braking(const struct gear *gear, struct score_landing *landing)
+{
+    landing->knot_s[0] = 0.0f;
+    landing->knot_s[1] = (float)gear->bend_from_s;
+    landing->knot_s[2] = (float)gear->bend_to_s;
+    landing->knot_ft_s2[0] = landing->knot_ft_s2[1] = (float)gear->first_ft_s2;
+    landing->knot_ft_s2[2] = (float)gear->last_ft_s2;
 }
 
 /* Path of the thrust, looks and edges. */
@@ -234,7 +336,7 @@ static void find_wave(struct score_landing *landing, const struct sim_result *re
 
 static bool land(const struct score_series *series, struct score_landing *landing,
                  enum score_kind kind, const double *gap_ft, const double *grit_lb,
-                 double *gap_end_ft, uint64_t *state)
+                 double *gap_end_ft, uint64_t *state, const struct score_release *release)
 {
     static struct sim_path_row rows[SCORE_ROWS_MAX];
     static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
@@ -243,8 +345,15 @@ static bool land(const struct score_series *series, struct score_landing *landin
     struct sim_result result;
     struct gear gear;
     size_t count;
-    bool planar = kind == SCORE_PLANAR;
+    bool planar = kinds[kind].planar, elastic = kinds[kind].elastic;
     draw_gear(&gear, series, state);
+    if (kinds[kind].late)
+        brake_late(&gear, state);
+    if (kinds[kind].pulse_hz[1] > 0.0)
+        brake_in_pulses(&gear, &kinds[kind], series->number, landing->number);
+    if (release)
+        gear.release = *release;
+    note_braking(&gear, landing);
     roll(landing, &gear, series, rows, &count, state);
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
@@ -262,11 +371,11 @@ static bool land(const struct score_series *series, struct score_landing *landin
         looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
-    bool good = kind == SCORE_CHAIN ||
-                (planar ? make_planar : make_elastic)(&scene, series->number, &error);
-    const struct sim_options options = {.dt_s = planar                ? PLANAR_STEP_S
-                                              : kind == SCORE_ELASTIC ? ELASTIC_STEP_S
-                                                                      : STEP_S,
+    bool good = (!planar || make_planar(&scene, series->number, &error)) &&
+                (!elastic || make_elastic(&scene, series->number, &error));
+    const struct sim_options options = {.dt_s = planar  ? PLANAR_STEP_S
+                                              : elastic ? ELASTIC_STEP_S
+                                                        : STEP_S,
                                         .rtol = planar ? 0.0 : 0.5,
                                         .sample_dt_s = 1e-3 * SCORE_ROW_MS,
                                         .station_ft = stations_ft,
@@ -316,7 +425,35 @@ static bool land(const struct score_series *series, struct score_landing *landin
     return true;
 }
 
-static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind)
+/* Joints as the kind has them, from a state of its own: what else a series draws stays as it is in
+ * the first truth. */
+static void change_joints(const struct kind *kind, const struct score_series *series,
+                          double *gap_ft, double *grit_lb)
+{
+    uint64_t state = 0x901475000u + series->number;
+    bool open = score_uniform(&state) < 0.5;
+    for (int j = 0, until = 0; j < SCORE_JOINTS; j++) {
+        if (score_uniform(&state) < kind->shut_share)
+            gap_ft[j] = kind->shut_most_in * score_uniform(&state) / 12.0;
+        if (j == until && kind->patch_most_in > 0.0) {
+            until += (int)between(&state, kind->patch_mats[0], kind->patch_mats[1]);
+            open = !open;
+        }
+        if (kind->patch_most_in > 0.0)
+            gap_ft[j] = (open ? fmin(between(&state, kind->patch_least_in, GAP_MOST_IN), SLACK_IN)
+                              : kind->patch_most_in * score_uniform(&state)) /
+                        12.0;
+        if (kind->tail > 0.0)
+            grit_lb[j] =
+                series->grit_mean_lb *
+                fmin((1.0 - 1.0 / kind->tail) * pow(1.0 - score_uniform(&state), -1.0 / kind->tail),
+                     TAIL_MOST);
+    }
+}
+
+/* `before`: NULL, or what is before each landing. */
+static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                    struct score_before *before)
 {
     static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
     uint64_t state = 0x5c0e0000u + number;
@@ -328,21 +465,46 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
         gap_ft[j] = fmin(GAP_MOST_IN * score_uniform(&state), SLACK_IN) / 12.0;
         grit_lb[j] = draw_grit_lb(&truth->series, &state);
     }
+    change_joints(&kinds[kind], &truth->series, gap_ft, grit_lb);
     for (uint32_t i = 0; i < truth->series.landings; i++) {
         struct score_landing *landing = &truth->landing[i];
         landing->number = i + 1;
         for (int j = 0; j < SCORE_JOINTS; j++)
             landing->gap_in[j] = (float)(12.0 * gap_ft[j]);
-        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state))
+        if (before) {
+            memcpy(before[i].gap_ft, gap_ft, sizeof gap_ft);
+            memcpy(before[i].grit_lb, grit_lb, sizeof grit_lb);
+            before[i].state = state;
+        }
+        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state, NULL))
             return false;
-        if (kind == SCORE_PLANAR && landing->rows == 0) {
+        if (kinds[kind].planar && landing->rows == 0) {
             truth->series.landings = i;
             break;
         }
-        if (kind == SCORE_PLANAR && !isnan(landing->wave_s))
+        if (kinds[kind].planar && !isnan(landing->wave_s))
             truth->series.landings = i + 1; /* the runway has to be laid again */
     }
     return true;
+}
+
+bool score_truth_compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                         struct score_before before[SCORE_LANDINGS])
+{
+    return compute(truth, number, kind, before);
+}
+
+bool score_truth_released(const struct score_series *series, enum score_kind kind, uint32_t number,
+                          const struct score_before *before, const struct score_release *release,
+                          struct score_landing *landing)
+{
+    static double end_ft[SCORE_JOINTS];
+    uint64_t state = before->state;
+    memset(landing, 0, sizeof *landing);
+    landing->number = number;
+    landing->wave_s = NAN;
+    return land(series, landing, kind, before->gap_ft, before->grit_lb, end_ft, &state, release) &&
+           landing->rows > 0;
 }
 
 /* A landing on disk: only the rows and looks it has. */
@@ -357,7 +519,7 @@ static bool carry(struct score_landing *landing, enum score_kind kind, FILE *fil
            move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
            move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) ==
                landing->looks &&
-           (kind != SCORE_PLANAR || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
+           (!kinds[kind].planar || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
 }
 
 static size_t put(void *from, size_t size, size_t count, FILE *file)
@@ -368,8 +530,7 @@ static size_t put(void *from, size_t size, size_t count, FILE *file)
 static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *file,
                       size_t (*move)(void *, size_t, size_t, FILE *))
 {
-    static const uint32_t versions[] = {VERSION, PLANAR_VERSION, ELASTIC_VERSION};
-    const uint32_t expected = versions[kind];
+    const uint32_t expected = kinds[kind].version;
     uint32_t version = expected;
     if (move(&version, sizeof version, 1, file) != 1 || version != expected ||
         move(&truth->series, sizeof truth->series, 1, file) != 1 ||
@@ -385,20 +546,19 @@ static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *fil
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
                      const char *folder)
 {
-    static const char *const names[] = {"truth", "planar", "elastic"};
     char path[512], made[528];
-    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, names[kind], number);
+    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, kinds[kind].name, number);
     snprintf(made, sizeof made, "%s.new", path);
     FILE *file = fopen(path, "rb");
     if (file) {
         bool good = carry_all(truth, kind, file, fread);
         fclose(file);
-        for (uint32_t i = 0; good && kind != SCORE_PLANAR && i < truth->series.landings; i++)
+        for (uint32_t i = 0; good && !kinds[kind].planar && i < truth->series.landings; i++)
             truth->landing[i].wave_s = NAN;
         if (good)
             return true;
     }
-    if (!compute(truth, number, kind))
+    if (!compute(truth, number, kind, NULL))
         return false;
     file = fopen(made, "wb");
     if (!file || !carry_all(truth, kind, file, put) || fclose(file) != 0 ||

@@ -5,14 +5,25 @@
  * on ground that is uneven under the joints, by up to 0.043 in, the same in all landings of a
  * series. A bow wave ends the series. Or the chain again under a gear that has its weight, on four
  * axle lines, and ground that gives way under it and springs back (elements/gear.h): what the mats
- * are pushed by is then no thrust of one axle. */
+ * are pushed by is then no thrust of one axle. Or the chain again, braked lightly for the first
+ * part of its way, then hard; with other openings, other resistances, or braked in pulses. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-enum score_kind { SCORE_CHAIN, SCORE_PLANAR, SCORE_ELASTIC };
+enum score_kind {
+    SCORE_CHAIN,
+    SCORE_PLANAR,
+    SCORE_ELASTIC,
+    SCORE_LATE,
+    SCORE_SHUT,   /* a runway nearly closed: four joints of five are open by 0.004 in at most */
+    SCORE_PATCHY, /* 5 to 40 mats nearly closed, then as many open */
+    SCORE_HEAVY,  /* closing resistances with a heavy tail */
+    SCORE_PULSED, /* anti-skid: the brake lets go 3 to 8 times a second */
+    SCORE_KINDS
+};
 
 #define SCORE_MATS      420
 #define SCORE_JOINTS    (SCORE_MATS + 1)
@@ -23,6 +34,7 @@ enum score_kind { SCORE_CHAIN, SCORE_PLANAR, SCORE_ELASTIC };
 #define SCORE_ROWS_MAX  4000
 #define SCORE_LOOKS_MAX 320
 #define SCORE_SWITCHES  24
+#define SCORE_KNOTS     3 /* of the braking's profile, straight lines between */
 #define SCORE_MAT_FT    (2.0 / 7.0)
 
 /* What the series is, and what of it is told to the predictor. */
@@ -44,6 +56,8 @@ struct score_landing {
     double speed_ft_s, stop_s, stop_ft, touchdown_s;               /* time 0: the first row */
     float edge_s[SCORE_SWITCHES + 8], edge_ft[SCORE_SWITCHES + 8]; /* nominal stations */
     float gap_in[SCORE_JOINTS];                                    /* before */
+    /* braking as it is meant, without onset and ripple: time from touchdown */
+    float knot_s[SCORE_KNOTS], knot_ft_s2[SCORE_KNOTS];
     float u_in[SCORE_ROWS_MAX][SCORE_STATIONS];
     float wheel_ft[SCORE_LOOKS_MAX], speed_at_ft_s[SCORE_LOOKS_MAX];
     /* hundredths of a mil, 1e-5 in; 0: pressed together */
@@ -56,9 +70,32 @@ struct score_truth {
     struct score_landing landing[SCORE_LANDINGS];
 };
 
+const char *score_kind_name(enum score_kind kind);
+/* SCORE_KINDS: there is none of that name. */
+enum score_kind score_kind_find(const char *name);
+
 /* Series `number`, from the cache in `folder` or computed and put there. False: told on stderr. */
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
                      const char *folder);
+
+/* Before each landing of a series: what it takes to play it again. */
+struct score_before {
+    double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
+    uint64_t state;
+};
+/* The series with what was before each of its landings; never from the cache. */
+bool score_truth_compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
+                         struct score_before before[SCORE_LANDINGS]);
+/* From a time on a landing is braked by no more than that; or, in pulses that last `pulse_s`, by
+ * all of its brake and by `drag_ft_s2` in turn, so that the mean is that. */
+struct score_release {
+    double from_s, most_ft_s2;  /* time 0: the first row */
+    double pulse_s, drag_ft_s2; /* pulse_s 0: no pulses */
+};
+/* A landing again, its brake released. */
+bool score_truth_released(const struct score_series *series, enum score_kind kind, uint32_t number,
+                          const struct score_before *before, const struct score_release *release,
+                          struct score_landing *landing);
 
 /* Uniform in 0..1 and standard normal from a state. */
 double score_uniform(uint64_t *state);

@@ -288,6 +288,13 @@
   };
   const quietWords = () => (state.zone.mats > 0 ? 'longest closed run: ' + state.zone.mats + ' mats; warned of from ' + configuration.limits.warning_mats : 'no closed joints ahead') +
     (state.verdict && state.verdict.since_us > 0 ? '; advised at ' + clock(state.verdict.since_us) + ': ' + state.verdict.since_reason : '');
+  /* Of the landing: the probability of a zone, from where on the lamp warns, the time to where failure is expected. */
+  const riskWords = () => {
+    const r = state.risk;
+    if (!r || r.risk === null) return '';
+    return '; risk ' + fixed(r.risk, 2) + (r.wave !== null ? ', of a bow wave ' + fixed(r.wave, 2) : '') + (r.lamp_limit !== null ? ' (the lamp warns from ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ' by chart and plan' : r.of_plan ? ' by the plan' : '') +
+      (r.failure_s !== null ? ', failure expected at ' + shown(r.failure_ft, 'station', 1) + ' in ' + fixed(r.failure_s, 2) + ' s' : '') + (r.release ? '; brake release ' + r.release : '');
+  };
   const showWarning = () => {
     const w = state.warning, box = $('warning'), past = !w.on && w.since_us > 0;
     box.hidden = !(w.on || (past && seen !== w.since_us));
@@ -301,9 +308,9 @@
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
     document.title = (w.on ? '▲ WARNING · ' : advises ? 'advisory · ' : '') + state.state + ' · matrig live';
     sound(w.on);
-    if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(state.zone));
-    else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. No warning: the lamp is dark');
-    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', quietWords());
+    if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(state.zone) + riskWords());
+    else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. No warning: the lamp is dark' + riskWords());
+    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', quietWords() + riskWords());
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
   const showBoard = () => {

@@ -258,30 +258,30 @@ static void of_the_chip(uint32_t which)
         if (IDR_E >> 3 & 1u)
             results[2] = 1;
         break;
-    case 41: /* by PE7 */
-        if (IDR_E >> 7 & 1u)
+    case 41: /* by PE15 */
+        if (IDR_E >> 15 & 1u)
             results[2] = 1;
         break;
     case 42: /* keeps everything */ kept = IDR_E; break;
     case 43: /* reads, and drops it */ (void)IDR_E; break;
-    case 44: /* reads PE7 until it is high, as if somebody were there */
-        while (!(*(volatile uint16_t *)0x40021010u & 1u << 7))
+    case 44: /* reads PE15 until it is high, as if somebody were there */
+        while (!(*(volatile uint16_t *)0x40021010u & 1u << 15))
             ;
         break;
-    case 45: /* PE7 comes to nothing in the end */ results[2] = (IDR_E & 0x88u) >> 3 & 1u; break;
+    case 45: /* PE15 comes to nothing in the end */ results[2] = (IDR_E & 0x8008u) >> 3 & 1u; break;
     case 46: /* reads on and on, and drops it until it is told to keep it */
         for (;;) {
             uint32_t read = IDR_E;
             if (control[1])
                 kept = read;
         }
-    case 47: /* PE7, dropped by one caller and kept by another */
+    case 47: /* PE15, dropped by one caller and kept by another */
         for (unsigned i = 0; i < 100; i++)
             (void)read_e();
-        results[2] = read_e() >> 7 & 1u;
+        results[2] = read_e() >> 15 & 1u;
         break;
     case 48: /* PE3 alone, by its alias */ read_alias(3, 1); break;
-    case 49: /* PE3 often, then PE7, by their aliases */ read_alias(7, 100); break;
+    case 49: /* PE3 often, then PE15, by their aliases */ read_alias(15, 100); break;
     default: break;
     }
     results[3] = kept;

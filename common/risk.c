@@ -1,0 +1,491 @@
+#include "common/risk.h"
+
+#include "common/crc32.h"
+#include "common/wire.h"
+
+#define G_FT_S2             32.174f
+#define BLOCK_S             1e-3f
+#define ZONE_MATS           50.0f
+#define MOST_ZONES          3.0f /* longer zones say no more */
+#define OVER_MATS           40.0f
+#define OVER_BY_MATS        20.0f
+#define STEP_S              0.05f
+#define STEPS               240u
+#define LEAST_FT_S2         0.1f
+#define SLOW_FT_S           2.0f /* a slower wheel comes to no zone */
+#define KNOWN_FT_S          2.0f /* so much the plan must have lost before it is compared */
+#define MET_LEAST           0.6f
+#define MET_MOST            1.6f
+#define OFF_BLOCKS          300u
+#define SPEED_OFF           0.15f
+#define HARDER              1.05f
+#define MUCH_HARDER         1.15f
+#define MOST_COUNT          6.0f
+#define LEAST_EXPECTED_MATS 30u
+
+static const float weights[MR_RISK_SETS][MR_RISK_INPUTS] = {
+#include "common/risk_weights.def"
+};
+
+static bool between(float x, float least, float most)
+{
+    return x >= least && x <= most;
+}
+
+/* --- what is given --- */
+
+void mr_risk_plan_clear(struct mr_risk_plan *plan)
+{
+    for (unsigned i = 0; i < MR_RISK_ITEMS; i++)
+        (void)mr_risk_item_set(plan, i, MR_NAN);
+}
+
+static float *item_of(struct mr_risk_plan *plan, unsigned item)
+{
+    float *const list[] = {plan->row_ft_s2,     plan->row_odds, plan->row_ft,
+                           plan->row_wave_odds, plan->knot_s,   plan->knot_ft_s2};
+    static const unsigned count[] = {MR_RISK_ROWS, MR_RISK_ROWS,  MR_RISK_ROWS,
+                                     MR_RISK_ROWS, MR_RISK_KNOTS, MR_RISK_KNOTS};
+    if (item < 2u)
+        return item ? &plan->speed_ft_s : &plan->landings;
+    item -= 2u;
+    for (unsigned i = 0; i < sizeof count / sizeof count[0]; i++) {
+        if (item < count[i])
+            return list[i] + item;
+        item -= count[i];
+    }
+    return NULL;
+}
+
+float mr_risk_item(const struct mr_risk_plan *plan, unsigned item)
+{
+    struct mr_risk_plan copy = *plan;
+    const float *at = item_of(&copy, item);
+    return at ? *at : MR_NAN;
+}
+
+bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value)
+{
+    float *at = item_of(plan, item);
+    if (!at)
+        return false;
+    *at = __builtin_isnan(value) ? MR_NAN : value;
+    return true;
+}
+
+uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan)
+{
+    uint32_t crc = 0;
+    for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
+        uint8_t bytes[4];
+        float value = mr_risk_item(plan, i);
+        mr_put_f32(bytes, __builtin_isnan(value) ? MR_NAN : value);
+        crc = mr_crc32(crc, bytes, sizeof bytes);
+    }
+    return crc;
+}
+
+static unsigned rows_of(const struct mr_risk_plan *plan)
+{
+    unsigned n = 0;
+    while (n < MR_RISK_ROWS && !__builtin_isnan(plan->row_ft_s2[n]))
+        n++;
+    return n;
+}
+
+static unsigned knots_of(const struct mr_risk_plan *plan)
+{
+    unsigned n = 0;
+    while (n < MR_RISK_KNOTS && !__builtin_isnan(plan->knot_s[n]))
+        n++;
+    return n;
+}
+
+static bool has_waves(const struct mr_risk_plan *plan)
+{
+    return !__builtin_isnan(plan->row_wave_odds[0]);
+}
+
+enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
+{
+    unsigned knots = knots_of(plan), rows = rows_of(plan);
+    if (!between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
+        return MR_USAGE;
+    for (unsigned i = 0; i < knots; i++) {
+        if (!between(plan->knot_s[i], 0.0f, 60.0f) || !between(plan->knot_ft_s2[i], 0.0f, 64.0f) ||
+            (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
+            return MR_USAGE;
+    }
+    if (!(plan->knot_ft_s2[knots - 1u] >= LEAST_FT_S2)) /* it would never stop */
+        return MR_USAGE;
+    if (rows && !between(plan->landings, 0.0f, 65535.0f))
+        return MR_USAGE;
+    for (unsigned i = 0; i < rows; i++) {
+        if (!between(plan->row_ft_s2[i], LEAST_FT_S2, 64.0f) ||
+            !between(plan->row_odds[i], -20.0f, 20.0f) ||
+            (i && !(plan->row_ft_s2[i] > plan->row_ft_s2[i - 1u])) ||
+            !(__builtin_isnan(plan->row_ft[i]) || between(plan->row_ft[i], -100.0f, 1e4f)) ||
+            !(has_waves(plan) ? between(plan->row_wave_odds[i], -20.0f, 20.0f)
+                              : __builtin_isnan(plan->row_wave_odds[i])))
+            return MR_USAGE;
+    }
+    return MR_OK;
+}
+
+/* Between points of rising `x`, constant outside of them. */
+static float on_line(const float *x, const float *y, unsigned count, float at)
+{
+    if (at <= x[0])
+        return y[0];
+    for (unsigned i = 1; i < count; i++) {
+        if (at < x[i])
+            return y[i - 1u] + (y[i] - y[i - 1u]) * ((at - x[i - 1u]) / (x[i] - x[i - 1u]));
+    }
+    return y[count - 1u];
+}
+
+static float plan_ft_s2(const struct mr_risk_state *risk, float since_s)
+{
+    return on_line(risk->plan.knot_s, risk->plan.knot_ft_s2, knots_of(&risk->plan), since_s);
+}
+
+static bool follows_plan(const struct mr_risk_state *risk)
+{
+    return risk->planned && !risk->left;
+}
+
+/* --- what is to come --- */
+
+/* By the plan, times how it was met, from this speed on. */
+static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
+{
+    float at_s = risk->since_s, way_ft = 0.0f, v_ft_s = speed_ft_s;
+    for (unsigned i = 0; i < STEPS && v_ft_s > 0.0f; i++) {
+        float a_ft_s2 = plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->met;
+        a_ft_s2 = a_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : a_ft_s2;
+        if (a_ft_s2 > HARDER * risk->hard_ft_s2) {
+            risk->hard_ft_s2 = a_ft_s2;
+            risk->hard_in_ft = way_ft;
+        }
+        float step_s = v_ft_s < a_ft_s2 * STEP_S ? v_ft_s / a_ft_s2 : STEP_S;
+        way_ft += (v_ft_s - 0.5f * a_ft_s2 * step_s) * step_s;
+        v_ft_s -= a_ft_s2 * STEP_S;
+        at_s += STEP_S;
+    }
+    if (v_ft_s > 0.0f) { /* a longer plan ends as it does */
+        float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->met;
+        way_ft += 0.5f * v_ft_s * v_ft_s / (last_ft_s2 < LEAST_FT_S2 ? LEAST_FT_S2 : last_ft_s2);
+    }
+    risk->way_ft = way_ft;
+}
+
+/* As it is braked now. */
+static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    float speed_ft_s = p->speed_ft_s;
+    float a_ft_s2 = p->deceleration_ft_s2 > LEAST_FT_S2 ? p->deceleration_ft_s2 : LEAST_FT_S2;
+    risk->hard_ft_s2 = a_ft_s2;
+    risk->hard_in_ft = 0.0f;
+    risk->way_ft = __builtin_isnan(speed_ft_s) ? MR_NAN : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
+}
+
+static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    risk->hard_ft_s2 = risk->hard_in_ft = 0.0f;
+    if (follows_plan(risk))
+        look_ahead_by_plan(risk,
+                           __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s : p->speed_ft_s);
+    else
+        look_ahead_as_now(risk, p);
+}
+
+/* The zone that the hardest braking to come would push together, from where it begins. */
+static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    const struct mr_chain *chain = &p->chain;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->group,
+          end_ft = group_ft * (float)chain->count;
+    float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
+                       ? risk->touchdown_ft
+                       : p->wheel_ft;
+    float from_ft = wheel_ft + risk->hard_in_ft, to_ft = wheel_ft + risk->way_ft;
+    risk->scan_group = chain->group;
+    risk->scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
+    if (!risk->scanning) {
+        risk->planned_mats = 0;
+        return;
+    }
+    to_ft = to_ft < end_ft ? to_ft : end_ft;
+    mr_zonescan_begin(&risk->scan, chain,
+                      &(struct mr_zonescan_order){
+                          .from = (uint16_t)(chain->count + 2u),
+                          .place = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
+                          .last_place = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
+                          .push_lb = p->config.thrust_lb_per_g * risk->hard_ft_s2 / G_FT_S2,
+                          .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb});
+}
+
+static void scan_on(struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    if (!follows_plan(risk) || p->level == MR_PREDICTOR_KINEMATIC) {
+        risk->scanning = false;
+        risk->planned_mats = 0;
+        return;
+    }
+    if (!risk->scanning || risk->scan_group != p->chain.group) {
+        look_ahead(risk, p);
+        begin_scan(risk, p);
+    }
+    if (!risk->scanning || !mr_zonescan_go(&risk->scan, &p->chain, MR_RISK_VISITS_PER_BLOCK))
+        return;
+    risk->planned_mats = risk->scan.found.coming * risk->scan_group;
+    risk->scanning = false;
+}
+
+/* --- a landing --- */
+
+void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
+                 const struct mr_predictor *p, float touchdown_ft)
+{
+    *risk = (struct mr_risk_state){.touchdown_ft = touchdown_ft, .met = 1.0f, .down_ft_s = MR_NAN};
+    mr_risk_plan_clear(&risk->plan);
+    if (!plan)
+        return;
+    risk->plan = *plan;
+    risk->planned = true;
+    look_ahead_by_plan(risk, plan->speed_ft_s);
+    risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->way_ft;
+    bool has_chart = rows_of(plan) > 0;
+    risk->charted = has_chart && plan->landings == (float)p->landings;
+    risk->old = has_chart && !risk->charted;
+}
+
+/* How the plan is met, from what it would have lost and what was. */
+static void follow_plan(struct mr_risk_state *risk, float speed_ft_s)
+{
+    risk->lost_ft_s += BLOCK_S * plan_ft_s2(risk, risk->since_s);
+    bool off = risk->down_ft_s > (1.0f + SPEED_OFF) * risk->plan.speed_ft_s ||
+               risk->down_ft_s < (1.0f - SPEED_OFF) * risk->plan.speed_ft_s;
+    if (risk->lost_ft_s > KNOWN_FT_S && speed_ft_s > 0.0f) {
+        float met = (risk->down_ft_s - speed_ft_s) / risk->lost_ft_s;
+        off = off || !between(met, MET_LEAST, MET_MOST);
+        risk->met = met < MET_LEAST ? MET_LEAST : met > MET_MOST ? MET_MOST : met;
+    }
+    risk->off_blocks = (uint16_t)(off ? risk->off_blocks + 1u : 0u);
+    risk->left = risk->left || risk->off_blocks >= OFF_BLOCKS;
+}
+
+void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *p,
+                   const struct mr_predictor_input *input)
+{
+    if (input->on_runway && p->speed_ft_s > 0.0f && !risk->down) {
+        risk->down = true;
+        risk->down_ft_s = p->speed_ft_s;
+    }
+    if (risk->down && follows_plan(risk))
+        follow_plan(risk, p->speed_ft_s);
+    if (risk->down)
+        risk->since_s += BLOCK_S;
+    scan_on(risk, p);
+}
+
+/* --- what is said --- */
+
+float mr_risk_logistic(float x)
+{
+    /* 2^n 2^f, f in -0.5 .. 0.5: Taylor's series to the seventh power */
+    float y = (x > 30.0f ? 30.0f : x < -30.0f ? -30.0f : x) * -1.44269504f;
+    int n = (int)(y < 0.0f ? y - 0.5f : y + 0.5f);
+    float z = (y - (float)n) * 0.69314718f;
+    float e = 1.0f +
+              z * (1.0f + z * (0.5f + z * (1.0f / 6.0f +
+                                           z * (1.0f / 24.0f + z * (1.0f / 120.0f +
+                                                                    z * (1.0f / 720.0f +
+                                                                         z * (1.0f / 5040.0f)))))));
+    for (; n > 0; n--)
+        e *= 2.0f;
+    for (; n < 0; n++)
+        e *= 0.5f;
+    return 1.0f / (1.0f + e);
+}
+
+static float zones(unsigned mats)
+{
+    float x = (float)mats / ZONE_MATS;
+    return x < MOST_ZONES ? x : MOST_ZONES;
+}
+
+/* About the length of which an event is. */
+static float over(unsigned mats)
+{
+    float x = ((float)mats - OVER_MATS) / OVER_BY_MATS;
+    return x < 0.0f ? 0.0f : x > 1.0f ? 1.0f : x;
+}
+
+static float up_to_one(unsigned mats)
+{
+    float x = (float)mats / ZONE_MATS;
+    return x < 1.0f ? x : 1.0f;
+}
+
+/* Mean opening of the joints from the wheel to where it stops, inches; of those that are known. */
+static float open_in(const struct mr_risk_state *risk, float wheel_ft, const float *left_in)
+{
+    float sum_in = 0.0f;
+    unsigned joints = 0;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float from_ft = MR_SEGMENT_LENGTH_FT * (float)s, to_ft = from_ft + MR_SEGMENT_LENGTH_FT;
+        if (to_ft <= wheel_ft || from_ft >= wheel_ft + risk->way_ft || __builtin_isnan(left_in[s]))
+            continue;
+        sum_in += left_in[s];
+        joints += MR_MATS_PER_SEGMENT;
+    }
+    return joints ? sum_in / (float)joints : 0.0f;
+}
+
+/* When the wheel is at the zone that is expected, and 10 to 15 mats inside it. */
+static void say_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
+                     struct mr_risk_said *said)
+{
+    float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS  ? zone->start_ft
+                   : zone->coming_mats >= LEAST_EXPECTED_MATS ? zone->coming_ft
+                                                              : MR_NAN;
+    said->start_s = said->failure_s = said->failure_ft = MR_NAN;
+    if (__builtin_isnan(start_ft) || !(p->speed_ft_s > 0.0f) || __builtin_isnan(p->wheel_ft))
+        return;
+    float ahead_ft = start_ft - p->wheel_ft;
+    said->failure_ft = start_ft + MR_RISK_FAILURE_MATS * p->config.chain.mat_length_ft;
+    said->start_s = mr_closure_lead_s(ahead_ft > 0.0f ? ahead_ft : 0.0f, p->speed_ft_s,
+                                      p->deceleration_ft_s2);
+    said->failure_s = mr_closure_lead_s(said->failure_ft - p->wheel_ft, p->speed_ft_s,
+                                        p->deceleration_ft_s2);
+}
+
+static unsigned basis_of(const struct mr_risk_state *risk, const struct mr_predictor *p,
+                         const struct mr_predictor_zone *zone)
+{
+    unsigned basis = follows_plan(risk) ? MR_RISK_OF_PLAN : 0u;
+    basis |= follows_plan(risk) && risk->charted ? MR_RISK_OF_CHART : 0u;
+    basis |= risk->left ? MR_RISK_PLAN_LEFT : 0u;
+    basis |= risk->old ? MR_RISK_CHART_OLD : 0u;
+    basis |= zone->basis & MR_PREDICTOR_BLIND ? MR_RISK_BLIND : 0u;
+    basis |= __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s) ? MR_RISK_NO_MOTION
+                                                                            : 0u;
+    basis |= p->braking ? MR_RISK_BRAKING_KNOWN : 0u;
+    return basis;
+}
+
+static enum mr_risk_reason reason_of(const struct mr_risk_state *risk,
+                                     const struct mr_predictor_zone *zone,
+                                     const struct mr_risk_said *said)
+{
+    if (__builtin_isnan(said->risk))
+        return MR_RISK_NOT_KNOWN;
+    if (said->basis & MR_RISK_STOPPED)
+        return MR_RISK_NO_REASON;
+    if (zone->mats >= MR_PREDICTOR_WARNING_MATS)
+        return MR_RISK_ZONE_THERE;
+    if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS)
+        return MR_RISK_ZONE_COMING;
+    if (risk->planned_mats >= MR_PREDICTOR_WARNING_MATS)
+        return MR_RISK_ZONE_PLANNED;
+    return said->basis & MR_RISK_OF_CHART && said->input[MR_RISK_CHART] > 0.0f ? MR_RISK_BY_ODDS
+                                                                               : MR_RISK_NO_REASON;
+}
+
+/* A plan alone counts while it is braked much harder later on: else what is measured now is better
+ * than what was planned. */
+static bool counts_plan(const struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    return follows_plan(risk) &&
+           (risk->charted || !p->braking || risk->hard_ft_s2 > MUCH_HARDER * p->deceleration_ft_s2);
+}
+
+static void take_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
+                        const struct mr_predictor_zone *zone, bool by_plan,
+                        struct mr_risk_said *said)
+{
+    struct mr_closure_zone closed;
+    float left_in[MR_SEGMENTS], *x = said->input;
+    bool blind = said->basis & MR_RISK_BLIND;
+    float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
+                       ? risk->touchdown_ft
+                       : p->wheel_ft;
+    look_ahead(risk, p);
+    bool planned = by_plan && counts_plan(risk, p),
+         charted = by_plan && said->basis & MR_RISK_OF_CHART;
+    if (!planned)
+        look_ahead_as_now(risk, p);
+    mr_predictor_find_kinematic(p, &closed, left_in);
+    x[MR_RISK_ONE] = 1.0f;
+    x[MR_RISK_COMING] = up_to_one(zone->coming_mats);
+    x[MR_RISK_KINEMATIC] = blind ? 0.0f : zones(closed.mats);
+    x[MR_RISK_OVER] = over(zone->coming_mats);
+    x[MR_RISK_BRAKING] = (risk->hard_ft_s2 < 20.0f ? risk->hard_ft_s2 : 20.0f) / 6.0f;
+    float still = 1.0f - (planned ? over(risk->planned_mats) : x[MR_RISK_OVER]);
+    x[MR_RISK_WAY] = still * (risk->way_ft < 150.0f ? risk->way_ft : 150.0f) / 50.0f;
+    x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
+    x[MR_RISK_COUNT] = ((float)p->landings < MOST_COUNT ? (float)p->landings : MOST_COUNT) / 3.0f;
+    x[MR_RISK_OPEN] = open_in(risk, wheel_ft, left_in) / 0.015f;
+    x[MR_RISK_PLANNED] = planned ? 0.5f * (up_to_one(risk->planned_mats) + over(risk->planned_mats))
+                                 : 0.0f;
+    x[MR_RISK_CHART] = 0.0f;
+    if (charted) {
+        x[MR_RISK_CHART] = on_line(risk->plan.row_ft_s2, risk->plan.row_odds, rows_of(&risk->plan),
+                                   risk->mean_ft_s2 * risk->met);
+    }
+    said->set = (charted   ? MR_RISK_BY_CHART
+                 : planned ? MR_RISK_BY_PLAN
+                           : MR_RISK_NO_PLAN) +
+                (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_BRAKED : 0u) +
+                (blind ? MR_RISK_NO_SENSOR : 0u);
+}
+
+static float by_rule(const struct mr_risk_said *said)
+{
+    float sum = 0.0f;
+    for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
+        sum += weights[said->set][i] * said->input[i];
+    return mr_risk_logistic(sum);
+}
+
+/* Of a bow wave. */
+static float wave_of(const struct mr_risk_state *risk, const struct mr_predictor *p)
+{
+    float ft_s2 = follows_plan(risk) ? risk->mean_ft_s2 * risk->met
+                : p->braking         ? p->deceleration_ft_s2
+                                     : MR_NAN;
+    if (!risk->charted || !has_waves(&risk->plan) || __builtin_isnan(ft_s2))
+        return MR_NAN;
+    return mr_risk_logistic(
+        on_line(risk->plan.row_ft_s2, risk->plan.row_wave_odds, rows_of(&risk->plan), ft_s2));
+}
+
+void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
+                 const struct mr_predictor_zone *zone, struct mr_risk_said *said)
+{
+    *said = (struct mr_risk_said){
+        .risk = MR_NAN, .wave = wave_of(risk, p), .basis = basis_of(risk, p, zone)};
+    say_lead(p, zone, said);
+    bool moves = !(said->basis & MR_RISK_NO_MOTION);
+    /* switches may be lost: then nothing is known of the motion that the rule rests on */
+    if ((moves || said->basis & MR_RISK_OF_PLAN) && !(p->moved && !moves)) {
+        take_inputs(risk, p, zone, true, said);
+        said->risk = by_rule(said);
+        /* what was expected does not outweigh a zone that is there */
+        if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
+            said->set >= MR_RISK_BY_PLAN) {
+            struct mr_risk_said without = *said;
+            take_inputs(risk, p, zone, false, &without);
+            without.risk = by_rule(&without);
+            if (without.risk > said->risk)
+                *said = without;
+        }
+    }
+    if (moves && risk->down && p->speed_ft_s < SLOW_FT_S) {
+        said->basis |= MR_RISK_STOPPED;
+        said->risk = 0.0f;
+        said->wave = __builtin_isnan(said->wave) ? MR_NAN : 0.0f;
+    }
+    said->reason = reason_of(risk, zone, said);
+}

@@ -1,0 +1,277 @@
+/* The record of warnings: a campaign made by hand, of which it is known by construction what came
+ * of each landing. The mats do not move; segments that were surveyed as closed are the zone. */
+#include "host/analyse/record.h"
+#include "tests/host/session.h"
+
+#define DB      "build/test-tmp/record.db"
+#define STOP_FT 79.5625 /* 3 + 35^2 / 16 */
+
+/* Closed from 57.14 to 74.29 ft: the wheel comes within 2 ft of it at (35 - sqrt(35^2 - 16 x
+ * 52.14)) / 8 = 1.904 s. The board warns in the first look 1 s after touchdown, if it does. */
+#define FAR_FIRST   20
+#define FAR_LAST    25
+#define FAR_AT_S    1.904
+#define WARNED_AT_S 1.0
+/* 14.29 to 31.43 ft: at 0.273 s */
+#define NEAR_FIRST  5
+#define NEAR_LAST   10
+#define NEAR_AT_S   0.273
+/* 77.14 to 94.29 ft: 53 mats ahead of where the wheel stands */
+#define LEFT_FIRST  27
+#define LEFT_LAST   32
+
+static void sql(const char *format, ...) __attribute__((format(printf, 1, 2)));
+static void sql(const char *format, ...)
+{
+    char statement[400], command[500];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(statement, sizeof statement, format, list);
+    va_end(list);
+    snprintf(command, sizeof command, "sqlite3 " DB " \"%s\"", statement);
+    assert_int_equal(system(command), 0);
+}
+
+/* Sums of 0.2 in, read anew before each landing; closed ones 0. */
+static void survey_anew(int run)
+{
+    sql("update slack set slack_in = 0.2 + 0.001 * %d where survey = (select id from surveys where "
+        "landing = %d)",
+        run, run);
+}
+static void survey_closed(int run, int first, int last)
+{
+    sql("update slack set slack_in = 0 where survey = (select id from surveys where landing = %d) "
+        "and segment between %d and %d",
+        run, first, last);
+}
+
+static struct session session;
+
+/* `landings` of them; one that is warned of where `warned` has a 1. */
+static void make(const char *warned)
+{
+    session_begin(&session, false, true);
+    stream_hello(&session.stream, MR_LAYOUT);
+    stream_configuration(&session.stream);
+    stream_idle(&session.stream, 300);
+    for (unsigned n = 1; *warned; n++, warned++) {
+        struct stream_truth truth = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .warn = *warned == '1'};
+        stream_landing(&session.stream, &truth, n);
+        stream_idle(&session.stream, 100);
+    }
+    session_log(&session, "record.db");
+    assert_no_error(&session.error);
+    store_close(session.store);
+    session.store = NULL;
+}
+
+static void reopen(void)
+{
+    store_open(DB, STORE_OPEN, &session.store, &session.error);
+    assert_no_error(&session.error);
+}
+
+static void load(struct record *record)
+{
+    assert_int_equal(record_load(session.store, NULL, 0, record, &session.error), MR_OK);
+}
+
+static void advise(int64_t after_run, const char *verdict, double zone, double planned_ft_s2)
+{
+    struct store_advice advice = {.made_us = 1,
+                                  .speed_ft_s = 35.0,
+                                  .deceleration_ft_s2 = planned_ft_s2,
+                                  .zone = zone,
+                                  .wave = (double)NAN,
+                                  .after_run = after_run};
+    snprintf(advice.verdict, sizeof advice.verdict, "%s", verdict);
+    snprintf(advice.reason, sizeof advice.reason, "by hand");
+    assert_int_equal(store_advice_add(session.store, &advice, &session.error), MR_OK);
+}
+
+static void see(int64_t run, const char *kind, const char *form)
+{
+    struct store_observation seen = {.run = run,
+                                     .made_us = 1,
+                                     .station_ft = 88.0,
+                                     .panels = STORE_NONE,
+                                     .height_in = (double)NAN,
+                                     .time_s = (double)NAN,
+                                     .withdraws = STORE_NONE};
+    snprintf(seen.kind, sizeof seen.kind, "%s", kind);
+    snprintf(seen.form, sizeof seen.form, "%s", form);
+    assert_int_equal(store_observation_add(session.store, &seen, &session.error), MR_OK);
+}
+
+static void is(const struct record *record, int run, enum record_verdict verdict,
+               enum outcome_basis basis)
+{
+    const struct record_row *row = &record->row[run - 1];
+    if (row->run != run || row->verdict != verdict || row->outcome.basis != basis)
+        fail_msg("RUN %d: %s by %s (%s), wanted %s by %s", run, record_verdict_text(row->verdict),
+                 outcome_basis_text(row->outcome.basis), row->why ? row->why : "",
+                 record_verdict_text(verdict), outcome_basis_text(basis));
+    if (verdict == RECORD_NOT_KNOWN)
+        assert_non_null(row->why);
+}
+
+static void each_kind(void **state)
+{
+    struct record record;
+    (void)state;
+    make("1010100101000");
+    for (int run = 1; run <= 13; run++)
+        survey_anew(run);
+    survey_closed(1, FAR_FIRST, FAR_LAST); /* warned, came */
+    survey_closed(2, FAR_FIRST, FAR_LAST); /* quiet, came */
+    /* 3: warned, did not come; 4: quiet, did not come */
+    sql("update slack set slack_in = 0.204 where survey = (select id from surveys where landing = "
+        "5)"); /* warned, but all of the survey but two segments is the one before landing 4 */
+    sql("update slack set slack_in = 0.1 where survey = (select id from surveys where landing = 5) "
+        "and segment < 2");
+    /* 6: quiet; a person saw a wave. 7: quiet; a two-panel wave, and an old survey */
+    sql("update slack set slack_in = 0.206 where survey = (select id from surveys where landing = "
+        "7)");
+    /* 8: warned, void */
+    survey_closed(9, NEAR_FIRST, NEAR_LAST);  /* came, quiet */
+    survey_closed(10, NEAR_FIRST, NEAR_LAST); /* warned after it came */
+    /* 11: quiet, not surveyed where a zone may be */
+    sql("update slack set slack_in = null where survey = (select id from surveys where landing = "
+        "11) and segment between %d and %d",
+        FAR_FIRST, FAR_LAST);
+    /* 12: quiet, its own survey is old; the one after it shows a zone at the wheel */
+    sql("update slack set slack_in = (select s.slack_in from slack s where s.segment = "
+        "slack.segment and s.survey = (select id from surveys where landing = 11)) where survey = "
+        "(select id from surveys where landing = 12)");
+    survey_closed(13, LEFT_FIRST, LEFT_LAST);
+    sql("insert into landing_changes (landing, made_us, field, value) values (8, 1, 'void', "
+        "'yes')");
+    reopen();
+    see(6, "wave", "");
+    see(7, "wave", "two-panel");
+    load(&record);
+    assert_int_equal(record.rows, 13);
+    is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
+    is(&record, 2, RECORD_MISS, OUTCOME_TRANSDUCERS);
+    is(&record, 3, RECORD_FALSE, OUTCOME_TRANSDUCERS);
+    is(&record, 4, RECORD_SILENCE, OUTCOME_TRANSDUCERS);
+    is(&record, 5, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
+    is(&record, 6, RECORD_MISS, OUTCOME_SEEN);
+    is(&record, 7, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
+    is(&record, 8, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
+    is(&record, 9, RECORD_MISS, OUTCOME_TRANSDUCERS);
+    is(&record, 10, RECORD_LATE, OUTCOME_TRANSDUCERS);
+    is(&record, 11, RECORD_NOT_KNOWN, OUTCOME_NOTHING);
+    is(&record, 12, RECORD_MISS, OUTCOME_SURVEY_AFTER);
+    is(&record, 13, RECORD_MISS, OUTCOME_TRANSDUCERS); /* the same zone, before it */
+    assert_int_equal(record.landings, 12);
+    assert_int_equal(record.voided, 1);
+    assert_int_equal(record.verdict[RECORD_HIT], 1);
+    assert_int_equal(record.verdict[RECORD_LATE], 1);
+    assert_int_equal(record.verdict[RECORD_MISS], 5);
+    assert_int_equal(record.verdict[RECORD_FALSE], 1);
+    assert_int_equal(record.unknown_warned, 1);
+    /* looks are 20 ms apart; the board looks every 50 ms */
+    assert_near(record.row[0].outcome.t_s, FAR_AT_S, 0.021);
+    assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
+    assert_near(record.lead_median_s, FAR_AT_S - WARNED_AT_S, 0.06);
+    assert_near(record.row[8].outcome.t_s, NEAR_AT_S, 0.021);
+    assert_int_equal(record.row[0].outcome.mats, 60);
+    assert_near(record.row[0].outcome.start_ft, 57.14, 0.1);
+    assert_int_equal(record.row[11].outcome.left_mats, 52); /* 79.56 to 94.29 ft */
+    record_free(&record);
+    session_end(&session);
+}
+
+static void advice_and_what_came(void **state)
+{
+    struct record record;
+    (void)state;
+    make("0000000000");
+    for (int run = 1; run <= 10; run++) {
+        survey_anew(run);
+        if (run % 2)
+            survey_closed(run, FAR_FIRST, FAR_LAST);
+    }
+    reopen();
+    for (int run = 1; run <= 10; run++) { /* odd ones come: said 0.8, the others 0.3 */
+        if (run == 4)
+            advise(run - 1, "against", 0.99, 8.0); /* taken back by the next */
+        advise(run - 1, run % 2 ? "against" : "clear", run % 2 ? 0.8 : 0.3, 8.0);
+    }
+    advise(10, "caution", 0.5, 8.0);
+    load(&record);
+    assert_int_equal(record.advices, 10);
+    assert_int_equal(record.replaced, 1);
+    assert_int_equal(record.to_come, 1);
+    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_CAME], 5);
+    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_DID_NOT], 0);
+    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_DID_NOT], 5);
+    assert_int_equal(record.said.count, 10);
+    assert_near(record.said.brier, (5 * 0.04 + 5 * 0.09) / 10.0, 1e-12);
+    assert_near(record.said.climatology, 0.25, 1e-12);
+    record_free(&record);
+
+    /* Planned at 5 ft/s2 and braked at 8: another landing, and one score too few. */
+    advise(1, "against", 0.9, 5.0);
+    load(&record);
+    assert_int_equal(record.off_plan, 1);
+    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_DID_NOT], 4);
+    assert_int_equal(record.said.count, 9);
+    assert_true(isnan(record.said.brier));
+    record_free(&record);
+    session_end(&session);
+}
+
+/* A warned landing without a zone in which the release was asked for: what would have come? */
+static void released(void **state)
+{
+    struct record record;
+    (void)state;
+    make("11");
+    survey_anew(1);
+    survey_anew(2);
+    sql("insert into events (session, boot, landing, board_us, host_us, kind, code, detail, value, "
+        "links) values (1, 0, 2, 9000000, 1, 'release', 1, 1, 9000, 1)");
+    reopen();
+    load(&record);
+    is(&record, 1, RECORD_FALSE, OUTCOME_TRANSDUCERS);
+    is(&record, 2, RECORD_NOT_KNOWN, OUTCOME_TRANSDUCERS);
+    assert_int_equal(record.asked, 1);
+    assert_int_equal(record.released, 1);
+    record_free(&record);
+    session_end(&session);
+}
+
+/* Whoever has loaded a landing need not wait for it again, and gets the same. */
+static void given(void **state)
+{
+    struct record record;
+    static struct measured measured;
+    struct zones zones;
+    (void)state;
+    make("1");
+    survey_closed(1, FAR_FIRST, FAR_LAST);
+    reopen();
+    assert_int_equal(measured_load(session.store, 1, &measured, &session.error), MR_OK);
+    assert_int_equal(zones_load(session.store, &measured, &zones, &session.error), MR_OK);
+    const struct record_given there = {&measured, &zones};
+    assert_int_equal(record_load(session.store, &there, 1, &record, &session.error), MR_OK);
+    is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
+    record_free(&record);
+    zones_free(&zones);
+    measured_free(&measured);
+    session_end(&session);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_kind),
+        cmocka_unit_test(advice_and_what_came),
+        cmocka_unit_test(released),
+        cmocka_unit_test(given),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
