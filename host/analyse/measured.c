@@ -142,18 +142,17 @@ static unsigned find_hidden(const struct measured *measured)
     return 0;
 }
 
-/* The first of several switches between the last seen and the stop, which is then a line carried on:
- * they are broken, or the gear stood before them. One may be broken. */
+/* The first of several switches between the last seen and the stop, a line carried on then:
+ * broken, or the gear stood before them. One alone may be broken. */
 static unsigned find_silent(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     unsigned first = 0, silent = 0;
-    for (unsigned p = 0; p < 64; p++) {
+    for (unsigned p = 0; p < 64; p++)
         if (measured->fitted & ~measured->seen & 1ull << p &&
             measured->switch_ft[p] > measured->gate[measured->gates - 1].station_ft &&
             measured->switch_ft[p] < stop->value - 3.0 * stop->error)
             first = silent++ ? first : p + 1;
-    }
     return silent > 1 ? first : 0;
 }
 
