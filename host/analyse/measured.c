@@ -202,7 +202,7 @@ static void fit_gear(struct measured *measured)
     /* A stop that nobody watched is a guess that looks like a measurement: a record that ends
      * before it has none. Nor has one without the last edges: the gear seems to roll on. */
     measured->hidden_switch = measured->edges_told ? 0 : find_hidden(measured);
-    measured->silent_switch = find_silent(measured);
+    measured->silent_switch = ends_before_stop(measured) ? 0 : find_silent(measured);
     if (measured->unheard_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
         ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
