@@ -196,9 +196,12 @@ static enum mr_status slack(struct collector *collector, const struct side *side
         (known->slack_in == segment.slack_in ||
          (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
+    /* a board that began again in a landing has forgotten its survey: the landing had it */
+    bool forgotten = collector->segment_known[message->segment] && !isnan(known->slack_in) &&
+                     isnan(segment.slack_in);
     *known = segment;
     collector->segment_known[message->segment] = true;
-    return side->current
+    return side->current && !forgotten
              ? store_segment_put(collector->store, side->current->row.id, &segment, error)
              : MR_OK;
 }

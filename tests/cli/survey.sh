@@ -188,6 +188,14 @@ report_has_them() {
         [ "$(grep -o 'class="line s[0-9]"' "$tmp/a.html" | wc -l)" -ge 9 ]
 }
 
+# The board that begins again has no survey, and says so; the landing was armed with one.
+outlives_a_power_cut() {
+    printf 'matrig-faults 1\nat 4.7 power-cut 30\n' >"$tmp/cut.faults" &&
+        build/matrig-board --elf build/firmware/matrig.elf --rig tests/runs/landing5.run --faults "$tmp/cut.faults" --can "file:$tmp/cut.can" \
+            --serial "file:$tmp/cut.serial" 2>"$tmp/cut.board" && $matrig --quiet log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt"
+    sqlite3 "$tmp/cut.db" 'select count(slack_in) from slack' | grep -x 42 && $matrig predict "$tmp/cut.db" 1 | grep 'again .* all the same to the last bit'
+}
+
 check "168 readings at full speed" full_speed
 check "killed at any moment, at most one is lost, and it goes on" killed
 check "doubts, undo, skip, notes" doubts
@@ -198,6 +206,7 @@ check "a caliper on a serial line" caliper
 check "given to a board and read back" loads
 check "over CAN, and a part" loads_over_can_a_part
 check "a partial one ends" bash -c "$matrig survey $tmp/d.db --edges none --end | grep -q ', ended' && $matrig survey $tmp/d.db --list | grep -vq 'goes on'"
+check "of a landing in which the board lost its power, it stays" outlives_a_power_cut
 check "the report shows them, and runs nothing" report_has_them
 check "no such survey" fails_with 2 'no survey 9: .*a.db; it has 1 to 3' $matrig survey "$tmp/a.db" --show --survey 9
 check "silly words" fails_with 2 'one at a time' $matrig survey "$tmp/a.db" --show --list
