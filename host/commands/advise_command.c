@@ -49,7 +49,8 @@ static enum mr_status read_profile(const char *text, bool si, struct advise_prof
                                    struct error *error)
 {
     double last_s = -1.0;
-    for (const char *at = text; *at;) {
+    bool more = true;
+    for (const char *at = text; more;) {
         size_t length = strcspn(at, ","), colon = strcspn(at, ":,");
         double t_s, a;
         if (colon >= length || !part(at, colon, "s", "s", &t_s) ||
@@ -57,14 +58,16 @@ static enum mr_status read_profile(const char *text, bool si, struct advise_prof
             !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
             return error_set(error, MR_USAGE,
                              "not a profile: '%s' for --profile; give times and decelerations, "
-                             "such as 0s:4ft/s2,2s:8ft/s2, times ascending",
+                             "such as 0s:4ft/s2,2s:8ft/s2, times ascending from 0 to 60 s, "
+                             "decelerations of 0 to 60 ft/s2",
                              text);
         if (profile->count == ADVISE_PROFILE)
             return error_set(error, MR_USAGE, "more than %u points: --profile; leave some out",
                              ADVISE_PROFILE);
         profile->t_s[profile->count] = last_s = t_s;
         profile->factor[profile->count++] = a;
-        at += length + (at[length] == ',');
+        more = at[length] == ',';
+        at += length + more;
     }
     return MR_OK;
 }

@@ -142,6 +142,9 @@ check "a speed as a deceleration" fails_with 2 "not in ft/s2: '5m/s'" $matrig ad
 check "no number" fails_with 2 'not a number' $matrig advise "$db" --speed fast
 check "too few members" fails_with 2 'out of range|64 to' $matrig advise "$db" --members 8
 check "beyond the runway" fails_with 2 'not on the runway: touchdown at 150.0 ft' $matrig advise "$db" --station 150 --speed 30 --deceleration 5
+for profile in '' '0s:4,' '0s:4,59s:64' '0s:4,61s:5'; do
+    check "no profile: '$profile'" fails_with 2 "not a profile: '$profile' .*0 to 60 ft/s2" $matrig advise "$db" --speed 30 --profile "$profile"
+done
 check "a profile that is none" fails_with 2 "not a profile: '4,8'" $matrig advise "$db" --speed 30 --profile 4,8
 check "times of a profile that go back" fails_with 2 'times ascending' $matrig advise "$db" --speed 30 --profile 2s:4,1s:8
 check "a profile that does not stop" fails_with 2 'no stop' $matrig advise "$db" --speed 30 --profile 0s:4,2s:0
