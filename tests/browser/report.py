@@ -54,7 +54,7 @@ def make_hostile(path):
     return changed
 
 
-SECTIONS = ["summary", "cumulative", "zones", "tension", "predictor", "compared", "journal", "survey", "run1", "run2", "provenance"]
+SECTIONS = ["summary", "cumulative", "zones", "tension", "record", "predictor", "compared", "journal", "survey", "run1", "run2", "provenance"]
 PICTURES = ["cumulative displacement", "peak movement", "zones of each landing", "average change of band tension", "opening of joints", "speed and deceleration",
             "displacement of eight", "displacement against distance", "zone map", "zone that the board told of", "band tensions", "change of tension along", "movement of the mat, measured and simulated"]
 # Text of a picture that another text covers, or that leaves its picture; a number or name must be readable.
