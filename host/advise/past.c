@@ -25,28 +25,15 @@ static void blank(double sum_in[MR_SEGMENTS])
 static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                   double sum_in[MR_SEGMENTS], double *error_in, struct error *error)
 {
-    static struct survey survey; /* tens of kilobytes */
     static struct survey_found found;
-    struct store_gage_survey *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
-    for (size_t i = count; status == MR_OK && i-- > 0;) {
-        if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
-            continue;
-        status = survey_get(store, rows[i].id, &survey, error);
-        if (status == MR_OK)
-            status = survey_find(store, &survey, &found, error);
-        if (status != MR_OK || !found.slack.surveyed)
-            continue;
-        for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-            const struct survey_estimate *segment = &found.slack.segment[s];
-            sum_in[s] = segment->value_in;
-            if (segment->error_in > *error_in)
-                *error_in = segment->error_in;
-        }
-        break;
+    bool there;
+    enum mr_status status = survey_find_between(store, from_us, to_us, &found, &there, error);
+    for (unsigned s = 0; status == MR_OK && there && s < MR_SEGMENTS; s++) {
+        const struct survey_estimate *segment = &found.slack.segment[s];
+        sum_in[s] = segment->value_in;
+        if (segment->error_in > *error_in)
+            *error_in = segment->error_in;
     }
-    free(rows);
     return status;
 }
 

@@ -7,7 +7,6 @@
 #include "common/closure.h"
 #include "common/wire.h"
 #include "host/store/store_journal.h"
-#include "host/store/store_survey.h"
 #include "host/survey/campaign.h"
 
 #define STEP_SAMPLES  20  /* of 1 ms: the wheel rolls 0.7 ft at most */
@@ -59,26 +58,15 @@ static enum mr_status told_survey(struct store *store, int64_t run, int64_t run_
 static enum mr_status gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                   struct zones_closure *slack, struct error *error)
 {
-    static struct survey survey; /* tens of kilobytes */
     static struct survey_found found;
-    struct store_gage_survey *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
-    for (size_t i = count; status == MR_OK && i-- > 0;) {
-        if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
-            continue;
-        status = survey_get(store, rows[i].id, &survey, error);
-        if (status == MR_OK)
-            status = survey_find(store, &survey, &found, error);
-        if (status != MR_OK || !found.slack.surveyed)
-            continue;
-        slack->surveyed = found.slack.surveyed;
-        for (unsigned s = 0; s < MR_SEGMENTS; s++)
-            slack->slack_in[s] = (float)found.slack.segment[s].value_in;
-        break;
-    }
-    free(rows);
-    return status;
+    bool there;
+    enum mr_status status = survey_find_between(store, from_us, to_us, &found, &there, error);
+    if (status != MR_OK || !there)
+        return status;
+    slack->surveyed = found.slack.surveyed;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        slack->slack_in[s] = (float)found.slack.segment[s].value_in;
+    return MR_OK;
 }
 
 /* ---- transducers ---- */

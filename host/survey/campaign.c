@@ -162,3 +162,23 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
     worst_bow(found);
     return status;
 }
+
+enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
+                                   struct survey_found *found, bool *there, struct error *error)
+{
+    static struct survey survey; /* tens of kilobytes */
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    *there = false;
+    for (size_t i = count; status == MR_OK && !*there && i-- > 0;) {
+        if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
+            continue;
+        status = survey_get(store, rows[i].id, &survey, error);
+        if (status == MR_OK)
+            status = survey_find(store, &survey, found, error);
+        *there = status == MR_OK && found->slack.surveyed > 0;
+    }
+    free(rows);
+    return status;
+}

@@ -31,5 +31,9 @@ enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern,
                                struct survey *survey, bool *found, struct error *error);
 enum mr_status survey_find(struct store *store, const struct survey *survey,
                            struct survey_found *found, struct error *error);
+/* What the newest one comes to that was begun between two moments and tells of segments; *there
+ * false: none. */
+enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
+                                   struct survey_found *found, bool *there, struct error *error);
 
 #endif
