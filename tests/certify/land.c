@@ -13,20 +13,14 @@
 #include <string.h>
 
 #include "host/sim/sim.h"
-#include "tests/runs/runfile.h"
+#include "tests/board/truth_run.h"
 #include "tests/score/score.h"
-#include "tests/score/truth.h"
 
-#define ARM_S           0.6
-#define BEGIN_S         0.9 /* the truth's time 0 */
-#define REST_S          0.9 /* after the stop: the board waits 0.5 s */
-#define STORE_S         1.2 /* then it keeps the runway */
-#define SEGMENTS        42
-#define TRANSDUCERS     8
-#define FIRST_STATION   4 /* transducer 1, in tens of feet */
-#define RATE_HZ         (1000 / SCORE_ROW_MS)
-#define SURVEY_ERROR_IN 0.005
-#define LANDINGS_MOST   8
+#define ARM_S         0.6
+#define REST_S        0.9 /* after the stop: the board waits 0.5 s */
+#define STORE_S       1.2 /* then it keeps the runway */
+#define FIRST_STATION 4   /* transducer 1, in tens of feet */
+#define LANDINGS_MOST 8
 
 /* The rig of host/campaign/series/rig.json; brake as in tests/runs: it takes hold within 50 ms. */
 #define RIG                                                                                      \
@@ -164,49 +158,6 @@ static bool land(const char *name, const char *keys, const struct braked *braked
 
 /* ---- files ---- */
 
-static void add_switches(const struct score_landing *landing)
-{
-    for (unsigned i = 0; i < SCORE_SWITCHES; i++) {
-        double at_ft = -2.5 + 5.0 * i, t_s = (double)NAN;
-        for (unsigned k = 0; k < landing->edges; k++) {
-            if (fabs((double)landing->edge_ft[k] - at_ft) < 0.1)
-                t_s = BEGIN_S + (double)landing->edge_s[k];
-        }
-        syn_run_add(&run, "switch %u %.1f %.6f ", i + 1, at_ft, at_ft);
-        if (isnan(t_s))
-            syn_run_add(&run, "-\n");
-        else
-            syn_run_add(&run, "%.9f\n", t_s);
-    }
-}
-
-static void add_survey(const struct score_landing *landing, uint64_t *state)
-{
-    for (unsigned s = 0; s < SEGMENTS; s++) {
-        double sum_in = SURVEY_ERROR_IN * score_normal(state);
-        for (unsigned j = 0; j < 10; j++)
-            sum_in += (double)landing->gap_in[10 * s + j];
-        syn_run_add(&run, "command %.3f serial survey %u %.3f\n", 0.300 + 0.002 * s, s,
-                    fmax(0.0, sum_in));
-    }
-}
-
-static void add_samples(const struct score_landing *landing)
-{
-    unsigned still = (unsigned)(BEGIN_S * RATE_HZ + 0.5);
-    syn_run_add(&run, "samples %u %d\n", still + landing->rows, RATE_HZ);
-    for (unsigned k = 0; k < still + landing->rows; k++) {
-        long row[SYN_SAMPLE_CHANNELS];
-        for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS; i++)
-            row[i] = 10000; /* bands that nothing pulls at: 100 lb */
-        for (unsigned i = 0; i < TRANSDUCERS; i++)
-            row[i] = k < still
-                       ? 0
-                       : lround((double)landing->u_in[k - still][FIRST_STATION - 1 + i] * 1e5);
-        syn_run_sample(&run, row);
-    }
-}
-
 /* The longest true zone that the wheel comes to, as score_event_s looks for it. */
 static int most_mats(const struct score_landing *landing)
 {
@@ -226,28 +177,28 @@ static bool write_run(const char *folder, const char *name, const struct score_l
                       double touchdown_ft, uint64_t *state)
 {
     char file[512];
-    double gap_in[SCORE_JOINTS], stop_s = BEGIN_S + landing->stop_s,
+    double gap_in[SCORE_JOINTS], stop_s = TRUTH_BEGIN_S + landing->stop_s,
                                  event_s = score_event_s(landing);
-    event_s = isnan(event_s) ? -1.0 : BEGIN_S + event_s;
+    event_s = isnan(event_s) ? -1.0 : TRUTH_BEGIN_S + event_s;
     for (unsigned j = 0; j < SCORE_JOINTS; j++)
         gap_in[j] = (double)landing->gap_in[j];
     syn_run_clear(&run);
     syn_run_add(&run, "matrig-run 1\nprovenance synthetic: series %s, by tests/certify/land.c\n",
                 name);
     syn_run_add(&run, "landing %u\nduration_s %.3f\n", landing->number, stop_s + REST_S + STORE_S);
-    syn_run_add(&run, "touchdown %.6f %.9f\n", touchdown_ft, BEGIN_S + landing->touchdown_s);
+    syn_run_add(&run, "touchdown %.6f %.9f\n", touchdown_ft, TRUTH_BEGIN_S + landing->touchdown_s);
     syn_run_add(&run, "truth event_s %.3f\ntruth most_mats %d\n", event_s, most_mats(landing));
-    add_switches(landing);
-    for (unsigned i = 0; i < TRANSDUCERS; i++)
+    truth_run_switches(&run, landing);
+    for (unsigned i = 0; i < TRUTH_TRANSDUCERS; i++)
         syn_run_add(&run, "transducer %u %.1f\n", i + 1, 10.0 * (FIRST_STATION + i));
-    for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS - TRANSDUCERS; i++)
+    for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS - TRUTH_TRANSDUCERS; i++)
         syn_run_add(&run, "gage %u %.1f %u\n", i + 1, 15.0 + 10.0 * (i % 7), i / 7 + 1);
     syn_run_numbers(&run, "gap_in", gap_in, SCORE_JOINTS);
     syn_run_numbers(&run, "gap_end_in", gap_in, SCORE_JOINTS);
-    add_survey(landing, state);
+    truth_run_survey(&run, landing, state);
     syn_run_add(&run, "command %.3f can arm %u\n", ARM_S, landing->number);
     syn_run_add(&run, "command %.3f can disarm\n", stop_s + REST_S);
-    add_samples(landing);
+    truth_run_samples(&run, landing, FIRST_STATION);
     snprintf(file, sizeof file, "%s/%s-%u.run", folder, name, landing->number);
     if (!syn_run_write(&run, file)) {
         fprintf(stderr, "land: %s: %s\n", file, strerror(errno));

@@ -17,18 +17,12 @@
 #include <string.h>
 
 #include "common/risk.h"
-#include "tests/runs/runfile.h"
-#include "tests/score/truth.h"
+#include "tests/board/truth_run.h"
 
-#define FIRST_SERIES    7000u /* others than the score's */
-#define ARM_S           0.6
-#define BEGIN_S         0.9 /* the truth's time 0 */
-#define REST_S          0.9 /* after the stop: the board waits 0.5 s */
-#define STORE_S         1.2 /* then it keeps the runway */
-#define SEGMENTS        42
-#define TRANSDUCERS     8
-#define RATE_HZ         (1000 / SCORE_ROW_MS)
-#define SURVEY_ERROR_IN 0.005
+#define FIRST_SERIES 7000u /* others than the score's */
+#define ARM_S        0.6
+#define REST_S       0.9 /* after the stop: the board waits 0.5 s */
+#define STORE_S      1.2 /* then it keeps the runway */
 
 static struct syn_run run;
 static struct score_truth truth;
@@ -61,7 +55,7 @@ static bool write_settings(const char *folder, unsigned number, struct fitted *f
     if (!file)
         return false;
     fitted->first = score_uniform(state) < 0.6 ? 4 : 1 + (unsigned)(3.0 * score_uniform(state));
-    for (unsigned i = 0; i < TRANSDUCERS; i++)
+    for (unsigned i = 0; i < TRUTH_TRANSDUCERS; i++)
         fprintf(file, "channel[%u].station_ft = %u\n", i + 1, 10 * (fitted->first + i));
     fprintf(file, "predict.friction = %.4f\n", truth.series.told_friction);
     fprintf(file, "predict.grit_lb = %.3f\n", 10.0 * exp(between(state, -0.5, 0.5)));
@@ -83,47 +77,20 @@ static bool write_faults(const char *folder, unsigned number, double stop_s, uin
     if (!file)
         return false;
     fputs("matrig-faults 1\n", file);
-    double kind = score_uniform(state), at_s = BEGIN_S + between(state, 0.0, 0.8) * stop_s;
+    double kind = score_uniform(state), at_s = TRUTH_BEGIN_S + between(state, 0.0, 0.8) * stop_s;
     unsigned lost = kind < 0.33 ? 0
                   : kind < 0.6  ? 1
                   : kind < 0.75 ? 3
-                  : kind < 0.85 ? TRANSDUCERS
+                  : kind < 0.85 ? TRUTH_TRANSDUCERS
                                 : 0;
-    unsigned from = (unsigned)between(state, 0.0, TRANSDUCERS);
+    unsigned from = (unsigned)between(state, 0.0, TRUTH_TRANSDUCERS);
     for (unsigned i = 0; i < lost; i++)
         fprintf(file, "at %.3f transducer %u %s\n", at_s + 0.01 * i,
-                (from + 3 * i) % TRANSDUCERS + 1, how[(from + i) % 3]);
+                (from + 3 * i) % TRUTH_TRANSDUCERS + 1, how[(from + i) % 3]);
     unsigned skipped = kind < 0.85 ? 0 : kind < 0.95 ? 2 : SCORE_SWITCHES;
     for (unsigned i = 0; i < skipped; i++)
         fprintf(file, "at 0.5 switch %u skip\n", skipped == SCORE_SWITCHES ? i + 1 : from + 5 + i);
     return fclose(file) == 0;
-}
-
-static void add_switches(const struct score_landing *landing)
-{
-    for (unsigned i = 0; i < SCORE_SWITCHES; i++) {
-        double at_ft = -2.5 + 5.0 * i, t_s = (double)NAN;
-        for (unsigned k = 0; k < landing->edges; k++) {
-            if (fabs((double)landing->edge_ft[k] - at_ft) < 0.1)
-                t_s = BEGIN_S + (double)landing->edge_s[k];
-        }
-        syn_run_add(&run, "switch %u %.1f %.6f ", i + 1, at_ft, at_ft);
-        if (isnan(t_s))
-            syn_run_add(&run, "-\n");
-        else
-            syn_run_add(&run, "%.9f\n", t_s);
-    }
-}
-
-static void add_survey(const struct score_landing *landing, uint64_t *state)
-{
-    for (unsigned s = 0; s < SEGMENTS; s++) {
-        double sum_in = SURVEY_ERROR_IN * score_normal(state);
-        for (unsigned j = 0; j < 10; j++)
-            sum_in += (double)landing->gap_in[10 * s + j];
-        syn_run_add(&run, "command %.3f serial survey %u %.3f\n", 0.300 + 0.002 * s, s,
-                    fmax(0.0, sum_in));
-    }
 }
 
 /* In two landings of three the board is given a plan, in most of these with a chart that may say
@@ -161,27 +128,11 @@ static void add_chart(const struct score_landing *landing)
                 (int32_t)mr_risk_plan_crc(&plan));
 }
 
-static void add_samples(const struct score_landing *landing, const struct fitted *fitted)
-{
-    unsigned still = (unsigned)(BEGIN_S * RATE_HZ + 0.5);
-    syn_run_add(&run, "samples %u %d\n", still + landing->rows, RATE_HZ);
-    for (unsigned k = 0; k < still + landing->rows; k++) {
-        long row[SYN_SAMPLE_CHANNELS];
-        for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS; i++)
-            row[i] = 10000; /* bands that nothing pulls at: 100 lb */
-        for (unsigned i = 0; i < TRANSDUCERS; i++)
-            row[i] = k < still
-                       ? 0
-                       : lround((double)landing->u_in[k - still][fitted->first - 1 + i] * 1e5);
-        syn_run_sample(&run, row);
-    }
-}
-
 static bool write_run(const char *folder, unsigned number, const struct score_landing *landing,
                       const struct fitted *fitted, bool surveyed, uint64_t *state)
 {
     char path[512];
-    double gap_in[SCORE_JOINTS], stop_s = BEGIN_S + landing->stop_s;
+    double gap_in[SCORE_JOINTS], stop_s = TRUTH_BEGIN_S + landing->stop_s;
     for (unsigned j = 0; j < SCORE_JOINTS; j++)
         gap_in[j] = (double)landing->gap_in[j];
     syn_run_clear(&run);
@@ -191,20 +142,20 @@ static bool write_run(const char *folder, unsigned number, const struct score_la
                 truth.series.number, landing->number);
     syn_run_add(&run, "landing %u\nduration_s %.3f\n", landing->number, stop_s + REST_S + STORE_S);
     syn_run_add(&run, "touchdown %.6f %.9f\n", truth.series.touchdown_ft,
-                BEGIN_S + landing->touchdown_s);
-    add_switches(landing);
-    for (unsigned i = 0; i < TRANSDUCERS; i++)
+                TRUTH_BEGIN_S + landing->touchdown_s);
+    truth_run_switches(&run, landing);
+    for (unsigned i = 0; i < TRUTH_TRANSDUCERS; i++)
         syn_run_add(&run, "transducer %u %.1f\n", i + 1, 10.0 * (fitted->first + i));
-    for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS - TRANSDUCERS; i++)
+    for (unsigned i = 0; i < SYN_SAMPLE_CHANNELS - TRUTH_TRANSDUCERS; i++)
         syn_run_add(&run, "gage %u %.1f %u\n", i + 1, 15.0 + 10.0 * (i % 7), i / 7 + 1);
     syn_run_numbers(&run, "gap_in", gap_in, SCORE_JOINTS);
     syn_run_numbers(&run, "gap_end_in", gap_in, SCORE_JOINTS);
     if (surveyed)
-        add_survey(landing, state);
+        truth_run_survey(&run, landing, state);
     add_chart(landing);
     syn_run_add(&run, "command %.3f can arm %u\n", ARM_S, landing->number);
     syn_run_add(&run, "command %.3f can disarm\n", stop_s + REST_S);
-    add_samples(landing, fitted);
+    truth_run_samples(&run, landing, fitted->first);
     snprintf(path, sizeof path, "%s/%u.run", folder, number);
     if (!syn_run_write(&run, path)) {
         fprintf(stderr, "draw: %s: %s\n", path, strerror(errno));

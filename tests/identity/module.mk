@@ -1,5 +1,5 @@
 # The board's statements against the host's.
-$(B)/tests/identity/draw: $(patsubst %.c,$(B)/%.o,$(wildcard tests/identity/*.c) tests/score/truth.c tests/runs/runfile.c) $(host_lib) $(common_lib)
+$(B)/tests/identity/draw: $(patsubst %.c,$(B)/%.o,$(wildcard tests/identity/*.c) tests/board/truth_run.c tests/score/truth.c tests/runs/runfile.c) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
 test-programs: $(B)/tests/identity/draw
 
