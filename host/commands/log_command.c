@@ -27,7 +27,7 @@
  * from when on stamps are others. */
 static void watch_clock(struct logger *logger)
 {
-    int64_t ahead_us = (int64_t)(link_now_us() - steady_us());
+    int64_t ahead_us = (int64_t)link_clock_ahead_us();
     int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
     logger->clock_ahead_us = ahead_us;
     if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)

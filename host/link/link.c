@@ -14,12 +14,14 @@
 #include "host/link/link_ops.h"
 #include "host/base/steady.h"
 
-#define RETRY_US     250000u
-#define AWAY_MAX_US  10000000u
-#define SERVICE_US   1000000u
-#define SEND_WAIT_MS 1000 /* for a device that is being opened, or asked for its status */
+#define RETRY_US       250000u
+#define AWAY_MAX_US    10000000u
+#define SERVICE_US     1000000u
+#define SEND_WAIT_MS   1000 /* for a device that is being opened, or asked for its status */
 /* two clocks that are read one after the other differ by microseconds, one that was set by more */
-#define AHEAD_US     1000
+#define AHEAD_US       1000
+#define AHEAD_WIDTH_US 50 /* of a look at both clocks; one that takes longer was interrupted */
+#define AHEAD_LOOKS    10
 
 static const struct kind {
     const char *prefix, *form;
@@ -143,9 +145,23 @@ uint64_t link_now_us(void)
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
+uint64_t link_clock_ahead_us(void)
+{
+    uint64_t ahead_us = 0, least_us = UINT64_MAX;
+    for (int i = 0; i < AHEAD_LOOKS && least_us > AHEAD_WIDTH_US; i++) {
+        uint64_t before_us = steady_us(), now_us = link_now_us(),
+                 width_us = steady_us() - before_us;
+        if (width_us < least_us) {
+            least_us = width_us;
+            ahead_us = now_us - before_us - width_us / 2;
+        }
+    }
+    return ahead_us;
+}
+
 uint64_t link_ahead_us(struct link *link)
 {
-    uint64_t ahead_us = link_now_us() - steady_us();
+    uint64_t ahead_us = link_clock_ahead_us();
     int64_t off_us = (int64_t)(ahead_us - link->ahead_us);
     if (off_us > AHEAD_US || off_us < -AHEAD_US)
         link->ahead_us = ahead_us;
