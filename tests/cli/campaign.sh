@@ -49,15 +49,20 @@ compare_limit_decides() {
     [ $? -eq 1 ]
 }
 
-# kill -9 in mid-landing: what was received until 100 ms before is there, and the database opens.
+# kill -9 in mid-landing: what was received until 100 ms before, and the time that log and board waited for a processor, is there, and the
+# database opens.
+frames_come() { [ "$(sqlite3 "$tmp/killed.db" 'select count(*) from frames where link = 0 and landing = 1')" -ge "$1" ]; }
 killed_log_keeps_everything() {
-    local board log killed_us newest_us frames
+    local board log before delay_us killed_us newest_us
     timeout 60 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
         --speed real >/dev/null 2>&1 &
     board=$!
     build/matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$tmp/killed.db" >/dev/null 2>&1 &
     log=$!
-    sleep 4
+    wait_until 30 frames_come 4000 || return 1
+    before=$(($(waited_us $log) + $(waited_us $board)))
+    sleep 0.25
+    delay_us=$(($(waited_us $log) + $(waited_us $board) - before))
     killed_us=$(($(date +%s%N) / 1000))
     kill -9 $log
     wait $log
@@ -65,9 +70,8 @@ killed_log_keeps_everything() {
     wait $board
     [ "$(sqlite3 "$tmp/killed.db" 'pragma integrity_check')" = ok ] || return 1
     newest_us=$(sqlite3 "$tmp/killed.db" 'select max(host_us) from frames')
-    frames=$(sqlite3 "$tmp/killed.db" 'select count(*) from frames where link = 0 and landing = 1')
-    echo "killed $((killed_us - newest_us)) us after the newest frame on disk, $frames CAN frames"
-    [ $((killed_us - newest_us)) -lt 100000 ] && [ "$frames" -gt 3000 ] || return 1
+    echo "killed $((killed_us - newest_us)) us after the newest frame on disk; waited for a processor $delay_us us"
+    [ $((killed_us - newest_us - delay_us)) -lt 100000 ] && frames_come 4000 || return 1
     # nothing missing before that: displacements step by 2 blocks without a gap, and it still reports and exports
     sqlite3 "$tmp/killed.db" "select count(*) - 1 - (max(board_us) - min(board_us)) / 2000 from frames where can_id = 0x100 and landing = 1" |
         grep -qx 0 || return 1

@@ -26,7 +26,6 @@ has_come() { [ "$(fills_in "$1")" -ge "$2" ]; } # 6,600 a second; the landing is
 intact() { [ "$(db "$1" 'pragma integrity_check')" = ok ]; }
 
 # Killed in mid-landing: of what the logger had read 100 ms before, and waited for a processor since, nothing is lost.
-waited_us() { local ran waits _; read -r ran waits _ <"/proc/$1/schedstat" && echo $((waits / 1000)); }
 kept_but_100_ms() { # TRY
     local before delay_us killed_us read kept
     begin "kill$1" 30

@@ -42,6 +42,9 @@ wait_until() {
 # await COMMAND...: at most a minute: a wait that succeeds costs nothing, however busy the computer is.
 await() { wait_until 60 "$@"; }
 
+# waited_us PID: how long its first thread has waited for a processor in all
+waited_us() { local ran waits _; read -r ran waits _ <"/proc/$1/schedstat" && echo $((waits / 1000)); }
+
 # with_board BOARD-OPTION... -- COMMAND...: against an emulated board whose flash, $tmp/flash, is kept; the command's exit code
 with_board() {
     local board status options=()
