@@ -151,6 +151,18 @@ enum mr_status store_advices(struct store *store, struct store_advice **rows, si
     STORE_ROWS(ADVICES);
 }
 
+enum mr_status store_day_word_add(struct store *store, const struct store_day_word *word,
+                                  struct error *error)
+{
+    return STORE_PUT(store, error, day_word, word);
+}
+
+enum mr_status store_day_words(struct store *store, struct store_day_word **rows, size_t *count,
+                               struct error *error)
+{
+    STORE_ROWS(DAY_WORDS);
+}
+
 /* Its own corrections stand for the landing alone. */
 static enum mr_status overlay(struct store *store, int64_t run, const char *field, char *into,
                               size_t size, struct error *error)

@@ -46,4 +46,10 @@ enum mr_status store_advice_add(struct store *store, const struct store_advice *
 enum mr_status store_advices(struct store *store, struct store_advice **rows, size_t *count,
                              struct error *error);
 
+/* What was said to `matrig day`, oldest first. */
+enum mr_status store_day_word_add(struct store *store, const struct store_day_word *word,
+                                  struct error *error);
+enum mr_status store_day_words(struct store *store, struct store_day_word **rows, size_t *count,
+                               struct error *error);
+
 #endif

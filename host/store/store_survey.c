@@ -50,3 +50,9 @@ enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t 
     const struct store_gage_load_row row = {.made_us = made_us, .link = link, .segments = segments};
     return STORE_PUT(store, error, gage_load_row, &row, survey);
 }
+
+enum mr_status store_gage_loaded(struct store *store, int64_t survey, int64_t *made_us,
+                                 struct error *error)
+{
+    return STORE_NUMBER(store, error, GAGE_LOADED, made_us, BIND(survey));
+}

@@ -22,6 +22,9 @@ enum mr_status store_gage_readings(struct store *store, int64_t survey,
 /* That a board was given the survey. */
 enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
                                    const char *link, int64_t segments, struct error *error);
+/* When one was given it last; 0: never. */
+enum mr_status store_gage_loaded(struct store *store, int64_t survey, int64_t *made_us,
+                                 struct error *error);
 /* From now on a commit is on disk when it returns, also for a campaign that was not opened to be
  * created. */
 enum mr_status store_durable(struct store *store, struct error *error);

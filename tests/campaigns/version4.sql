@@ -47,6 +47,9 @@ CREATE TABLE recalibrations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REF
 CREATE TABLE advices(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, speed_ft_s REAL, deceleration_ft_s2 REAL, touchdown_ft REAL, zone REAL, zone_low REAL, zone_high REAL, wave REAL, most REAL, hardest_ft_s2 REAL, verdict TEXT NOT NULL, reason TEXT NOT NULL, members INTEGER, seed INTEGER, landings INTEGER, after_run INTEGER NOT NULL);
 CREATE TRIGGER advices_stay BEFORE UPDATE ON advices BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER advices_last BEFORE DELETE ON advices BEGIN SELECT raise(ABORT, 'history stays'); END;
+CREATE TABLE day_words(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, word TEXT NOT NULL, value TEXT, after_run INTEGER NOT NULL);
+CREATE TRIGGER day_words_stay BEFORE UPDATE ON day_words BEGIN SELECT raise(ABORT, 'history stays'); END;
+CREATE TRIGGER day_words_last BEFORE DELETE ON day_words BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER recalibrations_stay BEFORE UPDATE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER recalibrations_last BEFORE DELETE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;
 CREATE TRIGGER landing_changes_stay BEFORE UPDATE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;
