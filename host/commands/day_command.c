@@ -11,6 +11,7 @@
 #include "host/day/desk.h"
 #include "host/day/facts.h"
 #include "host/day/logging.h"
+#include "host/day/page.h"
 #include "host/day/walk.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
@@ -20,7 +21,7 @@
 #define NO_CAN  "none"
 
 struct request {
-    const char *db, *serial, *can, *pattern, *edges, *image, *who;
+    const char *db, *serial, *can, *pattern, *edges, *image, *who, *page;
     int64_t live;
 };
 
@@ -31,7 +32,8 @@ struct day {
     struct day_facts facts;
     struct day_plan plan;
     struct day_logging logging;
-    struct error error; /* the last one; said, and then forgotten */
+    struct day_page *page; /* NULL: none is wanted */
+    struct error error;    /* the last one; said, and then forgotten */
 };
 
 /* ---- what is so ---- */
@@ -121,6 +123,43 @@ static bool command_of(const struct day *day, enum day_step step, struct desk_co
         return true;
     default: return false;
     }
+}
+
+/* What is so, for programs and for the page. */
+static struct answer *state_answer(const struct day *day)
+{
+    struct desk_command command;
+    char text[2000];
+    struct answer *answer = answer_new(false);
+    answer_words(answer, "db", NULL, "%s", day->r.db);
+    answer_words(answer, "next", NULL, "%s", day_step_words[day->plan.next].key);
+    answer_words(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
+    if (command_of(day, day->plan.next, &command))
+        answer_words(answer, "command", NULL, "%s", desk_command_text(&command, text, sizeof text));
+    else
+        answer_none(answer, "command", NULL, NULL);
+    answer_flag(answer, "logging", NULL, day->facts.logging);
+    answer_count(answer, "run", NULL, day->facts.run);
+    answer_count(answer, "landings_today", NULL, (int64_t)day->facts.today);
+    answer_table(answer, "steps", "");
+    for (enum day_step step = 0; step < DAY_STEPS; step++) {
+        answer_row(answer);
+        answer_words(answer, "step", NULL, "%s", day_step_words[step].key);
+        answer_words(answer, "state", NULL, "%s", day_state_text(day->plan.state[step]));
+        answer_words(answer, "reason", NULL, "%s", day->plan.reason[step]);
+    }
+    answer_close(answer);
+    return answer;
+}
+
+/* `busy`: what goes on at the terminal; NULL: keys are waited for. */
+static void show_page(struct day *day, const char *keys, const char *busy)
+{
+    if (!day->page)
+        return;
+    json_t *state = answer_into_json(state_answer(day));
+    json_object_set_new(state, "busy", busy ? json_string(busy) : json_null());
+    day_page_tell(day->page, state, keys);
 }
 
 static void run(struct day *day, const struct desk_command *command)
@@ -281,6 +320,7 @@ static bool watch(struct day *day)
             printf("a arm   d disarm   e end the log   q leave: the log goes on\n");
         told = true;
         fflush(stdout);
+        show_page(day, "ade", NULL);
         switch (desk_key(TURN_MS)) {
         case 'a':
             printf("arm for the next landing? y: ");
@@ -406,8 +446,13 @@ static int guide(struct day *day)
 {
     while (look_around(day) == MR_OK) {
         draw(day);
+        show_page(day, "\n12345678sro", NULL);
         char key = desk_key(-1);
         printf("\n");
+        show_page(day, "",
+                  day_step_words[key >= '1' && key < '1' + DAY_STEPS ? (enum day_step)(key - '1')
+                                                                     : day->plan.next]
+                      .key);
         bool stays = true;
         if (key == DESK_ENTER)
             stays = take_step(day, day->plan.next);
@@ -426,6 +471,7 @@ static int guide(struct day *day)
         else
             printf("'%c' is no key of the day\n", key);
         say_error(day);
+        desk_forget();
         if (!stays)
             break;
     }
@@ -436,31 +482,9 @@ static int guide(struct day *day)
     return 0;
 }
 
-/* What is so, for programs. */
 static int tell(struct day *day)
 {
-    struct desk_command command;
-    char text[2000];
-    struct answer *answer = answer_new(day->cli->si);
-    answer_words(answer, "db", NULL, "%s", day->r.db);
-    answer_words(answer, "next", NULL, "%s", day_step_words[day->plan.next].key);
-    answer_words(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
-    if (command_of(day, day->plan.next, &command))
-        answer_words(answer, "command", NULL, "%s", desk_command_text(&command, text, sizeof text));
-    else
-        answer_none(answer, "command", NULL, NULL);
-    answer_flag(answer, "logging", NULL, day->facts.logging);
-    answer_count(answer, "run", NULL, day->facts.run);
-    answer_count(answer, "landings_today", NULL, (int64_t)day->facts.today);
-    answer_table(answer, "steps", "");
-    for (enum day_step step = 0; step < DAY_STEPS; step++) {
-        answer_row(answer);
-        answer_words(answer, "step", NULL, "%s", day_step_words[step].key);
-        answer_words(answer, "state", NULL, "%s", day_state_text(day->plan.state[step]));
-        answer_words(answer, "reason", NULL, "%s", day->plan.reason[step]);
-    }
-    answer_close(answer);
-    return answer_end(day->cli, answer, 0, &day->error);
+    return answer_end(day->cli, state_answer(day), 0, &day->error);
 }
 
 /* A name mistyped is no new campaign. */
@@ -498,7 +522,14 @@ static int day_command(int argc, char **argv, const struct cli *cli)
         status = look_around(day);
     if (status == MR_OK && !cli->json)
         status = take_links(day);
+    if (status == MR_OK && day->r.page && !cli->json) {
+        status = day_page_open(day->r.page, day->r.db, &day->page, &day->error);
+        if (status == MR_OK)
+            printf("the day's page: %s\n", day_page_url(day->page));
+        desk_listen(day_page_keys(day->page));
+    }
     int code = status != MR_OK ? cli_fail(&day->error) : cli->json ? tell(day) : guide(day);
+    day_page_close(day->page);
     store_close(day->store);
     free(day);
     return code;
@@ -522,6 +553,9 @@ static const struct command_part parts[] = {
                   "of the first survey, and its edges; the next ones are as that was"),
     OPTION_CHOICE("--edges", "E", edges, "edges", "left|both|none", NULL),
     OPTION_TEXT("--image", "FILE", image, "the board must run this (see matrig ready --help)"),
+    OPTION_TEXT("--page", "PORT", page,
+                "the day on a page of this computer, with a button for each key; 0: any port that "
+                "is free"),
     OPTION_WHOLE("--live", "PORT", live, 0, 65535, 0,
                  "show each landing in a browser of this computer; see matrig live --help"),
     OPTION_TEXT("--who", "W", who, "who is at it; else the user"),
@@ -535,7 +569,7 @@ const struct command command_day = {
     "day",
     day_command,
     "DB [--serial LINK] [--can LINK] [--pattern P] [--edges E] [--image FILE] [--live PORT] "
-    "[--who W]",
+    "[--page PORT] [--who W]",
     "a day at the runway, step by step: what is done, what is next",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

@@ -169,7 +169,7 @@ static enum mr_status open_watch(struct watch *watch, const char *db, const char
     if (status == MR_OK)
         status = live_hub_open(&watch->source, &watch->hub, error);
     if (status == MR_OK && !watch->terminal && !watch->cli->json)
-        status = live_server_open(port, watch->hub, &watch->server, error);
+        status = live_server_open(port, watch->hub, NULL, &watch->server, error);
     if (status == MR_OK && watch->server) {
         fprintf(stderr, "live: %s\n", live_server_url(watch->server));
         fflush(stderr);

@@ -52,10 +52,32 @@ bool desk_line(char *line, size_t size)
     return false;
 }
 
-static bool wait_for_key(int within_ms)
+static int elsewhere = -1;
+
+void desk_listen(int keys)
 {
-    struct pollfd polled = {.fd = STDIN_FILENO, .events = POLLIN};
-    return within_ms < 0 || poll(&polled, 1, within_ms) > 0;
+    elsewhere = keys;
+}
+
+void desk_forget(void)
+{
+    char byte;
+    while (elsewhere >= 0 && read(elsewhere, &byte, 1) == 1)
+        ;
+}
+
+/* 0: nothing came; 1: at the keyboard; 2: elsewhere, then *byte is it. */
+static int wait_for_key(int within_ms, char *byte)
+{
+    struct pollfd polled[] = {{.fd = STDIN_FILENO, .events = POLLIN},
+                              {.fd = elsewhere, .events = POLLIN}};
+    int got;
+    do
+        got = poll(polled, 2, within_ms);
+    while (got < 0 && errno == EINTR && within_ms < 0);
+    if (got > 0 && polled[1].revents && read(elsewhere, byte, 1) == 1)
+        return 2;
+    return got > 0 && polled[0].revents ? 1 : 0;
 }
 
 char desk_key(int within_ms)
@@ -63,8 +85,9 @@ char desk_key(int within_ms)
     char line[80], byte = DESK_END;
     struct termios was, raw;
     if (tcgetattr(STDIN_FILENO, &was) != 0) { /* no terminal */
-        if (!wait_for_key(within_ms))
-            return 0;
+        int from = wait_for_key(within_ms, &byte);
+        if (from != 1)
+            return from ? byte : 0;
         if (!desk_line(line, sizeof line))
             return DESK_END;
         return line[0] ? (char)tolower((unsigned char)line[0]) : DESK_ENTER;
@@ -74,11 +97,11 @@ char desk_key(int within_ms)
     raw.c_cc[VMIN] = 1;
     raw.c_cc[VTIME] = 0;
     tcsetattr(STDIN_FILENO, TCSANOW, &raw);
-    bool came = wait_for_key(within_ms);
-    if (came && (!take_byte(&byte) || byte == 3 || byte == 4)) /* Ctrl-C, Ctrl-D */
+    int from = wait_for_key(within_ms, &byte);
+    if (from == 1 && (!take_byte(&byte) || byte == 3 || byte == 4)) /* Ctrl-C, Ctrl-D */
         byte = DESK_END;
     tcsetattr(STDIN_FILENO, TCSANOW, &was);
-    if (!came)
+    if (!from)
         return 0;
     return byte == '\r' ? DESK_ENTER : (char)tolower((unsigned char)byte);
 }

@@ -1,5 +1,5 @@
-/* Where a person sits: keys and lines that are typed, programs that take over for a while. Without a
- * terminal a key is a line, of which the first letter counts. */
+/* Where a person sits: keys and lines that are typed, programs that take over for a while. Without
+ * a terminal a key is a line, of which the first letter counts. */
 #ifndef MATRIG_HOST_DAY_DESK_H
 #define MATRIG_HOST_DAY_DESK_H
 
@@ -14,6 +14,11 @@
 
 /* Ctrl-C ends the program that has taken over, not the day. */
 void desk_begin(void);
+
+/* Keys come also from there, a byte each; -1: from the keyboard alone. */
+void desk_listen(int keys);
+/* Forgets what came from there. */
+void desk_forget(void);
 
 /* The next key; within_ms: not longer than that, then 0 (-1: as long as it takes). */
 char desk_key(int within_ms);

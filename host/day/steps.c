@@ -172,6 +172,8 @@ void day_plan_make(const struct day_facts *f, struct day_plan *plan)
             plan->state[step] = DAY_LATER;
         else
             plan->next = step;
+        if (found && step == DAY_LAND)
+            say(plan->reason[step], DAY_LATER, "when what stands before it is done");
         found = true;
     }
 }

@@ -13,6 +13,8 @@
 ASSET(page, "host/live/page/live.html");
 ASSET(script, "host/live/page/live.js");
 ASSET(style, "host/live/page/live.css");
+ASSET(day_page, "host/live/page/day.html");
+ASSET(day_script, "host/live/page/day.js");
 ASSET(plot_script, "node_modules/uplot/dist/uPlot.iife.min.js");
 ASSET(plot_style, "node_modules/uplot/dist/uPlot.min.css");
 ASSET(plot_licence, "node_modules/uplot/LICENSE");
@@ -26,6 +28,8 @@ static const struct live_asset assets[] = {
     ROW("/", "text/html; charset=utf-8", page),
     ROW("/live.js", "text/javascript; charset=utf-8", script),
     ROW("/live.css", "text/css; charset=utf-8", style),
+    ROW("/day", "text/html; charset=utf-8", day_page),
+    ROW("/day.js", "text/javascript; charset=utf-8", day_script),
     ROW("/uPlot.js", "text/javascript; charset=utf-8", plot_script),
     ROW("/uPlot.css", "text/css; charset=utf-8", plot_style),
     ROW("/licences.txt", "text/plain; charset=utf-8", plot_licence),

@@ -18,7 +18,8 @@ enum mr_status live_open(struct live *live, const char *where, const struct live
     live->source = *source;
     live->listener = (struct collector_listener){message, record, live};
     enum mr_status status = live_hub_open(&live->source, &live->hub, error);
-    return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
+    return status == MR_OK ? live_server_open(where, live->hub, NULL, &live->server, error)
+                           : status;
 }
 
 void live_close(struct live *live)

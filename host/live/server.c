@@ -30,6 +30,7 @@
 
 struct live_server {
     struct live_hub *hub;
+    const struct live_pages *pages;
     struct seats *seats;
     struct MHD_Daemon *daemon;
     pthread_t sweeper;
@@ -217,9 +218,8 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
 /* ---- commands ---- */
 
 /* Runs the command of the body; what is to be told comes into `json`. Returns the HTTP code. */
-static unsigned run_command(struct live_server *server, const struct request *request, json_t *json)
+static unsigned run_command(struct live_server *server, const json_t *body, json_t *json)
 {
-    json_t *body = json_loadb(request->body, request->length, 0, NULL);
     const char *name = json_string_value(json_object_get(body, "command"));
     json_t *landing = json_object_get(body, "landing");
     bool arm = name && strcmp(name, "arm") == 0, disarm = name && strcmp(name, "disarm") == 0;
@@ -227,7 +227,6 @@ static unsigned run_command(struct live_server *server, const struct request *re
     bool wrong = (!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) ||
                  number < 0 || number > LANDING_MOST;
     enum mr_status of_board = MR_OK;
-    json_decref(body);
     if (wrong) {
         json_object_set_new(
             json, "error",
@@ -251,7 +250,7 @@ static unsigned run_command(struct live_server *server, const struct request *re
 }
 
 static enum MHD_Result command(struct live_server *server, struct MHD_Connection *connection,
-                               const struct request *request)
+                               const char *url, const struct request *request)
 {
     const char *origin = header(connection, "Origin"), *type = header(connection, "Content-Type");
     const char *host = header(connection, "Host");
@@ -264,9 +263,11 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
                    "commands need the token: open the address that matrig printed\n");
     if (request->too_long)
         return say(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
-    json_t *json = json_object();
-    unsigned code = run_command(server, request, json);
+    json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
+    unsigned code = server->pages ? server->pages->post(server->pages->context, url, body, json)
+                                  : run_command(server, body, json);
     char *text = json_dumps(json, JSON_COMPACT);
+    json_decref(body);
     json_decref(json);
     return say_json(connection, code, text);
 }
@@ -296,6 +297,9 @@ static enum MHD_Result get(struct live_server *server, struct MHD_Connection *co
         return events(server, connection);
     if (strcmp(url, "/state") == 0)
         return say_json(connection, MHD_HTTP_OK, live_hub_state(server->hub));
+    char *text = server->pages ? server->pages->get(server->pages->context, url) : NULL;
+    if (text)
+        return say_json(connection, MHD_HTTP_OK, text);
     return say(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
 }
 
@@ -331,10 +335,10 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
         return say(
             connection, MHD_HTTP_FORBIDDEN,
             "this is served to this computer alone: use 127.0.0.1, or an ssh tunnel to it\n");
-    bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
+    bool post = strcmp(method, "POST") == 0 && (server->pages || strcmp(url, "/command") == 0);
     if (!post && strcmp(method, "GET") != 0)
         return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "GET, or POST to /command\n");
-    return post ? command(server, connection, request) : get(server, connection, url);
+    return post ? command(server, connection, url, request) : get(server, connection, url);
 }
 
 static void request_over(void *context, struct MHD_Connection *connection, void **kept,
@@ -407,7 +411,8 @@ static struct MHD_Daemon *start(struct live_server *server, const struct sockadd
 }
 
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
-                                struct live_server **server, struct error *error)
+                                const struct live_pages *pages, struct live_server **server,
+                                struct error *error)
 {
     struct sockaddr_storage address;
     socklen_t length;
@@ -419,6 +424,7 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
         return error_set(error, MR_FULL, "no memory: the live page; close other programs");
     bool v6 = address.ss_family == AF_INET6;
     made->hub = hub;
+    made->pages = pages;
     made->seats = seats_open();
     make_token(made);
     if (made->seats)

@@ -20,10 +20,21 @@
 
 struct live_server;
 
+/* Further pages of who opens the server, behind the same doors. Called from any thread, several at
+ * once. NULL: there are none. */
+struct live_pages {
+    void *context;
+    /* JSON, to be freed; NULL: no such page */
+    char *(*get)(void *context, const char *url);
+    /* what is to be told of a posted object comes into `json`; returns the HTTP code */
+    unsigned (*post)(void *context, const char *url, const json_t *body, json_t *json);
+};
+
 /* "8473", "127.0.0.1:8473", "[::1]:0"; 0: any port that is free. MR_USAGE: no such thing, or not
  * this computer's own. */
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
-                                struct live_server **server, struct error *error);
+                                const struct live_pages *pages, struct live_server **server,
+                                struct error *error);
 /* With the token behind #, which browsers keep to themselves. Static in the server. */
 const char *live_server_url(const struct live_server *server);
 /* Ends the hub's waits, then serves no more. NULL is allowed. */

@@ -1,5 +1,5 @@
-/* The steps of a day: what is next, for facts made by hand; what is expected is what a person at the
- * runway would say. */
+/* The steps of a day: what is next, for facts made by hand; what is expected is what a person at
+ * the runway would say. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

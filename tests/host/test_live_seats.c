@@ -66,7 +66,7 @@ static int set_up(void **state)
     struct error error = {0};
     assert_non_null(rig);
     assert_int_equal(live_hub_open(&source, &rig->hub, &error), MR_OK);
-    assert_int_equal(live_server_open("0", rig->hub, &rig->server, &error), MR_OK);
+    assert_int_equal(live_server_open("0", rig->hub, NULL, &rig->server, &error), MR_OK);
     const char *url = live_server_url(rig->server);
     rig->port = (uint16_t)atoi(strrchr(url, ':') + 1);
     rig->token = strchr(url, '#') + 1;
