@@ -65,6 +65,25 @@ void configplace_date(uint32_t days, unsigned *year, unsigned *month, unsigned *
     *day = (unsigned)((int64_t)days - configplace_day(*year, *month, 1)) + 1;
 }
 
+bool configplace_date_read(const char *text, uint32_t *days)
+{
+    unsigned year, month, day, y, m, d;
+    int used = 0;
+    if (sscanf(text, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 ||
+        used != CONFIGPLACE_DATE - 1 || month < 1 || month > 12 || year < 1970)
+        return false;
+    *days = (uint32_t)configplace_day(year, month, day);
+    configplace_date(*days, &y, &m, &d);
+    return *days > 0 && y == year && m == month && d == day;
+}
+
+void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE])
+{
+    unsigned year, month, day;
+    configplace_date(days, &year, &month, &day);
+    snprintf(out, CONFIGPLACE_DATE, "%04u-%02u-%02u", year % 10000u, month % 100u, day % 100u);
+}
+
 static uint32_t integer_at(const struct mr_config_field *field, const void *bytes)
 {
     uint8_t small;
@@ -79,12 +98,9 @@ static uint32_t integer_at(const struct mr_config_field *field, const void *byte
 
 static void write_day(uint32_t days, char *out, size_t size)
 {
-    unsigned year, month, day;
-    configplace_date(days, &year, &month, &day);
-    if (days)
-        snprintf(out, size, "%04u-%02u-%02u", year, month, day);
-    else
-        snprintf(out, size, "never");
+    char date[CONFIGPLACE_DATE];
+    configplace_date_text(days, date);
+    snprintf(out, size, "%s", days ? date : "never");
 }
 
 static void write_text(const char *text, unsigned count, char *out, size_t size)

@@ -28,6 +28,11 @@ bool configplace_is_day(const struct mr_config_field *field);
 /* Days from 1970-01-01 to a date of the Gregorian calendar, and back. */
 int64_t configplace_day(int64_t year, unsigned month, unsigned day);
 void configplace_date(uint32_t days, unsigned *year, unsigned *month, unsigned *day);
+#define CONFIGPLACE_DATE 11 /* "2026-03-14" and its end */
+/* The date that `text` begins with, after 1970-01-01; false: none. What follows is not looked
+ * at. */
+bool configplace_date_read(const char *text, uint32_t *days);
+void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE]);
 
 void configplace_value(const struct mr_config_field *field, const void *bytes,
                        char out[CONFIGPLACE_VALUE]);

@@ -206,17 +206,14 @@ static bool read_reals(const struct mr_config_field *field, const char *p, void 
 
 static bool read_day(const char *p, uint64_t *days)
 {
-    unsigned year, month, day, y, m, d;
-    int used = 0;
+    uint32_t day;
     *days = 0;
     if (strncmp(p, "never", 5) == 0)
         return ends(p + 5);
-    if (sscanf(p, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 || used != 10 || month < 1 ||
-        month > 12 || year < 1970)
+    if (!configplace_date_read(p, &day))
         return false;
-    *days = (uint64_t)configplace_day(year, month, day);
-    configplace_date((uint32_t)*days, &y, &m, &d);
-    return *days > 0 && y == year && m == month && d == day && ends(p + used);
+    *days = day;
+    return ends(p + CONFIGPLACE_DATE - 1);
 }
 
 static bool read_integer(const struct mr_config_field *field, const char *p, void *bytes)

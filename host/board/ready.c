@@ -553,8 +553,10 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     advise(c, "disarm it, or wait until it is done");
     judge_image(f, report);
     judge_configuration(f, report);
-    if (f->config_known)
+    if (f->config_known) {
         ready_judge_calibration(f, report);
+        ready_judge_certificates(f, report);
+    }
     judge_clock(f, report);
     judge_brown_out(f, report);
     if (f->config_known) {

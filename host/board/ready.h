@@ -14,11 +14,12 @@
 #include "common/config.h"
 #include "common/fault.h"
 #include "host/board/calibrationpast.h"
+#include "host/board/certificates.h"
 #include "host/board/identity.h"
 #include "host/board/shunts.h"
 #include "host/link/timemap.h"
 
-#define READY_CHECKS          73u
+#define READY_CHECKS          96u
 #define READY_NOISE_CODES     3.0f /* of a block's mean: 2 LSB a conversion leave 0.71 */
 /* a mat at rest so far from its zero was left where a landing put it */
 #define READY_ZERO_IN         0.25f
@@ -61,6 +62,7 @@ struct ready_channel {
 struct ready_facts {
     /* what was asked for */
     uint32_t today_day;           /* from 1970-01-01 */
+    int64_t now_s;                /* Unix time */
     const struct mr_image *image; /* NULL: compare with the campaign's last landing */
     const char *image_path;
     bool crc_expected;
@@ -75,6 +77,7 @@ struct ready_facts {
     int64_t before_run, before_image, before_config; /* STORE_NONE: not known */
     float before_span_lb[MR_GAGES];                  /* last shunt calibration kept; NaN: none */
     struct calibrationpast past;                     /* of the board's channels */
+    struct certificates certificates;                /* of their sensors */
     char changed[160];  /* what was said of a change just now; empty: nothing */
     char database[200]; /* what is wrong with it; empty: nothing */
     /* matrig advise's verdict and reason on the landing to come; empty: none was kept */

@@ -22,6 +22,8 @@ static inline void advise(struct ready_check *check, const char *text)
 void ready_channel_name(const struct mr_channel_config *channel, char *out, size_t size);
 /* Expired, never done, or another than the campaign knows. */
 void ready_judge_calibration(const struct ready_facts *f, struct ready_report *report);
+/* Whether the certificate of each sensor holds, where there is one. */
+void ready_judge_certificates(const struct ready_facts *f, struct ready_report *report);
 /* Whether the gages' zeros were measured, where the board told of them. */
 void ready_judge_zeros(const struct ready_facts *f, struct ready_report *report);
 

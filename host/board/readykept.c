@@ -72,6 +72,8 @@ enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, s
         free(last.checks);
     if (status == MR_OK)
         status = calibrationpast_read(store, uid, &f->past, error);
+    if (status == MR_OK)
+        status = certificates_read(store, uid, &f->certificates, error);
     return status;
 }
 

@@ -223,7 +223,8 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->can_used = request.can != NULL;
     facts->si = cli->si;
     facts->wanted_bytes = 1e6 * request.room_mb;
-    facts->today_day = (uint32_t)(time(NULL) / S_PER_DAY);
+    facts->now_s = (int64_t)time(NULL);
+    facts->today_day = (uint32_t)(facts->now_s / S_PER_DAY);
     walk.db = request.db;
     walk.serial = request.serial;
     walk.can = request.can;

@@ -1,5 +1,5 @@
 -- The tables of version 4 as matrig made them before they came from host/store/tables.def; tests/host/test_tables.c. Only a column that
--- is added changes this, at its end of a table.
+-- is added changes this, at its end of a table, and a table that is added, at the end.
 CREATE TABLE sessions(id INTEGER PRIMARY KEY, started_us INTEGER NOT NULL, ended_us INTEGER, ended_by TEXT, can_link TEXT, serial_link TEXT);
 CREATE TABLE links(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, received INTEGER, lost INTEGER, dropped INTEGER, bad INTEGER, outside INTEGER, PRIMARY KEY(session, link)) WITHOUT ROWID;
 CREATE TABLE missing(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, message TEXT NOT NULL, missing INTEGER NOT NULL, PRIMARY KEY(session, link, message)) WITHOUT ROWID;
@@ -60,3 +60,9 @@ CREATE TABLE imports(session INTEGER PRIMARY KEY REFERENCES sessions(id), file T
 CREATE TABLE imported(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, first_block INTEGER NOT NULL, stride INTEGER NOT NULL, readings BLOB NOT NULL, UNIQUE(landing, idx));
 CREATE TABLE simulations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), scene TEXT NOT NULL, made_us INTEGER NOT NULL, run_ms REAL, error_in REAL, seeds INTEGER, edges INTEGER, offset_s REAL, scatter_s REAL, segments_dt_s REAL, segments_in BLOB);
 CREATE TABLE simulation_channels(simulation INTEGER NOT NULL REFERENCES simulations(id), number INTEGER NOT NULL, station_ft REAL, peak_measured_in REAL, peak_measured_error_in REAL, peak_simulated_in REAL, peak_simulated_error_in REAL, rms_in REAL, end_measured_in REAL, end_simulated_in REAL, t0_s REAL, dt_s REAL, series_in BLOB, spread_in BLOB, PRIMARY KEY(simulation, number));
+CREATE TABLE certificates(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, board_uid TEXT NOT NULL, idx INTEGER NOT NULL, sensor TEXT, model TEXT, number TEXT NOT NULL, laboratory TEXT, done_by TEXT, calibrated_day INTEGER, due_day INTEGER, expanded REAL, expanded_rel REAL, coverage_factor REAL, coverage_percent REAL, note TEXT, withdraws INTEGER);
+CREATE TRIGGER certificates_stay BEFORE UPDATE ON certificates BEGIN SELECT raise(ABORT, 'history stays'); END;
+CREATE TRIGGER certificates_last BEFORE DELETE ON certificates BEGIN SELECT raise(ABORT, 'history stays'); END;
+CREATE TABLE demands(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, field TEXT NOT NULL, value TEXT NOT NULL);
+CREATE TRIGGER demands_stay BEFORE UPDATE ON demands BEGIN SELECT raise(ABORT, 'history stays'); END;
+CREATE TRIGGER demands_last BEFORE DELETE ON demands BEGIN SELECT raise(ABORT, 'history stays'); END;

@@ -92,6 +92,14 @@ the_second_time_compares() {
         grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
         with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as RUN 1 had' "$tmp/ready.txt"
 }
+an_overdue_certificate_is_no_go() { # in a copy; one that holds beside it, the others as a note
+    local cert=(build/matrig --quiet certificate "$tmp/cert.db")
+    sqlite3 "$tmp/campaign.db" ".backup $tmp/cert.db"
+    "${cert[@]}" d3 --number A-1 --laboratory Lab --calibrated 2021-03-02 --due 2022-03-01 --uncertainty 0.4% --coverage 2 && "${cert[@]}" t2 --number A-2 --calibrated 2021-03-02 --due 2199-12-31 --uncertainty 1 --coverage 2 || return 1
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/cert.db"
+    [ $? = 1 ] && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 2 ] && grep -Eq '^NO-GO +certificate d3 +overdue since 2022-03-02: No\. A-1, Lab$' "$tmp/ready.txt" && grep -Eq '^ +-> have the sensor calibrated' "$tmp/ready.txt" &&
+        grep -Eq '^GO +certificate t2 +valid until 2199-12-31: No\. A-2$' "$tmp/ready.txt" && grep -Eq '^told +certificates +none is entered of d1, d2, d4, ' "$tmp/ready.txt" && grep -Eq '^NO-GO after [0-9.]+ s: certificate d3; ' "$tmp/ready.txt"
+}
 lines_fit() { # no terminal: 100 columns; and nobody reads of -0.0
     awk 'length > 100' "$tmp/printed.txt" | grep . && return 1
     ! grep -E -- '(^|[^0-9.])-0(\.0+)?([^0-9.]|$)' "$tmp/printed.txt"
@@ -255,6 +263,7 @@ learning_is_refused() { # 7 and 8 the other way round: named, and nothing is wri
 check "the first time: go, and what could not be compared is told" a_first_time_is_go
 check "a landing, its report and its bundle say that it was go" a_landing_names_it
 check "the second time compares image, configuration and shunts with the landing's" the_second_time_compares
+check "a certificate that is overdue is no-go, one that holds is go, none is told" an_overdue_certificate_is_no_go
 check "lines fit a terminal of 100 columns" lines_fit
 check "--si: millimetres and newtons" in_si_units
 check "as JSON, without CAN" json_says_the_same

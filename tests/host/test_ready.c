@@ -21,6 +21,7 @@ static int all_well(void **state)
     (void)state;
     memset(&f, 0, sizeof f);
     f.today_day = 20000;
+    f.now_s = 20000 * 86400 + 43200;
     f.hello = f.config_known = f.config_state_known = f.shunt_done = f.tested = f.box_known =
         f.temperature_known = f.alarm_known = true;
     f.can_used = f.database_checked = f.before = true;
@@ -40,6 +41,14 @@ static int all_well(void **state)
                                                          .band = 1,
                                                          .shunt_lb = 40.0f,
                                                          .calibrated_day = 1};
+    for (unsigned i = 0; i < 10; i += i ? 1 : 8) /* 0, 8, 9 */ {
+        f.certificates.known[i] = true;
+        f.certificates.of[i] = (struct store_certificate){.index = i,
+                                                          .number = "C-1",
+                                                          .calibrated_day = 19900,
+                                                          .due_day = 20100,
+                                                          .withdraws = STORE_NONE};
+    }
     f.config.channel[22] = (struct mr_channel_config){.kind = MR_KIND_STAIRCASE,
                                                       .zero_code = 62.0f};
     f.config.gate[0].step_codes = 64;

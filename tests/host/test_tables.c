@@ -196,7 +196,7 @@ static void every_field_goes_to_its_column_and_comes_back(void **state)
             tables++;
         }
     }
-    assert_int_equal(tables, 47);
+    assert_int_equal(tables, 49);
     store_close(store);
 }
 
