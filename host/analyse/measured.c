@@ -5,12 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/measure.h"
 #include "host/analyse/measured_peak.h"
 #include "host/analyse/measured_series.h"
 
-#define CLOCK_TOLERANCE  0.01 /* the internal oscillator's, taken as a standard error */
-#define BLOCKS_PER_H     3600000.0
+#define CLOCK_TOLERANCE  0.01   /* the internal oscillator's, taken as a standard error */
 #define SAMPLE_MIDDLE_MS 0.4375 /* mean of 8 scans, 125 us apart, from the beginning of the block */
 
 double measured_time_s(const struct measured *measured, size_t sample)
@@ -379,24 +377,6 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
     channel->baseline = relative ? 0.0 : count ? sum / (double)count : (double)NAN;
     channel->rest = count;
     find_noise(channel, from, to);
-}
-
-double measured_error(const struct measured *measured, const struct measured_channel *channel,
-                      double value, double samples)
-{
-    bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
-    double stride = (double)channel->stride;
-    struct mr_error_case c = {
-        .value = (float)value,
-        .noise = (float)channel->noise,
-        .averaged = (float)fmax(samples / stride, 1.0),
-        .baseline_blocks = movement ? (float)fmax((double)channel->rest / stride, 1.0) : 0.0f,
-        /* Since power on: when the zero was taken before is in zero_error. A landing is over before
-         * its baseline drifts. */
-        .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
-        .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
-    };
-    return (double)mr_reading_error(&channel->config, &c);
 }
 
 static void find_extremes(const struct measured *measured, struct measured_channel *channel,

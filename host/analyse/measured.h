@@ -19,6 +19,7 @@
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
 #include "common/gates.h"
+#include "common/measure.h"
 #include "host/analyse/doubts.h"
 #include "host/store/store.h"
 
@@ -158,6 +159,10 @@ double measured_smooth(const struct measured *measured, const struct measured_ch
  * has it. */
 double measured_error(const struct measured *measured, const struct measured_channel *channel,
                       double value, double samples);
+/* What that is computed from. */
+struct mr_error_case measured_error_case(const struct measured *measured,
+                                         const struct measured_channel *channel, double value,
+                                         double samples);
 /* Baseline, noise, extremes and their errors of every channel, from the series and the first gate:
  * what measured_load does last. */
 void measured_find_facts(struct measured *measured);

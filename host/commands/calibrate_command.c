@@ -470,7 +470,8 @@ static const struct command_part parts[] = {
                 "integers; the old values are kept (table recalibrations). Zeros of gages stay as "
                 "measured, without --zeros"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are in inches and pounds, also with --si. "),
+    HELP_NOTE("Results are in inches and pounds, also with --si. Certificates: matrig certificate. "
+              "Uncertainty budgets: matrig uncertainty. "),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
     OPTION_TEXT("--config", "F", config, NULL),
     OPTION_TEXT("--series", "NAME", series, NULL),

@@ -76,14 +76,14 @@ static void a_certificate_is_of_its_sensor(void **state)
 static void a_probability_is_a_factor(void **state)
 {
     (void)state;
-    assert_float_equal(certificates_factor(95.0), 1.959964, 1e-6);
-    assert_float_equal(certificates_factor(68.27), 1.0, 1e-3);
-    assert_float_equal(certificates_factor(95.45), 2.0, 1e-3); /* GUM, table G.1 */
-    assert_float_equal(certificates_factor(99.0), 2.575829, 1e-6);
+    assert_near(certificates_factor(95.0), 1.959964, 1e-6);
+    assert_near(certificates_factor(68.27), 1.0, 1e-3);
+    assert_near(certificates_factor(95.45), 2.0, 1e-3); /* GUM, table G.1 */
+    assert_near(certificates_factor(99.0), 2.575829, 1e-6);
     struct store_certificate c = sound();
-    assert_float_equal(certificates_standard(&c, -1.5), 0.003, 1e-12); /* 0.4 % of 1.5 over 2 */
+    assert_near(certificates_standard(&c, -1.5), 0.003, 1e-12); /* 0.4 % of 1.5 over 2 */
     c.expanded = 0.01;
-    assert_float_equal(certificates_standard(&c, -1.5), 0.005, 1e-12);
+    assert_near(certificates_standard(&c, -1.5), 0.005, 1e-12);
 }
 
 /* ---- in a campaign ---- */
@@ -131,7 +131,7 @@ static void the_one_calibrated_last_holds(void **state)
     store_certificates(store, "00", &rows, &count, &error);
     assert_int_equal(count, 3); /* and nothing is lost */
     assert_true(rows[0].gone && !rows[1].gone && !rows[2].gone);
-    assert_float_equal(rows[0].expanded_rel, 0.004, 0.0);
+    assert_near(rows[0].expanded_rel, 0.004, 1e-12);
     int64_t corrected = rows[2].id;
     free(rows);
     store_certificate_withdraw(store, corrected, 1, "me", "typed wrongly", &error);

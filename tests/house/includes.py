@@ -7,7 +7,7 @@ LAYERS.txt has a section for each top folder; # begins a comment. Globs are rela
 
     [hil]
     lines    600              no file is longer
-    uses     common           other top folders that its files may include
+    uses     common           other top folders, or files of these by their paths, that its files may include
     level    core/*           rooms from the bottom to the top; each glob is a room. A file includes its own room and rooms of
     level    periph/* fast/*  levels below, no other room of its own level. The first glob that fits a file is its room.
     private  core/part.h core/* debug/*    that header, and which files of this folder may include it
@@ -142,7 +142,7 @@ class House:
         if not os.path.exists(os.path.join(self.root, to)):
             self.say("%s: includes %s, which is not there; includes are named from the top", place, to)
         elif other != top.name:
-            if top.uses is not None and other not in top.uses:
+            if top.uses is not None and other not in top.uses and to not in top.uses:
                 self.say("%s: includes %s: %s/ may use %s", place, to, top.name, " ".join(sorted(top.uses)) or "nothing else")
         else:
             self.check_rooms(top, path, place, inside)

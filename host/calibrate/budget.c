@@ -1,0 +1,179 @@
+#include "host/calibrate/budget.h"
+
+#include <math.h>
+
+#include "common/block.h"
+#include "common/channels.h"
+
+#define PER_MILLION 1e-6
+#define WIDTHS      400 /* steps over a rectangular distribution */
+
+/* The reference circuits' figures that are used here. */
+static const struct figures {
+#define FIGURE(name, value, unit, block, text) double name;
+#include "hil/circuits/figures.def"
+} figures = {
+#define FIGURE(name, value, unit, block, text) .name = value,
+#include "hil/circuits/figures.def"
+};
+
+static const struct source {
+    const char *name, *text, *distribution, *unit_in, *unit_lb;
+} sources[BUDGET_SOURCES] = {
+    [BUDGET_NOISE] = {"noise", "converter and amplifier: noise", "normal (type A)", "codes",
+                      "codes"},
+    [BUDGET_ROUNDING] = {"rounding", "converter: rounding to codes", "rectangular", "codes",
+                         "codes"},
+    [BUDGET_GAIN] = {"gain", "gain: sensor, amplifier, excitation", "normal", "1", "1"},
+    [BUDGET_ZERO] = {"zero", "zero", "normal", "in", "lb"},
+    [BUDGET_DRIFT] = {"drift", "zero's drift: sensor, amplifier", "normal", "in per h", "lb per h"},
+    [BUDGET_LINEARITY] = {"linearity", "what the calibration leaves", "normal", "in", "lb"},
+    [BUDGET_REFERENCE] = {"reference", "reference", "normal", "1", "1"},
+    [BUDGET_CERTIFICATE] = {"certificate", "certificate of the sensor", "normal", "in", "lb"},
+    [BUDGET_POSITION] = {"position", "position: its station", "normal", "ft", "ft"},
+    [BUDGET_TEMPERATURE] = {"temperature", "temperature, against the calibration's", "rectangular",
+                            "K", "K"},
+};
+
+const char *budget_source_name(enum budget_source source)
+{
+    return sources[source].name;
+}
+
+const char *budget_source_text(enum budget_source source)
+{
+    return sources[source].text;
+}
+
+const char *budget_distribution(enum budget_source source)
+{
+    return sources[source].distribution;
+}
+
+const char *budget_input_unit(enum budget_source source, bool transducer)
+{
+    return transducer ? sources[source].unit_in : sources[source].unit_lb;
+}
+
+double budget_noise_codes(void)
+{
+    return figures.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
+}
+
+/* The stated error with all but one of its sources taken away. A gain of 0 has no rounding. */
+static double alone(const struct budget_case *of, enum budget_source source)
+{
+    struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
+    struct mr_error_case reading = of->reading;
+    float step = of->channel->unit_per_code;
+    reading.noise = reading.reference_error = 0.0f;
+    switch (source) {
+    case BUDGET_NOISE: reading.noise = of->reading.noise; break;
+    case BUDGET_ROUNDING:
+        if (!(fabsf(of->reading.noise) < MR_QUANTISATION_NOISE_CODES * fabsf(step)))
+            return 0.0; /* the noise averages it away */
+        channel.unit_per_code = step;
+        break;
+    case BUDGET_GAIN: channel.gain_error = of->channel->gain_error; break;
+    case BUDGET_ZERO: channel.zero_error = of->channel->zero_error; break;
+    case BUDGET_DRIFT: channel.drift_error_per_h = of->channel->drift_error_per_h; break;
+    case BUDGET_LINEARITY: channel.linearity_error = of->channel->linearity_error; break;
+    default: /* the reference scales the zero of an absolute reading, too */
+        reading.reference_error = of->reading.reference_error;
+        if (!(reading.baseline_blocks > 0.0f))
+            reading.value += of->channel->zero_code * step;
+        break;
+    }
+    return (double)mr_reading_error(&channel, &reading);
+}
+
+static double input(const struct budget_case *of, enum budget_source source)
+{
+    const struct mr_channel_config *channel = of->channel;
+    switch (source) {
+    case BUDGET_NOISE: return fabs((double)(of->reading.noise / channel->unit_per_code));
+    case BUDGET_ROUNDING: return 0.5;
+    case BUDGET_GAIN: return (double)channel->gain_error;
+    case BUDGET_ZERO: return (double)channel->zero_error;
+    case BUDGET_DRIFT: return (double)channel->drift_error_per_h;
+    case BUDGET_LINEARITY: return (double)channel->linearity_error;
+    case BUDGET_REFERENCE: return (double)of->reading.reference_error;
+    case BUDGET_CERTIFICATE: return isnan(of->certificate) ? 0.0 : of->certificate;
+    case BUDGET_POSITION: return of->station_error_ft;
+    default: return of->kelvin;
+    }
+}
+
+static double divisor(const struct budget_case *of, enum budget_source source)
+{
+    if (source == BUDGET_CERTIFICATE)
+        return isnan(of->certificate) ? 1.0 : of->certificate_factor;
+    return source == BUDGET_ROUNDING || source == BUDGET_TEMPERATURE ? sqrt(3.0) : 1.0;
+}
+
+/* In or lb a kelvin, of what the stated error does not have already. */
+static double per_kelvin(const struct budget_case *of, const struct budget *budget, double kelvin)
+{
+    const struct mr_channel_config *channel = of->channel;
+    if (channel->kind == MR_KIND_DISPLACEMENT)
+        return channel->calibrated_day
+                 ? figures.transducer_cell_ppm_k * PER_MILLION * fabs((double)of->reading.value)
+                 : 0.0;
+    double drift = figures.gage_drift_lb_k * kelvin,
+           had = hypot(budget->row[BUDGET_DRIFT].contribution,
+                       budget->row[BUDGET_ZERO].contribution);
+    return kelvin > 0.0 && drift > had ? sqrt(drift * drift - had * had) / kelvin : 0.0;
+}
+
+/* Within `k` standard uncertainties, of which the rectangular one brings `wide` half widths and the
+ * normal one `narrow` standard deviations: the mean over the former. */
+static double held(double k, double wide, double narrow)
+{
+    double sum = 0.0;
+    for (int i = 0; i < WIDTHS; i++) {
+        double off = wide * (2.0 * (i + 0.5) / WIDTHS - 1.0);
+        sum += 0.5 *
+               (erf((k - off) / (narrow * sqrt(2.0))) + erf((k + off) / (narrow * sqrt(2.0))));
+    }
+    return sum / WIDTHS;
+}
+
+static double factor(const struct budget *budget, bool rectangular)
+{
+    double share = 0.0, low = 0.0, high = 5.0;
+    if (rectangular && budget->combined > 0.0)
+        share = budget->row[BUDGET_TEMPERATURE].contribution / budget->combined;
+    double wide = sqrt(3.0) * share, narrow = sqrt(fmax(1.0 - share * share, 1e-4));
+    for (int i = 0; i < 40; i++) {
+        double middle = 0.5 * (low + high);
+        *(held(middle, wide, narrow) < BUDGET_HELD ? &low : &high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+void budget_make(const struct budget_case *of, struct budget *budget)
+{
+    double variance = 0.0;
+    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
+        struct budget_row *row = &budget->row[s];
+        row->input = input(of, s);
+        row->divisor = divisor(of, s);
+        row->standard = row->input / row->divisor;
+        if (s < BUDGET_STATED) {
+            row->contribution = alone(of, s);
+            row->sensitivity = row->standard > 0.0 ? row->contribution / row->standard : 0.0;
+        } else {
+            row->sensitivity = s == BUDGET_CERTIFICATE ? 1.0
+                             : s == BUDGET_TEMPERATURE ? per_kelvin(of, budget, row->standard)
+                             : of->channel->kind == MR_KIND_DISPLACEMENT ? of->steepest_in_ft
+                                                                         : 0.0;
+            row->contribution = row->sensitivity * row->standard;
+        }
+        variance += row->contribution * row->contribution;
+        if (s == BUDGET_STATED - 1)
+            budget->stated = sqrt(variance);
+    }
+    budget->combined = sqrt(variance);
+    budget->factor = factor(budget, of->channel->kind == MR_KIND_DISPLACEMENT);
+    budget->expanded = budget->factor * budget->combined;
+}

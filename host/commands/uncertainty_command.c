@@ -1,0 +1,401 @@
+/* matrig uncertainty: the uncertainty budget of each channel, as text, JSON or a page. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "common/channels.h"
+#include "host/analyse/measured_peak.h"
+#include "host/analyse/measured.h"
+#include "host/base/answer.h"
+#include "host/base/html.h"
+#include "host/base/output.h"
+#include "host/board/certificates.h"
+#include "host/board/configtext.h"
+#include "host/calibrate/budget.h"
+#include "host/calibrate/jump.h"
+#include "host/calibrate/points.h"
+#include "host/commands/commands.h"
+#include "host/report/page.h"
+#include "host/store/store_readiness.h"
+#include "host/store/store_recalibrate.h"
+
+struct request {
+    const struct cli *cli;
+    const char *words[2]; /* DB, CHANNEL */
+    const char *at, *config, *output;
+    double hours, kelvin;
+    int64_t run;
+    bool force;
+    int channel;     /* index; -1: all */
+    double at_value; /* NaN: not given */
+};
+
+/* What the budgets are made from. */
+struct subject {
+    struct mr_config config;
+    bool config_known;
+    int64_t run; /* 0: of a configuration alone */
+    struct measured measured;
+    struct certificates certificates;
+};
+
+/* One channel's. */
+struct one {
+    unsigned index;
+    struct mr_channel_config channel;
+    double value; /* in or lb */
+    struct budget budget;
+    const struct store_certificate *certificate; /* NULL: none */
+};
+
+static enum unit_kind kind_of(const struct one *one)
+{
+    return one->index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
+}
+
+/* ---- from the campaign ---- */
+
+static enum mr_status load_landing(struct store *store, const struct request *r, struct subject *s,
+                                   struct error *error)
+{
+    struct store_landing *rows = NULL;
+    struct error unread = {0};
+    char *text = NULL;
+    bool corrected = false;
+    size_t count = 0;
+    enum mr_status status = store_landings(store, &rows, &count, error);
+    s->run = r->run ? r->run : count ? rows[count - 1].id : 0;
+    free(rows);
+    if (status == MR_OK && !s->run)
+        status = error_set(error, MR_UNKNOWN,
+                           "no landing yet: %s; matrig board config get -o rig.cfg, then "
+                           "--config rig.cfg",
+                           r->words[0]);
+    if (status == MR_OK)
+        status = measured_load(store, s->run, &s->measured, error);
+    if (status == MR_OK && s->measured.landing.config_crc != STORE_NONE)
+        status = store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text,
+                                         error);
+    if (status == MR_OK)
+        status = store_is_recalibrated(store, s->run, &corrected, error);
+    s->config_known = text && configtext_read(text, "", &s->config, &unread) == MR_OK;
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES && corrected; i++)
+        s->config.channel[i].calibrated_day += s->config.channel[i].calibrated_day == 0;
+    free(text);
+    return status;
+}
+
+static enum mr_status load(const struct request *r, struct subject *s, struct error *error)
+{
+    struct store *store = NULL;
+    char uid[25] = "";
+    enum mr_status status = store_open(r->words[0], STORE_READ, &store, error);
+    if (status == MR_OK && r->config) {
+        status = configtext_load(r->config, &s->config, error);
+        s->config_known = true;
+    } else if (status == MR_OK) {
+        status = load_landing(store, r, s, error);
+    }
+    if (status == MR_OK)
+        status = store_board_newest(store, uid, error);
+    if (status == MR_OK)
+        status = certificates_read(store, s->run ? s->measured.landing.board_uid : uid,
+                                   &s->certificates, error);
+    store_close(store);
+    return status;
+}
+
+/* ---- one channel ---- */
+
+/* The reading of a landing: its peak as the summary states it, or another value of the same kind. */
+static struct mr_error_case landing_case(const struct subject *s, double at_value, struct one *one)
+{
+    const struct measured_channel *channel = &s->measured.channel[one->index];
+    one->channel = channel->config;
+    one->channel.calibrated_day = s->config.channel[one->index].calibrated_day;
+    memcpy(one->channel.serial, s->config.channel[one->index].serial, sizeof one->channel.serial);
+    one->value = isnan(at_value) ? channel->peak : at_value;
+    return measured_error_case(&s->measured, channel, one->value, measured_peak_samples(channel));
+}
+
+/* One of a board that is configured so. */
+static struct mr_error_case plain_case(const struct request *r, const struct subject *s,
+                                       struct one *one)
+{
+    one->channel = s->config.channel[one->index];
+    bool movement = one->channel.kind == MR_KIND_DISPLACEMENT;
+    one->value = isnan(r->at_value) ? (double)one->channel.high / 3.0 : r->at_value;
+    return (struct mr_error_case){
+        .value = (float)one->value,
+        .noise = (float)budget_noise_codes() * fabsf(one->channel.unit_per_code),
+        .averaged = 1.0f,
+        .baseline_blocks = movement ? (float)MEASURED_BASELINE_BLOCKS : 0.0f,
+        .hours = movement ? 0.0f : (float)r->hours,
+        .reference_error = s->config.channel[MR_REFERENCE].gain_error};
+}
+
+static bool make_one(const struct request *r, const struct subject *s, unsigned index,
+                     struct one *one)
+{
+    *one = (struct one){.index = index};
+    if (r->channel >= 0 && r->channel != (int)index)
+        return false;
+    struct budget_case of = {.kelvin = r->kelvin, .certificate = (double)NAN};
+    of.reading = s->run ? landing_case(s, r->at_value, one) : plain_case(r, s, one);
+    if (!mr_channel_measures(&one->channel))
+        return false;
+    of.channel = &one->channel;
+    if (s->certificates.known[index]) {
+        one->certificate = &s->certificates.of[index];
+        of.certificate_factor = one->certificate->coverage_factor;
+        of.certificate = certificates_standard(one->certificate, one->value) *
+                         of.certificate_factor;
+    }
+    if (s->config_known && s->config.site[0].mat_length_ft > 0.0f) {
+        of.station_error_ft = (double)s->config.site[0].switch_error_ft;
+        of.steepest_in_ft =
+            (double)(s->config.predict[0].slack_in / s->config.site[0].mat_length_ft);
+    }
+    budget_make(&of, &one->budget);
+    return true;
+}
+
+/* ---- told ---- */
+
+static void certificate_answer(struct answer *answer, const struct one *one)
+{
+    char text[CERTIFICATES_TEXT] = "none: its uncertainty is not in the sum";
+    if (one->certificate)
+        certificates_text(one->certificate,
+                          certificates_state(one->certificate, &one->channel, (int64_t)time(NULL)),
+                          &one->channel, text);
+    answer_words(answer, "certificate", "certificate", "%s", text);
+    answer_words_or_none(answer, "certificate_number", NULL,
+                         one->certificate ? one->certificate->number : "", NULL);
+}
+
+static void sums_answer(struct answer *answer, const struct one *one)
+{
+    enum unit_kind kind = kind_of(one);
+    const struct budget *b = &one->budget;
+    answer_value(answer, "stated", "stated error", kind, b->stated, -3);
+    answer_value(answer, "combined", "combined", kind, b->combined, -3);
+    answer_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->factor, 3);
+    answer_value(answer, "expanded", "expanded (95 %)", kind, b->expanded, -3);
+    certificate_answer(answer, one);
+}
+
+static void rows_answer(struct answer *answer, const struct one *one)
+{
+    const struct budget *b = &one->budget;
+    bool transducer = one->index < MR_TRANSDUCERS;
+    answer_table(answer, "budget", "");
+    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
+        const struct budget_row *row = &b->row[s];
+        double share = row->contribution / b->combined;
+        answer_row(answer);
+        answer_words(answer, "source", NULL, "%s", budget_source_name(s));
+        answer_words(answer, NULL, "source", "%s", budget_source_text(s));
+        answer_flag(answer, "stated", NULL, s < BUDGET_STATED);
+        answer_words(answer, NULL, "part", "%s", s < BUDGET_STATED ? "stated" : "beyond it");
+        answer_value(answer, "input", "x", UNIT_NUMBER, row->input, -3);
+        answer_words(answer, "input_unit", "unit", "%s", budget_input_unit(s, transducer));
+        answer_words(answer, "distribution", "distribution", "%s", budget_distribution(s));
+        answer_value(answer, "divisor", "divisor", UNIT_NUMBER, row->divisor, 3);
+        answer_value(answer, "standard", "u(x)", UNIT_NUMBER, row->standard, -3);
+        answer_value(answer, "sensitivity", "c", UNIT_NUMBER, row->sensitivity, -3);
+        answer_value(answer, "contribution", "c u(x)", kind_of(one), row->contribution, -3);
+        answer_value(answer, NULL, "share, %", UNIT_NUMBER, 100.0 * share * share, 1);
+    }
+    answer_close(answer);
+}
+
+static void head_answer(struct answer *answer, const struct one *one)
+{
+    char channel[8];
+    jump_channel(one->index, channel);
+    answer_words(answer, "channel", "channel", "%s", channel);
+    answer_words_or_none(answer, "sensor", "sensor",
+                         one->channel.serial[0] ? one->channel.serial : "", "-");
+    answer_value(answer, "reading", "reading", kind_of(one), one->value,
+                 kind_of(one) == UNIT_DISPLACEMENT ? 4 : 2);
+}
+
+/* All of one channel. */
+static void one_answer(struct answer *answer, const struct one *one)
+{
+    head_answer(answer, one);
+    rows_answer(answer, one);
+    sums_answer(answer, one);
+}
+
+static void legend_answer(struct answer *answer)
+{
+    answer_sentence(answer, NULL,
+                    "The stated error is the standard error beside every reading: how well it "
+                    "repeats what the calibration said. Combined is the root sum square of all "
+                    "rows, with certificate, position and temperature; expanded is k times that, "
+                    "and holds with 95 %%.");
+}
+
+static size_t table_answer(const struct request *r, const struct subject *s, struct answer *answer)
+{
+    struct one one;
+    size_t count = 0;
+    answer_table(answer, "channels", "");
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        if (!make_one(r, s, i, &one))
+            continue;
+        count++;
+        answer_row(answer);
+        head_answer(answer, &one);
+        sums_answer(answer, &one);
+        struct answer *rows = answer_new(false); /* of programs: people see the sums */
+        rows_answer(rows, &one);
+        json_t *made = answer_into_json(rows);
+        answer_json_value(answer, "budget", json_incref(json_object_get(made, "budget")));
+        json_decref(made);
+    }
+    answer_close(answer);
+    return count;
+}
+
+static void show(struct answer *answer, FILE *out)
+{
+    if (!answer_html(answer, out))
+        fputs("<p>Memory ended here: this page is cut short.</p>\n", out);
+    answer_free(answer);
+}
+
+static enum mr_status write_page(const struct request *r, const struct subject *s,
+                                 struct error *error)
+{
+    struct output output;
+    struct one one;
+    if (output_begin(&output, r->output, r->force, error) != MR_OK)
+        return error->status;
+    page_head(output.file, "Uncertainty budgets");
+    fputs("<main><h1>Uncertainty budgets</h1>\n<p class=\"say\">", output.file);
+    html_text(output.file, r->words[0]);
+    if (s->run)
+        fprintf(output.file, ", RUN %lld: each channel at its peak", (long long)s->run);
+    fputs(".</p>\n", output.file);
+    struct answer *answer = answer_new(r->cli->si);
+    legend_answer(answer);
+    (void)table_answer(r, s, answer);
+    show(answer, output.file);
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        if (!make_one(r, s, i, &one))
+            continue;
+        char channel[8];
+        jump_channel(i, channel);
+        fprintf(output.file, "<section id=\"%s\"><h2>%s %u</h2>\n", channel,
+                i < MR_TRANSDUCERS ? "Transducer" : "Gage", one.channel.number);
+        answer = answer_new(r->cli->si);
+        one_answer(answer, &one);
+        show(answer, output.file);
+        fputs("</section>\n", output.file);
+    }
+    fputs("</main></body></html>\n", output.file);
+    return output_end(&output, error);
+}
+
+/* ---- the command line ---- */
+
+static enum mr_status check(struct request *r, struct error *error)
+{
+    unsigned index = 0;
+    enum unit_kind kind;
+    r->channel = -1;
+    r->at_value = (double)NAN;
+    if (r->words[1] && !jump_channel_read(r->words[1], strlen(r->words[1]), &index))
+        return error_set(error, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u",
+                         r->words[1], MR_TRANSDUCERS, MR_GAGES);
+    if (r->words[1])
+        r->channel = (int)index;
+    if (r->at && !r->words[1])
+        return error_set(error, MR_USAGE,
+                         "--at goes with a CHANNEL: matrig uncertainty; see matrig uncertainty "
+                         "--help");
+    if (r->config && r->run)
+        return error_set(error, MR_USAGE,
+                         "--config or --run, one of them: matrig uncertainty; see matrig "
+                         "uncertainty --help");
+    kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
+    const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
+    if (r->at && (!calibrate_value(r->at, kind, unit_read(unit, 2), &r->at_value) ||
+                  fabs(r->at_value) > 10000.0))
+        return error_set(error, MR_USAGE,
+                         "no reading: '%s' for --at; a number in %s, or with its unit", r->at,
+                         unit);
+    return output_check(r->output, r->force, r->words[0], error);
+}
+
+static enum mr_status tell(const struct request *r, const struct subject *s, struct answer *answer,
+                           struct error *error)
+{
+    struct one one;
+    if (r->channel >= 0 && !make_one(r, s, (unsigned)r->channel, &one))
+        return error_set(error, MR_UNKNOWN, "%s is not fitted: %s; see matrig show", r->words[1],
+                         r->config ? r->config : r->words[0]);
+    if (s->run)
+        answer_count(answer, "run", "RUN", s->run);
+    answer_value(answer, "kelvin", NULL, UNIT_NUMBER, r->kelvin, 3);
+    if (r->channel >= 0)
+        one_answer(answer, &one);
+    else
+        (void)table_answer(r, s, answer);
+    legend_answer(answer);
+    if (r->output && write_page(r, s, error) == MR_OK)
+        answer_words(answer, "file", "written to", "%s", r->output);
+    return error->status;
+}
+
+static int uncertainty_command(int argc, char **argv, const struct cli *cli)
+{
+    static struct subject s;
+    struct request r = {.cli = cli};
+    struct error error = {0};
+    struct answer *answer = answer_new(cli->si);
+    enum mr_status status = command_parse(&command_uncertainty, argc, argv, cli, &r, r.words,
+                                          &error);
+    if (status == MR_OK)
+        status = check(&r, &error);
+    if (status == MR_OK)
+        status = load(&r, &s, &error);
+    if (status == MR_OK)
+        (void)tell(&r, &s, answer, &error);
+    measured_free(&s.measured);
+    return answer_end(cli, answer, 0, &error);
+}
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB", "campaign database: its newest landing, each channel at its peak"),
+    HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: this one's whole budget; else the sums of all"),
+    OPTION_RUN("--run", "RUN", run, "another landing"),
+    OPTION_TEXT("--config", "F", config,
+                "a configuration in a landing's place, each channel at a third of its range"),
+    OPTION_TEXT("--at", "V", at, "at this reading, in or lb, or with its unit (5mm, 300N)"),
+    OPTION_NUMBER("--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
+                  "the temperature differs from that of the calibration by up to K; else "
+                  "{standard}"),
+    OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
+                  "since the zeros of the gages were taken, with --config; else {standard}"),
+    OPTION_TEXT("-o", "F", output, "write all budgets as a page that stands alone"),
+    OPTION_FORCE(force),
+    HELP_NOTE("The stated error (as beside every reading) and what it leaves out: certificate, "
+              "position, temperature. x, u(x) and c are in inches\nand pounds, also with --si. "),
+    HELP_EXAMPLE("matrig uncertainty campaign.db d3 -o uncertainty.html"),
+};
+
+const struct command command_uncertainty = {
+    "uncertainty",
+    uncertainty_command,
+    "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K] [-o F] [--force]",
+    "the uncertainty budget of each channel, with its certificate",
+    COMMAND_PARTS(parts),
+    {1, 2, "DB [CHANNEL]"},
+};

@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# matrig uncertainty: the budget of each channel adds up to the stated error of the summary; certificates; a page.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+gzip -dc tests/host/campaigns/v3.db.gz >"$tmp/c.db"
+$matrig migrate --no-backup "$tmp/c.db" 2>/dev/null
+
+# The stated error of a peak as `show` has it, and the sums made here once more, of every channel.
+adds_up() {
+    $matrig --json uncertainty "$tmp/c.db" >"$tmp/u.json" && $matrig --json show "$tmp/c.db" 1 >"$tmp/show.json" && python3 - "$tmp" <<'P'
+import json, math, sys
+budgets = json.load(open(sys.argv[1] + "/u.json"))["channels"]
+shown = json.load(open(sys.argv[1] + "/show.json"))
+stated = {"d%d" % d["number"]: d["error_in"] for d in shown["displacements"]}
+for t in shown["tensions"]:
+    most = abs(t["most_lb"]) >= abs(t["least_lb"])
+    stated["t%d" % t["number"]] = t["most_error_lb" if most else "least_error_lb"]
+assert len(budgets) == len(stated) == 22
+for b in budgets:
+    unit = "in" if b["channel"][0] == "d" else "lb"
+    part = lambda s: math.sqrt(sum(r["contribution_" + unit] ** 2 for r in b["budget"] if r["stated"] or not s))
+    near = lambda x, y: abs(x - y) < 2e-5 * abs(y)
+    assert near(b["stated_" + unit], stated[b["channel"]]) and near(part(True), b["stated_" + unit]) and near(part(False), b["combined_" + unit]), b
+    assert near(b["combined_" + unit] * b["coverage_factor"], b["expanded_" + unit])
+    assert not b["certificate_number"]
+P
+}
+a_certificate_joins() { # 2 % of 10 mm with k = 2: a tenth of a millimetre, 0.003937 in
+    $matrig certificate "$tmp/c.db" d3 --number C-7 --calibrated 2021-03-02 --due 2022-03-01 --uncertainty 2% --coverage 2 >"$tmp/out" && $matrig --json uncertainty "$tmp/c.db" d3 --at 10mm >"$tmp/u.json" && python3 - "$tmp/u.json" <<'P'
+import json, sys
+b = json.load(open(sys.argv[1]))
+row = {r["source"]: r for r in b["budget"]}["certificate"]
+assert abs(row["contribution_in"] - 0.1 / 25.4) < 1e-8 and row["divisor"] == 2, row
+assert abs(b["combined_in"] ** 2 - b["stated_in"] ** 2 - row["contribution_in"] ** 2) < 1e-9, b
+assert b["certificate_number"] == "C-7" and b["certificate"] == "overdue since 2022-03-02", b
+P
+}
+a_page_stands_alone() {
+    $matrig uncertainty "$tmp/c.db" -o "$tmp/page.html" >"$tmp/out" && [ "$(grep -c '<section id="[dt][0-9]*">' "$tmp/page.html")" = 22 ] && grep -q 'overdue since 2022-03-02' "$tmp/page.html" &&
+        ! grep -Eq '(src|href)="?(http|/)' "$tmp/page.html" && tail -n 1 "$tmp/page.html" | grep -q '</html>$' && python3 - "$tmp/page.html" <<'P'
+import sys, xml.parsers.expat, re
+text = open(sys.argv[1]).read()
+for tag in ("table", "section", "main", "tr", "td", "th", "dl", "p"):
+    assert len(re.findall("<%s[ >]" % tag, text)) == len(re.findall("</%s>" % tag, text)), tag
+P
+}
+without_a_landing() { # of a configuration
+    build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --speed max --for 200 >/dev/null 2>&1 &
+    $matrig board --serial "unix:$sockets/serial" config get -o "$tmp/rig.cfg"
+    kill $!
+    wait $!
+    $matrig uncertainty "$tmp/c.db" t2 --config "$tmp/rig.cfg" --hours 2 --at 444.82N --kelvin 0 >"$tmp/out" && cat "$tmp/out" && grep -Eq '^reading +100\.00 lb$' "$tmp/out" && grep -Eq "^ +zero's drift.* 0.5 +2 +1 " "$tmp/out"
+}
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'rm -rf "$sockets"' EXIT
+
+check "each budget adds up to the stated error, and to the combined one" adds_up
+check "a certificate joins the sum, overdue or not, and it is said" a_certificate_joins
+check "the page" a_page_stands_alone
+check "a configuration in a landing's place" without_a_landing
+check "no channel" fails_with 2 "not a channel: 'd0'" $matrig uncertainty "$tmp/c.db" d0
+check "a reading in another unit" fails_with 2 "no reading: '3lb' for --at" $matrig uncertainty "$tmp/c.db" d3 --at 3lb
+check "--at of all" fails_with 2 'goes with a CHANNEL' $matrig uncertainty "$tmp/c.db" --at 1
+check "two places" fails_with 2 'one of them' $matrig uncertainty "$tmp/c.db" --run 1 --config x
+check "a page in the database's place" fails_with 2 'c.db' $matrig uncertainty "$tmp/c.db" -o "$tmp/c.db"
+finish
