@@ -30,6 +30,7 @@ static const struct source {
     [BUDGET_LINEARITY] = {"linearity", "what the calibration leaves", "normal", "in", "lb"},
     [BUDGET_REFERENCE] = {"reference", "reference", "normal", "1", "1"},
     [BUDGET_CERTIFICATE] = {"certificate", "certificate of the sensor", "normal", "in", "lb"},
+    [BUDGET_BASELINE] = {"baseline", "what it leaves at a movement's start", "normal", "in", "lb"},
     [BUDGET_POSITION] = {"position", "position: its station", "normal", "ft", "ft"},
     [BUDGET_TEMPERATURE] = {"temperature", "temperature, against the calibration's", "rectangular",
                             "K", "K"},
@@ -96,7 +97,8 @@ static double input(const struct budget_case *of, enum budget_source source)
     case BUDGET_GAIN: return (double)channel->gain_error;
     case BUDGET_ZERO: return (double)channel->zero_error;
     case BUDGET_DRIFT: return (double)channel->drift_error_per_h;
-    case BUDGET_LINEARITY: return (double)channel->linearity_error;
+    case BUDGET_LINEARITY:
+    case BUDGET_BASELINE: return (double)channel->linearity_error;
     case BUDGET_REFERENCE: return (double)of->reading.reference_error;
     case BUDGET_CERTIFICATE: return isnan(of->certificate) ? 0.0 : of->certificate;
     case BUDGET_POSITION: return of->station_error_ft;
@@ -123,6 +125,21 @@ static double per_kelvin(const struct budget_case *of, const struct budget *budg
            had = hypot(budget->row[BUDGET_DRIFT].contribution,
                        budget->row[BUDGET_ZERO].contribution);
     return kelvin > 0.0 && drift > had ? sqrt(drift * drift - had * had) / kelvin : 0.0;
+}
+
+static double sensitivity(const struct budget_case *of, const struct budget *budget,
+                          enum budget_source source)
+{
+    bool movement = of->reading.baseline_blocks > 0.0f;
+    switch (source) {
+    case BUDGET_CERTIFICATE: return 1.0;
+    case BUDGET_BASELINE:
+        return movement && of->channel->points < 2 ? budget->row[BUDGET_LINEARITY].sensitivity
+                                                   : 0.0;
+    case BUDGET_POSITION:
+        return of->channel->kind == MR_KIND_DISPLACEMENT ? of->steepest_in_ft : 0.0;
+    default: return per_kelvin(of, budget, budget->row[source].standard);
+    }
 }
 
 /* Within `k` standard uncertainties, of which the rectangular one brings `wide` half widths and the
@@ -163,10 +180,7 @@ void budget_make(const struct budget_case *of, struct budget *budget)
             row->contribution = alone(of, s);
             row->sensitivity = row->standard > 0.0 ? row->contribution / row->standard : 0.0;
         } else {
-            row->sensitivity = s == BUDGET_CERTIFICATE ? 1.0
-                             : s == BUDGET_TEMPERATURE ? per_kelvin(of, budget, row->standard)
-                             : of->channel->kind == MR_KIND_DISPLACEMENT ? of->steepest_in_ft
-                                                                         : 0.0;
+            row->sensitivity = sensitivity(of, budget, s);
             row->contribution = row->sensitivity * row->standard;
         }
         variance += row->contribution * row->contribution;

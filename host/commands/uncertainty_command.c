@@ -109,7 +109,7 @@ static enum mr_status load(const struct request *r, struct subject *s, struct er
 
 /* ---- one channel ---- */
 
-/* The reading of a landing: its peak as the summary states it, or another value of the same kind. */
+/* The reading of a landing: its peak as the summary states it, or another one. */
 static struct mr_error_case landing_case(const struct subject *s, double at_value, struct one *one)
 {
     const struct measured_channel *channel = &s->measured.channel[one->index];

@@ -31,7 +31,8 @@ import json, sys
 b = json.load(open(sys.argv[1]))
 row = {r["source"]: r for r in b["budget"]}["certificate"]
 assert abs(row["contribution_in"] - 0.1 / 25.4) < 1e-8 and row["divisor"] == 2, row
-assert abs(b["combined_in"] ** 2 - b["stated_in"] ** 2 - row["contribution_in"] ** 2) < 1e-9, b
+baseline = {r["source"]: r for r in b["budget"]}["baseline"] # of a straight line; nobody calibrated it, so the temperature is in its stated gain
+assert abs(b["combined_in"] ** 2 - b["stated_in"] ** 2 - row["contribution_in"] ** 2 - baseline["contribution_in"] ** 2) < 1e-9, b
 assert b["certificate_number"] == "C-7" and b["certificate"] == "overdue since 2022-03-02", b
 P
 }
@@ -51,6 +52,7 @@ without_a_landing() { # of a configuration
     wait $!
     $matrig uncertainty "$tmp/c.db" t2 --config "$tmp/rig.cfg" --hours 2 --at 444.82N --kelvin 0 >"$tmp/out" && cat "$tmp/out" && grep -Eq '^reading +100\.00 lb$' "$tmp/out" && grep -Eq "^ +zero's drift.* 0.5 +2 +1 " "$tmp/out"
 }
+does_not_hold() { build/tests/uncertainty/study 200 --without "$1"; [ $? = 1 ]; }
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
 
@@ -58,6 +60,9 @@ check "each budget adds up to the stated error, and to the combined one" adds_up
 check "a certificate joins the sum, overdue or not, and it is said" a_certificate_joins
 check "the page" a_page_stands_alone
 check "a configuration in a landing's place" without_a_landing
+check "of 500 drawn calibrations and landings the interval holds 93.5 to 97 %" build/tests/uncertainty/study 500
+check "without the certificate it does not" does_not_hold certificate
+check "nor without the temperature" does_not_hold temperature
 check "no channel" fails_with 2 "not a channel: 'd0'" $matrig uncertainty "$tmp/c.db" d0
 check "a reading in another unit" fails_with 2 "no reading: '3lb' for --at" $matrig uncertainty "$tmp/c.db" d3 --at 3lb
 check "--at of all" fails_with 2 'goes with a CHANNEL' $matrig uncertainty "$tmp/c.db" --at 1

@@ -96,9 +96,13 @@ static void a_movement_by_hand(void **state)
     is(BUDGET_LINEARITY, 0.002);
     is(BUDGET_REFERENCE, 0.0003);
     is(BUDGET_CERTIFICATE, 0.002);
+    is(BUDGET_BASELINE, 0.002); /* a straight line leaves as much at the zero */
     is(BUDGET_POSITION, 0.000105);
     is(BUDGET_TEMPERATURE, 724.9e-6 * 10.0 / sqrt(3.0)); /* docs/electronics/figures.md */
     assert_near(b.row[BUDGET_NOISE].input, 0.7, 1e-6);
+    transducer.points = 4; /* of which the zero is one */
+    budget_make(&of, &b);
+    is(BUDGET_BASELINE, 0.0);
     transducer.calibrated_day = 0; /* its stated gain has the temperature */
     budget_make(&of, &b);
     is(BUDGET_TEMPERATURE, 0.0);
@@ -119,6 +123,7 @@ static void a_tension_by_hand(void **state)
     is(BUDGET_DRIFT, 1.0); /* 2 h */
     is(BUDGET_REFERENCE, 0.0003 * (100.0 + 500.0 * 0.16));
     is(BUDGET_CERTIFICATE, 0.0);
+    is(BUDGET_BASELINE, 0.0); /* of an absolute reading */
     is(BUDGET_POSITION, 0.0);
     is(BUDGET_TEMPERATURE, 0.0); /* 0.0835 * 10 / sqrt(3) = 0.48 lb: the stated drift has it */
     assert_near(b.factor, 1.959964, 1e-3);
