@@ -167,11 +167,13 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
 static void certificate_answer(struct answer *answer, const struct one *one)
 {
     char text[CERTIFICATES_TEXT] = "none: its uncertainty is not in the sum";
-    if (one->certificate)
-        certificates_text(one->certificate,
-                          certificates_state(one->certificate, &one->channel, (int64_t)time(NULL)),
-                          &one->channel, text);
-    answer_words(answer, "certificate", "certificate", "%s", text);
+    enum certificate_state state = CERTIFICATE_VALID;
+    if (one->certificate) {
+        state = certificates_state(one->certificate, &one->channel, (int64_t)time(NULL));
+        certificates_text(one->certificate, state, &one->channel, text);
+    }
+    struct answer_fact *fact = answer_words(answer, "certificate", "certificate", "%s", text);
+    fact->warn = state != CERTIFICATE_VALID;
     answer_words_or_none(answer, "certificate_number", NULL,
                          one->certificate ? one->certificate->number : "", NULL);
 }
@@ -240,26 +242,31 @@ static void legend_answer(struct answer *answer)
                     "and holds with 95 %%.");
 }
 
-static size_t table_answer(const struct request *r, const struct subject *s, struct answer *answer)
+/* Sums alone for people; programs get the rows, too. */
+static void table_answer(const struct request *r, const struct subject *s, const char *name,
+                         unsigned from, unsigned to, struct answer *answer)
 {
     struct one one;
-    size_t count = 0;
-    answer_table(answer, "channels", "");
-    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+    answer_table(answer, name, "");
+    for (unsigned i = from; i < to; i++) {
         if (!make_one(r, s, i, &one))
             continue;
-        count++;
+        struct answer *rows = answer_new(false);
+        rows_answer(rows, &one);
+        json_t *made = answer_into_json(rows);
         answer_row(answer);
         head_answer(answer, &one);
         sums_answer(answer, &one);
-        struct answer *rows = answer_new(false); /* of programs: people see the sums */
-        rows_answer(rows, &one);
-        json_t *made = answer_into_json(rows);
         answer_json_value(answer, "budget", json_incref(json_object_get(made, "budget")));
         json_decref(made);
     }
     answer_close(answer);
-    return count;
+}
+
+static void tables_answer(const struct request *r, const struct subject *s, struct answer *answer)
+{
+    table_answer(r, s, "displacements", 0, MR_TRANSDUCERS, answer);
+    table_answer(r, s, "tensions", MR_TRANSDUCERS, MR_TRANSDUCERS + MR_GAGES, answer);
 }
 
 static void show(struct answer *answer, FILE *out)
@@ -284,7 +291,7 @@ static enum mr_status write_page(const struct request *r, const struct subject *
     fputs(".</p>\n", output.file);
     struct answer *answer = answer_new(r->cli->si);
     legend_answer(answer);
-    (void)table_answer(r, s, answer);
+    tables_answer(r, s, answer);
     show(answer, output.file);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (!make_one(r, s, i, &one))
@@ -346,7 +353,7 @@ static enum mr_status tell(const struct request *r, const struct subject *s, str
     if (r->channel >= 0)
         one_answer(answer, &one);
     else
-        (void)table_answer(r, s, answer);
+        tables_answer(r, s, answer);
     legend_answer(answer);
     if (r->output && write_page(r, s, error) == MR_OK)
         answer_words(answer, "file", "written to", "%s", r->output);

@@ -9,7 +9,8 @@ $matrig migrate --no-backup "$tmp/c.db" 2>/dev/null
 adds_up() {
     $matrig --json uncertainty "$tmp/c.db" >"$tmp/u.json" && $matrig --json show "$tmp/c.db" 1 >"$tmp/show.json" && python3 - "$tmp" <<'P'
 import json, math, sys
-budgets = json.load(open(sys.argv[1] + "/u.json"))["channels"]
+budgets = json.load(open(sys.argv[1] + "/u.json"))
+budgets = budgets["displacements"] + budgets["tensions"]
 shown = json.load(open(sys.argv[1] + "/show.json"))
 stated = {"d%d" % d["number"]: d["error_in"] for d in shown["displacements"]}
 for t in shown["tensions"]:
@@ -36,6 +37,10 @@ assert abs(b["combined_in"] ** 2 - b["stated_in"] ** 2 - row["contribution_in"] 
 assert b["certificate_number"] == "C-7" and b["certificate"] == "overdue since 2022-03-02", b
 P
 }
+units_stand_over_their_columns() { # inches over transducers, pounds over gages
+    $matrig uncertainty "$tmp/c.db" >"$tmp/out" && cat "$tmp/out" && awk '/^  channel +sensor/ {unit = $3} /^  d[1-8] +- / {d += unit == "in"} /^  t[0-9]+ +- / {t += unit == "lb"}
+        END {exit !(d == 8 && t == 14)}' "$tmp/out"
+}
 a_page_stands_alone() {
     $matrig uncertainty "$tmp/c.db" -o "$tmp/page.html" >"$tmp/out" && [ "$(grep -c '<section id="[dt][0-9]*">' "$tmp/page.html")" = 22 ] && grep -q 'overdue since 2022-03-02' "$tmp/page.html" &&
         ! grep -Eq '(src|href)="?(http|/)' "$tmp/page.html" && tail -n 1 "$tmp/page.html" | grep -q '</html>$' && python3 - "$tmp/page.html" <<'P'
@@ -58,6 +63,7 @@ trap 'rm -rf "$sockets"' EXIT
 
 check "each budget adds up to the stated error, and to the combined one" adds_up
 check "a certificate joins the sum, overdue or not, and it is said" a_certificate_joins
+check "inches over transducers, pounds over gages" units_stand_over_their_columns
 check "the page" a_page_stands_alone
 check "a configuration in a landing's place" without_a_landing
 check "of 500 drawn calibrations and landings the interval holds 93.5 to 97 %" build/tests/uncertainty/study 500
