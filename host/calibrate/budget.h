@@ -13,8 +13,9 @@
  *     baseline      what a straight line leaves of the sensor's curve where a movement begins: the
  *                   stated error counts it at the reading alone, which is right for a table of
  *                   points, whose zero is a point (common/measure.h)
- *     position      that of the station, times the steepest movement along the mat: every joint
- *                   closed by its slack. A band's tension is the same along it
+ *     position      that of the station, as the site states it for its switches, times the
+ *                   steepest movement along the mat: every joint closed by its slack. A band's
+ *                   tension is the same along it
  *     temperature   it differs from that of the calibration by up to so many kelvins, evenly.
  *                   Of a transducer the cell's gain, from hil/circuits/figures.def; where nobody
  *                   calibrated the channel that is in its stated gain already (firmware/config.c).

@@ -220,7 +220,7 @@ static void row_answer(struct answer *answer, const struct store_certificate *ro
     answer_words(answer, "number", "number", "%s", row->number);
     answer_words_or_none(answer, "laboratory", "laboratory", row->laboratory, "-");
     answer_words_or_none(answer, "sensor", "sensor", row->sensor, "-");
-    answer_words_or_none(answer, "model", NULL, row->model, "-");
+    answer_words_or_none(answer, "model", row->model[0] ? "model" : NULL, row->model, NULL);
     date_answer(answer, "calibrated", "calibrated", row->calibrated_day);
     answer_words_or_none(answer, "by", "by", row->done_by, "-");
     date_answer(answer, "due", NULL, row->due_day);
