@@ -15,6 +15,7 @@
  * 3.2). */
 #define JOINT_LB_FT   (9500.0 * 144.0 * 12.0)
 #define PLAY_FT       (0.25 / 12.0)
+#define G_FT_S2       (9.80665 / 0.3048) /* the g in which a deceleration may be given */
 #define ENDS          0.05 /* of the length at either end, where the aircraft does not brake */
 #define BUILD_UP_S    0.5  /* until it brakes in full */
 /* of critical; not measured. Undamped, mats that knock together never come to an answer */
@@ -24,8 +25,8 @@ void band_design_defaults(struct band_design *design)
 {
     *design = (struct band_design){
         .weight_lb = 480e3,
-        .g_ft_s2 = 32.174,
-        .deceleration_ft_s2 = 0.5 * 32.174,
+        .g_ft_s2 = G_FT_S2,
+        .deceleration_ft_s2 = 0.5 * G_FT_S2,
         .bands = 4.0,
         .area_ft2 = 6.0 * 0.375 / IN2_PER_FT2,
         .yield_lb_ft2 = 50e3 * IN2_PER_FT2,

@@ -1,15 +1,13 @@
 #include "host/base/command.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "common/decimal.h"
 #include "host/base/near.h"
 #include "host/base/order.h"
 #include "host/base/run.h"
-#include "host/base/units.h"
+#include "host/base/quantity.h"
 
 struct parsing {
     const struct command *command;
@@ -128,32 +126,16 @@ static enum mr_status unknown_or_misplaced(const struct parsing *p, const char *
 static enum mr_status read_number(const struct parsing *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
-    const char *end;
-    const char *bare = p->cli->si && option->unit_si ? option->unit_si : option->unit;
-    double number = mr_decimal_read(text, &end), factor = 1.0, shown = 1.0;
-    const char *unit = end;
-    while (isspace((unsigned char)*unit))
-        unit++;
-    if (*unit == ',' && isdigit((unsigned char)unit[1]))
-        return error_set(error, MR_USAGE, "a comma: '%s' for %s; write a point: %.*s.%s", text,
-                         option->name, (int)(unit - text), text, unit + 1);
-    if (end == text || !isfinite(number) || (*unit && !bare))
-        return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
-                         text, option->name, option->low > 1.0 ? option->low : 1.0);
-    if (bare)
-        unit_convert(bare, option->unit, &shown);
-    if (*unit && !unit_convert(unit, option->unit, &factor))
-        return error_set(
-            error, MR_USAGE,
-            "not in %s: '%s' for %s; write digits alone, such as %g, or with %s behind",
-            option->unit, text, option->name, option->low > 1.0 ? option->low : 1.0, bare);
-    if (!*unit)
-        factor = shown;
-    if (!(number * factor >= option->low && number * factor <= option->high))
+    const char *unit = option->unit ? option->unit : "";
+    const char *bare = p->cli->si && option->unit_si ? option->unit_si : unit;
+    double number;
+    if (quantity_read(text, option->name, unit, bare, &number, error) != MR_OK)
+        return error->status;
+    if (!(number >= option->low && number <= option->high))
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g%s%s", text,
-                         option->name, option->low / shown, option->high / shown, bare ? " " : "",
-                         bare ? bare : "");
-    *(double *)place_of(p, option) = number * factor;
+                         option->name, quantity_convert(option->low, unit, bare),
+                         quantity_convert(option->high, unit, bare), *bare ? " " : "", bare);
+    *(double *)place_of(p, option) = number;
     return MR_OK;
 }
 

@@ -5,6 +5,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/base/quantity_units.h"
+
 /* 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605 N: exact by definition. */
 static const struct unit units[2][UNIT_ALL] = {
     {{"ft", "ft", 1.0},
@@ -38,48 +40,12 @@ const struct unit *unit_given(enum unit_kind kind)
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
-/* Exact by definition: 1 in = 25.4 mm, 1 lbf = 4.4482216152605 N, 1 kgf = 9.80665 N. A weight on a
- * scale is read in kg. */
-#define MM_PER_IN 25.4
-#define N_PER_LB  4.4482216152605
-#define N_PER_KG  9.80665
-
+/* Of those that quantity.h reads, the ones of a calibration; a weight on a scale is read in kg. */
 static const struct unit_word written[] = {
-    {"in", UNIT_DISPLACEMENT, 1.0},
-    {"mm", UNIT_DISPLACEMENT, 1.0 / MM_PER_IN},
-    {"cm", UNIT_DISPLACEMENT, 10.0 / MM_PER_IN},
-    {"m", UNIT_DISPLACEMENT, 1000.0 / MM_PER_IN},
-    {"ft", UNIT_DISPLACEMENT, 12.0},
-    {"lb", UNIT_TENSION, 1.0},
-    {"N", UNIT_TENSION, 1.0 / N_PER_LB},
-    {"kN", UNIT_TENSION, 1000.0 / N_PER_LB},
-    {"kg", UNIT_TENSION, N_PER_KG / N_PER_LB},
+    {"in", UNIT_DISPLACEMENT}, {"mm", UNIT_DISPLACEMENT}, {"cm", UNIT_DISPLACEMENT},
+    {"m", UNIT_DISPLACEMENT},  {"ft", UNIT_DISPLACEMENT}, {"lb", UNIT_TENSION},
+    {"N", UNIT_TENSION},       {"kN", UNIT_TENSION},      {"kg", UNIT_TENSION},
 };
-
-static const struct {
-    const char *spelling, *word;
-} spellings[] = {
-    {"inch", "in"},        {"inches", "in"},     {"ins", "in"},         {"millimetre", "mm"},
-    {"millimetres", "mm"}, {"millimeter", "mm"}, {"millimeters", "mm"}, {"centimetre", "cm"},
-    {"centimetres", "cm"}, {"centimeter", "cm"}, {"centimeters", "cm"}, {"metre", "m"},
-    {"metres", "m"},       {"meter", "m"},       {"meters", "m"},       {"foot", "ft"},
-    {"feet", "ft"},        {"lbs", "lb"},        {"lbf", "lb"},         {"pound", "lb"},
-    {"pounds", "lb"},      {"newton", "N"},      {"newtons", "N"},      {"kilonewton", "kN"},
-    {"kilonewtons", "kN"}, {"kgf", "kg"},        {"kgs", "kg"},         {"kp", "kg"},
-    {"kilogram", "kg"},    {"kilograms", "kg"},
-};
-
-/* A capital M is mega: "Mm" and "M" are no mm and m. Wholly in capitals is another spelling. */
-static bool is_mega(const char *word, size_t length)
-{
-    return length <= 2 && word[0] == 'M' && (length == 1 || word[1] != 'M');
-}
-
-static bool is_word(const char *word, size_t length, const char *known)
-{
-    return strlen(known) == length && strncasecmp(word, known, length) == 0 &&
-           !is_mega(word, length);
-}
 
 const struct unit_word *unit_words(size_t index)
 {
@@ -88,78 +54,18 @@ const struct unit_word *unit_words(size_t index)
 
 const struct unit_word *unit_read(const char *word, size_t length)
 {
-    for (size_t i = 0; i < sizeof spellings / sizeof spellings[0]; i++) {
-        if (is_word(word, length, spellings[i].spelling))
-            return unit_read(spellings[i].word, strlen(spellings[i].word));
-    }
+    size_t found = quantity_word_find(word, length);
+    /* "kn" in a column of forces is no knot */
+    const char *known = found == quantity_word_count                   ? ""
+                      : length == 2 && strncasecmp(word, "kn", 2) == 0 ? "kN"
+                                                                       : quantity_words[found].word;
+    if (strcmp(known, "kgf") == 0)
+        known = "kg";
     for (size_t i = 0; i < sizeof written / sizeof written[0]; i++) {
-        if (is_word(word, length, written[i].word))
+        if (strcmp(known, written[i].word) == 0)
             return &written[i];
     }
     return NULL;
-}
-
-/* Seconds; 0: no time. */
-static double time_s(const char *word)
-{
-    static const struct {
-        const char *word;
-        double s;
-    } times[] = {{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"h", 3600.0}};
-    for (size_t i = 0; i < sizeof times / sizeof times[0]; i++) {
-        if (strcmp(times[i].word, word) == 0)
-            return times[i].s;
-    }
-    return 0.0;
-}
-
-/* Speeds and accelerations in the report's units; as they are written, capitals apart. */
-static const struct {
-    const char *word;
-    char kind;
-    double factor;
-} rates[] = {
-    {"ft/s", 'v', 1.0},
-    {"m/s", 'v', 1000.0 / MM_PER_IN / 12.0},
-    {"km/h", 'v', 1e6 / 3600.0 / MM_PER_IN / 12.0},
-    {"mph", 'v', 5280.0 / 3600.0},
-    {"kn", 'v', 1852e3 / 3600.0 / MM_PER_IN / 12.0},
-    {"kt", 'v', 1852e3 / 3600.0 / MM_PER_IN / 12.0},
-    {"ft/s2", 'a', 1.0},
-    {"m/s2", 'a', 1000.0 / MM_PER_IN / 12.0},
-    {"ft/s^2", 'a', 1.0},
-    {"m/s^2", 'a', 1000.0 / MM_PER_IN / 12.0},
-    {"g", 'a', 9806.65 / MM_PER_IN / 12.0},
-};
-
-static char rate_of(const char *word, double *factor)
-{
-    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
-        if (strcmp(rates[i].word, word) == 0) {
-            *factor = rates[i].factor;
-            return rates[i].kind;
-        }
-    }
-    return 0;
-}
-
-bool unit_convert(const char *from, const char *to, double *factor)
-{
-    double a_rate = 1.0, b_rate = 1.0;
-    const char a_kind = rate_of(from, &a_rate), b_kind = rate_of(to, &b_rate);
-    const struct unit_word *a = unit_read(from, strlen(from)), *b = unit_read(to, strlen(to));
-    double a_s = time_s(from), b_s = time_s(to);
-    if (strcmp(from, to) == 0)
-        *factor = 1.0;
-    else if (a && b && a->kind == b->kind)
-        *factor = a->factor / b->factor;
-    else if (a_s > 0.0 && b_s > 0.0)
-        *factor = a_s / b_s;
-    else if (a_kind && a_kind == b_kind)
-        *factor = a_rate / b_rate;
-    else
-        return false;
-    return true;
 }
 
 double unit_tidy(double value, double least)

@@ -33,17 +33,12 @@ const struct unit *unit_given(enum unit_kind kind);
 struct unit_word {
     const char *word; /* "mm", "kN": as it is told */
     enum unit_kind kind;
-    double factor; /* multiply a value so written by it to have in or lb */
 };
 /* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not, but
  * for "M" and "Mm", where M is mega. NULL: none of them. Static storage. */
 const struct unit_word *unit_read(const char *word, size_t length);
 /* All of them, once each: unit_words(0) and on, NULL after the last. Static storage. */
 const struct unit_word *unit_words(size_t index);
-/* Multiply a value in `from` by *factor to have it in `to`: the same word, or two lengths, forces
- * (unit_read), times (s, ms, min, h), speeds (ft/s, m/s, km/h, mph, kn) or accelerations (ft/s2,
- * m/s2, g). False: the one cannot be turned into the other. */
-bool unit_convert(const char *from, const char *to, double *factor);
 /* What rounds to 0 at this least digit, without a sign. */
 double unit_tidy(double value, double least);
 /* Decimals of a value that has `decimals` in the report's unit: in SI as many more or less as keep

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "common/gain.h"
+#include "host/base/quantity.h"
 #include "host/base/units.h"
 
 /* How far a gain is from the middle of what is possible, as a ratio's logarithm; infinite when it
@@ -20,13 +21,16 @@ void mistake_text(const struct mr_channel_config *channel, char *out, size_t siz
     const enum unit_kind kind = channel->kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT
                                                                       : UNIT_TENSION;
     double gain = fabs((double)mr_channel_gain(channel)), nearest = HUGE_VAL;
+    const char *own = unit_of(kind, false)->text;
     const struct unit_word *unit;
     out[0] = '\0';
     if (distance(&limits, gain) < HUGE_VAL)
         return;
     for (size_t i = 0; (unit = unit_words(i)); i++) {
-        double other = distance(&limits, gain * unit->factor);
-        if (unit->kind != kind || !(other < nearest))
+        if (unit->kind != kind)
+            continue;
+        double other = distance(&limits, quantity_convert(gain, unit->word, own));
+        if (!(other < nearest))
             continue;
         nearest = other;
         snprintf(out, size, "; were the values %s?", unit->word);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/decimal.h"
+#include "host/base/quantity.h"
 #include "host/calibrate/column.h"
 
 #define BLANKS          " \t\r\n"
@@ -105,17 +106,9 @@ static enum mr_status read_names(struct reader *r, const char *line, const char 
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
                      double *value)
 {
-    const char *end;
-    *value = mr_decimal_read(text, &end);
-    if (end == text || !isfinite(*value))
-        return false;
-    end += strspn(end, BLANKS);
-    size_t length = strcspn(end, BLANKS);
-    const struct unit_word *unit = length ? unit_read(end, length) : plain;
-    if (!unit || unit->kind != kind || end[length + strspn(end + length, BLANKS)] != '\0')
-        return false;
-    *value *= unit->factor;
-    return true;
+    struct quantity_wrong wrong;
+    return quantity_parse(text, unit_of(kind, false)->text, plain ? plain->word : "", value,
+                          &wrong);
 }
 
 static bool read_code(const char *text, double *code)
@@ -129,17 +122,15 @@ static bool read_code(const char *text, double *code)
  * told. */
 static enum mr_status read_point(struct reader *r, char *line, char *comma, bool *unitless)
 {
-    static const struct unit_word as_is[] = {[UNIT_DISPLACEMENT] = {"", UNIT_DISPLACEMENT, 1.0},
-                                             [UNIT_TENSION] = {"", UNIT_TENSION, 1.0}};
     struct calibrate_points *points = r->points;
     struct calibrate_point point = {.spread = (double)NAN};
+    const struct unit_word *own = unit_read(unit_of(r->kind, false)->text, 2);
     double alone;
     *comma = '\0';
     const char *value = points->codes_first ? comma + 1 : line,
                *code = points->codes_first ? line : comma + 1;
     if (!read_code(code, &point.code) ||
-        !calibrate_value(value, r->kind, points->unit ? points->unit : &as_is[r->kind],
-                         &point.value))
+        !calibrate_value(value, r->kind, points->unit ? points->unit : own, &point.value))
         return complain(r, MR_MALFORMED, "not a value and a code",
                         points->codes_first ? "write CODE,VALUE, as the first line says"
                                             : "write VALUE,CODE");

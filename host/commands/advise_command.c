@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/decimal.h"
+#include "host/base/quantity.h"
 #include "host/advise/advise.h"
 #include "host/advise/chart.h"
 #include "host/board/charttalk.h"
@@ -26,21 +26,16 @@ struct request {
     bool keep, load;
 };
 
-/* "4ft/s2", with a unit or in `bare`; up to `end`. */
+/* "4ft/s2", with a unit or in `bare`; of the first `length` characters. */
 static bool part(const char *text, size_t length, const char *bare, const char *unit, double *value)
 {
     char word[40];
-    const char *end;
-    double factor = 1.0;
-    if (length == 0 || length >= sizeof word)
+    struct quantity_wrong wrong;
+    if (length >= sizeof word)
         return false;
     memcpy(word, text, length);
     word[length] = '\0';
-    *value = mr_decimal_read(word, &end);
-    if (end == word || !isfinite(*value) || !unit_convert(*end ? end : bare, unit, &factor))
-        return false;
-    *value *= factor;
-    return true;
+    return quantity_parse(word, unit, bare, value, &wrong);
 }
 
 /* "0:4,2:8": braking of 4 at the touchdown that goes over to 8 at 2 s. The mean, over time to the

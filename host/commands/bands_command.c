@@ -1,5 +1,4 @@
 /* matrig bands: restraining bands by Appendix C of the report, checked in the chain model. */
-#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -8,50 +7,12 @@
 
 #include "host/analyse/banddesign.h"
 #include "host/base/answer.h"
-#include "common/decimal.h"
+#include "host/base/quantity.h"
 #include "host/commands/commands.h"
 #include "host/base/units.h"
 
 #define WORDS_MAX 32
-#define N_PER_LB  4.4482216152605
-#define M_PER_FT  0.3048
 #define DISAGREE  0.1 /* of T0: simple theory and model say different things */
-
-enum dimension { NUMBER, FORCE, LENGTH, SPEED, ACCELERATION, STRESS, STIFFNESS, AREA };
-
-struct input_unit {
-    const char *text;
-    enum dimension dimension;
-    double factor; /* to lb, ft, s */
-};
-
-static const struct input_unit input_units[] = {
-    {"lb", FORCE, 1.0},
-    {"kip", FORCE, 1e3},
-    {"N", FORCE, 1.0 / N_PER_LB},
-    {"kN", FORCE, 1e3 / N_PER_LB},
-    {"ft", LENGTH, 1.0},
-    {"in", LENGTH, 1.0 / 12.0},
-    {"m", LENGTH, 1.0 / M_PER_FT},
-    {"mm", LENGTH, 1e-3 / M_PER_FT},
-    {"ft/s", SPEED, 1.0},
-    {"mph", SPEED, 5280.0 / 3600.0},
-    {"m/s", SPEED, 1.0 / M_PER_FT},
-    {"ft/s2", ACCELERATION, 1.0},
-    {"g", ACCELERATION, 32.174},
-    {"m/s2", ACCELERATION, 1.0 / M_PER_FT},
-    {"psi", STRESS, 144.0},
-    {"ksi", STRESS, 144e3},
-    {"MPa", STRESS, 1e6 / N_PER_LB *M_PER_FT *M_PER_FT},
-    {"GPa", STRESS, 1e9 / N_PER_LB *M_PER_FT *M_PER_FT},
-    {"lb/ft", STIFFNESS, 1.0},
-    {"lb/in", STIFFNESS, 12.0},
-    {"kip/in", STIFFNESS, 12e3},
-    {"N/mm", STIFFNESS, 1e3 / N_PER_LB *M_PER_FT},
-    {"in2", AREA, 1.0 / 144.0},
-    {"ft2", AREA, 1.0},
-    {"mm2", AREA, 1e-6 / (M_PER_FT * M_PER_FT)},
-};
 
 struct request {
     struct band_design design;
@@ -62,34 +23,33 @@ struct request {
 
 struct input {
     const char *name;
-    enum dimension dimension;
-    const char *unit; /* of a bare number */
-    double low, high; /* in the unit of the text */
+    const char *own, *unit; /* of what is kept, and of a bare number */
+    double low, high;       /* in the latter */
     size_t offset;
 };
 
 #define IN_DESIGN(field) (offsetof(struct request, design) + offsetof(struct band_design, field))
 static const struct input inputs[] = {
-    {"weight", FORCE, "lb", 1e-3, 1e9, IN_DESIGN(weight_lb)},
-    {"deceleration", ACCELERATION, "ft/s2", 1e-3, 1e3, IN_DESIGN(deceleration_ft_s2)},
-    {"bands", NUMBER, "", 0.01, 1000, IN_DESIGN(bands)},
-    {"width", LENGTH, "in", 1e-4, 1e4, offsetof(struct request, width_ft)},
-    {"thickness", LENGTH, "in", 1e-4, 1e3, offsetof(struct request, thickness_ft)},
-    {"area", AREA, "in2", 1e-8, 1e6, IN_DESIGN(area_ft2)},
-    {"yield", STRESS, "psi", 1, 1e9, IN_DESIGN(yield_lb_ft2)},
-    {"modulus", STRESS, "psi", 1, 1e12, IN_DESIGN(modulus_lb_ft2)},
-    {"mat", FORCE, "lb", 1e-4, 1e6, IN_DESIGN(mat_lb)},
-    {"friction", NUMBER, "", 0, 10, IN_DESIGN(friction)},
-    {"held", NUMBER, "", 0, 1000, IN_DESIGN(held)},
-    {"every", NUMBER, "", 1, 1000, IN_DESIGN(every)},
-    {"row", LENGTH, "ft", 1e-3, 1000, IN_DESIGN(row_ft)},
-    {"gear", LENGTH, "ft", 0, 1e4, IN_DESIGN(width_ft)},
-    {"length", LENGTH, "ft", 0, 1e6, IN_DESIGN(length_ft)},
-    {"spring", STIFFNESS, "lb/ft", 1e-6, 1e12, IN_DESIGN(spring_lb_ft)},
-    {"at", NUMBER, "", 0, 1, IN_DESIGN(at)},
-    {"tension", FORCE, "lb", 0, 1e9, IN_DESIGN(tension_lb)},
-    {"grip", FORCE, "lb", 0, 1e9, IN_DESIGN(grip_lb)},
-    {"speed", SPEED, "ft/s", 0.1, 1e4, IN_DESIGN(speed_ft_s)},
+    {"weight", "lb", "lb", 1e-3, 1e9, IN_DESIGN(weight_lb)},
+    {"deceleration", "ft/s2", "ft/s2", 1e-3, 1e3, IN_DESIGN(deceleration_ft_s2)},
+    {"bands", "", "", 0.01, 1000, IN_DESIGN(bands)},
+    {"width", "ft", "in", 1e-4, 1e4, offsetof(struct request, width_ft)},
+    {"thickness", "ft", "in", 1e-4, 1e3, offsetof(struct request, thickness_ft)},
+    {"area", "ft2", "in2", 1e-8, 1e6, IN_DESIGN(area_ft2)},
+    {"yield", "lb/ft2", "psi", 1, 1e9, IN_DESIGN(yield_lb_ft2)},
+    {"modulus", "lb/ft2", "psi", 1, 1e12, IN_DESIGN(modulus_lb_ft2)},
+    {"mat", "lb", "lb", 1e-4, 1e6, IN_DESIGN(mat_lb)},
+    {"friction", "", "", 0, 10, IN_DESIGN(friction)},
+    {"held", "", "", 0, 1000, IN_DESIGN(held)},
+    {"every", "", "", 1, 1000, IN_DESIGN(every)},
+    {"row", "ft", "ft", 1e-3, 1000, IN_DESIGN(row_ft)},
+    {"gear", "ft", "ft", 0, 1e4, IN_DESIGN(width_ft)},
+    {"length", "ft", "ft", 0, 1e6, IN_DESIGN(length_ft)},
+    {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, IN_DESIGN(spring_lb_ft)},
+    {"at", "", "", 0, 1, IN_DESIGN(at)},
+    {"tension", "lb", "lb", 0, 1e9, IN_DESIGN(tension_lb)},
+    {"grip", "lb", "lb", 0, 1e9, IN_DESIGN(grip_lb)},
+    {"speed", "ft/s", "ft/s", 0.1, 1e4, IN_DESIGN(speed_ft_s)},
 };
 
 static enum mr_status find_input(const char *word, const struct input **input, const char **value,
@@ -114,38 +74,10 @@ static enum mr_status find_input(const char *word, const struct input **input, c
 static enum mr_status read_value(const struct input *input, const char *text, double *value,
                                  struct error *error)
 {
-    const char *end;
-    char names[160] = "";
-    double number = mr_decimal_read(text, &end);
-    if (end == text || !isfinite(number))
-        return error_set(error, MR_USAGE, "not a number: '%s' for %s; give a number and a unit",
-                         text, input->name);
-    while (isspace((unsigned char)*end))
-        end++;
-    const char *unit = *end ? end : input->unit;
-    double factor = 1.0;
-    bool known = input->dimension == NUMBER && !*unit;
-    for (size_t i = 0; i < sizeof input_units / sizeof input_units[0]; i++) {
-        if (input_units[i].dimension != input->dimension)
-            continue;
-        snprintf(names + strlen(names), sizeof names - strlen(names), " %s", input_units[i].text);
-        if (strcmp(input_units[i].text, unit) == 0) {
-            factor = input_units[i].factor;
-            known = true;
-        }
-    }
-    if (!known)
-        return error_set(error, MR_USAGE, "unknown unit: '%s' for %s; give one of%s", unit,
-                         input->name,
-                         input->dimension == NUMBER ? " none: it is a plain number" : names);
-    double own = 1.0; /* of the input's own unit: the range is in it */
-    for (size_t i = 0; i < sizeof input_units / sizeof input_units[0]; i++) {
-        if (strcmp(input_units[i].text, input->unit) == 0)
-            own = input_units[i].factor;
-    }
-    *value = number * factor;
-    if (!(*value >= input->low * own * (1.0 - 1e-12) &&
-          *value <= input->high * own * (1.0 + 1e-12)))
+    if (quantity_read(text, input->name, input->own, input->unit, value, error) != MR_OK)
+        return error->status;
+    if (!(*value >= quantity_convert(input->low, input->unit, input->own) &&
+          *value <= quantity_convert(input->high, input->unit, input->own)))
         return error_set(error, MR_USAGE, "value out of range: %s is %s; give %g to %g %s",
                          input->name, text, input->low, input->high, input->unit);
     return MR_OK;

@@ -5,9 +5,9 @@
 #include <string.h>
 #include <strings.h>
 
-#include "common/decimal.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
+#include "host/base/quantity.h"
 #include "host/base/units.h"
 #include "host/scale/scale.h"
 
@@ -74,22 +74,11 @@ struct value {
 static enum mr_status read_number(const char *text, const char *name, struct value *value,
                                   struct error *error)
 {
-    char number[40];
-    double factor = 1.0;
-    const char *end;
-    (void)mr_decimal_read(text, &end);
-    const char *own = value->quantity->unit, *unit = end + strspn(end, " ");
-    size_t length = (size_t)(end - text);
-    if (length == 0 || length >= sizeof number || !*unit) /* none, or a mistake: told in full */
-        return cli_number(text, name, -1e30, 1e30, &value->from, error);
-    memcpy(number, text, length);
-    number[length] = '\0';
-    if (!unit_convert(unit, own, &factor))
-        return error_set(error, MR_USAGE,
-                         "no unit of %s: '%s' of '%s'; %s%s, also without its unit", name, unit,
-                         text, *own ? "in " : "a plain number", own);
-    enum mr_status status = cli_number(number, name, -1e30, 1e30, &value->from, error);
-    value->from *= factor;
+    const char *own = value->quantity->unit;
+    enum mr_status status = quantity_read(text, name, own, NULL, &value->from, error);
+    if (status == MR_OK && fabs(value->from) > 1e30)
+        status = error_set(error, MR_USAGE, "out of range: %s for %s; allowed is -1e30 to 1e30 %s",
+                           text, name, own);
     return status;
 }
 

@@ -10,10 +10,8 @@
 #include "common/channels.h"
 #include "host/import/textfile.h"
 #include "host/base/list.h"
+#include "host/base/quantity.h"
 
-#define FT_PER_M   (1.0 / 0.3048)
-#define IN_PER_M   (1.0 / 0.0254)
-#define LB_PER_N   (1.0 / 4.4482216152605)
 #define SWITCH_MAX 64u
 
 enum mr_status series_add(struct series *series, double time_s, double value)
@@ -59,30 +57,9 @@ bool mapping_channel_named(const char *text, struct mapping_channel *channel)
 
 double mapping_unit(enum mapping_role role, const char *unit)
 {
-    static const struct {
-        enum mapping_role role;
-        const char *name;
-        double factor;
-    } units[] = {
-        {MAPPING_DISPLACEMENT, "in", 1.0},
-        {MAPPING_DISPLACEMENT, "mm", 0.001 * IN_PER_M},
-        {MAPPING_DISPLACEMENT, "cm", 0.01 * IN_PER_M},
-        {MAPPING_DISPLACEMENT, "m", IN_PER_M},
-        {MAPPING_DISPLACEMENT, "ft", 12.0},
-        {MAPPING_TENSION, "lb", 1.0},
-        {MAPPING_TENSION, "N", LB_PER_N},
-        {MAPPING_TENSION, "kN", 1000.0 * LB_PER_N},
-        {MAPPING_TENSION, "kip", 1000.0},
-        {MAPPING_GEAR, "ft", 1.0},
-        {MAPPING_GEAR, "m", FT_PER_M},
-        {MAPPING_GEAR, "in", 1.0 / 12.0},
-        {MAPPING_GEAR, "mm", 0.001 * FT_PER_M},
-    };
-    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
-        if (units[i].role == role && strcmp(units[i].name, unit) == 0)
-            return units[i].factor;
-    }
-    return 0.0;
+    const char *own = role == MAPPING_TENSION ? "lb" : role == MAPPING_GEAR ? "ft" : "in";
+    double factor = *unit ? quantity_convert(1.0, unit, own) : (double)NAN;
+    return isnan(factor) ? 0.0 : factor;
 }
 
 /* ---- JSON ---- */
@@ -113,18 +90,30 @@ static void check_keys(const struct reader *r, const char *where, json_t *object
     }
 }
 
-static double number(const struct reader *r, const char *where, json_t *object, const char *key,
-                     double otherwise)
+/* `unit`: of a number; text has its own. */
+static double number_in(const struct reader *r, const char *where, json_t *object, const char *key,
+                        const char *unit, double otherwise)
 {
     json_t *value = json_object_get(object, key);
+    struct quantity_wrong wrongly;
+    double v;
     if (!value)
         return otherwise;
-    double v = json_number_value(value);
-    if (!json_is_number(value) || !isfinite(v) || fabs(v) > 1e12) {
+    if (!quantity_json(value, unit, &v, &wrongly)) {
+        wrong(r, where, key, wrongly.advice);
+        return otherwise;
+    }
+    if (!isfinite(v) || fabs(v) > 1e12) {
         wrong(r, where, key, "give a number");
         return otherwise;
     }
     return v;
+}
+
+static double number(const struct reader *r, const char *where, json_t *object, const char *key,
+                     double otherwise)
+{
+    return number_in(r, where, object, key, quantity_unit_of_name(key), otherwise);
 }
 
 static unsigned whole(const struct reader *r, const char *where, json_t *object, const char *key,
@@ -185,10 +174,6 @@ static void column(const struct reader *r, const char *where, json_t *object,
 static void read_time(const struct reader *r, json_t *root, struct mapping *m)
 {
     static const char *const known[] = {"column", "unit", "shift_s", NULL};
-    static const struct {
-        const char *name;
-        double s;
-    } units[] = {{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60.0}};
     json_t *time = json_object_get(root, "time");
     char unit[16] = "s";
     m->time_unit_s = 0.0;
@@ -204,11 +189,8 @@ static void read_time(const struct reader *r, json_t *root, struct mapping *m)
     else if (json_object_get(time, "column"))
         wrong(r, "time", "column", "the times are those of the log: leave it out");
     text(r, "time", time, "unit", unit, sizeof unit);
-    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
-        if (strcmp(units[i].name, unit) == 0)
-            m->time_unit_s = units[i].s;
-    }
-    if (m->time_unit_s == 0.0)
+    m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
+    if (isnan(m->time_unit_s))
         wrong(r, "time", "unit", "give s, ms, us or min");
     m->shift_s = number(r, "time", time, "shift_s", 0.0);
 }
@@ -264,8 +246,8 @@ static void read_unit(const struct reader *r, const char *where, json_t *entry,
         wrong(r, where, "unit",
               c->role == MAPPING_TENSION ? "give lb, N, kN or kip" : "give in, mm, cm, m or ft");
     c->scale = factor * number(r, where, entry, "scale", 1.0);
-    c->offset = factor * number(r, where, entry, "offset", 0.0);
-    c->error = factor * number(r, where, entry, "error", (double)NAN);
+    c->offset = factor * number_in(r, where, entry, "offset", unit, 0.0);
+    c->error = factor * number_in(r, where, entry, "error", unit, (double)NAN);
     if (c->scale == 0.0)
         wrong(r, where, "scale", "0 leaves nothing of the readings");
     if (c->error < 0.0)

@@ -137,8 +137,8 @@ check "a DB that is not there" fails_with 3 'nowhere.db' $matrig advise "$tmp/no
 check "arguments swapped" fails_with 2 'advise' $matrig advise --speed "$db" 30
 check "two DBs" fails_with 2 'one word too many' $matrig advise "$db" "$db"
 check "a deceleration in another unit's size" fails_with 2 'out of range: 0.2 for --deceleration; allowed is 0.5 to 40 ft/s2' $matrig advise "$db" --deceleration 0.2
-check "an unknown unit" fails_with 2 "not in ft/s2: '5furlong'" $matrig advise "$db" --deceleration 5furlong
-check "a speed as a deceleration" fails_with 2 "not in ft/s2: '5m/s'" $matrig advise "$db" --deceleration 5m/s
+check "an unknown unit" fails_with 2 "unknown unit: '5furlong' for --deceleration" $matrig advise "$db" --deceleration 5furlong
+check "a speed as a deceleration" fails_with 2 "a speed instead of an acceleration: '5m/s'" $matrig advise "$db" --deceleration 5m/s
 check "no number" fails_with 2 'not a number' $matrig advise "$db" --speed fast
 check "too few members" fails_with 2 'out of range|64 to' $matrig advise "$db" --members 8
 check "beyond the runway" fails_with 2 'not on the runway: touchdown at 150.0 ft' $matrig advise "$db" --station 150 --speed 30 --deceleration 5

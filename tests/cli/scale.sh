@@ -18,7 +18,7 @@ check "the pilot model: 40 kip become 918 lb" says '"to":918\.27' weight=40000 -
 
 check "a force in newtons: 108 N are 24.28 lb" says '"from":24\.279[34]' F=108N
 check "and with a blank" says '"from":24\.279[34]' "F=108 N"
-check "a unit of another kind" fails_with 2 "no unit of F: 'mm' of '3mm'; in lb, also without its unit" $m scale F=3mm
+check "a unit of another kind" fails_with 2 "a length instead of a force: '3mm' for F; write lb, .* or no unit for lb" $m scale F=3mm
 
 pi_stays() {
     $m scale weight=1440 velocity=28 length=0.2857142857 acceleration=10 density=5.2 modulus=2e8 pressure=720 >"$tmp/pi"

@@ -101,8 +101,10 @@ static void a_number_is_read_with_its_unit(void **state)
     assert_near(given.gap_in, 1.0, 1e-12);
     assert_int_equal(PARSE_SI("a.db", "--gap", "0.25in"), MR_OK);
     assert_near(given.gap_in, 0.25, 1e-12);
-    REFUSED("not in s: '3m' for --for", "a.db", "--for", "3m"); /* metres */
-    REFUSED("not in in: '3s' for --gap", "a.db", "--gap", "3s");
+    REFUSED("a length instead of a time: '3m' for --for; write s, ms, us, min, h or d", "a.db",
+            "--for", "3m"); /* metres */
+    REFUSED("a time instead of a length: '3s' for --gap; write ft, in, mm, cm or m", "a.db",
+            "--gap", "3s");
     REFUSED("out of range: 3h for --for; allowed is 0.5 to 7200 s", "a.db", "--for", "3h");
     assert_int_equal(PARSE_SI("a.db", "--gap", "300"), MR_USAGE);
     assert_non_null(strstr(error.text, "allowed is 0 to 254 mm"));
