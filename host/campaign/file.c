@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/quantity.h"
 #include "host/campaign/campaign.h"
 #include "host/campaign/facts.h"
 #include "host/campaign/keys.h"
@@ -90,6 +91,7 @@ static void read_seeds(const struct keys *r, const json_t *root, struct campaign
 static void read_stations(const struct keys *r, const json_t *root, struct campaign *c)
 {
     const json_t *list = json_object_get(root, "stations_ft");
+    struct quantity_wrong wrong;
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
     if (!list) { /* eleven, as the rig's every 10 ft of 120 */
         for (c->station_count = 0; c->station_count < 11; c->station_count++)
@@ -100,8 +102,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct campa
     if (!json_is_array(list) || c->station_count == 0 || c->station_count > CAMPAIGN_STATIONS_MAX)
         keys_wrong(r, "", "stations_ft", "a list of 1 to 64 stations");
     for (size_t i = 0; i < c->station_count && !keys_failed(r); i++) {
-        c->stations_ft[i] = json_number_value(json_array_get(list, i));
-        if (!json_is_number(json_array_get(list, i)) ||
+        if (!quantity_json(json_array_get(list, i), "ft", &c->stations_ft[i], &wrong) ||
             !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
             keys_wrong(r, "", "stations_ft", "stations on the runway");
     }
@@ -119,8 +120,9 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
         const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0),
                      *a = json_array_get(row, 1);
         struct campaign_knot *knot = &landing->profile[i];
-        *knot = (struct campaign_knot){json_number_value(x), json_number_value(a)};
-        if (json_array_size(row) != 2 || !json_is_number(x) || !json_is_number(a) ||
+        struct quantity_wrong wrong;
+        if (json_array_size(row) != 2 || !quantity_json(x, "ft", &knot->station_ft, &wrong) ||
+            !quantity_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
             !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||
             !isfinite(knot->station_ft) || (i > 0 && knot->station_ft <= knot[-1].station_ft))
             keys_wrong(

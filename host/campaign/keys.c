@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host/base/quantity.h"
+
 bool keys_failed(const struct keys *keys)
 {
     return keys->error->status != MR_OK;
@@ -37,16 +39,33 @@ void keys_check(const struct keys *keys, const char *where, const json_t *object
     }
 }
 
+/* In the unit that the key's name ends with. False: no number, and not text with a unit of it. */
+static bool read_number(const char *key, const json_t *entry, double *value)
+{
+    struct quantity_wrong wrong;
+    return quantity_json(entry, quantity_unit_of_name(key), value, &wrong);
+}
+
+/* ", or text with a unit of a length": of a key that has a unit. */
+static void wanted_text(const char *key, const char *what, double low, double high, char *out,
+                        size_t size)
+{
+    const char *unit = quantity_unit_of_name(key);
+    const struct quantity_kind *kind = quantity_kind_of(unit);
+    snprintf(out, size, "%s from %g to %g%s%s%s%s", what, low, high, kind ? " " : "", unit,
+             kind ? ", or as text with " : "", kind ? kind->units : "");
+}
+
 void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key,
                  double low, double high, double *value)
 {
     const json_t *entry = json_object_get(object, key);
-    char wanted[80];
+    char wanted[200];
+    double given;
     if (!entry || keys_failed(keys))
         return;
-    double given = json_number_value(entry);
-    snprintf(wanted, sizeof wanted, "a number from %g to %g", low, high);
-    if (!json_is_number(entry) || !(given >= low && given <= high))
+    wanted_text(key, "a number", low, high, wanted, sizeof wanted);
+    if (!read_number(key, entry, &given) || !(given >= low && given <= high))
         keys_wrong(keys, where, key, wanted);
     else
         *value = given; /* a caller may make an integer of it, failed or not */
@@ -55,18 +74,11 @@ void keys_number(const struct keys *keys, const char *where, const json_t *objec
 static void range_of(const struct keys *keys, const char *where, const char *key,
                      const json_t *entry, double low, double high, struct campaign_range *range)
 {
-    char wanted[120];
-    if (json_is_array(entry) && json_array_size(entry) == 2) {
-        range->low = json_number_value(json_array_get(entry, 0));
-        range->high = json_number_value(json_array_get(entry, 1));
-    } else {
-        range->low = range->high = json_number_value(entry);
-    }
-    snprintf(wanted, sizeof wanted, "a number or [from, to] to draw between, from %g to %g", low,
-             high);
-    bool numbers = json_is_number(entry) ||
-                   (json_array_size(entry) == 2 && json_is_number(json_array_get(entry, 0)) &&
-                    json_is_number(json_array_get(entry, 1)));
+    char wanted[240];
+    bool pair = json_is_array(entry) && json_array_size(entry) == 2;
+    bool numbers = read_number(key, pair ? json_array_get(entry, 0) : entry, &range->low) &&
+                   read_number(key, pair ? json_array_get(entry, 1) : entry, &range->high);
+    wanted_text(key, "a number or [from, to] to draw between,", low, high, wanted, sizeof wanted);
     if (!numbers || !(range->low >= low && range->high <= high && range->low <= range->high))
         keys_wrong(keys, where, key, wanted);
 }

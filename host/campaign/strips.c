@@ -96,10 +96,9 @@ static double number_of(const json_t *scene, const char *name, bool always)
     const struct sim_key *key = sim_key_find(name);
     const json_t *value = json_object_get(scene, name);
     double number = (double)NAN;
-    if (json_is_number(value)) {
-        number = json_number_value(value);
-    } else if (json_is_string(value)) {
-        if (!sim_unit_read(key, json_string_value(value), &number))
+    struct quantity_wrong wrong;
+    if (value && !json_is_array(value)) {
+        if (!sim_unit_read(key, value, &number, &wrong))
             number = (double)NAN;
     } else if (!value && always) {
         struct sim_scene plain;

@@ -9,7 +9,8 @@
 #include "host/campaign/facts.h"
 #include "host/base/output.h"
 #include "host/sim/scene/scene.h"
-#include "host/sim/scene/scene_units.h"
+#include "host/sim/scene/scene_keys.h"
+#include "host/base/quantity.h"
 
 /* What a value is multiplied by. */
 double scale_factor(const struct scale_request *request, struct mr_dimension dimension)
@@ -89,16 +90,20 @@ static const struct scaled_key scaled_keys[] = {
     {"shear_ft", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
+static const char *const path_units[] = {"s", "ft", "lb"};
 
-static json_t *times(const json_t *value, double by)
+/* `unit`: of a number; text has its own. What is neither stays for the reader to refuse. */
+static json_t *times(const json_t *value, double by, const char *unit)
 {
-    if (json_is_number(value))
-        return json_real(json_number_value(value) * by);
+    double number;
+    struct quantity_wrong wrong;
+    if (quantity_json(value, unit, &number, &wrong))
+        return json_real(number * by);
     if (!json_is_array(value))
         return json_deep_copy(value);
     json_t *list = json_array();
     for (size_t i = 0; i < json_array_size(value); i++)
-        json_array_append_new(list, times(json_array_get(value, i), by));
+        json_array_append_new(list, times(json_array_get(value, i), by, unit));
     return list;
 }
 
@@ -109,8 +114,9 @@ static json_t *scaled_path(const struct scale_request *request, const json_t *pa
         const json_t *row = json_array_get(path, i);
         json_t *scaled = json_array();
         for (size_t c = 0; c < 3; c++)
-            json_array_append_new(
-                scaled, times(json_array_get(row, c), scale_factor(request, path_columns[c])));
+            json_array_append_new(scaled,
+                                  times(json_array_get(row, c),
+                                        scale_factor(request, path_columns[c]), path_units[c]));
         json_array_append_new(rows, scaled);
     }
     return rows;
@@ -172,13 +178,9 @@ static json_t *scaled_entry(const struct scale_request *request, const char *key
             by *= scale_factor(request, scaled_keys[i].dimension);
     }
     const struct sim_key *known = sim_key_find(key);
-    double number;
     if (known)
         by *= scale_factor(request, known->dimension);
-    if (known && known->kind == SIM_KEY_REAL && json_is_string(value) &&
-        sim_unit_read(known, json_string_value(value), &number))
-        return json_real(number * by);
-    return by != 1.0 ? times(value, by) : json_deep_copy(value);
+    return by != 1.0 ? times(value, by, known ? known->unit : "") : json_deep_copy(value);
 }
 
 /* Keys as written, scaled; defaults that change with scale are written out, as the other side's
@@ -293,12 +295,14 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
     json_object_set_new(result, "speed_ft_s", scaled_range(request, landing->speed_ft_s, speed));
     if (drag_entry)
         json_object_set_new(result, "deceleration_ft_s2",
-                            times(drag_entry, scale_factor(request, drag)));
+                            times(drag_entry, scale_factor(request, drag), "ft/s2"));
     json_array_foreach(profile, i, value)
     {
-        json_t *row = json_pack(
-            "[f,f]", json_number_value(json_array_get(value, 0)) * scale_factor(request, ft),
-            json_number_value(json_array_get(value, 1)) * scale_factor(request, drag));
+        json_t *row = json_array();
+        json_array_append_new(row,
+                              times(json_array_get(value, 0), scale_factor(request, ft), "ft"));
+        json_array_append_new(
+            row, times(json_array_get(value, 1), scale_factor(request, drag), "ft/s2"));
         json_array_set_new(json_object_get(result, "profile"), i, row);
     }
     for (size_t k = 0; k < sizeof applied / sizeof applied[0]; k++) {
@@ -327,9 +331,9 @@ static json_t *scaled_fact(const struct scale_request *request, const json_t *en
                   fact->against_first == 0 && fact->strip != CAMPAIGN_RIGHT_OVER_LEFT;
     for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
-            json_object_set_new(
-                result, lengths[i],
-                times(json_object_get(entry, lengths[i]), scale_factor(request, ft)));
+            json_object_set_new(result, lengths[i],
+                                times(json_object_get(entry, lengths[i]), scale_factor(request, ft),
+                                      quantity_unit_of_name(lengths[i])));
     }
     return result;
 }
@@ -367,7 +371,8 @@ static void scale_strips(const struct scale_request *request, const char *path,
         const json_t *value = json_object_get(strips, parts[i].name);
         if (value)
             json_object_set_new(scaled, parts[i].name,
-                                times(value, scale_factor(request, parts[i].dimension)));
+                                times(value, scale_factor(request, parts[i].dimension),
+                                      quantity_unit_of_name(parts[i].name)));
     }
     json_object_set_new(result, "strips", scaled);
     json_decref(strips);
@@ -409,7 +414,7 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
     if (json_object_get(source, "stations_ft"))
         json_object_set_new(
             result, "stations_ft",
-            times(json_object_get(source, "stations_ft"), scale_factor(request, ft)));
+            times(json_object_get(source, "stations_ft"), scale_factor(request, ft), "ft"));
     at = 0;
     json_array_foreach(json_object_get(source, "facts"), i, entry)
     {

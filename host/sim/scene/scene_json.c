@@ -71,6 +71,20 @@ static enum mr_status wrong_type(const char *path, const char *key, const json_t
                      type_name(value), wanted);
 }
 
+/* Of a number that is none. `at`: in a list; -1: alone. */
+static enum mr_status wrong_number(const char *path, const struct sim_key *key, const json_t *value,
+                                   int at, const struct quantity_wrong *wrong, struct error *error)
+{
+    char place[60] = "";
+    if (at >= 0)
+        snprintf(place, sizeof place, "[%d]", at);
+    if (json_is_string(value) && quantity_kind_of(key->unit))
+        return error_set(error, MR_MALFORMED, "%s: %s: %s%s is \"%s\"; %s", wrong->what, path,
+                         key->name, place, json_string_value(value), wrong->advice);
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s%s is %s; give a number%s%s", path,
+                     key->name, place, type_name(value), *key->unit ? " in " : "", key->unit);
+}
+
 static enum mr_status read_choice(void *field, const struct sim_key *key, const char *path,
                                   const json_t *value, struct error *error)
 {
@@ -97,17 +111,16 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
 {
     size_t count = json_array_size(value);
     double *values = calloc(count + 1, sizeof *values);
+    struct quantity_wrong wrong;
     if (!values)
         return error_set(error, MR_FULL, "out of memory: %s: %s; use a smaller scene", path,
                          key->name);
     for (size_t i = 0; i < count; i++) {
         const json_t *entry = json_array_get(value, i);
-        if (!json_is_number(entry)) {
+        if (!sim_unit_read(key, entry, &values[i], &wrong)) {
             free(values);
-            return error_set(error, MR_MALFORMED, "wrong type: %s: %s[%zu]; give a number", path,
-                             key->name, i);
+            return wrong_number(path, key, entry, (int)i, &wrong, error);
         }
-        values[i] = json_number_value(entry);
     }
     *list = (struct sim_list){values, count};
     return MR_OK;
@@ -123,15 +136,20 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
     scene->path_count = count;
     for (size_t i = 0; i < count; i++) {
         const json_t *row = json_array_get(value, i);
+        static const char *const units[] = {"s", "ft", "lb"};
+        struct quantity_wrong wrong;
         double number[3];
         for (size_t k = 0; k < 3; k++) {
             const json_t *entry = json_array_get(row, k);
-            if (json_array_size(row) != 3 || !json_is_number(entry))
+            if (json_array_size(row) == 3 && json_is_string(entry) &&
+                !quantity_json(entry, units[k], &number[k], &wrong))
+                return error_set(error, MR_MALFORMED, "%s: %s: path row %zu: \"%s\"; %s",
+                                 wrong.what, path, i, json_string_value(entry), wrong.advice);
+            if (json_array_size(row) != 3 || !quantity_json(entry, units[k], &number[k], &wrong))
                 return error_set(error, MR_MALFORMED,
                                  "wrong type: %s: path row %zu; give three numbers, "
                                  "[t_s, x_ft, F_lb]",
                                  path, i);
-            number[k] = json_number_value(entry);
         }
         scene->path[i] = (struct sim_path_row){number[0], number[1], number[2]};
     }
@@ -146,17 +164,10 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
 static enum mr_status read_real(double *field, const struct sim_key *key, const char *path,
                                 const json_t *value, struct error *error)
 {
-    double factor, number = json_number_value(value);
-    const char *si = sim_unit_si(key->unit, &factor);
-    bool text = si && json_is_string(value);
-    if (text && !sim_unit_read(key, json_string_value(value), &number)) {
-        char wanted[120];
-        snprintf(wanted, sizeof wanted, "a number in %s, or text with a number and %s or %s",
-                 key->unit, key->unit, si);
-        return wrong_type(path, key->name, value, wanted, error);
-    }
-    if (!text && !json_is_number(value))
-        return wrong_type(path, key->name, value, "a number", error);
+    double number;
+    struct quantity_wrong wrong;
+    if (!sim_unit_read(key, value, &number, &wrong))
+        return wrong_number(path, key, value, -1, &wrong, error);
     if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: t_dwell is %g; give 0 or more", path, number);
@@ -187,9 +198,10 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     case SIM_KEY_CHOICE: return read_choice(field, key, path, value, error);
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
-        if (json_is_number(value)) {
-            double one = json_number_value(value);
-            return sim_scene_set_list(field, &one, 1, error);
+        if (json_is_number(value) || json_is_string(value)) {
+            double one;
+            enum mr_status status = read_real(&one, key, path, value, error);
+            return status == MR_OK ? sim_scene_set_list(field, &one, 1, error) : status;
         }
         if (!json_is_array(value))
             return wrong_type(path, key->name, value,

@@ -33,13 +33,18 @@ static json_t *number_schema(const struct sim_key *key, const char *type)
 /* A number in the key's unit, or text that says which unit. */
 static json_t *real_schema(const struct sim_key *key)
 {
-    double factor;
+    const struct quantity_kind *kind = quantity_kind_of(key->unit);
     json_t *number = number_schema(key, "number");
-    const char *si = sim_unit_si(key->unit, &factor);
-    if (!si)
+    if (!kind)
         return number;
-    char pattern[80];
-    snprintf(pattern, sizeof pattern, "^ *[-+0-9.eE]+ *(%s|%s)$", key->unit, si);
+    char pattern[160] = "^ *[-+0-9.eE]+ *(";
+    size_t used = strlen(pattern);
+    for (const char *at = kind->units; *at && used + 4 < sizeof pattern; at++) {
+        if (*at == ',')
+            at++; /* and the blank behind it */
+        pattern[used++] = at > kind->units && at[-1] == ',' ? '|' : *at;
+    }
+    memcpy(pattern + used, ")$", 3);
     return json_pack("{s:[o,o]}", "anyOf", number,
                      json_pack("{s:s,s:s}", "type", "string", "pattern", pattern));
 }
@@ -64,12 +69,11 @@ static json_t *value_schema(const struct sim_key *key)
     case SIM_KEY_REAL: return real_schema(key);
     case SIM_KEY_INTEGER: return number_schema(key, "integer");
     case SIM_KEY_CHOICE: return choice_schema(key);
-    case SIM_KEY_LIST: return list_schema(number_schema(key, "number"));
+    case SIM_KEY_LIST: return list_schema(real_schema(key));
     case SIM_KEY_MATS: return list_schema(number_schema(key, "integer"));
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
-        return json_pack("{s:[o,o]}", "anyOf", number_schema(key, "number"),
-                         list_schema(number_schema(key, "number")));
+        return json_pack("{s:[o,o]}", "anyOf", real_schema(key), list_schema(real_schema(key)));
     case SIM_KEY_STRIP: return json_pack("{s:s}", "type", "object");
     case SIM_KEY_PATH: break;
     }
