@@ -7,6 +7,7 @@
 
 #include "common/wire.h"
 #include "host/board/configplace.h"
+#include "host/board/configunits.h"
 
 #define FILE_MAX (1024 * 1024)
 
@@ -80,7 +81,10 @@ struct reader {
     const char *name; /* of the file */
     unsigned line;
     struct mr_config *config;
-    unsigned *line_of; /* each place, in the order of the table; 0: not read yet */
+    struct read_place {
+        unsigned line; /* 0: not read yet */
+        enum configunits_of of;
+    } * place; /* each, in the order of the table */
     struct error *error;
 };
 
@@ -172,36 +176,26 @@ static bool read_text(const struct mr_config_field *field, const char *p, char *
     return *p == '"' && ends(p + 1);
 }
 
-static bool read_real(const char **p, float *value)
-{
-    char *end;
-    skip_blanks(p);
-    if (strncmp(*p, "missing", 7) == 0) {
-        *value = MR_NAN;
-        *p += 7;
-    } else {
-        const char *digits = *p + (**p == '-' || **p == '+');
-        if (!isdigit((unsigned char)*digits) && *digits != '.') /* no nan, no inf */
-            return false;
-        if (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X'))
-            return false;
-        *value = strtof(*p, &end);
-        if (end == *p)
-            return false;
-        *p = end;
-    }
-    return !**p || strchr(" \t\r#", **p);
-}
-
-static bool read_reals(const struct mr_config_field *field, const char *p, void *bytes)
+/* All with a unit, or none: but 0 is 0 in each. */
+static bool read_reals(const struct mr_config_field *field, const char *unit, const char *p,
+                       void *bytes, enum configunits_of *of, struct quantity_wrong *wrong)
 {
     float values[256];
+    bool bare = false;
+    *of = CONFIGUNITS_NONE;
     for (unsigned i = 0; i < field->count; i++) {
-        if (!read_real(&p, &values[i]))
+        enum configunits_of one;
+        if (!configunits_read(&p, unit, field->count > 1, &values[i], &one, wrong))
             return false;
+        bare |= one == CONFIGUNITS_NONE && values[i] != 0.0f && values[i] == values[i];
+        if (one != CONFIGUNITS_NONE && *of != CONFIGUNITS_NONE && one != *of)
+            bare = true;
+        *of = one == CONFIGUNITS_NONE ? *of : one;
     }
     memcpy(bytes, values, field->count * sizeof values[0]);
-    return ends(p);
+    if (bare && *of != CONFIGUNITS_NONE)
+        *wrong = (struct quantity_wrong){"some without a unit", "write one behind each, or none"};
+    return ends(p) && !(bare && *of != CONFIGUNITS_NONE);
 }
 
 static bool read_day(const char *p, uint64_t *days)
@@ -216,19 +210,36 @@ static bool read_day(const char *p, uint64_t *days)
     return ends(p + CONFIGPLACE_DATE - 1);
 }
 
-static bool read_integer(const struct mr_config_field *field, const char *p, void *bytes)
+/* A whole number; with a unit when it comes to one: "0.5 s" of a field in ms. */
+static bool read_count(const char *unit, const char *p, uint64_t *value,
+                       struct quantity_wrong *wrong)
+{
+    char *end, text[60];
+    double number;
+    errno = 0;
+    *value = strtoull(p, &end, 10);
+    if (isdigit((unsigned char)*p) && !errno && ends(end))
+        return true;
+    size_t length = strcspn(p, "#");
+    if (!quantity_kind_of(unit) || length >= sizeof text)
+        return false;
+    memcpy(text, p, length);
+    text[length] = '\0';
+    if (!quantity_parse(text, unit, "", &number, wrong) || !(number >= 0.0 && number < 1e9))
+        return false;
+    *value = (uint64_t)number;
+    return (double)*value == number;
+}
+
+static bool read_integer(const struct mr_config_field *field, const char *unit, const char *p,
+                         void *bytes, struct quantity_wrong *wrong)
 {
     uint64_t value = 0;
     if (configplace_is_day(field)) {
         if (!read_day(p, &value))
             return false;
-    } else {
-        char *end;
-        errno = 0;
-        value = strtoull(p, &end, 10);
-        if (!isdigit((unsigned char)*p) || errno || !ends(end) ||
-            strchr("0123456789.", *end ? *end : ' '))
-            return false;
+    } else if (!read_count(unit, p, &value, wrong)) {
+        return false;
     }
     if (value < field->least || value > field->most)
         return false;
@@ -245,13 +256,14 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
 }
 
 /* Limits of reals are mr_config_check's. */
-static bool read_value(const struct mr_config_field *field, const char *p, void *bytes)
+static bool read_value(const struct mr_config_field *field, const char *unit, const char *p,
+                       void *bytes, enum configunits_of *of, struct quantity_wrong *wrong)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)
         return read_text(field, p, bytes);
     if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
-        return read_reals(field, p, bytes);
-    return read_integer(field, p, bytes);
+        return read_reals(field, unit, p, bytes, of, wrong);
+    return read_integer(field, unit, p, bytes, wrong);
 }
 
 static enum mr_status read_line(struct reader *r, const char *p)
@@ -265,20 +277,58 @@ static enum mr_status read_line(struct reader *r, const char *p)
     if (status != MR_OK)
         return status;
     configplace_name(at, name);
-    unsigned *line = &r->line_of[number_of(at)];
-    if (*line) {
+    struct read_place *place = &r->place[number_of(at)];
+    if (place->line) {
         snprintf(what, sizeof what, "%s is given twice", name);
-        snprintf(advice, sizeof advice, "it is in line %u too; leave one", *line);
+        snprintf(advice, sizeof advice, "it is in line %u too; leave one", place->line);
         return complain(r, MR_MALFORMED, what, advice);
     }
-    *line = r->line;
-    if (!read_value(configplace_field(at), p, configplace_bytes(r->config, at))) {
+    place->line = r->line;
+    struct quantity_wrong wrong = {"", ""};
+    if (!read_value(configplace_field(at), words[at.group][at.field].unit, p,
+                    configplace_bytes(r->config, at), &place->of, &wrong)) {
         char limits[200];
+        int length = (int)strcspn(p, "#\r");
+        while (length > 0 && p[length - 1] == ' ')
+            length--;
         configplace_limits(configplace_field(at), limits, sizeof limits);
-        snprintf(what, sizeof what, "%s cannot be `%.*s`", name, (int)strcspn(p, "#\r"), p);
-        snprintf(advice, sizeof advice, "it is %s", limits);
+        snprintf(what, sizeof what, "%s cannot be `%.*s`%s%s", name, length, p,
+                 wrong.what[0] ? ", " : "", wrong.what);
+        snprintf(advice, sizeof advice, "%s%s", wrong.what[0] ? "" : "it is ",
+                 wrong.what[0] ? wrong.advice : limits);
         return complain(r, MR_MALFORMED, what, advice);
     }
+    return MR_OK;
+}
+
+/* A length is no tension: a channel's fields are in the unit of what it measures. */
+static enum mr_status check_units(struct reader *r)
+{
+    struct configplace at = {0};
+    size_t number = 0;
+    do {
+        const struct read_place *place = &r->place[number++];
+        bool length = place->of == CONFIGUNITS_LENGTH, force = place->of == CONFIGUNITS_FORCE;
+        unsigned kind = length || force ? r->config->channel[at.index].kind : MR_KIND_NONE;
+        if (kind == MR_KIND_NONE || (length && kind == MR_KIND_DISPLACEMENT) ||
+            (force && kind == MR_KIND_TENSION))
+            continue;
+        char name[CONFIGPLACE_NAME], what[160], advice[200], own[40];
+        bool gage = kind == MR_KIND_TENSION, none = !gage && kind != MR_KIND_DISPLACEMENT;
+        configunits_own(words[at.group][at.field].unit,
+                        gage ? CONFIGUNITS_FORCE : CONFIGUNITS_LENGTH, own);
+        const struct quantity_kind *wanted = quantity_kind_of(own);
+        configplace_name(at, name);
+        r->line = place->line;
+        snprintf(what, sizeof what, "%s is given with a unit of %s", name,
+                 length ? "a length" : "a force");
+        snprintf(advice, sizeof advice, "the channel is %s: write %s",
+                 gage   ? "a gage"
+                 : none ? "no transducer and no gage"
+                        : "a transducer",
+                 none ? "digits alone" : wanted->units);
+        return complain(r, MR_MALFORMED, what, advice);
+    } while (configplace_next(&at));
     return MR_OK;
 }
 
@@ -288,7 +338,7 @@ static enum mr_status check(struct reader *r)
     struct configplace at = {0};
     size_t number = 0;
     do {
-        if (!r->line_of[number++]) {
+        if (!r->place[number++].line) {
             char name[CONFIGPLACE_NAME];
             configplace_name(at, name);
             return error_set(r->error, MR_MALFORMED,
@@ -297,12 +347,15 @@ static enum mr_status check(struct reader *r)
                              name, r->name);
         }
     } while (configplace_next(&at));
+    if (check_units(r) != MR_OK)
+        return r->error->status;
     if (mr_config_check(r->config, &reason) == MR_OK)
         return MR_OK;
     char text[500];
     configtext_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line = r->line_of[number_of((struct configplace){reason.group, reason.index, reason.field})];
+    r->line =
+        r->place[number_of((struct configplace){reason.group, reason.index, reason.field})].line;
     if (advice)
         *advice = '\0';
     return complain(r, MR_LIMIT, text, advice ? advice + 2 : "mend it");
@@ -317,8 +370,8 @@ enum mr_status configtext_read(const char *text, const char *name, struct mr_con
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
     memset(&read, 0, sizeof read);
-    reader.line_of = calloc(number_of(end), sizeof *reader.line_of);
-    if (!reader.line_of)
+    reader.place = calloc(number_of(end), sizeof *reader.place);
+    if (!reader.place)
         abort();
     while (status == MR_OK && *text) {
         size_t length = strcspn(text, "\n");
@@ -334,7 +387,7 @@ enum mr_status configtext_read(const char *text, const char *name, struct mr_con
         status = check(&reader);
     if (status == MR_OK)
         *config = read;
-    free(reader.line_of);
+    free(reader.place);
     return status;
 }
 

@@ -2,14 +2,15 @@
  * comment.
  *
  *     site.name = "rig"
- *     channel[1].unit_per_code = 0.00161132799    # inches or pounds per code
+ *     channel[1].unit_per_code = 0.00161132799    # in or lb per code
  *     channel[1].calibrated_day = 2026-03-14
  *
  * Members count from 1: channel[1] to [8] are the transducers' inputs, [9] to [22] the gages', [23]
  * the staircase, [24] the reference; gate[1] is the first switch. Reals are decimal numbers or
  * `missing`; several are separated by blanks; texts stand in double quotes, with \" and \\ in them;
  * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order. What is
- * written reads back bit for bit. */
+ * written reads back bit for bit. A number may be written with another unit of its field's kind
+ * (configunits.h): `site.mat_length_ft = 523 mm`; what matrig writes has none. */
 #ifndef MATRIG_HOST_CONFIGTEXT_H
 #define MATRIG_HOST_CONFIGTEXT_H
 
