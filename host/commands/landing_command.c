@@ -9,6 +9,7 @@
 #include "host/commands/said.h"
 #include "host/link/link.h"
 #include "host/base/near.h"
+#include "host/base/quantity.h"
 #include "host/base/run.h"
 #include "host/store/store_journal.h"
 
@@ -64,10 +65,32 @@ static enum mr_status refuse_field(const char *said, struct error *error)
                      said, text, text[0] ? "" : ";");
 }
 
+/* The campaign keeps it in the field's own unit: as typed, or converted in as many digits as say
+ * the same again. */
+static enum mr_status correct_number(const struct field *field, const char *text, char kept[40],
+                                     struct error *error)
+{
+    double number, alone;
+    struct quantity_wrong wrong;
+    const char *unit = quantity_unit_of_name(field->name);
+    if (quantity_read(text, field->name, unit, NULL, &number, error) != MR_OK)
+        return error->status;
+    if (!(number >= field->low && number <= field->high))
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
+                         field->name, field->low, field->high, unit);
+    if (strlen(text) < 40 && quantity_parse(text, "", NULL, &alone, &wrong))
+        snprintf(kept, 40, "%s", text);
+    for (int digits = 15; digits <= 17 && *kept == '\0'; digits++) {
+        snprintf(kept, 40, "%.*g", digits, number);
+        if (digits < 17 && strtod(kept, NULL) != number)
+            kept[0] = '\0';
+    }
+    return MR_OK;
+}
+
 static enum mr_status correct(const struct request *r, struct store *store, struct error *error)
 {
-    char name[24];
-    double number;
+    char name[24], number[40] = "";
     const char *value = strchr(r->correct, '=');
     size_t length = value ? (size_t)(value - r->correct) : 0;
     const struct field *field = NULL;
@@ -78,9 +101,7 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
     if (!field || !value[1])
         return refuse_field(r->correct, error);
     snprintf(name, sizeof name, "%s", field->name);
-    enum mr_status status = field->number
-                              ? cli_number(value + 1, name, field->low, field->high, &number, error)
-                              : MR_OK;
+    enum mr_status status = field->number ? correct_number(field, value + 1, number, error) : MR_OK;
     if (status == MR_OK && strcmp(name, "series") == 0) {
         struct store_series *rows;
         size_t count;
@@ -93,7 +114,8 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
             status = error_set(error, MR_UNKNOWN, "no series '%s': %s; matrig series DB lists them",
                                value + 1, r->words[0]);
     }
-    return status == MR_OK ? change(r, store, name, value + 1, error) : status;
+    return status == MR_OK ? change(r, store, name, field->number ? number : value + 1, error)
+                           : status;
 }
 
 static enum mr_status observe(const struct request *r, struct store *store, struct error *error)

@@ -7,6 +7,7 @@
 #include "host/commands/commands.h"
 #include "host/commands/params_push.h"
 #include "host/base/output.h"
+#include "host/base/quantity.h"
 
 #define READINGS_MAX 1000
 #define IN_PER_FT    12.0
@@ -23,22 +24,36 @@ void params_add(struct params_reader *reader, const char *key, const char *unit,
                                                                 .high = (double)NAN};
 }
 
-static bool is_reading(const json_t *value)
+/* In the unit that the reading's name ends with, or as text with its own; NaN: neither. */
+static double number_of(const char *name, const json_t *value)
+{
+    double number;
+    struct quantity_wrong wrong;
+    return quantity_json(value, quantity_unit_of_name(name), &number, &wrong) ? number
+                                                                              : (double)NAN;
+}
+
+static bool is_number(const char *name, const json_t *value)
+{
+    return !isnan(number_of(name, value));
+}
+
+static bool is_reading(const char *name, const json_t *value)
 {
     const json_t *list = json_object_get(value, "readings"),
                  *error = json_object_get(value, "error"), *entry;
     size_t i;
-    if (json_is_number(value))
+    if (is_number(name, value))
         return true;
-    if (!json_is_object(value) || (error && !json_is_number(error)))
+    if (!json_is_object(value) || (error && !is_number(name, error)))
         return false;
     json_array_foreach(list, i, entry)
     {
-        if (!json_is_number(entry))
+        if (!is_number(name, entry))
             return false;
     }
     return json_array_size(list) > 0 ? json_array_size(list) <= READINGS_MAX
-                                     : json_is_number(json_object_get(value, "value"));
+                                     : is_number(name, json_object_get(value, "value"));
 }
 
 /* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}.
@@ -48,28 +63,30 @@ static enum mr_status take(struct params_reader *reader, const char *group, cons
 {
     const json_t *value = json_object_get(json_object_get(reader->root, group), name);
     const json_t *list = json_object_get(value, "readings");
-    double each = json_number_value(json_object_get(value, "error"));
+    const json_t *error = json_object_get(value, "error");
+    double each = error ? number_of(name, error) : 0.0;
     double readings[READINGS_MAX];
     size_t count = 1;
     if (!value)
         return error_set(reader->error, MR_MALFORMED, "reading missing: %s: %s; give %s",
                          reader->path, group, name);
-    if (!is_reading(value))
+    if (!is_reading(name, value))
         return error_set(reader->error, MR_MALFORMED,
-                         "no reading: %s: %s.%s; give a number, {\"value\": V, \"error\": E} or "
+                         "no reading: %s: %s.%s; give a number, or text with a unit of it, "
+                         "{\"value\": V, \"error\": E} or "
                          "{\"readings\": [at most %d numbers]}",
                          reader->path, group, name, READINGS_MAX);
     if (!(each >= 0.0))
         return error_set(reader->error, MR_MALFORMED,
                          "reading out of range: %s: %s.%s has error %g; give 0 or more",
                          reader->path, group, name, each);
-    if (json_is_number(value))
-        readings[0] = json_number_value(value);
+    if (is_number(name, value))
+        readings[0] = number_of(name, value);
     else if (list)
         for (count = 0; count < json_array_size(list); count++)
-            readings[count] = json_number_value(json_array_get(list, count));
+            readings[count] = number_of(name, json_array_get(list, count));
     else
-        readings[0] = json_number_value(json_object_get(value, "value"));
+        readings[0] = number_of(name, json_object_get(value, "value"));
     for (size_t i = 0; i < count; i++) {
         if (!(readings[i] > 0.0))
             return error_set(reader->error, MR_MALFORMED,
@@ -91,11 +108,11 @@ static enum mr_status take_list(struct params_reader *reader, const char *group,
                          name, READINGS_MAX);
     *count = json_array_size(list);
     for (size_t i = 0; i < *count; i++) {
-        if (!json_is_number(json_array_get(list, i)))
+        if (!is_number(name, json_array_get(list, i)))
             return error_set(reader->error, MR_MALFORMED,
                              "not a number: %s: %s.%s[%zu]; give numbers", reader->path, group,
                              name, i);
-        values[i] = factor * json_number_value(json_array_get(list, i));
+        values[i] = factor * number_of(name, json_array_get(list, i));
     }
     return MR_OK;
 }
@@ -537,7 +554,7 @@ static const struct command_part parts[] = {
                   "standard error of a force; else {standard} lb"),
     OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
                   "standard error of a displacement; else {standard} in"),
-    OPTION_NUMBER("--expect", "LB/FT", expected_lb_ft, NULL, 1e-3, 1e12, PUSH_EXPECTED_LB_FT,
+    OPTION_NUMBER("--expect", "LB/FT", expected_lb_ft, "lb/ft", 1e-3, 1e12, PUSH_EXPECTED_LB_FT,
                   "gear_k_lb_ft that was likely before, within ten times either way; which law "
                   "holds is\n"
                   "judged by it, nothing else; else {standard}, from the report's static "

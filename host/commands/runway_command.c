@@ -10,6 +10,7 @@
 #include "host/board/runwaytalk.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
+#include "host/base/quantity.h"
 #include "host/base/units.h"
 
 #define HMIL_PER_IN 100000.0
@@ -109,9 +110,11 @@ static bool take_line(const char *line, struct mr_predictor_state *state, bool *
         return state->landings = (uint16_t)number, true;
     if (sscanf(line, "resistance %lf %c", &value, &rest) == 1 && isfinite(value))
         return state->scale = (float)value, true;
-    if (sscanf(line, "joint %u %lf %c", &number, &value, &rest) != 2 || number < 1 ||
-        number > MR_RUNWAY_JOINTS || !(value >= 0.0 && value * HMIL_PER_IN <= UINT16_MAX) ||
-        given[number - 1u])
+    struct quantity_wrong wrong;
+    int used = 0;
+    if (sscanf(line, "joint %u %n", &number, &used) != 1 || !used || number < 1 ||
+        number > MR_RUNWAY_JOINTS || !quantity_parse(line + used, "in", NULL, &value, &wrong) ||
+        !(value >= 0.0 && value * HMIL_PER_IN <= UINT16_MAX) || given[number - 1u])
         return false;
     given[number - 1u] = true;
     state->gap_hmil[number - 1u] = (uint16_t)lround(value * HMIL_PER_IN);
@@ -135,7 +138,8 @@ static enum mr_status read_file(const char *path, struct mr_predictor_state *sta
         number++;
         if (!take_line(line, state, given))
             status = error_set(error, MR_MALFORMED,
-                               "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES, each once",
+                               "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES (or with a "
+                               "unit: 2 mm), each once",
                                (int)strcspn(line, "\r\n"), line, path, number);
     }
     fclose(file);

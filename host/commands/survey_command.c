@@ -95,10 +95,15 @@ static void tell(const struct typist *typist, enum survey_outcome outcome, size_
                 isnan(desk->previous_in[item]) ? "the designed distance" : "the last reading",
                 shown(r, survey_item_limit_in(&desk->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
-        fprintf(stderr, "%s  %s\n", cli_terminal() ? "\a" : "",
-                entry->word == SURVEY_NONSENSE
-                    ? "not a reading; a number and Enter, or ? for the words"
-                    : "not here");
+        const char *bell = cli_terminal() ? "\a" : "";
+        if (entry->wrong.what[0])
+            fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->wrong.what,
+                    entry->wrong.advice);
+        else
+            fprintf(stderr, "%s  %s\n", bell,
+                    entry->word == SURVEY_NONSENSE
+                        ? "not a reading; a number and Enter, or ? for the words"
+                        : "not here");
     } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
         char text[120];
         survey_item_text(&desk->plan.item[item], r->cli->si, text, sizeof text);
@@ -123,7 +128,8 @@ static enum mr_status take_line(struct typist *typist, const char *line, struct 
         return MR_OK;
     }
     if (entry.word == SURVEY_HELP) {
-        fputs("  a number  the reading (mm or in may follow it)   s  skip   u  undo the last   b, "
+        fputs("  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   "
+              "b, "
               "f  back, forward\n"
               "  n TEXT    note on the last reading               q  quit, to go on another time\n",
               stderr);

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/quantity.h"
 #include "host/base/units.h"
 
 #define FILE_BYTES_MAX 1000000L
@@ -228,8 +229,15 @@ static enum mr_status read_limits(const struct reader *r, enum compare_scope sco
         names_of(scope, names, sizeof names);
         if (!q)
             return wrong(r, key, "unknown limit", names);
-        double number = json_number_value(value);
-        if (!json_is_number(value) || !isfinite(number) || (q->sense == MOST && number < 0.0))
+        double number;
+        struct quantity_wrong no_number;
+        if (!quantity_json(value, quantity_unit_of_name(key), &number, &no_number)) {
+            char wanted[160];
+            snprintf(wanted, sizeof wanted, "a number%s, or text with a unit of it (%s)",
+                     q->sense == MOST ? ", 0 or more" : "", no_number.what);
+            return wrong(r, key, "no limit", wanted);
+        }
+        if (!isfinite(number) || (q->sense == MOST && number < 0.0))
             return wrong(r, key, "no limit", q->sense == MOST ? "a number, 0 or more" : "a number");
         if (r->limits->count == COMPARE_LIMITS_MAX)
             return wrong(r, key, "too many limits", "160 at most");

@@ -7,6 +7,7 @@
 #include "host/commands/commands.h"
 #include "host/commands/fit_command.h"
 #include "host/base/output.h"
+#include "host/base/quantity.h"
 #include "host/base/place.h"
 #include "host/base/run.h"
 #include "host/base/underway.h"
@@ -67,23 +68,40 @@ static enum mr_status set_fitted(const char *text, struct fit_landings *list, st
     return MR_OK;
 }
 
+/* "=0.4mm:0.1mm", of the first `length` characters. */
+static bool read_prior(const char *text, size_t length, const char *unit, double *value,
+                       double *spread)
+{
+    char word[80];
+    struct quantity_wrong wrong;
+    if (*text != '=' || length >= sizeof word)
+        return false;
+    snprintf(word, sizeof word, "%.*s", (int)length - 1, text + 1);
+    char *colon = strchr(word, ':');
+    if (!colon)
+        return false;
+    *colon = '\0';
+    return quantity_parse(word, unit, NULL, value, &wrong) &&
+           quantity_parse(colon + 1, unit, NULL, spread, &wrong) && *value > 0.0 && *spread > 0.0 &&
+         *spread <= 3.0 * *value;
+}
+
 /* "f=0.5:0.02,KL=2.9e5:3e4": value and standard error. */
 static enum mr_status set_priors(const char *text, struct fit_landings *list, struct error *error)
 {
     bool given[FIT_KEYS] = {false};
     while (text) {
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
-        int key = key_of(text, length), used = 0;
+        int key = key_of(text, length);
         double value, spread;
         if (key < 0)
             return unknown_key("--prior", text, length, error);
-        if (text[length] != '=' ||
-            sscanf(text + length, "=%lf:%lf%n", &value, &spread, &used) != 2 ||
-            length + (size_t)used != whole || !(value > 0.0) || !(spread > 0.0) ||
-            !isfinite(value) || !(spread <= 3.0 * value))
+        if (!read_prior(text + length, whole - length, fit_names[key].unit, &value, &spread))
             return error_set(error, MR_USAGE,
-                             "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0, as f=0.5:0.02",
-                             (int)whole, text);
+                             "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, as "
+                             "f=0.5:0.02",
+                             (int)whole, text,
+                             *fit_names[key].unit ? fit_names[key].unit : "no unit");
         if (given[key])
             return error_set(error, MR_USAGE, "given twice: %s in --prior; leave one out",
                              fit_names[key].key);

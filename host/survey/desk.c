@@ -4,9 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "common/decimal.h"
-
-#define IN_PER_MM  (1.0 / 25.4)
 #define AGAIN_IN   0.015  /* three reading errors: a repeated reading is the same */
 #define READING_IN 2000.0 /* nobody has a longer caliper or runway */
 
@@ -22,24 +19,18 @@ static bool is_end(const char *text)
     return *skip_space(text) == '\0';
 }
 
-static bool parse_number(const char *text, bool si, double *value_in)
+/* Some calipers type a comma for the point. */
+static bool parse_number(const char *text, bool si, double *value_in, struct quantity_wrong *wrong)
 {
-    char number[64];
-    size_t length = strcspn(text, " \t\r\nim");
-    if (length == 0 || length >= sizeof number || strspn(text, "+-.,0123456789") < length)
+    char line[80];
+    size_t digits = strspn(text, "+-.,0123456789"); /* no caliper writes powers of ten */
+    if (strlen(text) >= sizeof line || digits == 0 || toupper((unsigned char)text[digits]) == 'E')
         return false;
-    memcpy(number, text, length);
-    number[length] = '\0';
-    char *comma = strchr(number, ',');
-    const char *end;
+    memcpy(line, text, strlen(text) + 1);
+    char *comma = strchr(line, ',');
     if (comma)
-        *comma = '.'; /* as some calipers type it */
-    double value = mr_decimal_read(number, &end);
-    const char *unit = skip_space(text + length);
-    bool mm = strncmp(unit, "mm", 2) == 0 && is_end(unit + 2),
-         in = strncmp(unit, "in", 2) == 0 && is_end(unit + 2);
-    *value_in = value * (mm || (si && !in) ? IN_PER_MM : 1.0);
-    return end != number && *end == '\0' && (*unit == '\0' || mm || in) &&
+        *comma = '.';
+    return quantity_parse(line, "in", si ? "mm" : "in", value_in, wrong) &&
            fabs(*value_in) <= READING_IN;
 }
 
@@ -54,7 +45,7 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     *entry = (struct survey_entry){.word = SURVEY_NONSENSE, .value_in = (double)NAN};
     if (*text == '\0')
         entry->word = SURVEY_NOTHING;
-    else if (parse_number(text, si, &entry->value_in))
+    else if (parse_number(text, si, &entry->value_in, &entry->wrong))
         entry->word = SURVEY_NUMBER;
     else if (*text == 'n' && isspace((unsigned char)text[1]) && !is_end(text + 1)) {
         entry->word = SURVEY_NOTE;

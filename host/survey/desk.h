@@ -2,7 +2,7 @@
  * readings is the caller.
  *
  * A line is a number and Enter, as a caliper types it ("33.512", "33,512", "33.512 in", "851.2
- * mm"), or a word:
+ * mm"; any unit of a length), or a word:
  *
  *     s        skip this one
  *     b        back by one
@@ -14,6 +14,7 @@
 #ifndef MATRIG_HOST_SURVEY_DESK_H
 #define MATRIG_HOST_SURVEY_DESK_H
 
+#include "host/base/quantity.h"
 #include "host/survey/plan.h"
 
 enum survey_word {
@@ -31,8 +32,9 @@ enum survey_word {
 
 struct survey_entry {
     enum survey_word word;
-    double value_in;  /* SURVEY_NUMBER */
-    const char *note; /* SURVEY_NOTE: inside the line that was parsed */
+    double value_in;             /* SURVEY_NUMBER */
+    const char *note;            /* SURVEY_NOTE: inside the line that was parsed */
+    struct quantity_wrong wrong; /* SURVEY_NONSENSE: why a number is none; empty: it is no number */
 };
 
 /* A number without a unit is in inches, millimetres with `si`. */

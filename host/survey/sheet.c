@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/decimal.h"
+#include "host/base/quantity.h"
 #include "host/base/units.h"
 
 #define LINE_MAX_BYTES  2000
@@ -96,7 +96,7 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
                                struct survey_sheet *sheet, struct error *error)
 {
     struct survey_item item;
-    const char *text[COLUMNS], *end;
+    const char *text[COLUMNS];
     for (int i = 0; i < COLUMNS; i++)
         text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
     if (text[READING][0] == '\0')
@@ -113,11 +113,13 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
     if (!isnan(sheet->value_in[at]))
         return error_set(error, MR_MALFORMED, "%s %s %s stands twice: %s, line %zu; leave one out",
                          text[KIND], text[LINE], text[PLACE], path, line);
-    double value = mr_decimal_read(text[READING], &end) * (mm ? 1.0 / 25.4 : 1.0);
-    if (end == text[READING] || *end != '\0' || !(fabs(value) <= READING_MOST_IN))
+    double value;
+    struct quantity_wrong wrong = {"", ""};
+    if (!quantity_parse(text[READING], "in", mm ? "mm" : "in", &value, &wrong) ||
+        !(fabs(value) <= READING_MOST_IN))
         return error_set(error, MR_MALFORMED,
-                         "not a reading, '%s': %s, line %zu; write a number, or nothing",
-                         text[READING], path, line);
+                         "not a reading, '%s': %s, line %zu; write a number, or nothing%s%s",
+                         text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     sheet->value_in[at] = value;
     snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[NOTE]);
     sheet->count++;
