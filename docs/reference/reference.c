@@ -30,10 +30,15 @@ int main(int argc, char **argv)
         const char *name;
         void (*write)(FILE *out);
     } pages[] = {
-        {"commands", reference_commands},           {"messages", reference_messages},
-        {"configuration", reference_configuration}, {"scene", reference_scene},
-        {"campaign", reference_campaign},           {"pins", reference_pins},
-        {"exit-codes", reference_exit_codes},       {"bring-up", reference_bringup},
+        {"commands", reference_commands},
+        {"messages", reference_messages},
+        {"configuration", reference_configuration},
+        {"scene", reference_scene},
+        {"campaign", reference_campaign},
+        {"pins", reference_pins},
+        {"exit-codes", reference_exit_codes},
+        {"bring-up", reference_bringup},
+        {"units", reference_units},
     };
     if (argc != 2) {
         fputs("usage: reference FOLDER\n", stderr);

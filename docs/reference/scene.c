@@ -33,7 +33,7 @@ void reference_scene(FILE *out)
     reference_head(out, "Scene",
                    "the table of keys in `host/sim/scene/scene_keys.c` and `host/sim/elements/`");
     fputs("A scene is a JSON file that `matrig sim` runs. Keys that begin with `_` are comments. A "
-          "number may be text with its unit:\n"
+          "number, also in a list, may be text with any unit of its kind ([units](units.md)):\n"
           "`\"ground_damping\": \"175 N s/m\"`. `matrig sim --keys` prints this table, `matrig "
           "--json sim --keys` a JSON Schema. The equations are in\n"
           "[host/sim/README.md](../../host/sim/README.md).\n\n| key | default | meaning; unit "

@@ -49,6 +49,8 @@ void help_overview(const struct command_table *table)
          "\n"
          "matrig COMMAND --help tells more about a command, with an example; man matrig has it "
          "all.\n"
+         "A number may have its unit behind it: 15mm, '2.5 kN', 12m/s. Any unit of its kind is "
+         "read, another is refused.\n"
          "matrig help --man and --bash print the man page and the completion of bash.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
          "4 malformed or truncated input, 5 numerics refused or failed.\n"

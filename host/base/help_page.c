@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "host/base/list.h"
+#include "host/base/quantity.h"
 
+#define LINE_MOST 80 /* of a line of text that has room for a unit */
 #define TERM_MOST 14 /* of an item whose text begins on the same line */
 
 void help_each_part(const struct command *command,
@@ -42,6 +44,20 @@ static void put_text(FILE *out, const struct command_part *part)
     }
 }
 
+/* Of a quantity: what a bare number is in. In a line of its own where the last one is full. */
+static void put_unit(FILE *out, const struct command_part *part)
+{
+    const struct command_option *option = &part->option;
+    if (option->kind != OPTION_IS_NUMBER || !quantity_kind_of(option->unit))
+        return;
+    const char *last = strrchr(part->text, '\n');
+    size_t length = strlen(last ? last + 1 : part->text);
+    fprintf(out, "%s(%s", length < LINE_MOST ? " " : "\n", option->unit);
+    if (option->unit_si)
+        fprintf(out, ", with --si %s", option->unit_si);
+    fputs("; or with a unit)", out);
+}
+
 static char *made_text(const struct command_part *part, const char *before)
 {
     char *text = NULL;
@@ -51,6 +67,7 @@ static char *made_text(const struct command_part *part, const char *before)
         abort();
     fputs(before, out);
     put_text(out, part);
+    put_unit(out, part);
     size_t written = strlen(part->text);
     bool prose = !part->term && !part->option.name;
     if (!prose || written == 0 || part->text[written - 1] != ' ') /* else the line goes on */

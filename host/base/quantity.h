@@ -47,7 +47,7 @@ bool quantity_same_kind(const char *from, const char *to);
 
 /* What is measured: "a length", and the units that people know, "ft, in, mm, cm, m". */
 struct quantity_kind {
-    const char *name, *units;
+    const char *name, *units, *si;
     const char *note; /* what is to be known of one of them; NULL: nothing */
 };
 /* quantity_kind_at(0) and on, NULL after the last. Static storage. */

@@ -236,11 +236,11 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database. The runway is the one that the board was told of in the "
                     "last landing; all landings of that\nboard teach, one after the other"),
     OPTION_NUMBER_SI("--speed", "V", speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
-                     "planned speed at touchdown, or with its unit: 10m/s. Else the last "
+                     "planned speed at touchdown; else the last "
                      "landing's"),
     OPTION_NUMBER_SI("--deceleration", "A", deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 40.0,
                      NOT_GIVEN,
-                     "planned mean deceleration, or with its unit: 1.5m/s2, 0.15g. Else the last "
+                     "planned mean deceleration; else the last "
                      "landing's"),
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned braking over time instead: 0s:4ft/s2,2s:8ft/s2, straight lines between; "

@@ -551,9 +551,9 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--mat-length", "FT", mat_length_ft, "ft", 1e-3, 1e3, 0.0,
                   "along the runway: with it gear_foot_ft is written"),
     OPTION_NUMBER("--force-error", "LB", force_error_lb, "lb", 1e-6, 1e6, 0.5,
-                  "standard error of a force; else {standard} lb"),
+                  "standard error of a force; else {standard}"),
     OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
-                  "standard error of a displacement; else {standard} in"),
+                  "standard error of a displacement; else {standard}"),
     OPTION_NUMBER("--expect", "LB/FT", expected_lb_ft, "lb/ft", 1e-3, 1e12, PUSH_EXPECTED_LB_FT,
                   "gear_k_lb_ft that was likely before, within ten times either way; which law "
                   "holds is\n"
