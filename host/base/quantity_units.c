@@ -101,6 +101,7 @@ static const struct {
     {"_lb_s_ft", "lb s/ft"},
     {"_ft_lb_rad", "ft lb/rad"},
     {"_slug_ft2", "slug ft2"},
+    {"_ft_lb", "ft lb"},
     {"_lb_ft", "lb/ft"},
     {"_ft_s2", "ft/s2"},
     {"_ft_s", "ft/s"},

@@ -238,6 +238,7 @@ static void what_is_listed_is_read(void **state)
     assert_true(count > 60);
     assert_string_equal(quantity_unit_of_name("deceleration_ft_s2"), "ft/s2");
     assert_string_equal(quantity_unit_of_name("joint_lb_in"), "lb/in");
+    assert_string_equal(quantity_unit_of_name("moment_ft_lb"), "ft lb");
     assert_string_equal(quantity_unit_of_name("chain_dt_s"), "s");
     assert_string_equal(quantity_unit_of_name("friction"), "");
     assert_string_equal(quantity_unit_of_name("axles"), "");
