@@ -119,8 +119,9 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
             continue;
         }
         struct calibrate_point point;
-        if (!calibrate_value(line, r->unit->kind, r->unit, &point.value)) {
-            cli_note(r->cli, "not a value: '%s'", line);
+        struct quantity_wrong wrong;
+        if (!calibrate_value(line, r->unit->kind, r->unit, &point.value, &wrong)) {
+            cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
             continue;
         }
         if (measure(talk, &g, r->name, &point, error) != MR_OK)

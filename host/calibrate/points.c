@@ -104,11 +104,9 @@ static enum mr_status read_names(struct reader *r, const char *line, const char 
 }
 
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
-                     double *value)
+                     double *value, struct quantity_wrong *wrong)
 {
-    struct quantity_wrong wrong;
-    return quantity_parse(text, unit_of(kind, false)->text, plain ? plain->word : "", value,
-                          &wrong);
+    return quantity_parse(text, unit_of(kind, false)->text, plain ? plain->word : "", value, wrong);
 }
 
 static bool read_code(const char *text, double *code)
@@ -129,8 +127,15 @@ static enum mr_status read_point(struct reader *r, char *line, char *comma, bool
     *comma = '\0';
     const char *value = points->codes_first ? comma + 1 : line,
                *code = points->codes_first ? line : comma + 1;
-    if (!read_code(code, &point.code) ||
-        !calibrate_value(value, r->kind, points->unit ? points->unit : own, &point.value))
+    struct quantity_wrong wrong = {"", ""};
+    bool coded = read_code(code, &point.code);
+    bool valued = calibrate_value(value, r->kind, points->unit ? points->unit : own, &point.value,
+                                  &wrong);
+    if (coded && !valued && strstr(wrong.what, "unit"))
+        return complain(r, MR_MALFORMED, wrong.what, wrong.advice);
+    if (coded && !valued && strstr(wrong.what, "instead of"))
+        return complain(r, MR_MALFORMED, wrong.what, kind_text(r->kind));
+    if (!coded || !valued)
         return complain(r, MR_MALFORMED, "not a value and a code",
                         points->codes_first ? "write CODE,VALUE, as the first line says"
                                             : "write VALUE,CODE");

@@ -14,6 +14,7 @@
 #define MATRIG_HOST_CALIBRATE_POINTS_H
 
 #include "host/calibrate/fit.h"
+#include "host/base/quantity.h"
 #include "host/base/units.h"
 
 struct calibrate_points {
@@ -30,8 +31,8 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
                                      const struct unit_word *given, struct calibrate_points *points,
                                      struct error *error);
 /* A number, with a unit of that kind behind it or without; `plain`: the unit of one without, NULL:
- * it needs one. False: none of it. */
+ * it needs one. False: none of it, and `wrong` says why. */
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
-                     double *value);
+                     double *value, struct quantity_wrong *wrong);
 
 #endif

@@ -356,9 +356,14 @@ static enum mr_status parse_channel(const char *text, unsigned *channel, struct 
 /* In in or lb, or with its unit: 0.05mm. */
 static enum mr_status read_known(struct request *r, struct error *error)
 {
-    if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known) &&
+    struct quantity_wrong wrong = {"", ""};
+    if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known,
+                        &wrong) &&
         r->known >= 0.0 && r->known <= 100.0)
         return MR_OK;
+    if (wrong.what[0])
+        return error_set(error, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
+                         wrong.advice);
     return error_set(
         error, MR_USAGE,
         "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit",

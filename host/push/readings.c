@@ -125,13 +125,18 @@ static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
 
 static enum mr_status take_value(struct table *t, enum role role, const char *text, double *value)
 {
-    if (!calibrate_value(text, roles[role].kind, t->unit[role], value))
-        return error_set(t->error, MR_MALFORMED,
-                         "%s: %s, line %u: %s '%.*s'; give a number, with a unit of its own (%s) "
-                         "or without",
-                         text[0] ? "no number" : "reading missing", t->path, t->line,
-                         roles[role].name, CELL_SHOWN, text, roles[role].units);
-    return MR_OK;
+    struct quantity_wrong wrong;
+    if (calibrate_value(text, roles[role].kind, t->unit[role], value, &wrong))
+        return MR_OK;
+    if (strstr(wrong.what, "instead of"))
+        return error_set(t->error, MR_MALFORMED, "%s: %s, line %u: %s '%.*s'; give it in %s",
+                         wrong.what, t->path, t->line, roles[role].name, CELL_SHOWN, text,
+                         roles[role].units);
+    return error_set(t->error, MR_MALFORMED,
+                     "%s: %s, line %u: %s '%.*s'; give a number, with a unit of its own (%s) "
+                     "or without",
+                     text[0] ? "no number" : "reading missing", t->path, t->line, roles[role].name,
+                     CELL_SHOWN, text, roles[role].units);
 }
 
 /* The series that the row belongs to: the last one, or a new one. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/splitmix.h"
+#include "host/base/quantity.h"
 #include "host/sweep/canonical.h"
 
 #define LEVELS_MAX 1000000
@@ -23,17 +24,20 @@ json_t *design_json(double value)
                                                        : json_real(value);
 }
 
-static enum mr_status read_number(const json_t *object, const char *key, const char *where,
-                                  double *number, struct error *error)
+static enum mr_status read_number(const json_t *object, const char *key, const char *unit,
+                                  const char *where, double *number, struct error *error)
 {
     const json_t *value = json_object_get(object, key);
-    if (!json_is_number(value))
-        return error_set(
-            error, MR_MALFORMED,
-            "%s: %s has no number \"%s\"; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
-            value ? "wrong type" : "something is missing", where, key);
-    *number = json_number_value(value);
-    return MR_OK;
+    struct quantity_wrong wrong;
+    if (quantity_json(value, unit, number, &wrong))
+        return MR_OK;
+    if (json_is_string(value) && *unit)
+        return error_set(error, MR_MALFORMED, "%s: %s: %s is \"%s\"; %s", wrong.what, where, key,
+                         json_string_value(value), wrong.advice);
+    return error_set(
+        error, MR_MALFORMED,
+        "%s: %s has no number \"%s\"; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
+        value ? "wrong type" : "something is missing", where, key);
 }
 
 static enum mr_status read_scale(struct design_range *range, const json_t *value, const char *where,
@@ -73,8 +77,8 @@ static enum mr_status read_count(struct design_range *range, const json_t *value
     return MR_OK;
 }
 
-enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where,
-                                 struct error *error)
+enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
+                                 const char *where, struct error *error)
 {
     *range = (struct design_range){0};
     if (json_is_array(value)) {
@@ -89,8 +93,8 @@ enum mr_status design_range_read(struct design_range *range, const json_t *value
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
                          where);
-    if (read_number(value, "from", where, &range->from, error) != MR_OK ||
-        read_number(value, "to", where, &range->to, error) != MR_OK ||
+    if (read_number(value, "from", unit, where, &range->from, error) != MR_OK ||
+        read_number(value, "to", unit, where, &range->to, error) != MR_OK ||
         read_scale(range, value, where, error) != MR_OK)
         return error->status;
     if (range->from == range->to)

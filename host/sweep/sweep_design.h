@@ -23,8 +23,8 @@ struct design_range {
 
 /* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}; `where` begins the
  * error: "study.json: vary KL". The object may have other keys, which are the caller's. */
-enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where,
-                                 struct error *error);
+enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
+                                 const char *where, struct error *error);
 void design_range_free(struct design_range *range);
 
 /* How many levels it has: those of the list, or count. */

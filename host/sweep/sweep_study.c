@@ -1,3 +1,4 @@
+#include "host/base/quantity.h"
 #include "host/sweep/sweep_study.h"
 
 #include <errno.h>
@@ -170,6 +171,14 @@ static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axi
     return MR_OK;
 }
 
+/* Of a scene's key, or as the name's end says: "aircraft.weight_lb". */
+static const char *unit_of_axis(const struct sweep_study *study, const char *name)
+{
+    const struct sim_key *key = study->kind == SWEEP_SCENE ? sim_key_find(name) : NULL;
+    const char *unit = key ? key->unit : quantity_unit_of_name(name);
+    return quantity_kind_of(unit) ? unit : "";
+}
+
 /* A list of values, or an object with "values" (for a list with "set") or a range. */
 static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *axis,
                                 const char *path, const char *part, const char *name,
@@ -183,7 +192,8 @@ static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *ax
         return error_set(error, MR_MALFORMED, "name too long: %s; give 1 to %d letters", where,
                          SWEEP_NAME_MAX - 1);
     snprintf(axis->name, sizeof axis->name, "%s", name);
-    if (design_range_read(&axis->range, values ? values : value, where, error) != MR_OK)
+    if (design_range_read(&axis->range, values ? values : value, unit_of_axis(study, name), where,
+                          error) != MR_OK)
         return error->status;
     return read_set(study, axis, value, where, error);
 }

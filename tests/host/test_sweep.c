@@ -125,7 +125,7 @@ static void ranges_end_where_they_should(void **state)
     struct design_range range;
     struct error error = {0};
     json_t *value = json_loads("{\"from\": 0.1, \"to\": 0.7, \"count\": 7}", 0, NULL);
-    assert_int_equal(design_range_read(&range, value, "t", &error), MR_OK);
+    assert_int_equal(design_range_read(&range, value, "", "t", &error), MR_OK);
     static const double expected[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
     for (size_t i = 0; i < 7; i++) {
         json_t *level = design_level(&range, i);
@@ -135,7 +135,7 @@ static void ranges_end_where_they_should(void **state)
     }
     json_decref(value);
     value = json_loads("{\"from\": 1, \"to\": 1e6, \"count\": 7, \"scale\": \"log\"}", 0, NULL);
-    assert_int_equal(design_range_read(&range, value, "t", &error), MR_OK);
+    assert_int_equal(design_range_read(&range, value, "", "t", &error), MR_OK);
     for (size_t i = 0; i < 7; i++) {
         json_t *level = design_level(&range, i);
         assert_true(json_is_integer(level));
