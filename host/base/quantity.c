@@ -200,7 +200,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (end == start || !isfinite(*value))
         return is_no_number(start, unit, bare, wrong);
     if (!*own && !*bare && *unit)
-        return is_wrong(wrong, "in which unit?", unit, bare);
+        return is_wrong(wrong, "a number without its unit", unit, bare);
     const char *came = *own ? own : bare;
     if (strcmp(came, unit) == 0) /* also a word that the table does not have */
         return true;

@@ -372,9 +372,10 @@ static const struct command_part parts[] = {
         "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a "
         "connection),\n"
         "speed (ft/s, in the model)"),
-    HELP_ITEM("UNIT", "lb kip N kN, ft in m mm, ft/s mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft "
-                      "lb/in kip/in N/mm,\n"
-                      "in2 ft2 mm2"),
+    HELP_ITEM("UNIT",
+              "any of the input's kind: lb kip N kN kgf kg (the weight of that mass), ft in m "
+              "mm, ft/s mph m/s,\n"
+              "ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
     OPTION_FLAG("--design-only", design_only, "leave the model out"),
     OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0,
                  "how often the aircraft passes in the model; else {standard}"),

@@ -217,8 +217,8 @@ static const struct command_part parts[] = {
                   "lay_mu) is yours to add"),
     OPTION_TEXT("-o", "F", output_path, "where to write the scene; else standard output"),
     OPTION_FORCE(force),
-    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a length, a "
-              "force or a time may have its own: F=480N."),
+    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a value may "
+              "have another of its kind: F=480N."),
     HELP_EXAMPLE(
         "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
         "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json"),

@@ -21,8 +21,9 @@ struct design_range {
     json_t *levels; /* NULL: a range. Owned */
 };
 
-/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}; `where` begins the
- * error: "study.json: vary KL". The object may have other keys, which are the caller's. */
+/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}; `unit`: of the
+ * ends, which may be text with another; "": numbers alone. `where` begins the error: "study.json:
+ * vary KL". The object may have other keys, which are the caller's. */
 enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
                                  const char *where, struct error *error);
 void design_range_free(struct design_range *range);

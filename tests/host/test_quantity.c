@@ -184,7 +184,7 @@ static void never_another_unit(void **state)
     refused("3 m/s/s", "m/s2", NULL, "unknown unit", "m/s2");
     refused("3 mm2x", "in2", NULL, "unknown unit", "in2");
     refused("3 lb", "", NULL, "a unit behind a plain number", "digits alone");
-    refused("3", "in", "", "in which unit", "mm");
+    refused("3", "in", "", "a number without its unit", "mm");
     refused("3 kB", "MB", NULL, "unknown unit", "digits alone, in MB");
 }
 

@@ -112,7 +112,7 @@ static void unknown_keys_are_named(void **state)
 static void wrong_types_are_named(void **state)
 {
     (void)state;
-    refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL is text; give a number");
+    refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL is \"8e6\"; write lb/ft, ");
     refused("{\"kl\": 8e6}", MR_MALFORMED, "write \"KL\"");
     refused("{\"N\": 3.5}", MR_MALFORMED,
             "N is a number with a point or exponent; give a whole number");
@@ -122,7 +122,7 @@ static void wrong_types_are_named(void **state)
     refused("{\"left\": \"loose\"}", MR_MALFORMED, "left is \"loose\"; give one of free, fixed");
     refused("{\"bump\": 1}", MR_MALFORMED, "bump is a number; give a list");
     refused("{\"bump\": [1, null]}", MR_MALFORMED, "bump[1]");
-    refused("{\"gap0\": \"x\"}", MR_MALFORMED, "gap0 is text; give a number, or a list");
+    refused("{\"gap0\": \"x\"}", MR_MALFORMED, "gap0 is \"x\"; write digits such as 4, or 4 ft");
     refused("{\"path\": 5}", MR_MALFORMED, "path is a number; give a list of rows");
     refused("{\"path\": [[0, 1, 2], [1, 2]]}", MR_MALFORMED, "path row 1");
     refused("{\"path\": [[0, 1, 2], 7]}", MR_MALFORMED, "path row 1");
@@ -257,13 +257,13 @@ static void numbers_are_read_with_their_unit(void **state)
             fail_msg("number %zu is %.17g, not %.17g", i, read[i], meant[i]);
     }
     sim_scene_free(&s);
-    refused("{\"CV\": \"7 N\"}", MR_MALFORMED,
-            "CV is text; give a number in lb s/ft, or text with a number and lb s/ft or N s/m");
+    refused("{\"CV\": \"7 N\"}", MR_MALFORMED, "a force instead of a damping: ");
     refused("{\"CV\": \"N s/m\"}", MR_MALFORMED, "CV");
     refused("{\"CV\": \"7 N s/m2\"}", MR_MALFORMED, "N s/m");
     refused("{\"CV\": \"-7 N s/m\"}", MR_MALFORMED, "value out of range");
-    refused("{\"CV\": \"nan N s/m\"}", MR_MALFORMED, "CV is text; give a number");
-    refused("{\"TAD_deg\": \"7 deg\"}", MR_MALFORMED, "wrong type");
+    refused("{\"CV\": \"nan N s/m\"}", MR_MALFORMED, "not a number: ");
+    refused("{\"TAD_deg\": \"7 ft\"}", MR_MALFORMED, "a length instead of an angle: ");
+    refused("{\"N\": \"7 ft\"}", MR_MALFORMED, "wrong type");
 }
 
 /* The schema has every key, and its defaults read as a scene are the scene of an empty file. */

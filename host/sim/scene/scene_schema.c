@@ -77,7 +77,7 @@ static json_t *value_schema(const struct sim_key *key)
     case SIM_KEY_STRIP: return json_pack("{s:s}", "type", "object");
     case SIM_KEY_PATH: break;
     }
-    json_t *row = list_schema(json_pack("{s:s}", "type", "number"));
+    json_t *row = list_schema(json_pack("{s:[s,s]}", "type", "number", "string"));
     json_object_update_new(row, json_pack("{s:i,s:i}", "minItems", 3, "maxItems", 3));
     json_t *path = list_schema(row);
     json_object_set_new(path, "minItems", json_integer(2));
