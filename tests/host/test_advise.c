@@ -9,7 +9,6 @@
 
 #include "host/advise/smoother.h"
 #include "host/advise/waves.h"
-#include "host/base/units.h"
 #include "host/base/wilson.h"
 
 #define MANY   20000u
@@ -576,24 +575,6 @@ static void waves_follow_the_thrust(void **state)
     advise_members_free(&members);
 }
 
-static void speeds_and_decelerations_convert(void **state)
-{
-    double factor;
-    (void)state;
-    assert_true(unit_convert("m/s2", "ft/s2", &factor));
-    assert_near(factor, 1.0 / 0.3048, 1e-12);
-    assert_true(unit_convert("g", "ft/s2", &factor));
-    assert_near(factor, 32.1740486, 1e-6);
-    assert_true(unit_convert("km/h", "ft/s", &factor));
-    assert_near(factor, 0.911344415, 1e-8);
-    assert_true(unit_convert("kn", "ft/s", &factor));
-    assert_near(factor, 1.68780986, 1e-7);
-    assert_true(unit_convert("mph", "m/s", &factor));
-    assert_near(factor, 0.44704, 1e-12);
-    assert_false(unit_convert("m/s", "ft/s2", &factor));
-    assert_false(unit_convert("ft", "ft/s", &factor));
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -614,7 +595,6 @@ int main(void)
         cmocka_unit_test(the_hardest_braking),
         cmocka_unit_test(waves_are_counted),
         cmocka_unit_test(waves_follow_the_thrust),
-        cmocka_unit_test(speeds_and_decelerations_convert),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,6 +57,7 @@ static void definitions(void **state)
         {"1 m/s", "ft/s", 3.2808398950131235},
         {"36 km/h", "m/s", 10.0},
         {"60 mph", "ft/s", 88.0},
+        {"1 mph", "m/s", 0.44704},
         {"1 kn", "ft/s", 1.6878098571011957},
         {"1 g", "ft/s2", 32.17404855643045},
         {"3.048 m/s^2", "ft/s2", 10.0},
@@ -235,6 +236,8 @@ static void what_is_listed_is_read(void **state)
         }
         assert_ptr_equal(quantity_kind_of(first), kind);
     }
+    assert_true(isnan(quantity_convert(1.0, "m/s", "ft/s2")));
+    assert_false(quantity_same_kind("ft", "ft/s"));
     assert_true(count > 60);
     assert_string_equal(quantity_unit_of_name("deceleration_ft_s2"), "ft/s2");
     assert_string_equal(quantity_unit_of_name("joint_lb_in"), "lb/in");
