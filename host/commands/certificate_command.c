@@ -50,16 +50,20 @@ static enum mr_status read_uncertainty(const char *text, struct store_certificat
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
     char bare[40];
     double value;
+    struct quantity_wrong wrong = {"", ""};
     size_t length = strlen(text);
     bool relative = length > 1 && length < sizeof bare && text[length - 1] == '%';
     row->expanded = row->expanded_rel = (double)NAN;
     snprintf(bare, sizeof bare, "%.*s", (int)(length - relative), text);
     if (length < sizeof bare &&
-        calibrate_value(bare, kind, unit_read(unit, strlen(unit)), &value) && value > 0.0 &&
+        calibrate_value(bare, kind, unit_read(unit, strlen(unit)), &value, &wrong) && value > 0.0 &&
         value <= (relative ? 50.0 : 1000.0)) {
         *(relative ? &row->expanded_rel : &row->expanded) = relative ? value / 100.0 : value;
         return MR_OK;
     }
+    if (wrong.what[0])
+        return error_set(error, MR_USAGE, "%s: '%s' for --uncertainty; %s", wrong.what, text,
+                         wrong.advice);
     return error_set(error, MR_USAGE,
                      "no uncertainty: '%s' for --uncertainty; a number in %s, with its unit, or in "
                      "percent of the reading (0.4%%)",

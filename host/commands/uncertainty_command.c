@@ -332,7 +332,8 @@ static enum mr_status check(struct request *r, struct error *error)
                          "uncertainty --help");
     kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
-    if (r->at && (!calibrate_value(r->at, kind, unit_read(unit, 2), &r->at_value) ||
+    struct quantity_wrong wrong = {"", ""};
+    if (r->at && (!calibrate_value(r->at, kind, unit_read(unit, 2), &r->at_value, &wrong) ||
                   fabs(r->at_value) > 10000.0))
         return error_set(error, MR_USAGE,
                          "no reading: '%s' for --at; a number in %s, or with its unit", r->at,
