@@ -159,6 +159,7 @@ static enum mr_status judge_landing(struct store *store, const struct outcome_be
         status = outcome_load(store, given->measured, between, &row->outcome, error);
     if (status == MR_OK)
         judge(row);
+    row->judged = status == MR_OK;
     return status;
 }
 
@@ -276,56 +277,85 @@ static enum mr_status add_up(struct record *record, struct error *error)
 
 /* ---- the campaign ---- */
 
-static enum mr_status load_rows(struct store *store, const struct store_landing *all, size_t count,
-                                const struct record_given *given, size_t givens,
-                                const struct store_advice *advice, size_t advices,
-                                struct record *record, struct error *error)
+struct record_row *record_find(struct record *record, int64_t run)
 {
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; status == MR_OK && i < count; i++) {
-        const struct outcome_between between = {neighbour(all, count, i, -1),
-                                                neighbour(all, count, i, 1)};
-        const struct record_given *there = NULL;
-        struct record_row *row = &record->row[record->rows++];
-        row->run = all[i].id;
-        take_advice(advice, advices, i ? all[i - 1].id : 0, row);
-        status = store_is_void(store, row->run, &row->is_void, NULL, error);
-        for (size_t g = 0; g < givens; g++)
-            there = given[g].measured->landing.id == row->run ? &given[g] : there;
-        if (status == MR_OK)
-            status = there ? judge_landing(store, &between, there, row, error)
-                           : load_landing(store, &between, row, error);
+    size_t low = 0, high = record->rows;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (record->row[middle].run < run)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    return status;
+    return low < record->rows && record->row[low].run == run ? &record->row[low] : NULL;
 }
 
-enum mr_status record_load(struct store *store, const struct record_given *given, size_t givens,
-                           struct record *record, struct error *error)
+static struct outcome_between between_of(const struct record *record, const struct record_row *row)
 {
-    struct store_landing *all = NULL;
+    size_t at = (size_t)(row - record->row);
+    return (struct outcome_between){neighbour(record->landing, record->rows, at, -1),
+                                    neighbour(record->landing, record->rows, at, 1)};
+}
+
+enum mr_status record_begin(struct store *store, struct record *record, struct error *error)
+{
     struct store_advice *advice = NULL;
     size_t count = 0, advices = 0;
     *record = (struct record){0};
-    enum mr_status status = store_landings(store, &all, &count, error);
+    enum mr_status status = store_landings(store, &record->landing, &count, error);
     if (status == MR_OK)
         status = store_advices(store, &advice, &advices, error);
     if (status == MR_OK && !(record->row = calloc(count ? count : 1, sizeof *record->row)))
         status = error_set(error, MR_FULL, "no memory: %zu landings; close other programs", count);
-    if (status == MR_OK)
-        status = load_rows(store, all, count, given, givens, advice, advices, record, error);
-    for (size_t i = 0; status == MR_OK && i < advices; i++) {
-        if (advice[i].after_run < (count ? all[count - 1].id : 0))
-            continue;
-        record->replaced += record->to_come;
-        record->to_come = 1;
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        struct record_row *row = &record->row[record->rows++];
+        row->run = record->landing[i].id;
+        take_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
+        status = store_is_void(store, row->run, &row->is_void, NULL, error);
     }
-    free(all);
+    for (size_t i = 0; status == MR_OK && i < advices; i++)
+        record->to_come_advices += advice[i].after_run >=
+                                   (count ? record->landing[count - 1].id : 0);
     free(advice);
+    return status;
+}
+
+enum mr_status record_judge(struct store *store, struct record *record,
+                            const struct record_given *given, struct error *error)
+{
+    struct record_row *row = record_find(record, given->measured->landing.id);
+    if (!row)
+        return MR_OK;
+    const struct outcome_between between = between_of(record, row);
+    return judge_landing(store, &between, given, row, error);
+}
+
+enum mr_status record_end(struct store *store, struct record *record, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (size_t i = 0; status == MR_OK && i < record->rows; i++) {
+        struct record_row *row = &record->row[i];
+        const struct outcome_between between = between_of(record, row);
+        if (!row->judged)
+            status = load_landing(store, &between, row, error);
+    }
+    if (record->to_come_advices) {
+        record->to_come = 1;
+        record->replaced += record->to_come_advices - 1;
+    }
     return status == MR_OK ? add_up(record, error) : status;
+}
+
+enum mr_status record_load(struct store *store, struct record *record, struct error *error)
+{
+    enum mr_status status = record_begin(store, record, error);
+    return status == MR_OK ? record_end(store, record, error) : status;
 }
 
 void record_free(struct record *record)
 {
     free(record->row);
+    free(record->landing);
     record->row = NULL;
+    record->landing = NULL;
 }

@@ -38,6 +38,7 @@ enum record_advised { RECORD_CLEAR, RECORD_CAUTION, RECORD_AGAINST, RECORD_ADVIC
 
 struct record_row {
     int64_t run;
+    bool judged; /* else what follows `advice` is still to be found */
     bool is_void;
     enum record_warned warned;
     double warned_t_s, warned_ft, wheel_ft; /* first warning; NaN: none */
@@ -62,8 +63,10 @@ struct record_score {
 };
 
 struct record {
-    struct record_row *row;
+    struct record_row *row; /* by rising RUN */
     size_t rows;
+    struct store_landing *landing; /* of each row */
+    size_t to_come_advices;        /* kept after the newest landing */
     /* sums over those that are not void */
     size_t landings, voided, unwatched;
     size_t verdict[RECORD_VERDICTS];
@@ -77,15 +80,24 @@ struct record {
     struct record_score said, risk; /* of advice, and of the board RECORD_RISK_AT_S on */
 };
 
-/* A landing that was loaded already, so that it need not be again. */
+/* A landing that is loaded, with its series. */
 struct record_given {
     const struct measured *measured;
     const struct zones *zones;
 };
 
-/* The caller releases it with record_free, also after an error. */
-enum mr_status record_load(struct store *store, const struct record_given *given, size_t givens,
-                           struct record *record, struct error *error);
+/* A row for each landing, none judged. The caller releases it with record_free, also after an
+ * error. */
+enum mr_status record_begin(struct store *store, struct record *record, struct error *error);
+/* The row of a landing; NULL: there is none. */
+struct record_row *record_find(struct record *record, int64_t run);
+/* Judges a landing that somebody has loaded. */
+enum mr_status record_judge(struct store *store, struct record *record,
+                            const struct record_given *given, struct error *error);
+/* Loads and judges those that are not, and adds up. */
+enum mr_status record_end(struct store *store, struct record *record, struct error *error);
+/* All of it. */
+enum mr_status record_load(struct store *store, struct record *record, struct error *error);
 void record_free(struct record *record);
 
 const char *record_verdict_text(enum record_verdict verdict);

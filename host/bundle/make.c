@@ -137,7 +137,7 @@ static enum mr_status take_page(struct making *making, struct content *content, 
     struct report report = {.store = making->slice, .path = name};
     (void)error;
     snprintf(name, sizeof name, "landing %lld", (long long)making->landing.board_landing);
-    if (report_load(&report, true, &why) == MR_OK)
+    if (report_begin(&report, true, &why) == MR_OK)
         page_write(&report, &content->bytes, &content->size, &why);
     report_free(&report);
     if (why.status != MR_OK) {

@@ -6,6 +6,7 @@
 
 #include "host/commands/commands.h"
 #include "host/base/output.h"
+#include "host/report/folder.h"
 #include "host/report/page.h"
 #include "host/sweep/sweep_page.h"
 
@@ -16,14 +17,6 @@ static void default_path(const char *db, char *out, size_t size)
     const char *dot = strrchr(db, '.');
     int stem = dot && (!slash || dot > slash + 1) ? (int)(dot - db) : (int)strlen(db);
     snprintf(out, size, "%.*s.html", stem, db);
-}
-
-static json_t *report_json(const char *path, const struct report *report)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < report->landings; i++)
-        json_array_append_new(list, summary_json(&report->landing[i].summary, report->si));
-    return json_pack("{ssso}", "file", path, "landings", list);
 }
 
 /* Lines of JSON instead of a database: results of a sweep. */
@@ -65,7 +58,7 @@ static int report_sweep(const char *results, const char *path, bool force, const
 }
 
 /* Nothing is written unless all of it could be made. */
-static enum mr_status write_page(const struct report *report, const char *path, bool force,
+static enum mr_status write_page(struct report *report, const char *path, bool force,
                                  struct error *error)
 {
     char *text = NULL;
@@ -75,6 +68,27 @@ static enum mr_status write_page(const struct report *report, const char *path, 
         output_bytes(path, force, text, length, error);
     free(text);
     return error->status;
+}
+
+/* A page for each landing; says how many. */
+static int write_folder(struct report *report, const char *path, bool force, const struct cli *cli,
+                        struct error *error)
+{
+    struct folder_made made;
+    report->folder = true;
+    if (folder_write(report, path, force, &made, error) != MR_OK)
+        return 0;
+    if (cli->json)
+        return cli_print_json(json_pack("{sssIsIsIsI}", "folder", path, "landings",
+                                        (json_int_t)report->landings, "made", (json_int_t)made.made,
+                                        "left", (json_int_t)made.left, "removed",
+                                        (json_int_t)made.removed),
+                              0);
+    cli_note(cli, "%zu landing%s in %s%sindex.html: %zu page%s made, %zu as before%s",
+             report->landings, report->landings == 1 ? "" : "s", path,
+             path[strlen(path) - 1] == '/' ? "" : "/", made.made, made.made == 1 ? "" : "s",
+             made.left, made.removed ? ", others removed" : "");
+    return 0;
 }
 
 struct request {
@@ -90,12 +104,12 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     char made_path[1000];
     struct error error = {0};
     struct report report = {.si = cli->si};
-    struct stat folder;
+    struct stat film;
     int exit_code = 0;
     enum mr_status status = command_parse(&command_report, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && is_sweep(words[0]))
         return report_sweep(words[0], r.path, r.force, cli);
-    if (status == MR_OK && r.film && (stat(r.film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
+    if (status == MR_OK && r.film && (stat(r.film, &film) != 0 || !S_ISDIR(film.st_mode)))
         status = error_set(&error, MR_IO,
                            "cannot read the film's folder: %s; --film names a folder with a folder "
                            "of pictures for each RUN",
@@ -103,26 +117,37 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     report.path = words[0];
     report.film = r.film;
     report.run = r.run;
+    report.json = cli->json ? json_array() : NULL;
     if (status == MR_OK && !r.path) {
         default_path(words[0], made_path, sizeof made_path);
         r.path = made_path;
     }
-    if (status == MR_OK)
+    bool folder = status == MR_OK && folder_meant(r.path);
+    if (folder && r.run)
+        status = error_set(&error, MR_USAGE,
+                           "--run is one page, and %s is a folder; give a file: -o F.html", r.path);
+    else if (status == MR_OK && !folder)
         status = output_check(r.path, r.force, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &report.store, &error);
     if (status == MR_OK && report.run)
         status = store_refuse_void(report.store, report.run, r.voided, &error);
     if (status == MR_OK)
-        status = report_load(&report, r.voided, &error);
-    if (status == MR_OK)
-        status = write_page(&report, r.path, r.force, &error);
-    if (status == MR_OK && cli->json)
-        exit_code = cli_print_json(report_json(r.path, &report), 0);
+        status = report_begin(&report, r.voided, &error);
+    if (status == MR_OK && folder)
+        exit_code = write_folder(&report, r.path, r.force, cli, &error);
+    else if (status == MR_OK)
+        write_page(&report, r.path, r.force, &error);
+    status = error.status;
+    if (status == MR_OK && folder)
+        ; /* said */
+    else if (status == MR_OK && cli->json)
+        exit_code = cli_print_json(json_pack("{sssO}", "file", r.path, "landings", report.json), 0);
     else if (status == MR_OK)
         cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s",
                  r.path);
     report_free(&report);
+    json_decref(report.json);
     store_close(report.store);
     return status != MR_OK ? cli_fail(&error) : exit_code;
 }

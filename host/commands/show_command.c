@@ -104,7 +104,7 @@ static enum mr_status came_of_it_answer(struct store *store, size_t landings, st
                         RECORD_MOST);
         return MR_OK;
     }
-    enum mr_status status = record_load(store, NULL, 0, &record, error);
+    enum mr_status status = record_load(store, &record, error);
     if (status == MR_OK)
         record_answer(&record, true, answer);
     record_free(&record);

@@ -13,12 +13,12 @@
 
 /* The landing that an advice was kept for: the first one after it; NULL: still to come, or not in
  * this report. */
-static const struct report_landing *landing_of(const struct report *report,
-                                               const struct store_advice *advice)
+static const struct report_facts *landing_of(const struct report *report,
+                                             const struct store_advice *advice)
 {
     for (size_t i = 0; i < report->landings; i++) {
-        if (report->landing[i].summary.measured.landing.id > advice->after_run)
-            return &report->landing[i];
+        if (report->facts[i].landing.id > advice->after_run)
+            return &report->facts[i];
     }
     return NULL;
 }
@@ -57,7 +57,7 @@ static void draw(const struct store_advice *advice, size_t count, FILE *out)
 static void row(const struct report *report, const struct store_advice *advice, size_t number,
                 FILE *out)
 {
-    const struct report_landing *landing = landing_of(report, advice);
+    const struct report_facts *facts = landing_of(report, advice);
     const double speed = unit_of(UNIT_SPEED, report->si)->factor,
                  braking = unit_of(UNIT_DECELERATION, report->si)->factor;
     fputs("<tr>", out);
@@ -71,15 +71,11 @@ static void row(const struct report *report, const struct store_advice *advice, 
     html_number(out, 100.0 * advice->zone, 0);
     html_number(out, 100.0 * advice->wave, 0);
     html_number(out, braking * advice->hardest_ft_s2, 1);
-    if (landing) {
-        const struct measured *measured = &landing->summary.measured;
-        const struct zone_warning *warning = &landing->summary.zones.warning;
-        bool fit = measured->fit_status == MR_OK;
-        html_cell(out, "%lld", (long long)measured->landing.id);
-        html_number(out, fit ? speed * measured->summary.touchdown_speed_ft_s.value : (double)NAN,
-                    1);
-        html_number(
-            out, fit ? braking * measured->summary.mean_deceleration_ft_s2.value : (double)NAN, 2);
+    if (facts) {
+        const struct zone_warning *warning = &facts->warning;
+        html_cell(out, "%lld", (long long)facts->landing.id);
+        html_number(out, speed * facts->speed_ft_s.value, 1);
+        html_number(out, braking * facts->deceleration_ft_s2.value, 2);
         html_cell(out, "%s",
                   !warning->warned      ? "no warning"
                   : warning->reached    ? "warned, the wheel came to the zone"

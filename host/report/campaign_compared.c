@@ -8,12 +8,9 @@
 #include "host/report/report.h"
 #include "host/base/units.h"
 
-static void overlap_cell(FILE *out, const struct compare_zone_moment *moment, bool board)
+static void overlap_cell(FILE *out, const struct compare_overlap *overlap)
 {
-    const struct compare_overlap *overlap = !moment ? NULL
-                                          : board   ? &moment->board
-                                                    : &moment->simulated;
-    if (!overlap || !overlap->known)
+    if (!overlap->known)
         html_cell(out, "-");
     else if (overlap->all_mats > 0.0)
         html_cell(out, "%.0f of %.0f", overlap->common_mats, overlap->all_mats);
@@ -21,17 +18,19 @@ static void overlap_cell(FILE *out, const struct compare_zone_moment *moment, bo
         html_cell(out, "both none");
 }
 
-static void row(FILE *out, const struct compare_figures *figures, bool si)
+static void row(FILE *out, const struct report *report, const struct report_facts *facts)
 {
+    const struct report_compared *compared = &facts->compared;
+    const bool si = report->si;
+    char link[REPORT_LINK];
     const double in = unit_of(UNIT_DISPLACEMENT, si)->factor;
     const int d = si ? 2 : 4;
-    const struct compare_mean mean = compare_mean_of(figures);
-    const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false);
-    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td><td>", (long long)figures->run,
-            (long long)figures->run);
-    html_text(out, figures->against);
+    const struct compare_mean mean = compared->mean;
+    report_link(report, facts->landing.id, link);
+    fprintf(out, "<tr><td><a href=\"%s\">%lld</a></td><td>", link, (long long)facts->landing.id);
+    html_text(out, compared->against);
     fputs("</td>", out);
-    html_cell(out, "%zu of %zu", mean.channels, figures->channels);
+    html_cell(out, "%zu of %zu", mean.channels, compared->channels);
     html_number(out, mean.bias_in * in, d);
     html_number(out, mean.rms_in * in, d);
     html_number(out, mean.worst_rms_in * in, d);
@@ -39,10 +38,10 @@ static void row(FILE *out, const struct compare_figures *figures, bool si)
         html_cell(out, "inf");
     else
         html_number(out, mean.peak_en, 1);
-    overlap_cell(out, longest, false);
-    overlap_cell(out, longest, true);
-    overlap_cell(out, compare_moment_of(&figures->zones, true), false);
-    html_number(out, figures->error_in * in, d);
+    overlap_cell(out, &compared->longest);
+    overlap_cell(out, &compared->longest_board);
+    overlap_cell(out, &compared->rest);
+    html_number(out, compared->error_in * in, d);
     fputs("</tr>\n", out);
 }
 
@@ -71,22 +70,17 @@ static void head(FILE *out, bool si)
 
 enum mr_status campaign_compared(const struct report *report, FILE *out, struct error *error)
 {
-    struct compare_figures *figures = malloc(sizeof *figures);
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t rows = 0;
-    if (!figures)
-        return error_set(error, MR_FULL, "no memory: comparisons of %s; close other programs",
-                         report->path);
-    for (size_t i = 0; i < report->landings && error->status == MR_OK; i++) {
-        const struct report_landing *landing = &report->landing[i];
-        if (!landing_compared(landing, figures, error))
-            continue;
-        const struct compare_mean mean = compare_mean_of(figures);
+    (void)error;
+    for (size_t i = 0; i < report->landings; i++) {
+        const struct report_facts *facts = &report->facts[i];
+        const struct compare_mean mean = facts->compared.mean;
         if (mean.channels == 0)
             continue;
         if (rows++ == 0)
             head(out, report->si);
-        row(out, figures, report->si);
+        row(out, report, facts);
         samples += mean.samples;
         sum += mean.samples * mean.bias_in;
         squares += mean.samples * mean.rms_in * mean.rms_in;
@@ -100,6 +94,5 @@ enum mr_status campaign_compared(const struct report *report, FILE *out, struct 
               "board said) both have, of those that either has. "
               "Own error: what the simulation says of itself.</p>\n",
               out);
-    free(figures);
-    return error->status;
+    return MR_OK;
 }

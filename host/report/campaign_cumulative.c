@@ -20,34 +20,26 @@ struct profile {
 };
 
 /* In the unit shown, added to what `before` had come to (NULL: nothing). */
-static void add_landing(const struct report_landing *landing, const struct profile *before, bool si,
+static void add_landing(const struct report_facts *facts, const struct profile *before, bool si,
                         struct profile *profile)
 {
-    const struct measured *measured = &landing->summary.measured;
     double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
-    snprintf(profile->name, sizeof profile->name, "RUN %lld", (long long)measured->landing.id);
+    snprintf(profile->name, sizeof profile->name, "RUN %lld", (long long)facts->landing.id);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, i + 1);
-        const struct measured_channel *channel = c < 0 ? NULL : &measured->channel[c];
-        profile->station[i] = channel ? unit_of(UNIT_STATION, si)->factor *
-                                            (double)channel->config.station_ft
-                                      : (double)NAN;
-        profile->value[i] = (before ? before->value[i] : 0.0) +
-                            (channel ? length * channel->end : (double)NAN);
-        profile->error[i] = hypot(before ? before->error[i] : 0.0,
-                                  channel ? length * channel->end_error : (double)NAN);
+        const struct report_moved *moved = &facts->moved[i];
+        profile->station[i] = unit_of(UNIT_STATION, si)->factor * moved->station_ft;
+        profile->value[i] = (before ? before->value[i] : 0.0) + length * moved->end;
+        profile->error[i] = hypot(before ? before->error[i] : 0.0, length * moved->end_error);
     }
 }
 
-static void peaks_of(const struct report_landing *landing, bool si, struct profile *profile)
+static void peaks_of(const struct report_facts *facts, bool si, struct profile *profile)
 {
-    const struct measured *measured = &landing->summary.measured;
     double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
-    add_landing(landing, NULL, si, profile);
+    add_landing(facts, NULL, si, profile);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, i + 1);
-        profile->value[i] = c < 0 ? (double)NAN : length * measured->channel[c].peak;
-        profile->error[i] = c < 0 ? (double)NAN : length * measured->channel[c].error;
+        profile->value[i] = length * facts->moved[i].peak;
+        profile->error[i] = length * facts->moved[i].error;
     }
 }
 
@@ -174,14 +166,14 @@ static size_t in_series(const struct report *report, size_t first)
 {
     size_t count = 1;
     while (first + count < report->landings &&
-           report->landing[first + count].series.id == report->landing[first].series.id)
+           report->facts[first + count].series.id == report->facts[first].series.id)
         count++;
     return count;
 }
 
-static const char *series_name(const struct report_landing *landing)
+static const char *series_name(const struct report_facts *facts)
 {
-    return landing->series.id ? landing->series.name : "none named";
+    return facts->series.id ? facts->series.name : "none named";
 }
 
 static void write_series(const struct report *report, size_t first,
@@ -189,7 +181,7 @@ static void write_series(const struct report *report, size_t first,
 {
     if (heading) {
         fputs("<h3>Series: ", out);
-        html_text(out, series_name(&report->landing[first]));
+        html_text(out, series_name(&report->facts[first]));
         fputs("</h3>\n", out);
     }
     fputs("<figure>", out);
@@ -219,12 +211,12 @@ enum mr_status campaign_cumulative(const struct report *report, FILE *out, struc
     for (size_t first = 0, count; first < report->landings; first += count) {
         count = in_series(report, first);
         for (size_t i = 0; i < count; i++)
-            add_landing(&report->landing[first + i], i ? &profile[i - 1] : NULL, report->si,
+            add_landing(&report->facts[first + i], i ? &profile[i - 1] : NULL, report->si,
                         &profile[i]);
         write_series(report, first, profile, count, count < report->landings, out);
         last[series] = profile[count - 1];
         snprintf(last[series].name, sizeof last[series].name, "%.15s",
-                 series_name(&report->landing[first]));
+                 series_name(&report->facts[first]));
         series++;
     }
     if (series > 1) {
@@ -235,7 +227,7 @@ enum mr_status campaign_cumulative(const struct report *report, FILE *out, struc
               out);
     }
     for (size_t i = 0; i < report->landings; i++)
-        peaks_of(&report->landing[i], report->si, &profile[i]);
+        peaks_of(&report->facts[i], report->si, &profile[i]);
     if (report->landings) {
         fputs("<h3>Peak movement</h3>\n<figure>", out);
         draw_profiles(out, profile, report->landings, "peak movement",

@@ -13,30 +13,22 @@ static void span_cell(FILE *out, bool known, double start_ft, double end_ft, dou
         html_number(out, (double)NAN, 0);
 }
 
-static void row(FILE *out, const struct report_landing *landing, double station)
+static void row(FILE *out, const struct report_facts *facts, double station)
 {
-    const struct zones *zones = &landing->summary.zones;
-    const struct zone_warning *w = &zones->warning;
-    const struct store_zone *last = zones->count ? &zones->row[zones->count - 1] : NULL;
-    int64_t worst = STORE_NONE;
-    char why[ZONES_HEARD_TEXT];
-    for (size_t i = 0; i < landing->predictions; i++)
-        worst = landing->prediction[i].verdict > worst ? landing->prediction[i].verdict : worst;
+    const struct zone_warning *w = &facts->warning;
+    int64_t worst = facts->worst_verdict;
     fputs("<tr>", out);
-    const struct measured *measured = &landing->summary.measured;
-    html_cell(out, "%lld", (long long)measured->landing.id);
-    html_cell(out, "%zu", zones->count);
+    html_cell(out, "%lld", (long long)facts->landing.id);
+    html_cell(out, "%zu", facts->statements);
     if (w->warned)
         fputs("<td class=\"warn\">warning</td>", out);
     else
         html_cell(out, "%s%s",
-                  measured->source == MEASURED_IMPORT ? "no board watched"
-                  : worst == STORE_NONE               ? "no warning"
-                                                      : mr_predictor_verdict_text((unsigned)worst),
-                  measured->source != MEASURED_IMPORT &&
-                          zones_heard_doubt(&zones->heard, (double)INFINITY, why)
-                      ? ", as far as it was heard"
-                      : "");
+                  facts->source == MEASURED_IMPORT ? "no board watched"
+                  : worst == STORE_NONE            ? "no warning"
+                                                   : mr_predictor_verdict_text((unsigned)worst),
+                  facts->source != MEASURED_IMPORT && facts->unheard ? ", as far as it was heard"
+                                                                     : "");
     html_number(out, w->warned ? w->t_s : (double)NAN, 3);
     html_cell(out, "%s",
               w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason)
@@ -50,8 +42,7 @@ static void row(FILE *out, const struct report_landing *landing, double station)
                   station * w->most_start_ft, station * w->most_end_ft);
     else
         html_number(out, (double)NAN, 0);
-    span_cell(out, last && last->mats > 0, last ? last->start_ft : 0.0, last ? last->end_ft : 0.0,
-              station);
+    span_cell(out, facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft, station);
     fputs("</tr>\n", out);
 }
 
@@ -62,7 +53,7 @@ enum mr_status campaign_predictor(const struct report *report, FILE *out, struct
     size_t statements = 0;
     (void)error;
     for (size_t i = 0; i < report->landings; i++)
-        statements += report->landing[i].summary.zones.count;
+        statements += report->facts[i].statements;
     if (statements == 0)
         return MR_OK;
     snprintf(zone, sizeof zone, "zone then, %s", station->text);
@@ -72,7 +63,7 @@ enum mr_status campaign_predictor(const struct report *report, FILE *out, struct
                                      zone, "wheel there after, s", "first lead given, s",
                                      "it became, s", "at its longest", last, NULL});
     for (size_t i = 0; i < report->landings; i++)
-        row(out, &report->landing[i], station->factor);
+        row(out, &report->facts[i], station->factor);
     fputs("</tbody></table></div>\n<p>Times since touchdown, by the board's clock, at the "
           "beginning of the block that decided. A dash: none was given, or the wheel did not come "
           "there in the record. No warning is no "

@@ -81,26 +81,14 @@ static void write_rows(const struct report *report, const struct record *record,
 
 enum mr_status campaign_record(const struct report *report, FILE *out, struct error *error)
 {
-    struct record record;
-    struct record_given *given;
-    if (report->run)
+    const struct record *record = &report->record;
+    (void)error;
+    if (report->run || record->landings + record->to_come == 0)
         return MR_OK;
-    given = calloc(report->landings ? report->landings : 1, sizeof *given);
-    if (!given)
-        return error_set(error, MR_FULL, "no memory: %zu landings; close other programs",
-                         report->landings);
-    for (size_t i = 0; i < report->landings; i++)
-        given[i] = (struct record_given){&report->landing[i].summary.measured,
-                                         &report->landing[i].summary.zones};
-    enum mr_status status = record_load(report->store, given, report->landings, &record, error);
-    if (status == MR_OK && record.landings + record.to_come > 0) {
-        struct answer *answer = answer_new(report->si);
-        record_answer(&record, false, answer);
-        report_answer(answer, out);
-        if (record.rows)
-            write_rows(report, &record, out);
-    }
-    record_free(&record);
-    free(given);
-    return status;
+    struct answer *answer = answer_new(report->si);
+    record_answer(record, false, answer);
+    report_answer(answer, out);
+    if (record->rows)
+        write_rows(report, record, out);
+    return MR_OK;
 }

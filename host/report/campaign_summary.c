@@ -5,55 +5,44 @@
 #include "host/report/report.h"
 #include "host/base/units.h"
 
-static double worst_rms_in(const struct report_landing *landing)
+static const struct report_moved *largest_movement(const struct report_facts *facts)
 {
-    double worst = (double)NAN;
-    for (size_t i = 0; i < landing->simulations; i++)
-        worst = fmax(worst, landing->simulation[i].rms_in);
-    return worst;
-}
-
-static const struct measured_channel *largest_movement(const struct measured *measured)
-{
-    const struct measured_channel *largest = NULL;
-    for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        const struct measured_channel *channel = &measured->channel[c];
-        if (channel->config.kind == MR_KIND_DISPLACEMENT && !isnan(channel->peak) &&
-            (!largest || fabs(channel->peak) > fabs(largest->peak)))
-            largest = channel;
+    const struct report_moved *largest = NULL;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        const struct report_moved *moved = &facts->moved[i];
+        if (!isnan(moved->peak) && (!largest || fabs(moved->peak) > fabs(largest->peak)))
+            largest = moved;
     }
     return largest;
 }
 
-static void campaign_row(FILE *out, const struct report_landing *landing, bool si)
+static void estimate(FILE *out, struct mr_estimate value, enum unit_kind kind, bool si)
 {
-    const struct summary *summary = &landing->summary;
-    const struct measured *measured = &summary->measured;
-    const struct zone_warning *warning = &summary->zones.warning;
-    const struct measured_channel *largest = largest_movement(measured);
-    bool fitted = measured->fit_status == MR_OK;
-    const struct mr_estimate none = {(double)NAN, (double)NAN};
-    const struct mr_estimate speed = fitted ? measured->summary.touchdown_speed_ft_s : none;
-    const struct mr_estimate deceleration = fitted ? measured->summary.mean_deceleration_ft_s2
-                                                   : none;
+    double factor = unit_of(kind, si)->factor;
+    html_estimate(out, value.value * factor, value.error * factor, 3);
+}
+
+static void campaign_row(FILE *out, const struct report *report, const struct report_facts *facts)
+{
+    const struct zone_warning *warning = &facts->warning;
+    const struct report_moved *largest = largest_movement(facts);
+    const bool si = report->si;
     double station = unit_of(UNIT_STATION, si)->factor;
-    char why[ZONES_HEARD_TEXT];
-    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td>", (long long)measured->landing.id,
-            (long long)measured->landing.id);
-    html_cell(out, "%lld, %s%s", (long long)measured->landing.board_landing,
-              mr_landing_state_text((unsigned)measured->landing.state),
-              measured->doubts.torn       ? ", torn"
-              : measured->doubts.doubtful ? ", doubtful"
-                                          : "");
-    html_cell(out, "%zu of %zu", measured->gates, measured->switches);
-    html_estimate(out, speed.value * unit_of(UNIT_SPEED, si)->factor,
-                  speed.error * unit_of(UNIT_SPEED, si)->factor, 3);
-    html_estimate(out, deceleration.value * unit_of(UNIT_DECELERATION, si)->factor,
-                  deceleration.error * unit_of(UNIT_DECELERATION, si)->factor, 3);
-    html_number(out, fitted ? station * measured->summary.stop_station_ft.value : (double)NAN, 1);
+    char link[REPORT_LINK];
+    report_link(report, facts->landing.id, link);
+    fprintf(out, "<tr><td><a href=\"%s\">%lld</a></td>", link, (long long)facts->landing.id);
+    html_cell(out, "%lld, %s%s", (long long)facts->landing.board_landing,
+              mr_landing_state_text((unsigned)facts->landing.state),
+              facts->torn       ? ", torn"
+              : facts->doubtful ? ", doubtful"
+                                : "");
+    html_cell(out, "%zu of %zu", facts->gates, facts->switches);
+    estimate(out, facts->speed_ft_s, UNIT_SPEED, si);
+    estimate(out, facts->deceleration_ft_s2, UNIT_DECELERATION, si);
+    html_number(out, station * facts->stop_ft.value, 1);
     if (largest)
         html_cell(out, "%.3f at %.0f", largest->peak * unit_of(UNIT_DISPLACEMENT, si)->factor,
-                  station * (double)largest->config.station_ft);
+                  station * largest->station_ft);
     else
         html_number(out, (double)NAN, 0);
     if (warning->warned)
@@ -61,12 +50,11 @@ static void campaign_row(FILE *out, const struct report_landing *landing, bool s
                 station * warning->end_ft);
     else
         html_cell(out, "%s",
-                  measured->source == MEASURED_IMPORT ? "no board watched"
-                  : zones_heard_doubt(&summary->zones.heard, (double)INFINITY, why) ? "not known"
-                                                                                    : "none");
-    html_cell(out, "%lld",
-              (long long)(summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost));
-    html_number(out, worst_rms_in(landing) * unit_of(UNIT_DISPLACEMENT, si)->factor, 3);
+                  facts->source == MEASURED_IMPORT ? "no board watched"
+                  : facts->unheard                 ? "not known"
+                                                   : "none");
+    html_cell(out, "%lld", (long long)facts->lost);
+    html_number(out, facts->worst_rms_in * unit_of(UNIT_DISPLACEMENT, si)->factor, 3);
     fputs("</tr>\n", out);
 }
 
@@ -90,7 +78,7 @@ enum mr_status campaign_summary(const struct report *report, FILE *out, struct e
                (const char *const[]){"RUN", "landing", "switches", heads[0], heads[1], heads[2],
                                      heads[3], heads[4], "frames lost", heads[5], NULL});
     for (size_t i = 0; i < report->landings; i++)
-        campaign_row(out, &report->landing[i], si);
+        campaign_row(out, report, &report->facts[i]);
     fputs("</tbody></table></div>\n<p>&plusmn; is one standard error.</p>\n", out);
     return MR_OK;
 }

@@ -6,61 +6,33 @@
 #include "host/base/html.h"
 #include "host/report/report.h"
 
-#define BANDS_MAX 4u
 #define NAMED_MAX 8u /* more landings than these are not named in the picture */
 #define NAME_PX   44.0
 
-struct change {
-    /* mean over the gages of the band of least and most against before, in the unit shown; NaN:
-     * none */
-    double fell, rose;
-    size_t gages;
-};
-
-static struct change change_of(const struct measured *measured, unsigned band, bool si)
+static double factor_of(bool si)
 {
-    struct change change = {0.0, 0.0, 0};
-    for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        const struct measured_channel *channel = &measured->channel[c];
-        if (channel->config.kind != MR_KIND_TENSION || channel->config.band != band ||
-            isnan(channel->baseline) || isnan(channel->low))
+    return unit_of(UNIT_TENSION, si)->factor;
+}
+
+static double deceleration_of(const struct report_facts *facts, bool si)
+{
+    return unit_of(UNIT_DECELERATION, si)->factor * facts->deceleration_ft_s2.value;
+}
+
+static double half_interval(const struct report_facts *facts, bool si)
+{
+    return unit_of(UNIT_DECELERATION, si)->factor * SUMMARY_95 * facts->deceleration_ft_s2.error;
+}
+
+static void draw_landing(const struct svg_plot *plot, const struct report_facts *facts, bool si)
+{
+    double x = deceleration_of(facts, si);
+    double half_px = plot->width * half_interval(facts, si) / (plot->x.high - plot->x.low);
+    for (unsigned b = 0; b < REPORT_BANDS; b++) {
+        const struct report_band *band = &facts->band[b];
+        if (band->gages == 0)
             continue;
-        change.fell += channel->low - channel->baseline;
-        change.rose += channel->high - channel->baseline;
-        change.gages++;
-    }
-    double scale = change.gages ? unit_of(UNIT_TENSION, si)->factor / (double)change.gages
-                                : (double)NAN;
-    change.fell *= scale;
-    change.rose *= scale;
-    return change;
-}
-
-static bool drawable(const struct measured *measured)
-{
-    return measured->fit_status == MR_OK;
-}
-
-static double deceleration_of(const struct measured *measured, bool si)
-{
-    return unit_of(UNIT_DECELERATION, si)->factor * measured->summary.mean_deceleration_ft_s2.value;
-}
-
-static double half_interval(const struct measured *measured, bool si)
-{
-    return unit_of(UNIT_DECELERATION, si)->factor * SUMMARY_95 *
-           measured->summary.mean_deceleration_ft_s2.error;
-}
-
-static void draw_landing(const struct svg_plot *plot, const struct measured *measured, bool si)
-{
-    double x = deceleration_of(measured, si);
-    double half_px = plot->width * half_interval(measured, si) / (plot->x.high - plot->x.low);
-    for (unsigned b = 0; b < BANDS_MAX; b++) {
-        struct change change = change_of(measured, b + 1, si);
-        if (change.gages == 0)
-            continue;
-        const double y[] = {change.fell, change.rose};
+        const double y[] = {factor_of(si) * band->fell_lb, factor_of(si) * band->rose_lb};
         for (unsigned i = 0; i < 2; i++) {
             fprintf(plot->out, "<path class=\"line s%u\" d=\"M%.1f %.1fh%.1f\"/>", b,
                     svg_x(plot, x) - half_px, svg_y(plot, y[i]), 2.0 * half_px);
@@ -74,25 +46,25 @@ static void draw_names(const struct svg_plot *plot, const struct report *report)
 {
     double taken_px[NAMED_MAX] = {0.0};
     for (size_t i = 0; i < report->landings; i++) {
-        const struct measured *measured = &report->landing[i].summary.measured;
+        const struct report_facts *facts = &report->facts[i];
         char name[40];
         unsigned above = 0;
-        if (!drawable(measured))
+        if (!facts->fitted)
             continue;
-        double x = deceleration_of(measured, report->si), px = svg_x(plot, x);
+        double x = deceleration_of(facts, report->si), px = svg_x(plot, x);
         while (above + 1 < NAMED_MAX && taken_px[above] > 0.0 &&
                fabs(taken_px[above] - px) < NAME_PX)
             above++;
         taken_px[above] = px;
-        snprintf(name, sizeof name, "RUN %lld", (long long)measured->landing.id);
+        snprintf(name, sizeof name, "RUN %lld", (long long)facts->landing.id);
         svg_text(plot, "tick", "middle", x, plot->y.low, 0.0, -5.0 - 12.0 * above, name);
     }
 }
 
 static void table(const struct report *report, unsigned bands, FILE *out)
 {
-    char heads[2 + 2 * BANDS_MAX][60];
-    const char *list[3 + 2 * BANDS_MAX] = {"RUN", heads[1]};
+    char heads[2 + 2 * REPORT_BANDS][60];
+    const char *list[3 + 2 * REPORT_BANDS] = {"RUN", heads[1]};
     size_t n = 2;
     snprintf(heads[1], sizeof heads[1], "mean deceleration, %s",
              unit_of(UNIT_DECELERATION, report->si)->text);
@@ -108,19 +80,18 @@ static void table(const struct report *report, unsigned bands, FILE *out)
     }
     html_table(out, list);
     for (size_t i = 0; i < report->landings; i++) {
-        const struct measured *measured = &report->landing[i].summary.measured;
-        if (!drawable(measured))
+        const struct report_facts *facts = &report->facts[i];
+        if (!facts->fitted)
             continue;
         fputs("<tr>", out);
-        html_cell(out, "%lld", (long long)measured->landing.id);
-        html_estimate(out, deceleration_of(measured, report->si),
-                      measured->summary.mean_deceleration_ft_s2.error *
-                          unit_of(UNIT_DECELERATION, report->si)->factor,
-                      3);
+        html_cell(out, "%lld", (long long)facts->landing.id);
+        html_estimate(
+            out, deceleration_of(facts, report->si),
+            facts->deceleration_ft_s2.error * unit_of(UNIT_DECELERATION, report->si)->factor, 3);
         for (unsigned b = 0; b < bands; b++) {
-            struct change change = change_of(measured, b + 1, report->si);
-            html_number(out, change.fell, 2);
-            html_number(out, change.rose, 2);
+            const struct report_band *band = &facts->band[b];
+            html_number(out, factor_of(report->si) * band->fell_lb, 2);
+            html_number(out, factor_of(report->si) * band->rose_lb, 2);
         }
         fputs("</tr>\n", out);
     }
@@ -133,17 +104,18 @@ static unsigned ranges(const struct report *report, struct svg_plot *plot)
     double left = (double)INFINITY, right = -(double)INFINITY, low = 0.0, high = 0.0;
     unsigned bands = 0;
     for (size_t i = 0; i < report->landings; i++) {
-        const struct measured *measured = &report->landing[i].summary.measured;
-        double x = deceleration_of(measured, report->si);
-        for (unsigned b = 0; drawable(measured) && b < BANDS_MAX; b++) {
-            struct change change = change_of(measured, b + 1, report->si);
-            const double both[] = {change.fell, change.rose};
-            if (change.gages == 0)
+        const struct report_facts *facts = &report->facts[i];
+        double x = deceleration_of(facts, report->si);
+        for (unsigned b = 0; facts->fitted && b < REPORT_BANDS; b++) {
+            const struct report_band *band = &facts->band[b];
+            const double both[] = {factor_of(report->si) * band->fell_lb,
+                                   factor_of(report->si) * band->rose_lb};
+            if (band->gages == 0)
                 continue;
             bands = b + 1 > bands ? b + 1 : bands;
             chart_extend(both, 2, &low, &high);
-            chart_extend((const double[]){x - half_interval(measured, report->si),
-                                          x + half_interval(measured, report->si)},
+            chart_extend((const double[]){x - half_interval(facts, report->si),
+                                          x + half_interval(facts, report->si)},
                          2, &left, &right);
         }
     }
@@ -176,8 +148,8 @@ enum mr_status campaign_tension(const struct report *report, FILE *out, struct e
     svg_line(&plot, "mark", (const double[]){plot.x.low, plot.x.high}, (const double[]){0.0, 0.0},
              2);
     for (size_t i = 0; i < report->landings; i++) {
-        if (drawable(&report->landing[i].summary.measured))
-            draw_landing(&plot, &report->landing[i].summary.measured, report->si);
+        if (report->facts[i].fitted)
+            draw_landing(&plot, &report->facts[i], report->si);
     }
     if (report->landings <= NAMED_MAX)
         draw_names(&plot, report);

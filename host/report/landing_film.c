@@ -81,7 +81,7 @@ enum mr_status landing_film(const struct report *report, const struct report_lan
         return MR_OK;
     if (report->film)
         status = film_pictures_list(report->film, landing->summary.measured.landing.id,
-                                    report->landings == 1, &pictures, error);
+                                    report->landings == 1 && !report->folder, &pictures, error);
     fprintf(out,
             "<p>%zu frames, %.2f a second, %lld missing; numbered from 1, the first pulse of the "
             "landing. Below: the frame nearest to every "

@@ -5,23 +5,26 @@
 
 #include "host/base/html.h"
 
+#define WAY_TEXT 300u
+
 /* In the order of the page. */
 static const struct section {
     const char *id, *title;
     report_section *write;
-    size_t least; /* landings that it takes */
+    size_t least;    /* landings that it takes */
+    bool of_landing; /* also on the page of a landing in a folder */
 } sections[] = {
-    {"summary", "Summary", campaign_summary, 1},
-    {"cumulative", "Cumulative displacement", campaign_cumulative, 2},
-    {"zones", "Zone map over the landings", campaign_zones, 2},
-    {"tension", "Band tension against deceleration", campaign_tension, 2},
-    {"advice", "Advice before the landings", campaign_advice, 0},
-    {"record", "Warnings and what came of them", campaign_record, 0},
-    {"predictor", "Verdicts of the predictor", campaign_predictor, 2},
-    {"compared", "Measured against simulated", campaign_compared, 2},
-    {"slow", "Between the landings", campaign_slow, 0},
-    {"journal", "What was seen and said", campaign_journal, 0},
-    {"survey", "Surveys of the mat", campaign_survey, 0},
+    {"summary", "Summary", campaign_summary, 1, false},
+    {"cumulative", "Cumulative displacement", campaign_cumulative, 2, false},
+    {"zones", "Zone map over the landings", campaign_zones, 2, false},
+    {"tension", "Band tension against deceleration", campaign_tension, 2, false},
+    {"advice", "Advice before the landings", campaign_advice, 0, false},
+    {"record", "Warnings and what came of them", campaign_record, 0, false},
+    {"predictor", "Verdicts of the predictor", campaign_predictor, 2, false},
+    {"compared", "Measured against simulated", campaign_compared, 2, false},
+    {"slow", "Between the landings", campaign_slow, 0, false},
+    {"journal", "What was seen and said", campaign_journal, 0, true},
+    {"survey", "Surveys of the mat", campaign_survey, 0, false},
 };
 
 /* Of each landing. */
@@ -95,34 +98,67 @@ static enum mr_status write_landing(const struct report *report,
     return status;
 }
 
-/* Sections into `body`, their names into `contents`. */
-static enum mr_status write_sections(const struct report *report, FILE *contents, FILE *body,
-                                     struct error *error)
+/* Its section, and its name for the contents. */
+static enum mr_status write_section(const struct report *report, const struct section *section,
+                                    FILE *contents, FILE *body, struct error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *into = open_memstream(&text, &size);
+    if (!into)
+        abort();
+    enum mr_status status = section->write(report, into, error);
+    text = collected(into, &text, &size);
+    if (text) {
+        fprintf(contents, "<li><a href=\"#%s\">%s</a></li>\n", section->id, section->title);
+        fprintf(body, "<section id=\"%s\"><h2>%s</h2>\n%s</section>\n", section->id, section->title,
+                text);
+    }
+    free(text);
+    return status;
+}
+
+static enum mr_status write_sections(const struct report *report, bool of_landing, FILE *contents,
+                                     FILE *body, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < sizeof sections / sizeof sections[0] && status == MR_OK; i++) {
-        char *text = NULL;
-        size_t size = 0;
-        FILE *into = open_memstream(&text, &size);
-        if (!into)
-            abort();
-        if (report->landings >= sections[i].least)
-            status = sections[i].write(report, into, error);
-        text = collected(into, &text, &size);
-        if (!text)
-            continue;
-        fprintf(contents, "<li><a href=\"#%s\">%s</a></li>\n", sections[i].id, sections[i].title);
-        fprintf(body, "<section id=\"%s\"><h2>%s</h2>\n%s</section>\n", sections[i].id,
-                sections[i].title, text);
-        free(text);
-    }
-    for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
-        const struct store_landing *row = &report->landing[i].summary.measured.landing;
-        fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld</a></li>\n",
-                (long long)row->id, (long long)row->id, (long long)row->board_landing);
-        status = write_landing(report, &report->landing[i], body, error);
+        if (report->landings >= sections[i].least && (!of_landing || sections[i].of_landing))
+            status = write_section(report, &sections[i], contents, body, error);
     }
     return status;
+}
+
+/* Every landing in turn, each freed before the next is read. */
+static enum mr_status write_landings(struct report *report, FILE *body, struct error *error)
+{
+    struct report_landing *landing = malloc(sizeof *landing);
+    enum mr_status status = MR_OK;
+    if (!landing)
+        abort();
+    for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
+        status = report_landing_load(report, i, landing, error);
+        if (status == MR_OK)
+            status = write_landing(report, landing, body, error);
+        report_landing_free(landing);
+    }
+    free(landing);
+    return status;
+}
+
+void report_link(const struct report *report, int64_t run, char link[REPORT_LINK])
+{
+    snprintf(link, REPORT_LINK, report->folder ? "run%lld.html" : "#run%lld", (long long)run);
+}
+
+static void landing_contents(const struct report *report, FILE *contents)
+{
+    for (size_t i = 0; i < report->landings; i++) {
+        char link[REPORT_LINK];
+        report_link(report, report->row[i].id, link);
+        fprintf(contents, "<li><a href=\"%s\">RUN %lld: landing %lld</a></li>\n", link,
+                (long long)report->row[i].id, (long long)report->row[i].board_landing);
+    }
 }
 
 /* Hatching for what must be seen without colour too; one for all pictures of the page (style.c
@@ -132,52 +168,163 @@ static const char hatch[] =
     "patternUnits=\"userSpaceOnUse\" "
     "patternTransform=\"rotate(45)\"><path class=\"hatch\" d=\"M0 0V5\"/></pattern></defs></svg>\n";
 
-/* How far the hash of the provenance reaches: <main> to </main>, both with it. */
-static void write_main(const struct report *report, FILE *out, const char *contents,
-                       const char *body)
+static const char *name_of(const struct report *report)
 {
-    const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
-    bool one = report->run != 0;
-    fputs("<main><h1>", out);
-    fputs(one ? "Landing report" : "Campaign report", out);
-    fputs("</h1>\n<p>", out);
-    html_text(out, name);
-    fprintf(out, ": %zu landing%s on the model landing-mat runway", report->landings,
-            report->landings == 1 ? "" : "s");
-    if (report->voided)
-        fprintf(out, "; %zu that %s void left out", report->voided,
-                report->voided == 1 ? "is" : "are");
-    fprintf(out,
-            ".</p>\n<p>Lines are thinned to what can be seen: of a column of at most 5/1040 of a "
-            "picture's width the least and the greatest value stay, drawn "
-            "where they were measured.</p>\n<nav aria-label=\"contents\"><ul>\n%s<li><a "
-            "href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n",
-            contents);
-    fputs(body, out);
-    fputs("</main>", out);
+    return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
 }
 
-enum mr_status page_write(const struct report *report, char **text, size_t *length,
-                          struct error *error)
+/* What a page is put together from. */
+struct page {
+    char *text[3]; /* contents, sections, calibrations */
+    size_t size[3];
+    FILE *contents, *body, *calibrations;
+};
+
+static void begin(struct page *page)
 {
-    char *contents = NULL, *body = NULL;
-    size_t contents_size = 0, body_size = 0;
-    FILE *list = open_memstream(&contents, &contents_size),
-         *into = open_memstream(&body, &body_size), *out = open_memstream(text, length);
-    if (!list || !into || !out)
+    FILE **file[] = {&page->contents, &page->body, &page->calibrations};
+    for (int i = 0; i < 3; i++) {
+        page->text[i] = NULL;
+        *file[i] = open_memstream(&page->text[i], &page->size[i]);
+        if (!*file[i])
+            abort();
+    }
+}
+
+static void end_parts(struct page *page)
+{
+    fclose(page->contents);
+    fclose(page->body);
+    fclose(page->calibrations);
+}
+
+static void free_parts(struct page *page)
+{
+    for (int i = 0; i < 3; i++)
+        free(page->text[i]);
+}
+
+/* Hash of the provenance reaches from <main> to </main>, both with it. */
+static enum mr_status put_together(const struct report *report, const struct page *page,
+                                   const char *title, const char *way, char **text, size_t *length,
+                                   struct error *error)
+{
+    FILE *out = open_memstream(text, length);
+    if (!out)
         abort();
-    enum mr_status status = write_sections(report, list, into, error);
-    fclose(list);
-    fclose(into);
-    page_head(out, strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path);
+    page_head(out, title);
     fputs(hatch, out);
-    write_main(report, out, contents, body);
+    fprintf(out, "<main>%s", way);
+    enum mr_status status = cover_write(report, out, error);
+    fprintf(out,
+            "<nav aria-label=\"contents\"><ul>\n%s<li><a "
+            "href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n%s<p>Lines are thinned to what "
+            "can be seen: of a column of at most 5/1040 of a picture's width the least and the "
+            "greatest value stay, drawn where they were measured.</p>\n</main>",
+            page->text[0], page->text[1]);
     fflush(out);
-    if (status == MR_OK)
-        status = provenance_write(report, *text, *length, out, error);
+    provenance_write(report, *text, *length, page->size[2] ? page->text[2] : NULL, out);
     fputs("</body></html>\n", out);
     fclose(out);
-    free(contents);
-    free(body);
+    return status;
+}
+
+enum mr_status page_write(struct report *report, char **text, size_t *length, struct error *error)
+{
+    struct page page;
+    FILE *landings;
+    char *written = NULL;
+    size_t size = 0;
+    *text = NULL;
+    begin(&page);
+    if (!(landings = open_memstream(&written, &size)))
+        abort();
+    report->calibrations = page.calibrations;
+    enum mr_status status = write_landings(report, landings, error);
+    fclose(landings);
+    if (status == MR_OK && !report->run)
+        status = record_end(report->store, &report->record, error);
+    if (status == MR_OK)
+        status = write_sections(report, false, page.contents, page.body, error);
+    landing_contents(report, page.contents);
+    fputs(written, page.body);
+    free(written);
+    end_parts(&page);
+    if (status == MR_OK)
+        status = put_together(report, &page, name_of(report), "", text, length, error);
+    free_parts(&page);
+    report->calibrations = NULL;
+    return status;
+}
+
+enum mr_status page_front(struct report *report, char **text, size_t *length, struct error *error)
+{
+    struct page page;
+    *text = NULL;
+    begin(&page);
+    enum mr_status status = record_end(report->store, &report->record, error);
+    if (status == MR_OK)
+        status = write_sections(report, false, page.contents, page.body, error);
+    landing_contents(report, page.contents);
+    end_parts(&page);
+    if (status == MR_OK)
+        status = put_together(report, &page, name_of(report), "", text, length, error);
+    free_parts(&page);
+    return status;
+}
+
+/* The overview, and the pages before and after. */
+static void way_text(const struct report *report, size_t at, char way[WAY_TEXT])
+{
+    char before[REPORT_LINK], after[REPORT_LINK];
+    int used = snprintf(way, WAY_TEXT, "<p class=\"way\"><a href=\"index.html\">All landings</a>");
+    if (at > 0) {
+        report_link(report, report->row[at - 1].id, before);
+        used += snprintf(way + used, WAY_TEXT - (size_t)used, " <a href=\"%s\">&larr; RUN %lld</a>",
+                         before, (long long)report->row[at - 1].id);
+    }
+    if (at + 1 < report->landings) {
+        report_link(report, report->row[at + 1].id, after);
+        used += snprintf(way + used, WAY_TEXT - (size_t)used, " <a href=\"%s\">RUN %lld &rarr;</a>",
+                         after, (long long)report->row[at + 1].id);
+    }
+    snprintf(way + used, WAY_TEXT - (size_t)used, "</p>\n");
+}
+
+enum mr_status page_of_landing(struct report *report, size_t at, char **text, size_t *length,
+                               struct error *error)
+{
+    struct report_landing *landing = malloc(sizeof *landing);
+    struct report one = *report; /* of this landing alone */
+    struct page page;
+    char way[WAY_TEXT], title[200];
+    if (!landing)
+        abort();
+    *text = NULL;
+    begin(&page);
+    report->calibrations = NULL;
+    enum mr_status status = report_landing_load(report, at, landing, error);
+    one.record = report->record;
+    one.row = &report->row[at];
+    one.facts = &report->facts[at];
+    one.run = report->row[at].id;
+    one.landings = 1;
+    one.voided = 0;
+    if (status == MR_OK) {
+        provenance_calibration(landing, page.calibrations);
+        status = write_landing(&one, landing, page.body, error);
+    }
+    report_landing_free(landing);
+    free(landing);
+    one.folder = false; /* its links stay in it */
+    if (status == MR_OK)
+        status = write_sections(&one, true, page.contents, page.body, error);
+    landing_contents(&one, page.contents);
+    end_parts(&page);
+    way_text(report, at, way);
+    snprintf(title, sizeof title, "RUN %lld: %s", (long long)one.run, name_of(report));
+    if (status == MR_OK)
+        status = put_together(&one, &page, title, way, text, length, error);
+    free_parts(&page);
     return status;
 }

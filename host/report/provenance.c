@@ -9,7 +9,6 @@
 #include "common/version.h"
 #include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/store/store_recalibrate.h"
 #include "host/survey/show.h"
 
 #define DAY_S 86400
@@ -49,23 +48,10 @@ static void general(const struct report *report, const char *page, size_t length
     fputs("</dl>\n", out);
 }
 
-static enum mr_status add_record(void *context, const uint8_t *record, size_t length)
+static void landing_row(const struct report_facts *facts, FILE *out)
 {
-    SHA2_CTX *hash = context;
-    SHA256Update(hash, record, length);
-    return MR_OK;
-}
-
-static enum mr_status landing_row(const struct report *report, const struct report_landing *landing,
-                                  FILE *out, struct error *error)
-{
-    const struct store_landing *row = &landing->summary.measured.landing;
-    const struct store_session_row *session = &landing->summary.session;
-    char when[40], hash[SHA256_DIGEST_STRING_LENGTH];
-    SHA2_CTX context;
-    SHA256Init(&context);
-    enum mr_status status = store_blocks_each(report->store, row->id, add_record, &context, error);
-    SHA256End(&context, hash);
+    const struct store_landing *row = &facts->landing;
+    char when[40];
     survey_time_text(row->armed_us, when, sizeof when);
     fputs("<tr>", out);
     html_cell(out, "%lld", (long long)row->id);
@@ -78,29 +64,26 @@ static enum mr_status landing_row(const struct report *report, const struct repo
         html_cell(out, "unknown");
     else
         html_cell(out, "%08llx%s", (unsigned long long)row->config_crc,
-                  landing->config ? "" : ", not read");
-    html_cell(out, "CAN %s; serial %s", session->can_link[0] ? session->can_link : "not used",
-              session->serial_link[0] ? session->serial_link : "not used");
-    html_cell(out, "%zu of %u segments", landing->survey.surveyed, MR_SEGMENTS);
+                  facts->config_read ? "" : ", not read");
+    html_cell(out, "CAN %s; serial %s", facts->can_link[0] ? facts->can_link : "not used",
+              facts->serial_link[0] ? facts->serial_link : "not used");
+    html_cell(out, "%zu of %u segments", facts->surveyed, MR_SEGMENTS);
     fprintf(out, "<td class=\"hash\">%s</td></tr>\n",
-            landing->summary.measured.source == MEASURED_SERIAL ? hash : "no block records");
-    return status;
+            facts->records[0] ? facts->records : "no block records");
 }
 
-static enum mr_status landings(const struct report *report, FILE *out, struct error *error)
+static void landings(const struct report *report, FILE *out)
 {
-    enum mr_status status = MR_OK;
     if (report->landings == 0)
-        return MR_OK;
+        return;
     fputs("<h3>Landings</h3>\n", out);
     html_table(out, (const char *const[]){"RUN", "armed", "board",
                                           "firmware, CRC-32 of its image, commit",
                                           "configuration, CRC-32", "links", "survey",
                                           "SHA-256 of its block records", NULL});
-    for (size_t i = 0; i < report->landings && status == MR_OK; i++)
-        status = landing_row(report, &report->landing[i], out, error);
+    for (size_t i = 0; i < report->landings; i++)
+        landing_row(&report->facts[i], out);
     fputs("</tbody></table></div>\n", out);
-    return status;
 }
 
 static void day_cell(FILE *out, uint32_t day, bool expired)
@@ -154,72 +137,47 @@ static void calibrations(const struct report_landing *landing, FILE *out)
     fputs("</tbody></table></div>\n", out);
 }
 
-/* The same configuration, and none of them given another calibration afterwards. */
-static bool same_calibration(const struct report_landing *a, const struct report_landing *b)
+void provenance_calibration(const struct report_landing *landing, FILE *out)
 {
-    for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        double one = (double)a->summary.measured.channel[i].config.unit_per_code,
-               other = (double)b->summary.measured.channel[i].config.unit_per_code;
-        if (one < other || one > other)
-            return false;
+    fprintf(out, "<h3>Calibration from RUN %lld on</h3>\n<p>",
+            (long long)landing->summary.measured.landing.id);
+    if (landing->config) {
+        const struct mr_site_config *site = &landing->config->site[0];
+        char name[sizeof site->name + 1];
+        snprintf(name, sizeof name, "%.*s", (int)sizeof site->name, site->name);
+        fputs("Configuration ", out);
+        html_text(out, name);
+        fprintf(out, ", revision %u.</p>\n", site->revision);
+    } else {
+        fputs("The board's configuration was not read (matrig log asks for it, where the link "
+              "goes both ways).</p>\n",
+              out);
     }
-    return a->summary.measured.landing.config_crc == b->summary.measured.landing.config_crc;
-}
-
-/* One table for each that is among the landings. */
-static void configurations(const struct report *report, FILE *out)
-{
-    for (size_t i = 0; i < report->landings; i++) {
-        const struct report_landing *landing = &report->landing[i];
-        bool told = false;
-        for (size_t k = 0; k < i && !told; k++)
-            told = same_calibration(&report->landing[k], landing);
-        if (told)
-            continue;
-        fprintf(out, "<h3>Calibration from RUN %lld on</h3>\n<p>",
-                (long long)landing->summary.measured.landing.id);
-        if (landing->config) {
-            const struct mr_site_config *site = &landing->config->site[0];
-            char name[sizeof site->name + 1];
-            snprintf(name, sizeof name, "%.*s", (int)sizeof site->name, site->name);
-            fputs("Configuration ", out);
-            html_text(out, name);
-            fprintf(out, ", revision %u.</p>\n", site->revision);
-        } else {
-            fputs("The board's configuration was not read (matrig log asks for it, where the link "
-                  "goes both ways).</p>\n",
-                  out);
-        }
-        calibrations(landing, out);
-    }
+    calibrations(landing, out);
 }
 
 /* What of the landings is read with another calibration than it was recorded with. */
-static enum mr_status recalibrated(const struct report *report, FILE *out, struct error *error)
+static void recalibrated(const struct report *report, FILE *out)
 {
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
-        bool is = false;
-        int64_t run = report->landing[i].summary.measured.landing.id;
-        status = store_is_recalibrated(report->store, run, &is, error);
-        if (is)
+    for (size_t i = 0; i < report->landings; i++) {
+        if (report->facts[i].recalibrated)
             fprintf(out,
                     "<p class=\"say\">RUN %lld is read with a corrected calibration; what was in "
                     "force is kept in the campaign.</p>\n",
-                    (long long)run);
+                    (long long)report->facts[i].landing.id);
     }
-    return status;
 }
 
-enum mr_status provenance_write(const struct report *report, const char *page, size_t length,
-                                FILE *out, struct error *error)
+void provenance_write(const struct report *report, const char *page, size_t length,
+                      const char *calibrations, FILE *out)
 {
     fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
     general(report, page, length, out);
-    enum mr_status status = landings(report, out, error);
-    configurations(report, out);
-    if (status == MR_OK)
-        status = recalibrated(report, out, error);
+    landings(report, out);
+    if (calibrations)
+        fputs(calibrations, out);
+    else
+        fputs("<p>Calibrations are on the page of each landing.</p>\n", out);
+    recalibrated(report, out);
     fputs("</section>\n", out);
-    return status;
 }

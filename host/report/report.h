@@ -6,11 +6,17 @@
 #include <stdio.h>
 
 #include "common/config.h"
+#include "host/analyse/record.h"
 #include "host/analyse/summary.h"
 #include "host/base/answer.h"
+#include "host/compare/figures.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
 
+#define REPORT_BANDS 4u
+#define REPORT_HASH  65u /* SHA-256 in hexadecimal digits, and NUL */
+
+/* A landing with its series: one at a time is in memory. */
 struct report_landing {
     struct summary summary;
     struct zones_closure survey;
@@ -25,22 +31,100 @@ struct report_landing {
     struct mr_config *config; /* the board's whole configuration; NULL: it was never read */
 };
 
+/* What can go wrong in a landing; bits of report_facts.wrong, in the order of wrong_text. */
+enum report_wrong {
+    REPORT_WAVE = 1,      /* seen by a person */
+    REPORT_BREAK = 2,     /* likewise */
+    REPORT_MISSED = 4,    /* a zone without a warning, or one after it */
+    REPORT_FALSE = 8,     /* a warning without a zone */
+    REPORT_TORN = 16,     /* its first edges never came */
+    REPORT_DOUBTFUL = 32, /* its numbers may be a stranger's */
+    REPORT_NO_STOP = 64,  /* no speed, or no stop */
+    REPORT_CHANNEL = 128, /* a transducer or gage that was not valid to the end */
+    REPORT_FAULT = 256,   /* of the board */
+    REPORT_LOST = 512,    /* frames, or a silent link */
+    REPORT_NO_GO = 1024   /* by the check before it */
+};
+#define REPORT_WRONGS 11u
+
+/* What the front of a report says of a landing. No pointers: a folder of pages keeps it, so that a
+ * landing is not read again. Feet, pounds, inches, seconds; NaN: not known. */
+struct report_facts {
+    struct store_landing landing;
+    struct store_series series; /* id 0: none */
+    char can_link[200], serial_link[200], site[40];
+    enum measured_source source;
+    bool torn, doubtful, fitted, sampled, recalibrated, config_read;
+    size_t gates, switches, surveyed, statements;
+    struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
+    struct report_moved {
+        double station_ft, peak, error, end, end_error;
+    } moved[MR_TRANSDUCERS];
+    /* mean over the gages of the band of least and most against before */
+    struct report_band {
+        double fell_lb, rose_lb;
+        size_t gages;
+    } band[REPORT_BANDS];
+    struct zone_warning warning;
+    bool unheard; /* a warning may have come that nobody heard */
+    struct report_zone {
+        int64_t mats; /* 0: none */
+        double start_ft, end_ft;
+    } longest, last;       /* that the board told of */
+    int64_t worst_verdict; /* STORE_NONE: none */
+    uint64_t closed;       /* bit s: segment s, by survey and transducers, at the end */
+    double worst_rms_in;
+    int64_t lost;
+    struct report_compared {
+        char against[120];
+        size_t channels;
+        struct compare_mean mean; /* channels 0: not compared */
+        struct compare_overlap longest, longest_board, rest;
+        double error_in;
+    } compared;
+    char records[REPORT_HASH];     /* of its block records; "": none */
+    char calibration[REPORT_HASH]; /* the same: the same calibration */
+    double weight_lb;              /* as corrected (matrig landing) */
+    unsigned wrong;
+    struct record_row record;
+    char why[120]; /* that record.why points to */
+};
+
 struct report {
     const char *path; /* of the database */
     struct store *store;
-    struct report_landing *landing;
+    struct store_landing *row; /* of the landings in it */
+    struct report_facts *facts;
     size_t landings, voided; /* voided: left out */
+    struct record record;
     struct store_slow *slow;
     size_t slow_rows;
     int64_t run;      /* the only one; 0: all */
     const char *film; /* folder with pictures of the film; NULL: none given */
     bool si;
+    bool folder;        /* a page for each landing: the front leads to them */
+    json_t *json;       /* receives summary_json of each landing that is loaded; NULL: not wanted */
+    FILE *calibrations; /* receives a table for each other calibration; NULL: not wanted */
 };
 
-/* Landing report->run, or all of the campaign that count, or with `voided` all there are. The
- * caller frees with report_free, also after an error. */
-enum mr_status report_load(struct report *report, bool voided, struct error *error);
+/* Landing report->run, or all of the campaign that count, or with `voided` all there are, without
+ * reading them. The caller frees with report_free, also after an error. */
+enum mr_status report_begin(struct report *report, bool voided, struct error *error);
 void report_free(struct report *report);
+/* Reads landing `at` of report->row, its facts into report->facts; the caller frees it with
+ * report_landing_free, also after an error. */
+enum mr_status report_landing_load(struct report *report, size_t at, struct report_landing *landing,
+                                   struct error *error);
+void report_landing_free(struct report_landing *landing);
+
+/* Facts of a landing that is loaded, but those that need the store. */
+void report_facts_take(const struct report_landing *landing, struct report_facts *facts,
+                       struct error *error);
+/* "a wave was seen" of the bit `1 << i`. Static storage. */
+const char *report_wrong_text(unsigned i);
+/* Where the page of a landing is, for a link. */
+#define REPORT_LINK 40u
+void report_link(const struct report *report, int64_t run, char link[REPORT_LINK]);
 
 /* A section writes what is to be read under its heading; one that writes nothing is left out of the
  * page and its contents. */
@@ -62,12 +146,16 @@ report_part landing_facts, landing_speed, landing_movement, landing_wheel, landi
     landing_channels, landing_compare, landing_health;
 
 /* The newest comparison's figures, from what is measured now; false: there is none, or an error. */
-struct compare_figures;
 bool landing_compared(const struct report_landing *landing, struct compare_figures *figures,
                       struct error *error);
 
+/* The head of the page: what a reader looks for first. */
+enum mr_status cover_write(const struct report *report, FILE *out, struct error *error);
+
 /* The last section, which says what was drawn and by what: of all that was written so far. */
-enum mr_status provenance_write(const struct report *report, const char *page, size_t length,
-                                FILE *out, struct error *error);
+void provenance_write(const struct report *report, const char *page, size_t length,
+                      const char *calibrations, FILE *out);
+/* Calibrations of a landing, as a table under a heading. */
+void provenance_calibration(const struct report_landing *landing, FILE *out);
 
 #endif

@@ -91,7 +91,7 @@ static enum mr_status make_page(const char *path, struct store *store, struct er
     struct report report = {.path = path, .store = store};
     char *text = NULL;
     size_t length = 0;
-    enum mr_status status = report_load(&report, true, error);
+    enum mr_status status = report_begin(&report, true, error);
     if (status == MR_OK)
         status = page_write(&report, &text, &length, error);
     FUZZ_REQUIRE(!text || !strstr(text, "<script"));

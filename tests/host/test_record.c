@@ -74,7 +74,7 @@ static void reopen(void)
 
 static void load(struct record *record)
 {
-    assert_int_equal(record_load(session.store, NULL, 0, record, &session.error), MR_OK);
+    assert_int_equal(record_load(session.store, record, &session.error), MR_OK);
 }
 
 static void advise(int64_t after_run, const char *verdict, double zone, double planned_ft_s2)
@@ -257,7 +257,9 @@ static void given(void **state)
     assert_int_equal(measured_load(session.store, 1, &measured, &session.error), MR_OK);
     assert_int_equal(zones_load(session.store, &measured, &zones, &session.error), MR_OK);
     const struct record_given there = {&measured, &zones};
-    assert_int_equal(record_load(session.store, &there, 1, &record, &session.error), MR_OK);
+    assert_int_equal(record_begin(session.store, &record, &session.error), MR_OK);
+    assert_int_equal(record_judge(session.store, &record, &there, &session.error), MR_OK);
+    assert_int_equal(record_end(session.store, &record, &session.error), MR_OK);
     is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
     record_free(&record);
     zones_free(&zones);

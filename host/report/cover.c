@@ -1,0 +1,381 @@
+/* The head of the page: what a reader looks for first. What is not known says so, and how it is
+ * told; nothing stands in its place. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "host/base/html.h"
+#include "host/base/units.h"
+#include "host/report/report.h"
+
+#define NAMED_MOST 3u /* texts of a fact, and */
+#define RUNS_MOST  6u /* RUNs that a line names, before "and 12 more" */
+#define TEXT_MOST  STORE_JOURNAL_TEXT
+
+/* ---- a fact ---- */
+
+static void begin_fact(FILE *out, const char *term)
+{
+    fprintf(out, "<div><dt>%s</dt><dd>", term);
+}
+
+static void end_fact(FILE *out)
+{
+    fputs("</dd></div>\n", out);
+}
+
+/* "not said", and the words that say it. */
+static void not_said(FILE *out, const char *word, const char *how)
+{
+    fprintf(out, "%s <small>", word);
+    html_text(out, how);
+    fputs("</small>", out);
+}
+
+/* Texts of the landings, each once, in their order. */
+typedef const char *text_of(const struct report_facts *facts);
+
+static void texts_fact(const struct report *report, FILE *out, const char *term, text_of *text,
+                       const char *how)
+{
+    const char *named[NAMED_MOST];
+    size_t count = 0, others = 0;
+    begin_fact(out, term);
+    for (size_t i = 0; i < report->landings; i++) {
+        const char *value = text(&report->facts[i]);
+        bool known = !value || !value[0];
+        for (size_t k = 0; k < count && !known; k++)
+            known = strcmp(named[k], value) == 0;
+        if (known)
+            continue;
+        if (count < NAMED_MOST)
+            named[count++] = value;
+        else
+            others = 1;
+    }
+    for (size_t k = 0; k < count; k++) {
+        fputs(k ? "; " : "", out);
+        html_text(out, named[k]);
+    }
+    fputs(others ? "; and others" : "", out);
+    if (count == 0)
+        not_said(out, "not said", how);
+    end_fact(out);
+}
+
+static const char *site_of(const struct report_facts *facts)
+{
+    return facts->site;
+}
+
+static const char *runway_of(const struct report_facts *facts)
+{
+    return facts->series.runway;
+}
+
+static const char *series_of(const struct report_facts *facts)
+{
+    return facts->series.name;
+}
+
+static const char *pattern_of(const struct report_facts *facts)
+{
+    return facts->series.pattern;
+}
+
+static const char *modification_of(const struct report_facts *facts)
+{
+    return facts->series.modification;
+}
+
+static const char *operator_of(const struct report_facts *facts)
+{
+    return facts->series.who;
+}
+
+/* ---- when ---- */
+
+static void day_text(int64_t us, char out[20])
+{
+    time_t second = (time_t)(us / 1000000);
+    struct tm utc;
+    out[0] = '\0';
+    if (gmtime_r(&second, &utc))
+        strftime(out, 20, "%Y-%m-%d", &utc);
+}
+
+static void date_fact(const struct report *report, FILE *out)
+{
+    int64_t first_us = INT64_MAX, last_us = INT64_MIN;
+    char first[20], last[20];
+    begin_fact(out, "date (UTC)");
+    for (size_t i = 0; i < report->landings; i++) {
+        int64_t us = report->facts[i].landing.armed_us;
+        first_us = us < first_us ? us : first_us;
+        last_us = us > last_us ? us : last_us;
+    }
+    if (report->landings) {
+        day_text(first_us, first);
+        day_text(last_us, last);
+        html_text(out, first);
+        if (strcmp(first, last) != 0) {
+            fputs(" to ", out);
+            html_text(out, last);
+        }
+    } else {
+        fputs("no landing", out);
+    }
+    end_fact(out);
+}
+
+/* ---- how many, and which ---- */
+
+static void runs_text(const struct report *report, const bool *of, FILE *out)
+{
+    size_t named = 0, count = 0;
+    for (size_t i = 0; i < report->landings; i++) {
+        char link[REPORT_LINK];
+        if (!of[i] || ++count > RUNS_MOST)
+            continue;
+        report_link(report, report->facts[i].landing.id, link);
+        fprintf(out, "%s<a href=\"%s\">%lld</a>", named++ ? ", " : "RUN ", link,
+                (long long)report->facts[i].landing.id);
+    }
+    if (count > RUNS_MOST)
+        fprintf(out, " and %zu more", count - RUNS_MOST);
+}
+
+static void landings_fact(const struct report *report, FILE *out)
+{
+    begin_fact(out, "landings");
+    fprintf(out, "%zu", report->landings);
+    if (report->landings) {
+        int64_t first = report->facts[0].landing.id,
+                last = report->facts[report->landings - 1].landing.id;
+        fprintf(out, first == last ? ": RUN %lld" : ": RUN %lld to %lld", (long long)first,
+                (long long)last);
+    }
+    if (report->voided)
+        fprintf(out, "; %zu that %s void left out", report->voided,
+                report->voided == 1 ? "is" : "are");
+    end_fact(out);
+}
+
+/* ---- numbers ---- */
+
+typedef struct mr_estimate number_of(const struct report_facts *facts);
+
+static struct mr_estimate weight_of(const struct report_facts *facts)
+{
+    return (struct mr_estimate){facts->weight_lb, (double)NAN};
+}
+
+static struct mr_estimate speed_of(const struct report_facts *facts)
+{
+    return facts->speed_ft_s;
+}
+
+static struct mr_estimate braking_of(const struct report_facts *facts)
+{
+    return facts->deceleration_ft_s2;
+}
+
+static struct mr_estimate stop_of(const struct report_facts *facts)
+{
+    return facts->stop_ft;
+}
+
+/* "28.00 to 35.49 ft/s", of one landing with its error; and of how many it is not known. */
+static void number_fact(const struct report *report, FILE *out, const char *term, number_of *number,
+                        enum unit_kind kind, int decimals, const char *unknown, const char *how)
+{
+    const struct unit *unit = unit_of(kind, report->si);
+    double low = (double)INFINITY, high = -(double)INFINITY, error = (double)NAN;
+    size_t known = 0;
+    begin_fact(out, term);
+    for (size_t i = 0; i < report->landings; i++) {
+        struct mr_estimate value = number(&report->facts[i]);
+        if (!isfinite(value.value))
+            continue;
+        known++;
+        error = unit->factor * value.error;
+        low = fmin(low, unit->factor * value.value);
+        high = fmax(high, unit->factor * value.value);
+    }
+    if (known == 0)
+        not_said(out, unknown, how);
+    else if (known == 1 && isfinite(error))
+        fprintf(out, "%.*f &plusmn; %.*f %s", decimals, low, decimals, error, unit->text);
+    else if (high - low < 0.5 * pow(10.0, -decimals))
+        fprintf(out, "%.*f %s", decimals, low, unit->text);
+    else
+        fprintf(out, "%.*f to %.*f %s", decimals, low, decimals, high, unit->text);
+    if (known && known < report->landings)
+        fprintf(out, " <small>not known of %zu</small>", report->landings - known);
+    end_fact(out);
+}
+
+static void movement_fact(const struct report *report, FILE *out)
+{
+    const struct report_moved *largest = NULL;
+    int64_t run = 0;
+    char text[UNIT_TEXT];
+    begin_fact(out, "largest movement");
+    for (size_t i = 0; i < report->landings; i++) {
+        for (unsigned k = 0; k < MR_TRANSDUCERS; k++) {
+            const struct report_moved *moved = &report->facts[i].moved[k];
+            if (isnan(moved->peak) || (largest && fabs(moved->peak) <= fabs(largest->peak)))
+                continue;
+            largest = moved;
+            run = report->facts[i].landing.id;
+        }
+    }
+    if (largest) {
+        fputs(unit_value_text(UNIT_DISPLACEMENT, report->si, largest->peak, 3, text), out);
+        fprintf(out, " at %s",
+                unit_value_text(UNIT_STATION, report->si, largest->station_ft, 0, text));
+        if (!report->run)
+            fprintf(out, ", RUN %lld", (long long)run);
+    } else {
+        fputs("not known: no transducer told a peak", out);
+    }
+    end_fact(out);
+}
+
+/* ---- zones and verdicts ---- */
+
+static void zones_fact(const struct report *report, bool *of, FILE *out)
+{
+    const struct report_facts *longest = NULL;
+    const double station = unit_of(UNIT_STATION, report->si)->factor;
+    size_t warned = 0, unheard = 0, watched = 0;
+    begin_fact(out, "zones warned of");
+    for (size_t i = 0; i < report->landings; i++) {
+        const struct report_facts *facts = &report->facts[i];
+        of[i] = facts->warning.warned;
+        warned += of[i];
+        watched += facts->source != MEASURED_IMPORT;
+        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->unheard;
+        if (of[i] && (!longest || facts->warning.most_mats > longest->warning.most_mats))
+            longest = facts;
+    }
+    if (watched == 0)
+        fputs("no board watched", out);
+    else if (warned == 0)
+        fputs("none", out);
+    else if (!report->run) {
+        fprintf(out, "in %zu of %zu landings: ", warned, report->landings);
+        runs_text(report, of, out);
+    }
+    if (longest)
+        fprintf(out, "%s%lld mats, %.1f to %.1f %s", report->run ? "" : "; longest ",
+                (long long)longest->warning.most_mats, station * longest->warning.most_start_ft,
+                station * longest->warning.most_end_ft, unit_of(UNIT_STATION, report->si)->text);
+    if (unheard)
+        fprintf(out, " <small>in %zu more one may have come that was not heard</small>", unheard);
+    end_fact(out);
+}
+
+static void verdicts_fact(const struct report *report, FILE *out)
+{
+    static const enum record_verdict order[] = {RECORD_HIT,   RECORD_LATE,    RECORD_MISS,
+                                                RECORD_FALSE, RECORD_SILENCE, RECORD_NOT_KNOWN};
+    size_t count[RECORD_VERDICTS] = {0};
+    bool any = false;
+    begin_fact(out, "warnings, by what came");
+    for (size_t i = 0; i < report->landings; i++) {
+        enum record_verdict verdict = report->facts[i].record.verdict;
+        count[verdict < RECORD_VERDICTS ? verdict : RECORD_NOT_KNOWN]++;
+    }
+    for (size_t k = 0; k < sizeof order / sizeof order[0]; k++) {
+        if (count[order[k]] == 0)
+            continue;
+        fputs(any ? "; " : "", out);
+        if (!report->run)
+            fprintf(out, "%zu ", count[order[k]]);
+        fputs(record_verdict_text(order[k]), out);
+        any = true;
+    }
+    if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
+        not_said(out, "", report->facts[0].why);
+    else if (report->landings && count[RECORD_NOT_KNOWN] == report->landings)
+        not_said(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
+    if (!any)
+        fputs("no landing", out);
+    end_fact(out);
+}
+
+/* ---- what went wrong ---- */
+
+static void wrong_fact(const struct report *report, bool *of, FILE *out)
+{
+    unsigned all = 0;
+    for (size_t i = 0; i < report->landings; i++)
+        all |= report->facts[i].wrong;
+    fprintf(out, "<div class=\"wide%s\"><dt>what went wrong</dt><dd>", all ? " wrong" : "");
+    for (unsigned w = 0; w < REPORT_WRONGS; w++) {
+        if (!(all & 1u << w))
+            continue;
+        for (size_t i = 0; i < report->landings; i++)
+            of[i] = report->facts[i].wrong & 1u << w;
+        fprintf(out, "<span>%s", report_wrong_text(w));
+        if (!report->run) {
+            fputs(": ", out);
+            runs_text(report, of, out);
+        }
+        fputs("</span>", out);
+    }
+    if (!all)
+        fputs(report->landings ? "nothing that was recorded" : "no landing", out);
+    end_fact(out);
+}
+
+/* ---- all of it ---- */
+
+static void facts(const struct report *report, bool *of, FILE *out)
+{
+    fputs("<dl class=\"first\">\n", out);
+    date_fact(report, out);
+    texts_fact(report, out, "place", site_of, "the configuration's site.name (matrig config)");
+    texts_fact(report, out, "runway", runway_of, "matrig series DB NAME --runway");
+    texts_fact(report, out, "series", series_of, "matrig series DB NAME");
+    landings_fact(report, out);
+    texts_fact(report, out, "pattern", pattern_of, "matrig series DB NAME --pattern");
+    texts_fact(report, out, "modification", modification_of,
+               "matrig series DB NAME --modification");
+    texts_fact(report, out, "operator", operator_of, "matrig series DB NAME --who");
+    number_fact(report, out, "gear weight", weight_of, UNIT_TENSION, 1, "not said",
+                "matrig landing DB RUN --correct weight_lb=POUNDS");
+    number_fact(report, out, "touchdown speed", speed_of, UNIT_SPEED, 2, "not known",
+                "too few switches");
+    number_fact(report, out, "mean deceleration", braking_of, UNIT_DECELERATION, 2, "not known",
+                "too few switches");
+    number_fact(report, out, "stop", stop_of, UNIT_STATION, 1, "not known", "too few switches");
+    movement_fact(report, out);
+    zones_fact(report, of, out);
+    verdicts_fact(report, out);
+    wrong_fact(report, of, out);
+    fputs("</dl>\n", out);
+}
+
+enum mr_status cover_write(const struct report *report, FILE *out, struct error *error)
+{
+    const char *slash = strrchr(report->path, '/');
+    bool *of = calloc(report->landings + 1, sizeof *of);
+    if (!of)
+        return error_set(error, MR_FULL, "no memory: %zu landings; close other programs",
+                         report->landings);
+    fputs("<header class=\"cover\"><h1>", out);
+    if (report->run)
+        fprintf(out, "Landing report: RUN %lld", (long long)report->run);
+    else
+        fputs("Campaign report", out);
+    fputs("</h1>\n<p>", out);
+    html_text(out, slash ? slash + 1 : report->path);
+    fputs(", on the model landing-mat runway</p>\n", out);
+    facts(report, of, out);
+    fputs("</header>\n", out);
+    free(of);
+    return MR_OK;
+}
