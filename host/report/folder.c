@@ -22,7 +22,7 @@ struct work {
     const char *folder;
     bool force;
     struct kept before, now;
-    bool *due; /* for each landing of the report: its page is made */
+    bool *due; /* for each landing of the report: its page is to be made */
 };
 
 bool folder_meant(const char *path)
@@ -90,11 +90,11 @@ static bool is_fresh(const struct work *work, const struct kept_page *page, cons
 }
 
 /* What was kept takes the landing's place. */
-static void restore(struct report *report, size_t at, const struct kept_page *page)
+static void restore(struct report *report, size_t at, const struct report_facts *kept)
 {
     struct report_facts *facts = &report->facts[at];
-    struct record_row *row = record_find(&report->record, page->run);
-    *facts = page->facts;
+    struct record_row *row = record_find(&report->record, report->row[at].id);
+    *facts = *kept;
     facts->why[sizeof facts->why - 1] = '\0';
     facts->record.why = facts->why;
     facts->record.outcome.why = facts->why;
@@ -120,9 +120,8 @@ static enum mr_status look(struct work *work, size_t at, struct store_digest *di
     path_of(work, page->run, path);
     if (work->due[at])
         return output_check(path, work->force, report->path, error);
-    restore(report, at, before);
+    restore(report, at, &work->before.facts[before - work->before.page]);
     page->file = before->file;
-    page->facts = before->facts;
     return MR_OK;
 }
 
@@ -145,23 +144,6 @@ static enum mr_status look_at_all(struct work *work, struct error *error)
 
 /* ---- pages ---- */
 
-/* Those that are made so far, and those that were there and may still be right. */
-static enum mr_status save(struct work *work, struct error *error)
-{
-    struct kept so_far = work->now;
-    so_far.page = calloc(so_far.pages ? so_far.pages : 1, sizeof *so_far.page);
-    so_far.pages = 0;
-    if (!so_far.page)
-        return error_set(error, MR_FULL, "no memory: %s; close other programs", work->folder);
-    for (size_t i = 0; i < work->now.pages; i++) {
-        if (!work->due[i])
-            so_far.page[so_far.pages++] = work->now.page[i];
-    }
-    enum mr_status status = kept_save(&so_far, work->folder, work->force, error);
-    free(so_far.page);
-    return status;
-}
-
 static enum mr_status make_page(struct work *work, size_t at, struct error *error)
 {
     struct kept_page *page = &work->now.page[at];
@@ -175,9 +157,6 @@ static enum mr_status make_page(struct work *work, size_t at, struct error *erro
     if (status != MR_OK)
         return status;
     page->file = kept_file_at(path);
-    page->facts = work->report->facts[at];
-    page->facts.record.why = page->facts.record.outcome.why = NULL;
-    work->due[at] = false;
     return MR_OK;
 }
 
@@ -190,7 +169,7 @@ static enum mr_status make_pages(struct work *work, struct folder_made *made, st
             status = make_page(work, i, error);
         *(due ? &made->made : &made->left) += 1;
         if (due && status == MR_OK && made->made % SAVE_EVERY == 0)
-            status = save(work, error);
+            status = kept_save(&work->now, work->folder, work->force, error);
     }
     return status;
 }
@@ -264,12 +243,15 @@ enum mr_status folder_write(struct report *report, const char *path, bool force,
     memcpy(work.now.program, work.before.program, sizeof work.now.program);
     work.now.pages = report->landings;
     work.now.page = calloc(report->landings + 1, sizeof *work.now.page);
+    work.now.facts = report->facts;
     work.due = calloc(report->landings + 1, sizeof *work.due);
     if (!work.now.page || !work.due)
         status = error_set(error, MR_FULL, "no memory: %zu landings; close other programs",
                            report->landings);
     if (status == MR_OK)
         status = look_at_all(&work, error);
+    free(work.before.facts);
+    work.before.facts = NULL;
     if (status == MR_OK)
         status = make_pages(&work, made, error);
     if (status == MR_OK)
@@ -278,6 +260,7 @@ enum mr_status folder_write(struct report *report, const char *path, bool force,
         remove_others(&work, made);
     if (status == MR_OK)
         status = kept_save(&work.now, folder, force, error);
+    work.now.facts = NULL; /* the report's */
     kept_free(&work.before);
     kept_free(&work.now);
     free(work.due);

@@ -33,25 +33,37 @@ static bool file_path(const char *folder, char path[PATH_MOST])
     return snprintf(path, PATH_MOST, "%s/" KEPT_FILE, folder) < PATH_MOST;
 }
 
+/* Reads, and adds to the hash. */
+static bool take_part(void *part, size_t size, SHA2_CTX *hash, FILE *file)
+{
+    if (fread(part, size, 1, file) != 1)
+        return false;
+    SHA256Update(hash, part, size);
+    return true;
+}
+
 /* False: not what this program kept. */
 static bool take(struct kept *kept, FILE *file)
 {
     struct head head;
+    struct stat info;
     SHA2_CTX hash;
     uint8_t is[SHA256_DIGEST_LENGTH], said[SHA256_DIGEST_LENGTH];
-    if (fread(&head, sizeof head, 1, file) != 1 || memcmp(head.what, what, sizeof what) != 0 ||
-        memcmp(head.program, kept->program, sizeof head.program) != 0 || !kept->program[0] ||
-        head.page_bytes != sizeof *kept->page || head.pages > SIZE_MAX / sizeof *kept->page)
-        return false;
-    kept->page = calloc(head.pages ? head.pages : 1, sizeof *kept->page);
-    if (!kept->page || fread(kept->page, sizeof *kept->page, head.pages, file) != head.pages ||
-        fread(said, sizeof said, 1, file) != 1)
-        return false;
+    const size_t each = sizeof *kept->page + sizeof *kept->facts;
     SHA256Init(&hash);
-    SHA256Update(&hash, (const uint8_t *)&head, sizeof head);
-    SHA256Update(&hash, (const uint8_t *)kept->page, head.pages * sizeof *kept->page);
+    if (!kept->program[0] || fstat(fileno(file), &info) != 0 ||
+        !take_part(&head, sizeof head, &hash, file) || memcmp(head.what, what, sizeof what) != 0 ||
+        memcmp(head.program, kept->program, sizeof head.program) != 0 || head.page_bytes != each ||
+        head.pages > (uint64_t)info.st_size / each)
+        return false;
+    kept->page = calloc(head.pages + 1, sizeof *kept->page);
+    kept->facts = calloc(head.pages + 1, sizeof *kept->facts);
+    bool whole = kept->page && kept->facts;
+    for (size_t i = 0; i < head.pages && whole; i++)
+        whole = take_part(&kept->page[i], sizeof *kept->page, &hash, file) &&
+                take_part(&kept->facts[i], sizeof *kept->facts, &hash, file);
     SHA256Final(is, &hash);
-    if (memcmp(is, said, sizeof is) != 0)
+    if (!whole || fread(said, sizeof said, 1, file) != 1 || memcmp(is, said, sizeof is) != 0)
         return false;
     kept->pages = head.pages;
     kept->front = head.front;
@@ -71,36 +83,61 @@ void kept_load(struct kept *kept, const char *folder)
     fclose(file);
 }
 
-enum mr_status kept_save(const struct kept *kept, const char *folder, bool force,
-                         struct error *error)
+static void put_part(const void *part, size_t size, SHA2_CTX *hash, FILE *file)
 {
-    char path[PATH_MOST];
+    fwrite(part, size, 1, file);
+    SHA256Update(hash, part, size);
+}
+
+static bool is_there(const struct kept_page *page)
+{
+    return page->file.bytes > 0;
+}
+
+static void put_all(const struct kept *kept, FILE *file)
+{
     struct head head;
-    struct output output;
+    struct report_facts facts;
     SHA2_CTX hash;
     uint8_t sum[SHA256_DIGEST_LENGTH];
     memset(&head, 0, sizeof head);
     memcpy(head.what, what, sizeof what);
     memcpy(head.program, kept->program, sizeof head.program);
     head.front = kept->front;
-    head.pages = kept->pages;
-    head.page_bytes = sizeof *kept->page;
+    head.page_bytes = sizeof *kept->page + sizeof *kept->facts;
+    for (size_t i = 0; i < kept->pages; i++)
+        head.pages += is_there(&kept->page[i]);
     SHA256Init(&hash);
-    SHA256Update(&hash, (const uint8_t *)&head, sizeof head);
-    SHA256Update(&hash, (const uint8_t *)kept->page, kept->pages * sizeof *kept->page);
+    put_part(&head, sizeof head, &hash, file);
+    for (size_t i = 0; i < kept->pages; i++) {
+        if (!is_there(&kept->page[i]))
+            continue;
+        facts = kept->facts[i];
+        facts.record.why = facts.record.outcome.why = NULL;
+        put_part(&kept->page[i], sizeof *kept->page, &hash, file);
+        put_part(&facts, sizeof facts, &hash, file);
+    }
     SHA256Final(sum, &hash);
+    fwrite(sum, sizeof sum, 1, file);
+}
+
+enum mr_status kept_save(const struct kept *kept, const char *folder, bool force,
+                         struct error *error)
+{
+    char path[PATH_MOST];
+    struct output output;
     if (!file_path(folder, path) || output_begin(&output, path, force, error) != MR_OK)
         return error->status;
-    fwrite(&head, sizeof head, 1, output.file);
-    fwrite(kept->page, sizeof *kept->page, kept->pages, output.file);
-    fwrite(sum, sizeof sum, 1, output.file);
+    put_all(kept, output.file);
     return output_end(&output, error);
 }
 
 void kept_free(struct kept *kept)
 {
     free(kept->page);
+    free(kept->facts);
     kept->page = NULL;
+    kept->facts = NULL;
     kept->pages = 0;
 }
 

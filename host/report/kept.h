@@ -19,7 +19,6 @@ struct kept_page {
     int64_t run;
     char digest[REPORT_HASH]; /* of what it rests on */
     struct kept_file file;
-    struct report_facts facts; /* pointers in it lead nowhere */
 };
 
 struct kept {
@@ -28,13 +27,14 @@ struct kept {
         char drawn[REPORT_HASH]; /* of its <main> to </main> */
         struct kept_file file;
     } front;
-    struct kept_page *page; /* by rising run */
+    struct kept_page *page;     /* by rising run */
+    struct report_facts *facts; /* of each; pointers in them lead nowhere */
     size_t pages;
 };
 
 /* Of a folder; nothing where nothing is kept. The caller frees it with kept_free. */
 void kept_load(struct kept *kept, const char *folder);
-/* Puts the file in its place, whole. */
+/* Puts the file in its place, whole: of the pages that are there (file.bytes). */
 enum mr_status kept_save(const struct kept *kept, const char *folder, bool force,
                          struct error *error);
 void kept_free(struct kept *kept);
