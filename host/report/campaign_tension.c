@@ -24,7 +24,23 @@ static double half_interval(const struct report_facts *facts, bool si)
     return unit_of(UNIT_DECELERATION, si)->factor * SUMMARY_95 * facts->deceleration_ft_s2.error;
 }
 
-static void draw_landing(const struct svg_plot *plot, const struct report_facts *facts, bool si)
+/* Bands often change alike: each next one is drawn smaller and thinner over the one before, so
+ * that the one before shows around it. */
+static double larger_px(unsigned band, unsigned bands)
+{
+    return 2.6 * (double)(bands - 1 - band);
+}
+
+static void ring(FILE *out, unsigned band, unsigned bands, double px, double py)
+{
+    char class[16];
+    bool last = band + 1 >= bands;
+    snprintf(class, sizeof class, "%s s%u", last ? "dot" : "ring", band);
+    svg_mark(out, class, band, px, py, 3.0 + larger_px(band, bands));
+}
+
+static void draw_landing(const struct svg_plot *plot, const struct report_facts *facts,
+                         unsigned bands, bool si)
 {
     double x = deceleration_of(facts, si);
     double half_px = plot->width * half_interval(facts, si) / (plot->x.high - plot->x.low);
@@ -34,9 +50,11 @@ static void draw_landing(const struct svg_plot *plot, const struct report_facts 
             continue;
         const double y[] = {factor_of(si) * band->fell_lb, factor_of(si) * band->rose_lb};
         for (unsigned i = 0; i < 2; i++) {
-            fprintf(plot->out, "<path class=\"line s%u\" d=\"M%.1f %.1fh%.1f\"/>", b,
-                    svg_x(plot, x) - half_px, svg_y(plot, y[i]), 2.0 * half_px);
-            chart_mark(plot, b, x, y[i]);
+            fprintf(plot->out,
+                    "<path class=\"line s%u\" style=\"stroke-width:%.1f\" d=\"M%.1f %.1fh%.1f\"/>",
+                    b, 1.5 + larger_px(b, bands), svg_x(plot, x) - half_px, svg_y(plot, y[i]),
+                    2.0 * half_px);
+            ring(plot->out, b, bands, svg_x(plot, x), svg_y(plot, y[i]));
         }
     }
 }
@@ -69,11 +87,11 @@ static void table(const struct report *report, unsigned bands, FILE *out)
     snprintf(heads[1], sizeof heads[1], "mean deceleration, %s",
              unit_of(UNIT_DECELERATION, report->si)->text);
     for (unsigned b = 0; b < bands; b++) {
-        snprintf(heads[n], sizeof heads[n], "band %u: least less before, %s", b + 1,
+        snprintf(heads[n], sizeof heads[n], "band %u: largest fall, %s", b + 1,
                  unit_of(UNIT_TENSION, report->si)->text);
         list[n] = heads[n];
         n++;
-        snprintf(heads[n], sizeof heads[n], "band %u: most less before, %s", b + 1,
+        snprintf(heads[n], sizeof heads[n], "band %u: largest rise, %s", b + 1,
                  unit_of(UNIT_TENSION, report->si)->text);
         list[n] = heads[n];
         n++;
@@ -149,19 +167,22 @@ enum mr_status campaign_tension(const struct report *report, FILE *out, struct e
              2);
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].fitted)
-            draw_landing(&plot, &report->facts[i], report->si);
+            draw_landing(&plot, &report->facts[i], bands, report->si);
     }
     if (report->landings <= NAMED_MAX)
         draw_names(&plot, report);
     for (unsigned b = 0; b < bands; b++) {
         char name[20];
         snprintf(name, sizeof name, "band %u", b + 1);
+        double mark_px = key_px + 14.0;
         key_px = chart_key(out, b, key_px, 14.0, name);
+        ring(out, b, bands, mark_px, 10.0);
     }
     svg_close(out);
-    fputs("<figcaption>Mean over a band's gages of what each fell by (below 0) and rose by (above) "
-          "after the first switch; across: 95 % of the deceleration. As "
-          "report fig. 5.3.</figcaption></figure>\n",
+    fputs("<figcaption>Change of tension after the first switch, mean over a band's gages: largest "
+          "fall (below 0) and largest rise (above). Across: 95 % of the deceleration. Where bands "
+          "change alike the mark of one lies inside that of the other. As report fig. "
+          "5.3.</figcaption></figure>\n",
           out);
     table(report, bands, out);
     return MR_OK;

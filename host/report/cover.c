@@ -9,9 +9,9 @@
 #include "host/base/units.h"
 #include "host/report/report.h"
 
-#define NAMED_MOST 3u /* texts of a fact, and */
-#define RUNS_MOST  6u /* RUNs that a line names, before "and 12 more" */
-#define TEXT_MOST  STORE_JOURNAL_TEXT
+#define NAMED_MOST 3u              /* texts of a fact, and */
+#define RUNS_MOST  6u              /* RUNs that a line names, before "and 12 more" */
+#define DATED_US   946684800000000 /* 2000-01-01: a time before it is none of day */
 
 /* ---- a fact ---- */
 
@@ -112,10 +112,12 @@ static void date_fact(const struct report *report, FILE *out)
     begin_fact(out, "date (UTC)");
     for (size_t i = 0; i < report->landings; i++) {
         int64_t us = report->facts[i].landing.armed_us;
+        if (us < DATED_US)
+            continue;
         first_us = us < first_us ? us : first_us;
         last_us = us > last_us ? us : last_us;
     }
-    if (report->landings) {
+    if (last_us >= DATED_US) {
         day_text(first_us, first);
         day_text(last_us, last);
         html_text(out, first);
@@ -123,6 +125,8 @@ static void date_fact(const struct report *report, FILE *out)
             fputs(" to ", out);
             html_text(out, last);
         }
+    } else if (report->landings) {
+        not_said(out, "not known", "read from a recording that has no times of day");
     } else {
         fputs("no landing", out);
     }
@@ -335,9 +339,14 @@ static void wrong_fact(const struct report *report, bool *of, FILE *out)
 
 static void facts(const struct report *report, bool *of, FILE *out)
 {
+    bool read = false;
+    for (size_t i = 0; i < report->landings; i++)
+        read |= report->facts[i].config_read;
     fputs("<dl class=\"first\">\n", out);
     date_fact(report, out);
-    texts_fact(report, out, "place", site_of, "the configuration's site.name (matrig config)");
+    texts_fact(report, out, "place", site_of,
+               read ? "site.name of the configuration"
+                    : "the configuration was not read; its site.name says it");
     texts_fact(report, out, "runway", runway_of, "matrig series DB NAME --runway");
     texts_fact(report, out, "series", series_of, "matrig series DB NAME");
     landings_fact(report, out);
@@ -347,9 +356,9 @@ static void facts(const struct report *report, bool *of, FILE *out)
     texts_fact(report, out, "operator", operator_of, "matrig series DB NAME --who");
     number_fact(report, out, "gear weight", weight_of, UNIT_TENSION, 1, "not said",
                 "matrig landing DB RUN --correct weight_lb=POUNDS");
-    number_fact(report, out, "touchdown speed", speed_of, UNIT_SPEED, 2, "not known",
+    number_fact(report, out, "touchdown speed", speed_of, UNIT_SPEED, 3, "not known",
                 "too few switches");
-    number_fact(report, out, "mean deceleration", braking_of, UNIT_DECELERATION, 2, "not known",
+    number_fact(report, out, "mean deceleration", braking_of, UNIT_DECELERATION, 3, "not known",
                 "too few switches");
     number_fact(report, out, "stop", stop_of, UNIT_STATION, 1, "not known", "too few switches");
     movement_fact(report, out);

@@ -8,6 +8,8 @@
 #include "host/report/report.h"
 #include "host/base/units.h"
 
+#define DRAWN_MOST 4u /* transducers of a picture: half a page of paper */
+
 /* As `matrig compare` has them. */
 static bool tables(const struct compare_figures *figures, bool si, FILE *out)
 {
@@ -72,10 +74,14 @@ enum mr_status landing_compare(const struct report *report, const struct report_
         return error_set(error, MR_FULL,
                          "no memory: the comparison of RUN %lld; close other programs",
                          (long long)landing->summary.measured.landing.id);
-    fputs("<figure>", out);
-    compare_draw(out, measured, &landing->head, landing->simulation, landing->simulations, false,
-                 si, error);
-    fputs("<figcaption>Movement against time, each with its 95 % band.</figcaption></figure>\n",
-          out);
+    for (size_t i = 0; i < landing->simulations && error->status == MR_OK; i += DRAWN_MOST) {
+        size_t left = landing->simulations - i, count = left < DRAWN_MOST ? left : DRAWN_MOST;
+        fputs("<figure>", out);
+        compare_draw(out, measured, &landing->head, landing->simulation + i, count, false, si,
+                     error);
+        if (count == left)
+            fputs("<figcaption>Movement against time, each with its 95 % band.</figcaption>", out);
+        fputs("</figure>\n", out);
+    }
     return error->status;
 }

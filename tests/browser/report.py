@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zlib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from cdp import Browser, Tap  # noqa: E402
@@ -120,18 +121,83 @@ def check_looks(browser, db):
         tap.check("and nothing is drawn nowhere", numbers == 0, numbers)
 
 
+def drawn_on_pages(pdf):
+    """How far down each page of a PDF of the browser something is drawn, as a share of its height. Lowest places of text and lines, by the
+    matrices of its content streams (PDF 32000-1, 8.3.4 and 9.4.2: cm, q, Q, Tm, m, l, re)."""
+    bodies = {int(n): body for n, body in re.findall(rb"(?:^|\n)(\d+) 0 obj\s(.*?)endobj", pdf, re.S)}
+    drawn = []
+    for body in bodies.values():
+        if not re.search(rb"/Type\s*/Page\b", body):
+            continue
+        left, bottom, right, top = (float(v) for v in re.search(rb"/MediaBox\s*\[([^]]*)\]", body).group(1).split())
+        stream = re.search(rb"stream\r?\n(.*?)\r?\nendstream", bodies[int(re.search(rb"/Contents\s+(\d+)", body).group(1))], re.S).group(1)
+        assert top > bottom and right > left
+        drawn.append(1.0 - (lowest(zlib.decompress(stream).decode("latin-1")) - bottom) / (top - bottom) if top > right - left else 0.0)
+    return drawn
+
+
+def lowest(content):
+    at, kept, values, low = (1, 0, 0, 1, 0, 0), [], [], 1e9
+    for word in re.findall(r"\((?:\\.|[^\\)])*\)|<[0-9A-Fa-f]*>|[^\s()<>\[\]]+", content):
+        if re.fullmatch(r"[-+.0-9]+", word):
+            values.append(float(word))
+            continue
+        if word == "cm" and len(values) >= 6:
+            a, b, c, d, e, f = values[-6:]
+            at = (a * at[0] + b * at[2], a * at[1] + b * at[3], c * at[0] + d * at[2], c * at[1] + d * at[3],
+                  e * at[0] + f * at[2] + at[4], e * at[1] + f * at[3] + at[5])
+        elif word == "q":
+            kept.append(at)
+        elif word == "Q" and kept:
+            at = kept.pop()
+        elif word in ("Tm", "l") and len(values) >= 2: # a clip of the whole page is an re and draws nothing
+            low = min(low, at[1] * values[-2] + at[3] * values[-1] + at[5])
+        values = []
+    return low
+
+
+# What a reader looks for first, and how a browser shows it: the first screen, before anything is scrolled.
+FIRST = ["date (UTC)", "place", "runway", "series", "landings", "operator", "gear weight", "touchdown speed", "stop", "largest movement", "zones warned of",
+         "warnings, by what came", "what went wrong"]
+
+
+def check_front(browser, db, folder):
+    made = subprocess.run(["build/matrig", "--quiet", "report", db, "-o", folder + "/"], timeout=60, capture_output=True, text=True)
+    tap.check("a folder of pages is made", made.returncode == 0, made.stderr)
+    show(browser, folder + "/index.html")
+    for width, height in ((1200, 900), (800, 1100), (390, 844)):
+        browser.size(width, height)
+        shown = browser.js("[...document.querySelectorAll('.cover dt')].map(t => [t.innerText, t.nextSibling.innerText, t.parentNode.getBoundingClientRect().bottom, "
+                           "parseFloat(getComputedStyle(t.nextSibling).fontSize)])")
+        first = {term: (text, bottom, size) for term, text, bottom, size in shown}
+        tap.check("the first screen of %d points says it" % width, all(t in first and first[t][0].strip() and first[t][1] <= height and first[t][2] >= 14 for t in FIRST), shown)
+        wide = browser.js("document.documentElement.scrollWidth")
+        tap.check("the page is no wider than %d" % width, wide <= width, wide)
+    small = browser.js("[...document.querySelectorAll('svg[role=img]')].map(s => [s.ariaLabel, 11 * s.getBoundingClientRect().width / s.viewBox.baseVal.width])"
+                       ".filter(p => p[1] < 8)")
+    tap.check("words in its plots can be read on a telephone", not small, small)
+    browser.picture(OUT + "/report-390.png")
+    links = browser.js("[...document.querySelectorAll('.cover a, #summary a')].map(a => a.href)")
+    tap.check("the front leads to its landings", links and set(links) == {pathlib.Path("%s/run%d.html" % (folder, n)).resolve().as_uri() for n in (1, 2)}, links)
+    show(browser, folder + "/run2.html")
+    tap.check("and they lead back", browser.js("document.querySelector('.way a').href") == pathlib.Path(folder + "/index.html").resolve().as_uri() and
+              browser.js("document.querySelector('section.landing').id") == "run2")
+
+
 def check_print(browser, db):
-    """On paper: white, even where dark is asked for; the landings on pages of their own; lines told apart without colour."""
+    """On paper: white, even where dark is asked for; no page nearly empty; lines told apart without colour."""
     show(browser, make_page(db, "print.html"))
     browser.call("Emulation.setEmulatedMedia", {"media": "print", "features": [{"name": "prefers-color-scheme", "value": "dark"}]})
     tap.check("paper is white", browser.js("getComputedStyle(document.body).backgroundColor") in ("rgb(255, 255, 255)", "rgba(255, 255, 255, 1)"),
               browser.js("getComputedStyle(document.body).backgroundColor"))
-    tap.check("a landing begins a page", browser.js("getComputedStyle(document.querySelector('#run2')).breakBefore") == "page")
     dashes = browser.js("['s0', 's1', 's2', 's3', 's4', 's5'].map(c => { const p = document.createElementNS('http://www.w3.org/2000/svg', 'path'); "
                         "p.setAttribute('class', 'line ' + c); document.querySelector('svg').append(p); return getComputedStyle(p).strokeDasharray; })")
     tap.check("each line has a dash of its own", len(set(dashes)) == 6, dashes)
-    pdf = base64.b64decode(browser.call("Page.printToPDF", {"printBackground": False})["data"])
-    tap.check("the browser prints it", pdf[:5] == b"%PDF-" and len(re.findall(rb"/Type\s*/Page\b", pdf)) >= 6, len(pdf))
+    for name, paper in (("letter", {}), ("A4", {"paperWidth": 8.27, "paperHeight": 11.69}), ("A4 turned", {"paperWidth": 8.27, "paperHeight": 11.69, "landscape": True})):
+        pdf = base64.b64decode(browser.call("Page.printToPDF", {"printBackground": False, **paper})["data"])
+        drawn = drawn_on_pages(pdf)
+        tap.check("the browser prints it on " + name, pdf[:5] == b"%PDF-" and len(drawn) >= 6, len(pdf), drawn)
+        tap.check("no page but the last is nearly empty, upright", drawn and min(drawn[:-1]) > 0.5, drawn)
     browser.call("Emulation.setEmulatedMedia", {"media": "", "features": []})
 
 
@@ -183,6 +249,7 @@ def main():
     try:
         check_hostile(browser, two)
         check_looks(browser, clean)
+        check_front(browser, clean, work + "/pages")
         check_print(browser, clean)
         check_live(browser, db)
     finally:

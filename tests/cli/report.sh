@@ -50,6 +50,43 @@ one_landing() {
     $matrig --quiet report "$db" --run 2 -o "$tmp/one.html" && [ "$(grep -c 'class="landing"' "$tmp/one.html")" = 1 ] &&
         grep -q 'id="run2"' "$tmp/one.html" && ! grep -q 'id="cumulative"' "$tmp/one.html" && grep -q 'Landing report' "$tmp/one.html"
 }
+# What a reader looks for first: from the tables, as people said it; what nobody said says how it is said.
+cover() {
+    cp "$db" "$tmp/said.db" && $matrig --quiet report "$db" -o "$tmp/unsaid.html" &&
+        sqlite3 "$tmp/said.db" "insert into series(made_us, who, name, runway, pattern, modification) select min(armed_us) - 1, 'J. Kay', 'standard', 'relaid <1973>', 'herringbone', 'cleats' from landings;
+            update landings set armed_us = armed_us + 172800000000 where id = 3; update landings set armed_us = armed_us + 1772600000000000; update series set made_us = made_us + 1772600000000000" &&
+        $matrig landing "$tmp/said.db" 1 --correct weight_lb=93.5 --reason weighed >/dev/null && $matrig landing "$tmp/said.db" 2 --correct weight_lb=101 --reason weighed >/dev/null &&
+        $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --panels 2 >/dev/null && $matrig --quiet report "$tmp/said.db" -o "$tmp/said.html" &&
+        $matrig --quiet --si report "$tmp/said.db" --run 2 -o "$tmp/two.html" && $matrig --json show "$tmp/said.db" 2 >"$tmp/two.json" &&
+        python3 - "$tmp" "$tmp/said.db" <<'EOP'
+import html, json, re, sqlite3, sys
+tmp, db = sys.argv[1], sqlite3.connect(sys.argv[2])
+def cover(name):
+    text = open("%s/%s.html" % (tmp, name)).read()
+    head = re.search(r'<main><header class="cover">.*?</header>', text, re.S).group(0) # nothing stands before it
+    return {re.sub("<.*?>", "", t): html.unescape(re.sub("<.*?>", " ", d)) for t, d in re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", head, re.S)}
+unsaid, said, two = cover("unsaid"), cover("said"), cover("two")
+print(unsaid, said, two, sep="\n")
+first, last = db.execute("select date(min(armed_us) / 1e6, 'unixepoch'), date(max(armed_us) / 1e6, 'unixepoch') from landings").fetchone()
+assert said["date (UTC)"] == first + " to " + last and two["date (UTC)"] == first == "2026-03-04" != last and unsaid["date (UTC)"].startswith("not known")
+for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matrig series DB NAME", "standard"), ("pattern", "--pattern", "herringbone"),
+                       ("modification", "--modification", "cleats"), ("operator", "--who", "J. Kay")):
+    assert unsaid[term].startswith("not said") and how in unsaid[term] and said[term] == two[term] == is_, term
+assert unsaid["gear weight"].startswith("not said") and "weight_lb" in unsaid["gear weight"]
+assert said["gear weight"].startswith("93.5 to 101.0 lb") and "not known of 1" in said["gear weight"] and two["gear weight"].strip() == "449.3 N" # 101 lbf
+assert unsaid["place"].startswith("not said") # the configuration was not read: played over files
+assert said["landings"] == "3: RUN 1 to 3" and two["landings"] == "1: RUN 2"
+show = json.load(open(tmp + "/two.json"))
+for term, key in (("touchdown speed", "touchdown_speed"), ("mean deceleration", "mean_deceleration"), ("stop", "stop_station")):
+    unit = "_ft" if term == "stop" else "_ft_s" if "speed" in key else "_ft_s2"
+    value, error = (float(v) for v in re.match(r"([0-9.]+) ± ([0-9.]+) m", html.unescape(two[term])).groups())
+    assert abs(value - 0.3048 * show[key + unit]) < 0.06 and abs(error - 0.3048 * show[key + "_error" + unit]) < 0.06, (term, value, error)
+peaks = [(abs(c["peak_in"]), c["station_ft"]) for c in show["displacements"]]
+assert said["largest movement"].startswith("%.3f in at %.0f ft" % max(peaks)), (said["largest movement"], max(peaks))
+assert "in 3 of 3 landings" in said["zones warned of"] and "%d mats" % db.execute("select max(mats) from zones where landing = 1 and warning = 1").fetchone() in said["zones warned of"]
+assert re.search(r"a wave was seen: +RUN +2 *($|[a-z])", said["what went wrong"]) and "wave" in two["what went wrong"] and "wave" not in unsaid["what went wrong"]
+EOP
+}
 si_units() { # 25.4 mm to the inch, in the table and beside every axis
     $matrig --quiet --si report "$db" -o "$tmp/si.html" || return 1
     python3 - "$tmp/page.html" "$tmp/si.html" <<'EOP'
@@ -91,6 +128,7 @@ check "a campaign of three landings, one filmed" campaign
 check "what is said and drawn is what was measured" values
 check "contents and sections" contents
 check "one landing" one_landing
+check "the cover" cover
 check "warnings and what came of them" added_up
 check "SI units" si_units
 check "every axis has its unit" every_axis_has_a_unit

@@ -183,7 +183,7 @@ def tension():
         for told, should in ((cells[0][2 * b], sum(fell) / len(fell)), (cells[0][2 * b + 1], sum(rose) / len(rose))):
             near("average change of band %d, lb" % b, number(told), should, 0.25)
             px, py = axes.at(x, number(told))
-            marks = [e for e in svg.iter() if (e.get("class") or "") == "dot s%d" % (b - 1)]
+            marks = [e for e in svg.iter() if (e.get("class") or "") in ("dot s%d" % (b - 1), "ring s%d" % (b - 1))]
             centres = [(float(e.get("cx")), float(e.get("cy"))) if e.tag == "circle" else centre(e) for e in marks]
             check("  a mark is there", any(abs(c[0] - px) < 0.6 and abs(c[1] - py) < 0.2 for c in centres), px, py, centres)
     near("mean deceleration against the truth, ft/s2", x, truth["mean_deceleration_ft_s2"], 3 * float(cells[0][1].split("&plusmn;&thinsp;")[1]))
