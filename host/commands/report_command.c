@@ -157,7 +157,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     HELP_ITEM("SWEEP.jsonl", "results of matrig sweep"),
     OPTION_TEXT("-o", "F", path,
-                "where to write the page; else the name of what it shows with .html"),
+                "where to write the page; else the name of what it shows with .html. DIR/, or a "
+                "folder that is there: index.html and a page for each landing, made anew only "
+                "where something changed. For many landings"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
     OPTION_TEXT("--film", "FOLDER", film,
                 "pictures of the film (JPEG, PNG; the last number in a name is the frame's), a "
@@ -165,13 +167,17 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
     OPTION_FORCE(force),
     HELP_NOTE("A PDF of it is printed by the browser. "),
-    HELP_EXAMPLE("matrig report campaign.db -o report.html"),
+    HELP_NOTE(
+        "The front says date, place, runway, series, gear weight, operator, what was tested and "
+        "what went wrong; what nobody said, with the command that says it. "),
+    HELP_EXAMPLE("matrig report campaign.db -o report.html; matrig report campaign.db -o pages/"),
 };
 
 const struct command command_report = {
     "report",
     report_command,
-    "DB [-o F.html] [--force] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]",
+    "DB [-o F.html | -o DIR/] [--force] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o "
+    "F.html]",
     "the campaign, or a sweep, as one page, with plots",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
