@@ -5,7 +5,8 @@
 
 #include "host/base/html.h"
 
-#define WAY_TEXT 300u
+#define WAY_TEXT    300u
+#define LISTED_MOST 30u /* pages that the contents of a front name */
 
 /* In the order of the page. */
 static const struct section {
@@ -151,8 +152,11 @@ void report_link(const struct report *report, int64_t run, char link[REPORT_LINK
     snprintf(link, REPORT_LINK, report->folder ? "run%lld.html" : "#run%lld", (long long)run);
 }
 
+/* In a folder the table of the summary leads to them, where they are many. */
 static void landing_contents(const struct report *report, FILE *contents)
 {
+    if (report->folder && report->landings > LISTED_MOST)
+        return;
     for (size_t i = 0; i < report->landings; i++) {
         char link[REPORT_LINK];
         report_link(report, report->row[i].id, link);

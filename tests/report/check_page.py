@@ -185,6 +185,8 @@ def tension():
             px, py = axes.at(x, number(told))
             marks = [e for e in svg.iter() if (e.get("class") or "") in ("dot s%d" % (b - 1), "ring s%d" % (b - 1))]
             centres = [(float(e.get("cx")), float(e.get("cy"))) if e.tag == "circle" else centre(e) for e in marks]
+            if b == 1: # drawn first: it has to show around that of band 2, 3.75 px from its middle
+                check("  and shows around another band's", all(e.get("class") == "ring s0" and float(e.get("r")) > 4.5 for e in marks if float(e.get("cy")) > 20.0))
             check("  a mark is there", any(abs(c[0] - px) < 0.6 and abs(c[1] - py) < 0.2 for c in centres), px, py, centres)
     near("mean deceleration against the truth, ft/s2", x, truth["mean_deceleration_ft_s2"], 3 * float(cells[0][1].split("&plusmn;&thinsp;")[1]))
 
