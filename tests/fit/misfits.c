@@ -17,7 +17,7 @@
 #include "host/study/fit/misfit.h"
 #include "tests/fit/runway.h"
 
-#define VERSION  1u
+#define VERSION  2u
 #define DRAWS    64u
 #define REPLICAS 99u
 #define BLOCKS   5u /* the kinds in turn: an interrupted run has some of each */

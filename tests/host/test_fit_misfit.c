@@ -9,7 +9,7 @@
 #include "tests/fit/runway.h"
 #include "tests/host/scratch.h"
 
-enum { REPLICAS = 99, ROWS = REPLICAS + 1, ODDS = 3 };
+enum { REPLICAS = 99, ROWS = REPLICAS + 1, ODDS = FIT_ODD_END - 1 };
 
 struct rows {
     struct fit_landings list;
@@ -97,6 +97,7 @@ static void what_is_odd_is_found(void **state)
 {
     struct rows rows;
     char text[900];
+    const size_t thrust = FIT_ODD_THRUST - FIT_AS_IS - 1;
     (void)state;
     begin(&rows, 12);
     for (size_t s = 0; s < rows.list.statistics; s++)
@@ -108,7 +109,7 @@ static void what_is_odd_is_found(void **state)
 
     begin(&rows, 13);
     for (size_t s = 0; s < rows.list.statistics; s++)
-        rows.answer.residual[s] += 1.5 * rows.answer.odd[2 * rows.list.statistics + s];
+        rows.answer.residual[s] += 1.5 * rows.answer.odd[thrust * rows.list.statistics + s];
     misfit = check(&rows);
     assert_true(misfit.cannot);
     assert_int_equal(misfit.worst, MISFIT_ODD_THRUST);

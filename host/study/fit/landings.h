@@ -86,7 +86,8 @@ struct fit_landing {
 /* What a runway may be otherwise than the fit has it. */
 enum fit_odd {
     FIT_AS_IS,
-    FIT_ODD_HALVES, /* resistance beyond the middle of the runway is twice that before it */
+    FIT_ODD_BEYOND, /* resistance beyond the middle of the runway is twice that before it */
+    FIT_ODD_BEFORE, /* before it, twice that beyond: what joints do then is not the opposite */
     FIT_ODD_TAIL,   /* resistances are lognormal, of logarithmic spread 1, with their mean */
     FIT_ODD_THRUST, /* thrust grows within a landing, from 0.7 to 1.3 of what is said */
     FIT_ODD_END

@@ -32,7 +32,7 @@ static void set_away(struct checking *c, enum misfit_figure figure, double *sort
     /* of these too little is as odd as too much */
     bool both = figure == MISFIT_SCATTER || figure == MISFIT_CLOSED || figure == MISFIT_SUMS ||
                 figure == MISFIT_NEIGHBOURS || figure == MISFIT_SUMS_ALONG ||
-                figure == MISFIT_ODD_HALVES || figure == MISFIT_ODD_THRUST;
+                figure == MISFIT_ODD_THRUST;
     memcpy(sorted, value + 1, (n - 1) * sizeof *sorted);
     gsl_sort(sorted, 1, n - 1);
     found->measured = value[0];

@@ -8,7 +8,7 @@
  * is said when no more than MISFIT_FALSE of all rows lie so far out, so it is said of that share
  * of right models, however many figures there are and however they hang together.
  *
- * Three figures look for one thing each: replicas are simulated again with it, draw by draw, and
+ * Four figures look for one thing each: replicas are simulated again with it, draw by draw, and
  * the combination of residuals that shows it best is the figure. The others look for whatever
  * there is.
  *
@@ -39,7 +39,8 @@ enum misfit_figure {
     MISFIT_CLOSED,       /* segments that the survey finds closed */
     MISFIT_LAID,         /* spread of the sums before, between segments */
     MISFIT_LAID_ALONG,   /* sums before, of segments beside each other */
-    MISFIT_ODD_HALVES,   /* what dirt on one half would do (fit_odd), in the direction that shows */
+    MISFIT_ODD_BEYOND,   /* what dirt on one half would do (fit_odd), in the direction that shows */
+    MISFIT_ODD_BEFORE,   /* likewise on the other */
     MISFIT_ODD_TAIL,     /* likewise a heavy tail of the resistances */
     MISFIT_ODD_THRUST,   /* likewise thrust that grows or falls within a landing */
     MISFITS

@@ -14,7 +14,8 @@ static double shown(enum misfit_figure figure, double value)
     case MISFIT_SUMS_ALONG:
     case MISFIT_CLOSED:
     case MISFIT_LAID_ALONG:
-    case MISFIT_ODD_HALVES:
+    case MISFIT_ODD_BEYOND:
+    case MISFIT_ODD_BEFORE:
     case MISFIT_ODD_TAIL:
     case MISFIT_ODD_THRUST: return value;
     default: return exp(value);

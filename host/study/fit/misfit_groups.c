@@ -266,7 +266,7 @@ bool misfit_odds(struct checking *c, struct misfit *misfit)
         gsl_linalg_cholesky_decomp1(covariance);
     }
     for (size_t k = 0; k < c->answer->odds && good; k++) {
-        enum misfit_figure figure = (enum misfit_figure)(MISFIT_ODD_HALVES + k);
+        enum misfit_figure figure = (enum misfit_figure)(MISFIT_ODD_BEYOND + k);
         double squares = 0.0;
         for (size_t s = 0; s < p; s++) {
             gsl_vector_set(best, s,

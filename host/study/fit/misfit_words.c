@@ -48,9 +48,12 @@ const struct misfit_word misfit_words[MISFITS] = {
     [MISFIT_LAID_ALONG] = {"laid_along", "likeness of neighbouring segments before",
                            "gaps were laid in stretches: fit with a survey of every segment, and "
                            "do not trust what is said of those between"},
-    [MISFIT_ODD_HALVES] = {"odd_halves", "resistance beyond the middle, over that before it",
-                           "half of the runway is dirtier: clean it, or fit landings that stay on "
-                           "one half"},
+    [MISFIT_ODD_BEYOND] = {"odd_beyond", "resistance beyond the middle, over that before it",
+                           "the far half of the runway is dirtier: clean it, or fit landings that "
+                           "stay on one half"},
+    [MISFIT_ODD_BEFORE] = {"odd_before", "resistance before the middle, over that beyond it",
+                           "the near half of the runway is dirtier: clean it, or fit landings that "
+                           "stay on one half"},
     [MISFIT_ODD_TAIL] = {"odd_tail", "heavy tail of the resistances",
                          "a few joints hold most: look for lumps of dirt where joints have stayed "
                          "open, and clean them"},

@@ -334,9 +334,10 @@ static double grit_share(const struct fit_landings *list, bool beyond, double un
     if (list->odd == FIT_ODD_TAIL)
         return exp(ODD_SPREAD * gsl_cdf_ugaussian_Pinv(fmax(uniform, 1e-9)) -
                    0.5 * ODD_SPREAD * ODD_SPREAD);
-    double factor = list->odd != FIT_ODD_HALVES ? 1.0
-                  : beyond                      ? 2.0 * ODD_RATIO / (1.0 + ODD_RATIO)
-                                                : 2.0 / (1.0 + ODD_RATIO);
+    bool halves = list->odd == FIT_ODD_BEYOND || list->odd == FIT_ODD_BEFORE;
+    double factor = !halves                                 ? 1.0
+                  : beyond == (list->odd == FIT_ODD_BEYOND) ? 2.0 * ODD_RATIO / (1.0 + ODD_RATIO)
+                                                            : 2.0 / (1.0 + ODD_RATIO);
     return 2.0 * uniform * factor;
 }
 
