@@ -29,6 +29,21 @@ static void formatted(FILE *out, const char *format, va_list arguments)
     html_text(out, text);
 }
 
+void html_base64(FILE *out, const unsigned char *bytes, size_t count)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for (size_t i = 0; i < count; i += 3) {
+        unsigned have = count - i < 3 ? (unsigned)(count - i) : 3u;
+        unsigned long word = (unsigned long)bytes[i] << 16 |
+                             (have > 1 ? (unsigned long)bytes[i + 1] << 8 : 0) |
+                             (have > 2 ? bytes[i + 2] : 0);
+        fputc(digits[word >> 18], out);
+        fputc(digits[word >> 12 & 63], out);
+        fputc(have > 1 ? digits[word >> 6 & 63] : '=', out);
+        fputc(have > 2 ? digits[word & 63] : '=', out);
+    }
+}
+
 void html_cell(FILE *out, const char *format, ...)
 {
     va_list arguments;

@@ -8,6 +8,8 @@
 /* Text with <, >, & and quotes escaped. */
 void html_text(FILE *out, const char *text);
 void html_bytes(FILE *out, const char *text, size_t length);
+/* Bytes as base64. */
+void html_base64(FILE *out, const unsigned char *bytes, size_t count);
 /* A table cell: <td>, or <td class="n"> for numbers, with formatted and escaped text. */
 void html_cell(FILE *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* A number with `decimals`, or an empty cell with a dash when it is not finite. */

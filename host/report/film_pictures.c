@@ -1,3 +1,4 @@
+#include "host/base/html.h"
 #include "host/report/film_pictures.h"
 
 #include <ctype.h>
@@ -7,6 +8,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/base/html.h"
 #include "host/base/list.h"
 
 static bool is_picture(const char *name)
@@ -96,21 +98,6 @@ const struct film_picture *film_pictures_find(const struct film_pictures *pictur
              : NULL;
 }
 
-static void write_base64(const unsigned char *bytes, size_t count, FILE *out)
-{
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    for (size_t i = 0; i < count; i += 3) {
-        unsigned have = count - i < 3 ? (unsigned)(count - i) : 3u;
-        unsigned long word = (unsigned long)bytes[i] << 16 |
-                             (have > 1 ? (unsigned long)bytes[i + 1] << 8 : 0) |
-                             (have > 2 ? bytes[i + 2] : 0);
-        fputc(digits[word >> 18], out);
-        fputc(digits[word >> 12 & 63], out);
-        fputc(have > 1 ? digits[word >> 6 & 63] : '=', out);
-        fputc(have > 2 ? digits[word & 63] : '=', out);
-    }
-}
-
 /* By what is in the file, not by its name: nothing else may get into the page. "": neither. */
 static const char *type_of(const unsigned char *bytes, size_t count)
 {
@@ -141,7 +128,7 @@ enum mr_status film_picture_write(const struct film_picture *picture, FILE *out,
     if (status == MR_OK) {
         fprintf(out, "<img alt=\"frame %lld\" src=\"data:image/%s;base64,",
                 (long long)picture->number, type);
-        write_base64(bytes, count, out);
+        html_base64(out, bytes, count);
         fputs("\">", out);
     }
     if (file)
