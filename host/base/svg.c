@@ -247,13 +247,35 @@ static void axis(const struct svg_plot *plot, bool is_x)
     fputs("</text>", out);
 }
 
+/* What the frame's edges stand for, where they are written: for who reads the picture
+ * (host/report/closer.js). */
+static void print_scale(FILE *out, const char *name, const struct svg_axis *axis, double before_px,
+                        double after_px, double size_px)
+{
+    double per_px = (axis->high - axis->low) / size_px;
+    fprintf(out, " data-%s=\"%.7g %.7g\"", name, axis->low - before_px * per_px,
+            axis->high + after_px * per_px);
+}
+
+static double written_px(double px)
+{
+    return round(10.0 * px) / 10.0;
+}
+
 void svg_axes(const struct svg_plot *plot)
 {
     axis(plot, true);
     axis(plot, false);
-    fprintf(plot->out,
-            "<rect class=\"frame\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n",
+    fprintf(plot->out, "<rect class=\"frame\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"",
             plot->left, plot->top, plot->width, plot->height);
+    if (!plot->log_x && !plot->log_y) {
+        double left = plot->left - written_px(plot->left), top = plot->top - written_px(plot->top);
+        double right = written_px(plot->width) - plot->width - left,
+               foot = written_px(plot->height) - plot->height - top;
+        print_scale(plot->out, "x", &plot->x, left, right, plot->width);
+        print_scale(plot->out, "y", &plot->y, foot, top, plot->height);
+    }
+    fputs("/>\n", plot->out);
 }
 
 static double clip(double value, double low, double high)
