@@ -43,7 +43,7 @@ help: ## every day | list the targets
 all: ## every day | build firmware images, matrig, matrig-study and matrig-board
 
 include packages.mk
-include $(addsuffix /module.mk,common hil host host/live firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
+include $(addsuffix /module.mk,common hil host host/live host/report firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
 
 all: $(images) $(stacks) $(board_tables) $(programs) $(studies) $(manuals)
 

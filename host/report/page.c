@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "host/base/html.h"
+#include "host/report/closer.h"
 
 #define WAY_TEXT    300u
 #define LISTED_MOST 30u /* pages that the contents of a front name */
@@ -228,6 +229,7 @@ static enum mr_status put_together(const struct report *report, const struct pag
             page->text[0], page->text[1]);
     fflush(out);
     provenance_write(report, *text, *length, page->size[2] ? page->text[2] : NULL, out);
+    closer_write(out);
     fputs("</body></html>\n", out);
     fclose(out);
     return status;

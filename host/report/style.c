@@ -1,5 +1,6 @@
 /* Looks of every page here, in light, dark and print. */
 #include "host/base/html.h"
+#include "host/report/closer.h"
 #include "host/report/page.h"
 
 /* Colours: blue, orange, green and so on of equal weight, tellable apart without red against green;
@@ -90,8 +91,10 @@ void page_head(FILE *out, const char *title)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
-          "<meta name=\"color-scheme\" content=\"light dark\"><title>",
+          "<meta name=\"color-scheme\" content=\"light dark\">",
           out);
+    closer_policy(out);
+    fputs("<title>", out);
     html_text(out, title);
     fputs("</title>\n<style>", out);
     fputs(style, out);
