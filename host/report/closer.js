@@ -108,7 +108,8 @@
     for (const s of all) {
       const n = seen.get(s.look) || 0, names = keys.names.get(s.look) || [];
       seen.set(s.look, n + 1);
-      s.name = byEnd && !names.length ? labels[byEnd.indexOf(s)].textContent : names[Math.min(n, names.length - 1)] || '';
+      s.label = byEnd ? labels[byEnd.indexOf(s)] : null;
+      s.name = s.label && !names.length ? s.label.textContent : names[Math.min(n, names.length - 1)] || '';
       s.bars = bars.filter(b => b.look === s.look).map(b => b.at);
     }
     return all;
@@ -209,15 +210,18 @@
       }
       return best;
     }
-    /* Far from what is drawn of a thinned line, what was left out there lies within THINNED_PX of it: a point of the line, marked as such. */
-    reading(series, x, y) {
-      const near = this.nearest(series, x, y);
-      if (!series.thinned || Math.abs(near.x - x) <= COLUMN_PX) return near;
-      for (let i = 1; i < series.corners.length; i++) {
+    /* The point of a line at x. */
+    crossing(series, x) {
+      for (let i = 1; series.corners && i < series.corners.length; i++) {
         const [, ax, ay] = series.corners[i - 1], [command, bx, by] = series.corners[i];
         if (command === 'L' && Math.min(ax, bx) <= x && Math.max(ax, bx) >= x && ax !== bx) return {x, y: ay + (by - ay) * (x - ax) / (bx - ax), between: true};
       }
-      return near;
+      return null;
+    }
+    /* Far from what is drawn of a thinned line, what was left out there lies within THINNED_PX of it: a point of the line, marked as such. */
+    reading(series, x, y) {
+      const near = this.nearest(series, x, y);
+      return series.thinned && Math.abs(near.x - x) > COLUMN_PX && this.crossing(series, x) || near;
     }
     stops() {
       const all = this.panel.series.flatMap(s => s.points.map(p => p.x)).sort((a, b) => a - b);
@@ -270,7 +274,8 @@
         const p = this.near[i], value = y.value(p.y);
         const bound = p.y <= y.from + 0.01 ? (y.high > y.low ? '≥ ' : '≤ ') : p.y >= y.from + y.size - 0.01 ? (y.high > y.low ? '≤ ' : '≥ ') : '';
         const place = Math.abs(p.x - this.at) > TENTH_PX / 2 ? ` at ${x.write(x.value(p.x))}${unit(x)}` : '';
-        say('p', `${s.name || what(y)}: ${p.between ? '≈ ' : bound}${y.write(value)}${drawnError(panel, s, p)}${unit(y)}${place}`);
+        const error = drawnError(panel, s, p);
+        say('p', `${s.name || what(y)}: ${p.between ? '≈ ' : bound}${y.write(value)}${error}${unit(y)}${error ? ' (95 %)' : ''}${place}`);
       });
       const between = this.near.some(p => p.between) ? ` ≈: on the line, thinned to ± ${y.least(2 * THINNED_PX / TENTH_PX)}${unit(y)}.` : '';
       const thinned = panel.series.some(s => s.thinned) ? ' (lines are thinned)' : '';
@@ -340,7 +345,12 @@
       const isText = e.tagName === 'text';
       const below = isText && number(e, 'y') > y.from + y.size && !this.keys.parts.has(e);
       const stays = this.keys.parts.has(e) || (isText && (number(e, 'x') > x.from + x.size - 8 || (is(e, 'name') && number(e, 'x') < x.from + 8)));
-      if (stays) { g.append(copy); return; }
+      const named = isText && panel.series.find(s => s.label === e), edge = named && this.crossing(named, this.meant(x, x.from + x.size));
+      if (edge && Y(edge.y) >= y.from && Y(edge.y) <= y.from + y.size) { /* a line's name goes along with it */
+        copy.setAttribute('x', x.from + x.size + 3);
+        copy.setAttribute('y', Y(edge.y) + 4);
+      }
+      if (stays || edge) { g.append(copy); return; }
       if (below) { /* beside the axis, in place of a number */
         copy.setAttribute('x', X(number(e, 'x')));
         if (X(number(e, 'x')) >= x.from && X(number(e, 'x')) <= x.from + x.size) g.append(copy);

@@ -82,7 +82,7 @@ def check_values(closer, db):
     gages, good = [g for g in shown["tensions"] if g["band"] == 1], 0
     for gage in gages:
         said = closer.hover(ALONG, 0, gage["station_ft"] / 120)
-        value = number(r"least: (-?[\d.]+) ± ([\d.]+) lb$", said)
+        value = number(r"least: (-?[\d.]+) ± ([\d.]+) lb \(95 %\)$", said)
         told.append((gage["number"], said))
         good += bool(value) and abs(value[0] - (gage["least_lb"] - gage["before_lb"])) < 0.03 and abs(value[1] - 1.96 * gage["least_error_lb"]) < 0.06
     closer.tap.check("and the error that is drawn, at every gage", gages and good == len(gages), good, *told[5:])
