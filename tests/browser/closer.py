@@ -173,18 +173,19 @@ def check_fingers(closer):
     browser.call("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
     left, top, width, height = closer.frame(SPEED, 0)
     y = top + 0.5 * height
+    middle = (195 - left) / width  # of the window: a plot is wider, and scrolls
 
     def touch(kind, *shares):
         browser.call("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": left + s * width, "y": y, "id": i} for i, s in enumerate(shares)]})
 
-    touch("touchStart", 0.5)
+    touch("touchStart", middle)
     said = browser.js(SAID)
     inside = browser.js("(() => { const r = document.querySelector('.closer-box').getBoundingClientRect(), s = %s.getBoundingClientRect(); return [r.left >= 0, r.right <= innerWidth, r.top >= 0, "
                         "r.bottom <= innerHeight, r.top >= s.bottom || r.bottom <= s.top, r.top, r.bottom, s.top, s.bottom]; })()" % SPEED)
     tap.check("a finger has the cursor, its values in the window and beside the picture", number(r"time since touchdown (\S+) s", said) and all(inside[:5]), said, inside)
     browser.picture(closer.out + "/closer-390.png")
-    touch("touchStart", 0.4, 0.6)
-    touch("touchMove", 0.3, 0.7)
+    touch("touchStart", middle - 0.05, middle + 0.05)
+    touch("touchMove", middle - 0.12, middle + 0.12)
     tap.check("two fingers zoom", browser.wait("%s.querySelector('.closer-view') !== null" % SPEED))
     touch("touchEnd")
     browser.call("Emulation.setTouchEmulationEnabled", {"enabled": False})
