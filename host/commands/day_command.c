@@ -379,7 +379,7 @@ static void report(struct day *day)
 {
     struct desk_command command;
     char page[DAY_PATH + 16];
-    snprintf(page, sizeof page, "%s/report.html", day->logging.folder);
+    snprintf(page, sizeof page, "%s/report/", day->logging.folder);
     desk_command_begin(&command, "report");
     desk_command_add(&command, day->r.db);
     desk_command_option(&command, "-o", page);
