@@ -55,9 +55,12 @@ static enum mr_status read_uncertainty(const char *text, struct store_certificat
     bool relative = length > 1 && length < sizeof bare && text[length - 1] == '%';
     row->expanded = row->expanded_rel = (double)NAN;
     snprintf(bare, sizeof bare, "%.*s", (int)(length - relative), text);
-    if (length < sizeof bare &&
-        calibrate_value(bare, kind, unit_read(unit, strlen(unit)), &value, &wrong) && value > 0.0 &&
-        value <= (relative ? 50.0 : 1000.0)) {
+    /* a percentage has no unit beside it */
+    bool read = length < sizeof bare &&
+                (relative
+                     ? quantity_parse(bare, NULL, NULL, &value, &wrong)
+                     : calibrate_value(bare, kind, unit_read(unit, strlen(unit)), &value, &wrong));
+    if (read && value > 0.0 && value <= (relative ? 50.0 : 1000.0)) {
         *(relative ? &row->expanded_rel : &row->expanded) = relative ? value / 100.0 : value;
         return MR_OK;
     }

@@ -6,6 +6,7 @@
 
 #include "common/catalogue.h"
 #include "host/base/answer.h"
+#include "host/base/steady.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/day/desk.h"
@@ -18,6 +19,7 @@
 
 #define TURN_MS 200  /* between two looks at a log that runs */
 #define STOP_S  60.0 /* for a log to write what it has */
+#define ASKED_S 15.0 /* for whether arming is meant */
 #define NO_CAN  "none"
 
 struct request {
@@ -43,6 +45,8 @@ static enum mr_status look_around(struct day *day)
     day->facts.logging = day_logging_runs(&day->logging);
     enum mr_status status = day_facts_read(day->store, (int64_t)link_now_us(), &day->facts,
                                            &day->error);
+    day->facts.held = !day->facts.logging && day_landing_goes_on(&day->facts) &&
+                      store_is_logged(day->store);
     day_plan_make(&day->facts, &day->plan);
     return status;
 }
@@ -56,17 +60,6 @@ static enum mr_status say(struct day *day, const char *word, const char *value)
 static const char *can_of(const struct day *day)
 {
     return strcmp(day->facts.can, NO_CAN) == 0 ? NULL : day->facts.can;
-}
-
-/* Links that were given with the command hold from now on. */
-static enum mr_status take_links(struct day *day)
-{
-    enum mr_status status = MR_OK;
-    if (day->r.serial && strcmp(day->r.serial, day->facts.serial) != 0)
-        status = say(day, "serial", day->r.serial);
-    if (status == MR_OK && day->r.can && strcmp(day->r.can, day->facts.can) != 0)
-        status = say(day, "can", day->r.can);
-    return status == MR_OK ? look_around(day) : status;
 }
 
 /* ---- the programs of the steps ---- */
@@ -140,7 +133,7 @@ static struct answer *state_answer(const struct day *day)
         answer_none(answer, "command", NULL, NULL);
     answer_flag(answer, "logging", NULL, day->facts.logging);
     answer_count(answer, "run", NULL, day->facts.run);
-    answer_count(answer, "landings_today", NULL, (int64_t)day->facts.today);
+    answer_count(answer, "landings_today", NULL, day->facts.today);
     answer_table(answer, "steps", "");
     for (enum day_step step = 0; step < DAY_STEPS; step++) {
         answer_row(answer);
@@ -181,37 +174,50 @@ static void say_error(struct day *day)
     day->error = (struct error){0};
 }
 
-/* A question with an answer in one line; "" by Enter alone. False: nothing more is typed. */
-static bool ask(const char *question, char *answer, size_t size)
+/* A link as it is written whole, kept; false: it is none, or could not be kept. */
+static bool keep_link(struct day *day, const char *word, const char *given, enum link_kind kind,
+                      char *into, size_t size)
 {
-    printf("%s", question);
-    fflush(stdout);
-    bool good = desk_line(answer, size);
-    size_t from = strspn(answer, " \t"), length = strlen(answer);
-    while (length > from && (answer[length - 1] == ' ' || answer[length - 1] == '\t'))
-        length--;
-    answer[length] = '\0';
-    memmove(answer, answer + from, length - from + 1);
-    return good;
+    char spec[LINK_SPEC_MAX];
+    if (strcmp(given, NO_CAN) == 0 && kind == LINK_CAN)
+        snprintf(spec, sizeof spec, "%s", given);
+    else if (link_complete(given, kind, spec, &day->error) != MR_OK)
+        return false;
+    size_t length = strlen(spec);
+    if (length >= size) {
+        error_set(&day->error, MR_TOO_LONG, "link too long: '%.60s...'; at most %zu characters",
+                  spec, size - 1);
+        return false;
+    }
+    if (say(day, word, spec) != MR_OK)
+        return false;
+    memcpy(into, spec, length + 1);
+    return true;
+}
+
+/* Links that were given with the command hold from now on. */
+static enum mr_status take_links(struct day *day)
+{
+    struct day_facts *f = &day->facts;
+    if (day->r.serial && strcmp(day->r.serial, f->serial) != 0)
+        keep_link(day, "serial", day->r.serial, LINK_SERIAL, f->serial, sizeof f->serial);
+    if (day->error.status == MR_OK && day->r.can && strcmp(day->r.can, f->can) != 0)
+        keep_link(day, "can", day->r.can, LINK_CAN, f->can, sizeof f->can);
+    return day->error.status;
 }
 
 /* The board's links, once. False: not told. */
 static bool have_links(struct day *day)
 {
+    struct day_facts *f = &day->facts;
     char text[200];
-    if (!day->facts.serial[0]) {
-        if (!ask("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
-            !text[0] || say(day, "serial", text) != MR_OK)
-            return false;
-        snprintf(day->facts.serial, sizeof day->facts.serial, "%s", text);
-    }
-    if (!day->facts.can[0]) {
-        if (!ask("its CAN bus (such as can:can0; Enter: none): ", text, sizeof text) ||
-            say(day, "can", text[0] ? text : NO_CAN) != MR_OK)
-            return false;
-        snprintf(day->facts.can, sizeof day->facts.can, "%s", text[0] ? text : NO_CAN);
-    }
-    return true;
+    if (!f->serial[0] &&
+        (!desk_ask("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
+         !text[0] || !keep_link(day, "serial", text, LINK_SERIAL, f->serial, sizeof f->serial)))
+        return false;
+    return f->can[0] ||
+           (desk_ask("its CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
+            keep_link(day, "can", text[0] ? text : NO_CAN, LINK_CAN, f->can, sizeof f->can));
 }
 
 static void look(struct day *day)
@@ -222,7 +228,8 @@ static void look(struct day *day)
         return;
     command_of(day, DAY_LOOK, &command);
     run(day, &command);
-    if (!ask("what was seen? (a note; Enter: nothing to say): ", note.value, sizeof note.value))
+    if (!desk_ask("what was seen? (a note; Enter: nothing to say): ", note.value,
+                  sizeof note.value))
         return;
     /* both or neither: a note is not asked for twice, and not lost */
     note.made_us = (int64_t)link_now_us();
@@ -238,18 +245,15 @@ static void look(struct day *day)
 
 static void series(struct day *day)
 {
-    struct desk_command command;
-    char name[80], runway[80];
-    if (!ask("what is tested? A name for the series: ", name, sizeof name) || !name[0] ||
-        !ask("the runway (such as 'relaid, bands tensioned'; Enter: not said): ", runway,
-             sizeof runway))
+    struct store_series row = {.made_us = (int64_t)link_now_us()};
+    if (!desk_ask("what is tested? A name for the series: ", row.name, sizeof row.name) ||
+        !row.name[0] ||
+        !desk_ask("the runway (such as 'relaid, bands tensioned'; Enter: not said): ", row.runway,
+                  sizeof row.runway))
         return;
-    desk_command_begin(&command, "series");
-    desk_command_add(&command, day->r.db);
-    desk_command_add(&command, name);
-    desk_command_option(&command, "--runway", runway);
-    desk_command_option(&command, "--who", day->r.who);
-    run(day, &command);
+    said_fill(row.who, sizeof row.who, said_by(day->r.who));
+    if (store_series_add(day->store, &row, &day->error) == MR_OK)
+        printf("series begun: landings that are armed from now on belong to it\n");
 }
 
 static void advise(struct day *day)
@@ -257,10 +261,10 @@ static void advise(struct day *day)
     struct desk_command command;
     char speed[40], deceleration[40];
     command_of(day, DAY_ADVISE, &command);
-    if (!ask("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
-             sizeof speed) ||
-        !ask("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
-             sizeof deceleration))
+    if (!desk_ask("planned speed at touchdown (35ft/s; Enter: the last landing's): ", speed,
+                  sizeof speed) ||
+        !desk_ask("planned mean deceleration (4.5ft/s2; Enter: the last landing's): ", deceleration,
+                  sizeof deceleration))
         return;
     desk_command_option(&command, "--speed", speed);
     desk_command_option(&command, "--deceleration", deceleration);
@@ -277,15 +281,10 @@ static void calibrate(struct day *day)
 
 /* ---- the log ---- */
 
-static bool goes_on(const struct day_facts *f)
+/* A landing that this log has seen to its end. */
+static bool has_landed(const struct day *day)
 {
-    return f->run && (f->state == MR_LANDING_ARMED || f->state == MR_LANDING_LANDING ||
-                      f->state == MR_LANDING_SETTLING);
-}
-
-static bool has_landed(const struct day_facts *f)
-{
-    return f->run && !goes_on(f) && !f->looked && !f->skipped[DAY_LOOK];
+    return day->facts.run > day->logging.before && !day_landing_goes_on(&day->facts);
 }
 
 static void end_log(struct day *day)
@@ -302,38 +301,47 @@ static void order(struct day *day, const char *word, const char *reply)
         printf("the log takes no orders: it has ended, or is about to\n");
 }
 
+/* A key of a log that runs. `*asked_s`: until when `y` arms; 0: it was not asked. False: the person
+ * leaves. */
+static bool take_log_key(struct day *day, char key, double *asked_s)
+{
+    bool asked = steady_s() < *asked_s;
+    if (key)
+        *asked_s = 0.0;
+    if (key == 'a' && !asked) {
+        printf("arm for the next landing? y: ");
+        *asked_s = steady_s() + ASKED_S;
+    } else if (asked && key) {
+        printf("\n%s", key == 'y' ? "" : "not armed\n");
+        if (key == 'y')
+            order(day, "arm", "yes");
+    } else if (key == 'd') {
+        order(day, "disarm", day_landing_goes_on(&day->facts) ? "yes" : NULL);
+    } else if (key == 'e') {
+        end_log(day);
+    }
+    fflush(stdout);
+    return key != DESK_END || asked;
+}
+
 /* Until the landing is there, the log has ended, or the person leaves. False: leaves the day. */
 static bool watch(struct day *day)
 {
-    bool told = false;
+    double asked_s = 0.0;
+    printf("a arm   d disarm   e end the log   q leave: the log goes on\n");
     while (look_around(day) == MR_OK) {
         day_logging_show(&day->logging, stdout);
         if (!day->facts.logging) {
             printf("the log has ended\n");
             return true;
         }
-        if (has_landed(&day->facts)) {
+        if (has_landed(day)) {
             end_log(day);
             return true;
         }
-        if (!told)
-            printf("a arm   d disarm   e end the log   q leave: the log goes on\n");
-        told = true;
-        fflush(stdout);
-        show_page(day, "ade", NULL);
-        switch (desk_key(TURN_MS)) {
-        case 'a':
-            printf("arm for the next landing? y: ");
-            fflush(stdout);
-            if (desk_key(-1) == 'y')
-                order(day, "arm", "yes");
-            printf("\n");
-            break;
-        case 'd': order(day, "disarm", goes_on(&day->facts) ? "yes" : NULL); break;
-        case 'e': end_log(day); return true;
-        case DESK_END: return false;
-        default: break;
-        }
+        show_page(day, steady_s() < asked_s ? "" : "ade", NULL);
+        if (!take_log_key(day, desk_key(TURN_MS), &asked_s))
+            return false;
     }
     say_error(day);
     return true;
@@ -346,7 +354,11 @@ static bool land(struct day *day)
     if (!day->facts.logging) {
         command_of(day, DAY_LAND, &command);
         printf("$ %s\n", desk_command_text(&command, text, sizeof text));
-        if (day_logging_start(&day->logging, command.words, &day->error) != MR_OK)
+        if (day->facts.held) {
+            printf("%s\n", day->plan.reason[DAY_LAND]);
+            return true;
+        }
+        if (day_logging_start(&day->logging, command.words, day->facts.run, &day->error) != MR_OK)
             return true;
     }
     return watch(day);
@@ -407,7 +419,7 @@ static void note(struct day *day)
         return;
     }
     printf("RUN %lld: ", (long long)row.run);
-    if (!ask("note: ", row.value, sizeof row.value) || !row.value[0])
+    if (!desk_ask("note: ", row.value, sizeof row.value) || !row.value[0])
         return;
     row.made_us = (int64_t)link_now_us();
     said_fill(row.who, sizeof row.who, said_by(day->r.who));
@@ -416,10 +428,17 @@ static void note(struct day *day)
 
 static void skip(struct day *day)
 {
-    if (day->plan.next == DAY_LAND)
+    const char *step = day_step_words[day->plan.next].key;
+    if (day->plan.next == DAY_LAND) {
         printf("a landing is not skipped; q leaves the day\n");
-    else
-        say(day, "skip", day_step_words[day->plan.next].key);
+        return;
+    }
+    printf("leave out %s for the landing to come? y: ", step);
+    fflush(stdout);
+    bool yes = desk_key(-1) == 'y';
+    printf("\n");
+    if (yes)
+        say(day, "skip", step);
 }
 
 static void draw(const struct day *day)
@@ -427,8 +446,8 @@ static void draw(const struct day *day)
     struct desk_command command;
     char text[2000];
     const struct day_facts *f = &day->facts;
-    printf("\n%s: %zu landing%s today%s%s\n", day->r.db, f->today, f->today == 1 ? "" : "s",
-           f->series[0] ? ", series " : "", f->series);
+    printf("\n%s: %lld landing%s today%s%s\n", day->r.db, (long long)f->today,
+           f->today == 1 ? "" : "s", f->series[0] ? ", series " : "", f->series);
     for (enum day_step step = 0; step < DAY_STEPS; step++)
         printf("%c %d %-10s %-11s %s\n", day->plan.state[step] == DAY_NEXT ? '>' : ' ', step + 1,
                day_step_words[step].key, day_state_text(day->plan.state[step]),
@@ -518,6 +537,8 @@ static int day_command(int argc, char **argv, const struct cli *cli)
                             &day->error);
     if (status == MR_OK)
         status = day_logging_begin(&day->logging, day->r.db, &day->error);
+    if (status == MR_OK && !cli->json)
+        status = day_logging_folder(&day->logging, &day->error);
     if (status == MR_OK)
         status = look_around(day);
     if (status == MR_OK && !cli->json)

@@ -13,16 +13,31 @@
 #include "host/base/place.h"
 #include "host/base/process.h"
 
-static void stay(int signal)
+static struct termios cooked; /* as the terminal was */
+static volatile sig_atomic_t is_raw;
+
+static void stay(int number)
 {
-    (void)signal;
+    (void)number;
+}
+
+/* The terminal is given back as it was. */
+static void leave(int number)
+{
+    if (is_raw)
+        tcsetattr(STDIN_FILENO, TCSANOW, &cooked);
+    signal(number, SIG_DFL);
+    raise(number);
 }
 
 void desk_begin(void)
 {
     /* a handler, for what is ignored would stay so in the programs that are started */
     const struct sigaction action = {.sa_handler = stay, .sa_flags = SA_RESTART};
+    const struct sigaction end = {.sa_handler = leave};
     sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &end, NULL);
+    sigaction(SIGHUP, &end, NULL);
     setvbuf(stdout, NULL, _IOLBF, 0); /* in order with what the programs say */
 }
 
@@ -36,20 +51,54 @@ static bool take_byte(char *byte)
     return got == 1;
 }
 
-bool desk_line(char *line, size_t size)
+bool desk_line(char *line, size_t size, bool *whole)
 {
     size_t length = 0;
     char byte;
+    *whole = true;
     while (take_byte(&byte)) {
         if (byte == '\n') {
             line[length] = '\0';
             return true;
         }
-        if (length + 1 < size && byte != '\r')
+        if (byte == '\r')
+            continue;
+        *whole &= length + 1 < size;
+        if (length + 1 < size)
             line[length++] = byte;
     }
     line[length] = '\0';
     return false;
+}
+
+/* At a terminal: forgets what was typed ahead. True: there was something. */
+static bool flush(void)
+{
+    struct pollfd polled = {.fd = STDIN_FILENO, .events = POLLIN};
+    bool any = isatty(STDIN_FILENO) == 1 && poll(&polled, 1, 0) > 0;
+    if (any)
+        tcflush(STDIN_FILENO, TCIFLUSH);
+    return any;
+}
+
+bool desk_ask(const char *question, char *answer, size_t size)
+{
+    bool whole, good;
+    do {
+        printf("%s", question);
+        fflush(stdout);
+        good = desk_line(answer, size, &whole);
+        if (!whole)
+            printf("too long: at most %zu characters\n", size - 1);
+    } while (good && !whole);
+    if (flush()) /* the rest of a paste is no key */
+        printf("one line is taken; what was typed behind it is not\n");
+    size_t from = strspn(answer, " \t"), length = strlen(answer);
+    while (length > from && (answer[length - 1] == ' ' || answer[length - 1] == '\t'))
+        length--;
+    answer[length] = '\0';
+    memmove(answer, answer + from, length - from + 1);
+    return good && whole;
 }
 
 static int elsewhere = -1;
@@ -83,24 +132,27 @@ static int wait_for_key(int within_ms, char *byte)
 char desk_key(int within_ms)
 {
     char line[80], byte = DESK_END;
-    struct termios was, raw;
-    if (tcgetattr(STDIN_FILENO, &was) != 0) { /* no terminal */
+    struct termios raw;
+    bool whole;
+    if (tcgetattr(STDIN_FILENO, &cooked) != 0) { /* no terminal */
         int from = wait_for_key(within_ms, &byte);
         if (from != 1)
             return from ? byte : 0;
-        if (!desk_line(line, sizeof line))
+        if (!desk_line(line, sizeof line, &whole))
             return DESK_END;
         return line[0] ? (char)tolower((unsigned char)line[0]) : DESK_ENTER;
     }
-    raw = was;
+    raw = cooked;
     raw.c_lflag &= ~(tcflag_t)(ICANON | ECHO | ISIG);
     raw.c_cc[VMIN] = 1;
     raw.c_cc[VTIME] = 0;
+    is_raw = 1;
     tcsetattr(STDIN_FILENO, TCSANOW, &raw);
     int from = wait_for_key(within_ms, &byte);
     if (from == 1 && (!take_byte(&byte) || byte == 3 || byte == 4)) /* Ctrl-C, Ctrl-D */
         byte = DESK_END;
-    tcsetattr(STDIN_FILENO, TCSANOW, &was);
+    tcsetattr(STDIN_FILENO, TCSANOW, &cooked);
+    is_raw = 0;
     if (!from)
         return 0;
     return byte == '\r' ? DESK_ENTER : (char)tolower((unsigned char)byte);
@@ -127,13 +179,35 @@ void desk_command_option(struct desk_command *command, const char *option, const
     desk_command_add(command, value);
 }
 
+/* So that a shell takes it as one word. Returns how long it would be. */
+static size_t quote(const char *word, char *out, size_t size)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+                                "0123456789_@%+=:,./-";
+    size_t at = 0;
+    if (word[0] && strspn(word, plain) == strlen(word))
+        return (size_t)snprintf(out, size, "%s", word);
+#define PUT(text) \
+    at += (size_t)snprintf(at < size ? out + at : NULL, at < size ? size - at : 0, text)
+    PUT("'");
+    for (; *word; word++) {
+        if (*word == '\'')
+            PUT("'\\''");
+        else
+            at += (size_t)snprintf(at < size ? out + at : NULL, at < size ? size - at : 0, "%c",
+                                   *word);
+    }
+    PUT("'");
+#undef PUT
+    return at;
+}
+
 const char *desk_command_text(const struct desk_command *command, char *out, size_t size)
 {
     size_t at = (size_t)snprintf(out, size, "matrig");
-    for (size_t i = 1; i < command->count && at < size; i++) {
-        bool plain = command->words[i][0] != '\0' &&
-                     strcspn(command->words[i], " '\"$&;()<>|*?\\") == strlen(command->words[i]);
-        at += (size_t)snprintf(out + at, size - at, plain ? " %s" : " '%s'", command->words[i]);
+    for (size_t i = 1; i < command->count && at + 2 < size; i++) {
+        out[at++] = ' ';
+        at += quote(command->words[i], out + at, size - at);
     }
     return out;
 }

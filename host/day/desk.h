@@ -22,8 +22,13 @@ void desk_forget(void);
 
 /* The next key; within_ms: not longer than that, then 0 (-1: as long as it takes). */
 char desk_key(int within_ms);
-/* A line without its end; false: there is no more to read. Nothing is read beyond it. */
-bool desk_line(char *line, size_t size);
+/* A line without its end; false: there is no more to read. Nothing is read beyond it. `*whole`: it
+ * had room. */
+bool desk_line(char *line, size_t size, bool *whole);
+/* A question with an answer in one line, blanks around it apart; "" by Enter alone. One that is too
+ * long is asked for again; of a paste the first line is taken, the rest is no key. False: nothing
+ * more is typed. */
+bool desk_ask(const char *question, char *answer, size_t size);
 
 /* What is run: matrig with these words. Texts stay the caller's. */
 struct desk_command {

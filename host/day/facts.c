@@ -22,17 +22,15 @@ static int64_t midnight_us(int64_t now_us)
 
 static enum mr_status read_landings(struct store *store, struct day_facts *f, struct error *error)
 {
-    struct store_landing *rows = NULL;
-    size_t count = 0;
-    int64_t from_us = midnight_us(f->now_us);
-    enum mr_status status = store_landings(store, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        f->today += rows[i].armed_us >= from_us;
-        f->run = rows[i].id;
-        f->armed_us = rows[i].armed_us;
-        f->state = (int)rows[i].state;
-    }
-    free(rows);
+    struct store_landing landing;
+    enum mr_status status = store_day_newest(store, &f->run, error);
+    if (status == MR_OK)
+        status = store_day_count(store, midnight_us(f->now_us), &f->today, error);
+    if (status != MR_OK || !f->run)
+        return status;
+    status = store_landing_get(store, f->run, &landing, error);
+    f->armed_us = landing.armed_us;
+    f->state = (int)landing.state;
     return status;
 }
 
@@ -59,7 +57,7 @@ static enum mr_status read_survey(struct store *store, struct day_facts *f, stru
             abort();
         f->survey = row->id;
         f->survey_ended_us = row->ended_us;
-        f->survey_after = row->after_run == STORE_NONE ? 0 : row->after_run;
+        f->survey_us = row->made_us;
         memcpy(f->pattern, row->pattern, sizeof f->pattern);
         memcpy(f->edges, row->edges, sizeof f->edges);
         status = survey_get(store, row->id, survey, error);
@@ -80,7 +78,7 @@ static enum mr_status read_advice(struct store *store, struct day_facts *f, stru
     size_t count = 0;
     enum mr_status status = store_advices(store, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].after_run != f->run)
+        if (rows[i].made_us < f->armed_us)
             continue;
         f->advised_us = rows[i].made_us;
         memcpy(f->advice, rows[i].verdict, sizeof f->advice);

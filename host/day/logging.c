@@ -2,7 +2,9 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -32,49 +34,64 @@ static enum mr_status failed(const struct day_logging *logging, const char *doin
 static void find(struct day_logging *logging)
 {
     long pid = 0;
-    char text[24] = "";
+    long long before = 0;
+    char text[48] = "";
     int lock = open_in(logging, "log.lock", O_RDONLY);
     logging->pid = 0;
     if (lock < 0)
         return;
     if (flock(lock, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK &&
-        read(lock, text, sizeof text - 1) > 0 && sscanf(text, "%ld", &pid) == 1 && pid > 1)
+        read(lock, text, sizeof text - 1) > 0 && sscanf(text, "%ld %lld", &pid, &before) == 2 &&
+        pid > 1) {
         logging->pid = (pid_t)pid;
+        logging->before = before;
+    }
     close(lock);
 }
 
 enum mr_status day_logging_begin(struct day_logging *logging, const char *db, struct error *error)
 {
-    struct stat there;
+    char path[PATH_MAX];
     *logging = (struct day_logging){0};
-    if (snprintf(logging->folder, sizeof logging->folder, "%s-day", db) >=
-        (int)sizeof logging->folder)
+    /* by whatever name it is called */
+    if (snprintf(logging->folder, sizeof logging->folder, "%s-day",
+                 realpath(db, path) ? path : db) >= (int)sizeof logging->folder)
         return error_set(error, MR_TOO_LONG, "path too long: %.200s; at most %d characters", db,
                          DAY_PATH - 8);
-    if (mkdir(logging->folder, 0755) != 0 &&
-        (errno != EEXIST || stat(logging->folder, &there) != 0 || !S_ISDIR(there.st_mode)))
-        return failed(logging, "make the day's folder", error);
     find(logging);
     return MR_OK;
 }
 
-/* In the child: a session of its own, so that neither the terminal nor the day ends it. */
-static void become(const char *const words[], int orders, int said, int lock)
+enum mr_status day_logging_folder(const struct day_logging *logging, struct error *error)
 {
-    char text[24];
-    int length = snprintf(text, sizeof text, "%ld\n", (long)getpid());
+    struct stat there;
+    if (mkdir(logging->folder, 0755) != 0 &&
+        (errno != EEXIST || stat(logging->folder, &there) != 0 || !S_ISDIR(there.st_mode)))
+        return failed(logging, "make the day's folder", error);
+    return MR_OK;
+}
+
+/* In the child: a session of its own, so that neither the terminal nor the day ends it. */
+static void become(const char *const words[], int64_t before, int orders, int said, int lock)
+{
+    char text[48];
+    sigset_t none;
+    int length = snprintf(text, sizeof text, "%ld %lld\n", (long)getpid(), (long long)before);
     if (setsid() < 0 || ftruncate(lock, 0) != 0 || write(lock, text, (size_t)length) != length ||
         fcntl(lock, F_SETFD, 0) < 0 || dup2(orders, 0) < 0 || dup2(said, 1) < 0 ||
         dup2(said, 2) < 0)
         _exit(126);
-    signal(SIGINT, SIG_DFL);
+    signal(SIGINT, SIG_DFL); /* what came since the fork is for the log */
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, NULL);
     execv(words[0], (char *const *)words);
     _exit(127);
 }
 
 enum mr_status day_logging_start(struct day_logging *logging, const char *const words[],
-                                 struct error *error)
+                                 int64_t before, struct error *error)
 {
+    sigset_t interrupt, was;
     char path[DAY_PATH + 16];
     snprintf(path, sizeof path, "%s/orders", logging->folder);
     unlink(path); /* nobody reads it: no log runs */
@@ -86,9 +103,14 @@ enum mr_status day_logging_start(struct day_logging *logging, const char *const 
         lock = open_in(logging, "log.lock", O_RDWR | O_CREAT);
     bool good = orders >= 0 && said >= 0 && lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0;
     logging->shown = 0;
+    logging->before = before;
+    sigemptyset(&interrupt);
+    sigaddset(&interrupt, SIGINT);
+    sigprocmask(SIG_BLOCK, &interrupt, &was);
     logging->pid = good ? fork() : -1;
     if (logging->pid == 0)
-        become(words, orders, said, lock);
+        become(words, before, orders, said, lock);
+    sigprocmask(SIG_SETMASK, &was, NULL);
     if (logging->pid < 0)
         failed(logging, "start the log", error);
     if (orders >= 0)

@@ -5,6 +5,7 @@
 #define MATRIG_HOST_DAY_LOGGING_H
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <sys/types.h>
 
@@ -15,14 +16,17 @@
 struct day_logging {
     char folder[DAY_PATH]; /* DB-day */
     pid_t pid;             /* of the log; 0: none runs */
+    int64_t before;        /* the newest landing when it began */
     long shown;            /* of what it said, bytes that were shown */
 };
 
-/* Makes the folder when it is not there, and looks whether a log runs. MR_IO. */
+/* Looks whether a log runs. MR_TOO_LONG. */
 enum mr_status day_logging_begin(struct day_logging *logging, const char *db, struct error *error);
-/* words: as of process_start; orders reach it as lines. MR_IO. */
+/* The folder, when it is not there. MR_IO. */
+enum mr_status day_logging_folder(const struct day_logging *logging, struct error *error);
+/* words: as of process_start; orders reach it as lines; `before`: the newest landing. MR_IO. */
 enum mr_status day_logging_start(struct day_logging *logging, const char *const words[],
-                                 struct error *error);
+                                 int64_t before, struct error *error);
 /* Whether it runs. */
 bool day_logging_runs(struct day_logging *logging);
 /* A line for it ("arm"); false: it does not read. */

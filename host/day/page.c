@@ -45,7 +45,9 @@ static unsigned post(void *context, const char *url, const json_t *body, json_t 
     if (strcmp(url, "/day") != 0 || !keys || !keys[0] || strlen(keys) > 2)
         return MHD_HTTP_BAD_REQUEST;
     pthread_mutex_lock(&page->lock);
-    bool taken = strchr(page->taken, keys[0]) && (!keys[1] || strcmp(keys, "ay") == 0) &&
+    /* what is asked about is pressed with its answer: the person said it on the page */
+    bool asked = keys[0] == 'a' || keys[0] == 's';
+    bool taken = strchr(page->taken, keys[0]) && (asked ? strcmp(keys + 1, "y") == 0 : !keys[1]) &&
                  write(page->keys[1], keys, strlen(keys)) == (ssize_t)strlen(keys);
     if (taken)
         page->taken[0] = '\0'; /* one at a time: until the day says what is so */

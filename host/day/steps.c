@@ -53,7 +53,7 @@ static const char *clock_text(int64_t us, char out[9])
     return out;
 }
 
-static bool landing_goes_on(const struct day_facts *f)
+bool day_landing_goes_on(const struct day_facts *f)
 {
     return f->run && (f->state == MR_LANDING_ARMED || f->state == MR_LANDING_LANDING ||
                       f->state == MR_LANDING_SETTLING);
@@ -65,9 +65,10 @@ static enum day_state look(const struct day_facts *f, char reason[240])
         return say(reason, DAY_NOT_NEEDED, "no landing yet");
     if (f->looked)
         return say(reason, DAY_DONE, "RUN %lld", (long long)f->run);
-    if (f->logging && landing_goes_on(f))
-        return say(reason, DAY_NOT_NEEDED, "RUN %lld goes on", (long long)f->run);
-    if (landing_goes_on(f))
+    if ((f->logging || f->held) && day_landing_goes_on(f))
+        return say(reason, DAY_NOT_NEEDED, "RUN %lld goes on%s", (long long)f->run,
+                   f->logging ? "" : ", in a log that this day did not begin");
+    if (day_landing_goes_on(f))
         return say(reason, DAY_NEXT,
                    "RUN %lld was cut off while it was %s: matrig board list shows whether the "
                    "board has the rest of it",
@@ -91,7 +92,7 @@ static enum day_state calibrate(const struct day_facts *f, char reason[240])
 
 static bool surveyed(const struct day_facts *f)
 {
-    return f->survey && f->survey_ended_us != STORE_NONE && f->survey_after == f->run;
+    return f->survey && f->survey_ended_us != STORE_NONE && f->survey_us >= f->armed_us;
 }
 
 static enum day_state survey(const struct day_facts *f, char reason[240])
@@ -144,11 +145,13 @@ static enum day_state ready(const struct day_facts *f, char reason[240])
 
 static enum day_state land(const struct day_facts *f, char reason[240])
 {
+    if (f->held)
+        return say(reason, DAY_NEXT, "a log that this day did not begin is running: end it first");
     if (!f->logging)
         return say(reason, DAY_NEXT, "all is ready");
-    return landing_goes_on(f) ? say(reason, DAY_NEXT, "RUN %lld goes on: %s", (long long)f->run,
-                                    mr_landing_state_text((uint8_t)f->state))
-                              : say(reason, DAY_NEXT, "the log is running, nothing is armed");
+    return day_landing_goes_on(f) ? say(reason, DAY_NEXT, "RUN %lld goes on: %s", (long long)f->run,
+                                        mr_landing_state_text((uint8_t)f->state))
+                                  : say(reason, DAY_NEXT, "the log is running, nothing is armed");
 }
 
 void day_plan_make(const struct day_facts *f, struct day_plan *plan)
@@ -164,7 +167,7 @@ void day_plan_make(const struct day_facts *f, struct day_plan *plan)
         if (plan->state[step] == DAY_NEXT && f->skipped[step])
             plan->state[step] = DAY_SKIPPED;
         /* what runs is next, whatever is open before it */
-        if (plan->state[step] == DAY_NEXT && f->logging && step != DAY_LAND)
+        if (plan->state[step] == DAY_NEXT && (f->logging || f->held) && step != DAY_LAND)
             plan->state[step] = DAY_LATER;
         if (plan->state[step] != DAY_NEXT)
             continue;

@@ -50,12 +50,11 @@ struct day_facts {
     char series[80];            /* the newest; "": none */
     /* the newest landing; 0: none */
     int64_t run, armed_us;
-    int state;    /* of enum mr_landing_state */
-    bool looked;  /* somebody has */
-    size_t today; /* landings armed since midnight here */
+    int state;     /* of enum mr_landing_state */
+    bool looked;   /* somebody has */
+    int64_t today; /* landings armed since midnight here */
     /* the newest survey; 0: none */
-    int64_t survey, survey_ended_us; /* STORE_NONE: it goes on */
-    int64_t survey_after;            /* newest landing before it */
+    int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: it goes on */
     size_t survey_read, survey_of;
     char pattern[16], edges[8];
     int64_t loaded_us; /* when a board was given it; 0: not */
@@ -69,7 +68,11 @@ struct day_facts {
     int64_t calibrated_us;    /* the last walk along the channels; 0: none */
     bool skipped[DAY_STEPS];  /* for the landing to come */
     bool logging;             /* a log that the day began is running */
+    bool held;                /* another one is */
 };
+
+/* The newest landing is armed, or not yet over. */
+bool day_landing_goes_on(const struct day_facts *facts);
 
 struct day_plan {
     enum day_state state[DAY_STEPS];

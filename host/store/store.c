@@ -232,6 +232,21 @@ enum mr_status store_take_alone(struct store *store, struct error *error)
     return MR_OK;
 }
 
+/* The descriptor stays open, for the same reason. */
+bool store_is_logged(struct store *store)
+{
+    if (!store->alone)
+        store->alone = open(store->path, O_RDONLY | O_CLOEXEC);
+    if (store->alone <= 0) {
+        store->alone = 0;
+        return false;
+    }
+    bool held = flock(store->alone, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (!held)
+        flock(store->alone, LOCK_UN);
+    return held;
+}
+
 void store_close(struct store *store)
 {
     if (!store)

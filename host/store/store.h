@@ -49,6 +49,8 @@ void store_on_migration(void (*tell)(const char *line));
 /* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes,
  * surveys and reports go on beside it. MR_IO: another one does. */
 enum mr_status store_take_alone(struct store *store, struct error *error);
+/* Whether somebody logs into it. */
+bool store_is_logged(struct store *store);
 void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
 const char *store_path(const struct store *store);
 

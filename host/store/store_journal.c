@@ -151,6 +151,17 @@ enum mr_status store_advices(struct store *store, struct store_advice **rows, si
     STORE_ROWS(ADVICES);
 }
 
+enum mr_status store_day_newest(struct store *store, int64_t *run, struct error *error)
+{
+    return STORE_NUMBER(store, error, DAY_NEWEST, run);
+}
+
+enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *count,
+                               struct error *error)
+{
+    return STORE_NUMBER(store, error, DAY_COUNT, count, BIND(since_us));
+}
+
 enum mr_status store_day_word_add(struct store *store, const struct store_day_word *word,
                                   struct error *error)
 {

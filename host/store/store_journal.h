@@ -46,6 +46,11 @@ enum mr_status store_advice_add(struct store *store, const struct store_advice *
 enum mr_status store_advices(struct store *store, struct store_advice **rows, size_t *count,
                              struct error *error);
 
+/* The newest landing that happened here, 0: none; and how many were armed since. Neither imported
+ * ones, nor such as were disarmed before the gear came. */
+enum mr_status store_day_newest(struct store *store, int64_t *run, struct error *error);
+enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *count,
+                               struct error *error);
 /* What was said to `matrig day`, oldest first. */
 enum mr_status store_day_word_add(struct store *store, const struct store_day_word *word,
                                   struct error *error);

@@ -46,7 +46,7 @@ refused() { # PATTERN REPLACED BY
 wrong_words() {
     refused "no date: '2026-13-02' for --calibrated; write YYYY-MM-DD" 2026-03-02 2026-13-02 && refused "no date: '2027-02-29' for --due" 2027-03-01 2027-02-29 &&
         refused 'due before it was calibrated' 2027-03-01 2026-03-01 && refused 'calibrated on a day to come' 2026-03-02 2226-03-02 &&
-        refused "a force instead of a length: '5 lb' for --uncertainty; " 0.05mm '5 lb' && refused "no uncertainty: '0' " 0.05mm 0 && refused "unknown unit: '0.4%%' for --uncertainty" 0.05mm '0.4%%' &&
+        refused "a force instead of a length: '5 lb' for --uncertainty; " 0.05mm '5 lb' && refused "no uncertainty: '0' " 0.05mm 0 && refused "'0.4%%' for --uncertainty" 0.05mm '0.4%%' && refused "'0.4mm%' for --uncertainty" 0.05mm '0.4mm%' &&
         fails_with 2 "no coverage: 'two'" $matrig certificate "$tmp/c.db" d3 --number 1 --calibrated 2026-03-02 --due never --uncertainty 0.1 --coverage two &&
         fails_with 2 "not a channel: 'd9'" $matrig certificate "$tmp/c.db" d9 "${paper[@]}" && fails_with 2 'all of them' $matrig certificate "$tmp/c.db" d3 --number 1 &&
         fails_with 2 'all of them' $matrig certificate "$tmp/c.db" d3 && fails_with 2 'why\?' $matrig certificate "$tmp/c.db" --withdraw 1 && fails_with 2 'without a channel' $matrig certificate "$tmp/c.db" d3 --required yes &&

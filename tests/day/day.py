@@ -150,7 +150,11 @@ def main():
     day.expect("Begin a new campaign")
     day.type("y")
     day.next("series")
-    day.type("\nstandard\nrelaid\n")
+    day.type("\n")
+    day.expect("A name for the series")
+    day.type("standard\n")
+    day.expect("the runway")
+    day.type("relaid\n")
     for n in range(landings):
         begun, keys = time.monotonic(), day.keys
         day.next("survey")
@@ -174,7 +178,11 @@ def main():
                 day.kill_and_begin()
                 found = day.expect(r"> \d (\w+) +next")[1]
                 if found == "advise":  # it had not come so far as to keep it
-                    day.type("\n\n\n")
+                    day.type("\n")
+                    day.expect("planned speed")
+                    day.type("\n")
+                    day.expect("planned mean")
+                    day.type("\n")
                 day.text = "> 7 ready      next \n" + PROMPT if found != "advise" else day.text
         day.next("ready")
         board.rest_with_can()

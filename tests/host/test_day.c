@@ -28,7 +28,7 @@ static struct day_facts all_ready(void)
                               .looked = true,
                               .survey = 4,
                               .survey_ended_us = NOON_US + 2 * MINUTE_US,
-                              .survey_after = 3,
+                              .survey_us = NOON_US + MINUTE_US,
                               .survey_read = 168,
                               .survey_of = 168,
                               .loaded_us = NOON_US + 3 * MINUTE_US,
@@ -75,7 +75,7 @@ static void each_step_follows_from_what_is_missing(void **state)
     assert_int_equal(next(&f), DAY_ADVISE);
     f.loaded_us = 0;
     assert_int_equal(next(&f), DAY_LOAD);
-    f.survey_after = 2; /* read before the last landing */
+    f.survey_us = NOON_US - 1; /* read before the last landing */
     assert_int_equal(next(&f), DAY_SURVEY);
     f.looked = false;
     assert_int_equal(next(&f), DAY_LOOK);
@@ -88,7 +88,7 @@ static void what_is_of_before_does_not_hold(void **state)
     f.ready_us = f.loaded_us - 1; /* the board knew another runway then */
     assert_int_equal(next(&f), DAY_READY);
     f = all_ready();
-    f.survey_after = 2; /* without a survey, the landing alone counts */
+    f.survey_us = NOON_US - 1; /* without a survey, the landing alone counts */
     f.skipped[DAY_SURVEY] = true;
     f.ready_us = f.armed_us - 1;
     assert_int_equal(next(&f), DAY_READY);
@@ -118,7 +118,7 @@ static void a_skipped_step_is_passed_and_the_rest_is_not(void **state)
 {
     (void)state;
     struct day_facts f = all_ready();
-    f.survey_after = 2;
+    f.survey_us = NOON_US - 1;
     f.skipped[DAY_SURVEY] = true;
     f.loaded_us = 0; /* there is nothing to load then */
     assert_int_equal(next(&f), DAY_LAND);

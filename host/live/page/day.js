@@ -28,7 +28,7 @@ async function press(keys) {
 function buttonsOf(day) {
   const has = (key) => day.keys.includes(key), made = [];
   if (has("\n")) made.push(button("Do it: " + day.next, "\n"));
-  if (has("s")) made.push(button("Skip it", "s", "Leave out " + day.next + " for the landing to come?"));
+  if (has("s")) made.push(button("Skip it", "sy", "Leave out " + day.next + " for the landing to come?"));
   if (has("a")) made.push(button("Arm", "ay", "Arm for the next landing?"));
   if (has("d")) made.push(button("Disarm", "d", "Disarm? A landing that is recorded ends there."));
   if (has("e")) made.push(button("End the log", "e"));
