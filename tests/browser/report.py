@@ -134,7 +134,8 @@ def drawn_on_pages(pdf):
         left, bottom, right, top = (float(v) for v in re.search(rb"/MediaBox\s*\[([^]]*)\]", body).group(1).split())
         stream = re.search(rb"stream\r?\n(.*?)\r?\nendstream", bodies[int(re.search(rb"/Contents\s+(\d+)", body).group(1))], re.S).group(1)
         assert top > bottom and right > left
-        drawn.append(1.0 - (lowest(zlib.decompress(stream).decode("latin-1")) - bottom) / (top - bottom) if top > right - left else 0.0)
+        # decompressobj: when the data's last byte looks like the end of a line, it was taken for one
+        drawn.append(1.0 - (lowest(zlib.decompressobj().decompress(stream).decode("latin-1")) - bottom) / (top - bottom) if top > right - left else 0.0)
     return drawn
 
 

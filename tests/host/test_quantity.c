@@ -76,7 +76,7 @@ static void definitions(void **state)
         {"144 in2", "ft2", 1.0},
         {"645.16 mm2", "in2", 1.0},
         {"10 K", "F", 18.0},
-        {"1/K", "1/F", NAN}, /* no number before it */
+        {"1/K", "1/F", (double)NAN}, /* no number before it */
         {"9 1/K", "1/F", 5.0},
         {"25.4 mm/s", "in/s", 1.0},
         {"2.54 mm/h", "in/h", 0.1},
