@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <termios.h>
@@ -12,6 +13,7 @@
 
 #include "host/base/place.h"
 #include "host/base/process.h"
+#include "host/base/shell.h"
 
 static struct termios cooked; /* as the terminal was */
 static volatile sig_atomic_t is_raw;
@@ -179,36 +181,24 @@ void desk_command_option(struct desk_command *command, const char *option, const
     desk_command_add(command, value);
 }
 
-/* So that a shell takes it as one word. Returns how long it would be. */
-static size_t quote(const char *word, char *out, size_t size)
+const char *desk_command_text(const struct desk_command *command, char *out, size_t size)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
                                 "0123456789_@%+=:,./-";
-    size_t at = 0;
-    if (word[0] && strspn(word, plain) == strlen(word))
-        return (size_t)snprintf(out, size, "%s", word);
-#define PUT(text) \
-    at += (size_t)snprintf(at < size ? out + at : NULL, at < size ? size - at : 0, text)
-    PUT("'");
-    for (; *word; word++) {
-        if (*word == '\'')
-            PUT("'\\''");
+    FILE *file = fmemopen(out, size, "w");
+    if (!file)
+        abort();
+    fputs("matrig", file);
+    for (size_t i = 1; i < command->count; i++) {
+        const char *word = command->words[i];
+        fputc(' ', file);
+        if (word[0] && strspn(word, plain) == strlen(word))
+            fputs(word, file);
         else
-            at += (size_t)snprintf(at < size ? out + at : NULL, at < size ? size - at : 0, "%c",
-                                   *word);
+            shell_quote(file, word);
     }
-    PUT("'");
-#undef PUT
-    return at;
-}
-
-const char *desk_command_text(const struct desk_command *command, char *out, size_t size)
-{
-    size_t at = (size_t)snprintf(out, size, "matrig");
-    for (size_t i = 1; i < command->count && at + 2 < size; i++) {
-        out[at++] = ' ';
-        at += quote(command->words[i], out + at, size - at);
-    }
+    fclose(file);
+    out[size - 1] = '\0'; /* a text that fills it has no end yet */
     return out;
 }
 

@@ -11,19 +11,7 @@
 
 #include "host/base/output.h"
 #include "host/base/place.h"
-
-/* As one word of a shell. */
-static void quote(FILE *file, const char *text)
-{
-    fputc('\'', file);
-    for (; *text; text++) {
-        if (*text == '\'')
-            fputs("'\\''", file);
-        else
-            fputc(*text, file);
-    }
-    fputc('\'', file);
-}
+#include "host/base/shell.h"
 
 /* What the script starts: matrig, also when this is matrig-study. */
 static enum mr_status own_path(char path[PATH_MAX], struct error *error)
@@ -49,14 +37,14 @@ static enum mr_status absolute(const char *path, char out[PATH_MAX], struct erro
 static void write_sweep(FILE *file, const char *program, const char *study, const char *results,
                         const struct sweep_submission *s)
 {
-    quote(file, program);
+    shell_quote(file, program);
     fputs(" --quiet sweep ", file);
-    quote(file, study);
+    shell_quote(file, study);
     fputs(" -o ", file);
-    quote(file, results);
+    shell_quote(file, results);
     if (s->timeout) {
         fputs(" --timeout ", file);
-        quote(file, s->timeout);
+        shell_quote(file, s->timeout);
     }
 }
 
