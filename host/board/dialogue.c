@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <string.h>
 
+#include "common/canbase.h"
 #include "common/command.h"
 #include "host/link/diagnose.h"
 #include "host/base/steady.h"
@@ -128,15 +129,17 @@ static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, stru
 static enum mr_status receive_can(struct dialogue *dialogue, bool *came, struct error *error)
 {
     struct link_frame can;
+    uint16_t base = link_base(dialogue->link[LINK_CAN]);
     enum mr_status status = MR_OK;
     for (int i = 0; status == MR_OK && i < CAN_FRAMES; i++) {
         status = link_receive_frame(dialogue->link[LINK_CAN], &can, error);
         *came |= status == MR_OK;
         if (status == MR_OK && !(can.id & (LINK_ID_ERROR | LINK_ID_REMOTE | LINK_ID_EXTENDED)))
-            status = take(
-                dialogue,
-                &(struct dialogue_message){LINK_CAN, can.id, 0, can.data, can.length, can.host_us},
-                error);
+            status = take(dialogue,
+                          &(struct dialogue_message){LINK_CAN,
+                                                     mr_can_from_bus((uint16_t)can.id, base), 0,
+                                                     can.data, can.length, can.host_us},
+                          error);
     }
     return status;
 }
@@ -288,7 +291,8 @@ uint16_t dialogue_next_tag(struct dialogue *dialogue)
 enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload,
                              size_t length, struct error *error)
 {
-    return link_send_message(dialogue_link(dialogue), dialogue->seq++, id, payload, length, error);
+    struct link *link = dialogue_link(dialogue);
+    return link_send_message(link, link_base(link), dialogue->seq++, id, payload, length, error);
 }
 
 enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,

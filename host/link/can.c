@@ -94,11 +94,11 @@ static bool ask_for_stamps(int fd)
            setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0;
 }
 
-static bool ask_for_board(int fd)
+static bool ask_for_board(struct link *link)
 {
     struct can_filter filters[CAN_RAW_FILTER_MAX];
-    size_t count = can_board_filters(filters, CAN_RAW_FILTER_MAX);
-    return setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters,
+    size_t count = can_board_filters(&link->bases, filters, CAN_RAW_FILTER_MAX);
+    return setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters,
                       (socklen_t)(count * sizeof filters[0])) == 0;
 }
 
@@ -108,7 +108,7 @@ static enum mr_status set_up(struct link *link, bool board, struct error *error)
     int on = 1;
     enlarge_queue(link->fd);
     if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
-        !ask_for_stamps(link->fd) || (board && !ask_for_board(link->fd)) ||
+        !ask_for_stamps(link->fd) || (board && !ask_for_board(link)) ||
         setsockopt(link->fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
         return error_set(error, MR_IO, "cannot set up the socket (%s): %s; use a newer kernel",
                          strerror(errno), link->spec);
@@ -161,6 +161,16 @@ static enum mr_status can_open(struct link *link, const char *text, struct error
         return error_set(error, MR_IO, "cannot use the interface (%s): %s; see ip link",
                          strerror(errno), link->spec);
     return MR_OK;
+}
+
+/* With `:board` the kernel passes messages at the new base. */
+static void can_moved(struct link *link)
+{
+    char name[IFNAMSIZ];
+    bool board;
+    struct error ignored;
+    if (parse(link, strchr(link->name, ':') + 1, name, &board, &ignored) == MR_OK && board)
+        (void)ask_for_board(link);
 }
 
 /* Time of reception by the adapter's clock, when it has one: it stamps the frame on the bus, while
@@ -253,4 +263,5 @@ const struct link_ops link_can_ops = {
     .receive_frame = can_receive_frame,
     .send = can_send,
     .service = can_service,
+    .moved = can_moved,
 };

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "common/catalogue.h"
+#include "common/canbase.h"
 
 static uint64_t microseconds(const struct timespec *at)
 {
@@ -34,14 +34,13 @@ void can_control_take(struct msghdr *message, struct can_control *control)
     }
 }
 
-size_t can_board_filters(struct can_filter *filters, size_t most)
+size_t can_board_filters(const struct link_bases *bases, struct can_filter *filters, size_t most)
 {
-    size_t count = 0;
-    for (uint16_t id = 0; id <= CAN_SFF_MASK && count < most; id++) {
-        const struct mr_message_info *info = mr_message_find(id);
-        if (info && info->length <= CAN_MAX_DLEN)
-            filters[count++] = (struct can_filter){
-                .can_id = id, .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
-    }
+    size_t messages, count = 0;
+    const struct mr_message_info *info = mr_catalogue(&messages);
+    for (size_t i = 0; i < bases->count * messages && count < most; i++)
+        filters[count++] = (struct can_filter){
+            .can_id = mr_can_to_bus(info[i % messages].id, bases->base[i / messages]),
+            .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
     return count;
 }

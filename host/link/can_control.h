@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <sys/socket.h>
 
+#include "host/link/bases.h"
+
 #define CAN_CONTROL_BYTES 128u /* room for all of it */
 
 struct can_control {
@@ -20,8 +22,8 @@ struct can_control {
 /* SO_TIMESTAMPING or SO_TIMESTAMPNS, and SO_RXQ_OVFL, of a message that recvmsg(2) gave. */
 void can_control_take(struct msghdr *message, struct can_control *control);
 
-/* Filters that pass the messages of the catalogue, of the board and to it, and nothing else; at
+/* Filters that pass the messages of the boards at these bases, and to them, and nothing else; at
  * most `most` of them. How many. */
-size_t can_board_filters(struct can_filter *filters, size_t most);
+size_t can_board_filters(const struct link_bases *bases, struct can_filter *filters, size_t most);
 
 #endif

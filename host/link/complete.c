@@ -144,6 +144,11 @@ enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LIN
 bool link_is_can(const char *spec)
 {
     struct stat info;
-    return strncmp(spec, "can:", 4) == 0 || strncmp(spec, "slcan:", 6) == 0 ||
-           (!has_kind(spec) && stat(spec, &info) != 0 && is_can(spec));
+    struct link_bases bases;
+    struct error ignored = {0};
+    char plain[LINK_SPEC_MAX];
+    snprintf(plain, sizeof plain, "%s", spec);
+    (void)link_take_bases(plain, &bases, &ignored); /* whoever opens it says what is wrong there */
+    return strncmp(plain, "can:", 4) == 0 || strncmp(plain, "slcan:", 6) == 0 ||
+           (!has_kind(plain) && stat(plain, &info) != 0 && is_can(plain));
 }

@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "common/canbase.h"
 #include "common/framing.h"
 #include "common/wire.h"
 #include "host/link/can_error.h"
@@ -57,11 +58,21 @@ static void release(struct link *link)
     link->fd = -1;
 }
 
+static void write_spec(struct link *link)
+{
+    char at[LINK_BASES_TEXT];
+    link_bases_text(&link->bases, at);
+    sprintf(link->spec, "%s%s", link->name, at);
+}
+
 enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
                          struct error *error)
 {
-    char spec[LINK_SPEC_MAX];
-    if (link_complete(given, kind, spec, error) != MR_OK)
+    char spec[LINK_SPEC_MAX], plain[LINK_SPEC_MAX];
+    struct link_bases bases = {.count = 1};
+    snprintf(plain, sizeof plain, "%s", given);
+    if ((kind == LINK_CAN && link_take_bases(plain, &bases, error) != MR_OK) ||
+        link_complete(plain, kind, spec, error) != MR_OK)
         return error->status;
     const struct kind *found = find_kind(spec);
     const char *path = path_of(spec);
@@ -73,17 +84,21 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
                          kind == LINK_CAN ? "--serial" : "--can");
 
     struct link *made = calloc(1, sizeof *made);
-    char *copy = strdup(spec);
-    if (!made || !copy) {
+    char *name = strdup(spec), *whole = malloc(strlen(spec) + LINK_BASES_TEXT);
+    if (!made || !name || !whole) {
         free(made);
-        free(copy);
+        free(name);
+        free(whole);
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", spec);
     }
     made->ops = found->ops;
     made->form = found->form;
     made->kind = kind;
     made->fd = made->source = -1;
-    made->spec = copy;
+    made->name = name;
+    made->spec = whole;
+    made->bases = bases;
+    write_spec(made);
     made->away_most_us = AWAY_MAX_US;
     pthread_mutex_init(&made->device, NULL);
     pthread_mutex_init(&made->heard, NULL);
@@ -104,6 +119,7 @@ void link_close(struct link *link)
     release(link);
     pthread_mutex_destroy(&link->device);
     pthread_mutex_destroy(&link->heard);
+    free(link->name);
     free(link->spec);
     free(link);
 }
@@ -121,6 +137,24 @@ bool link_waits(const struct link *link)
 bool link_recorded(const struct link *link)
 {
     return link->ops->recorded;
+}
+
+const struct link_bases *link_bases(const struct link *link)
+{
+    return &link->bases;
+}
+
+uint16_t link_base(const struct link *link)
+{
+    return link->bases.base[0];
+}
+
+void link_set_base(struct link *link, uint16_t base)
+{
+    link->bases = (struct link_bases){.base = {base}, .count = 1, .given = true};
+    write_spec(link);
+    if (link->ops->moved)
+        link->ops->moved(link);
 }
 
 int link_fd(const struct link *link)
@@ -222,7 +256,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
         return MR_TOO_FEW;
     link->retry_us = now_us + RETRY_US;
     pthread_mutex_lock(&link->device);
-    bool back = link->ops->open(link, path_of(link->spec), &why) == MR_OK;
+    bool back = link->ops->open(link, path_of(link->name), &why) == MR_OK;
     if (back)
         set_away(link, &(struct error){0});
     else
@@ -393,11 +427,11 @@ enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t l
     return send_counted(link, bytes, length, length, error);
 }
 
-enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id,
+enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq, uint16_t id,
                                  const uint8_t *payload, size_t length, struct error *error)
 {
     uint8_t bytes[MR_FRAME_MAX];
-    struct link_frame frame = {.id = id, .length = (uint8_t)length};
+    struct link_frame frame = {.id = mr_can_to_bus(id, base), .length = (uint8_t)length};
     if (link->kind == LINK_SERIAL)
         return link_send_bytes(link, bytes, mr_frame_encode(seq, id, payload, length, bytes),
                                error);

@@ -10,6 +10,10 @@
  * 2000000 baud unless given, or the usual rate at which frames come, pty: the pseudo-terminal of an
  * emulated board.
  *
+ * Behind a LINK that carries CAN, @BASE says where on the bus the board is (common/canbase.h):
+ * can0@0x190; @0,0x190 is two boards. Without it the base is 0. Frames carry the identifiers that
+ * are on the bus, both ways: who takes them knows whose they are.
+ *
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW:
  * bytes may wait inside the link where poll does not see them. Call link_service at least once a
  * second: a device that went away (unplugged, interface down) is opened again when it comes back
@@ -24,6 +28,7 @@
 #include <stdint.h>
 
 #include "host/base/error.h"
+#include "host/link/bases.h"
 #include "host/link/hearing.h"
 #include "host/link/trouble.h"
 
@@ -82,6 +87,12 @@ bool link_waits(const struct link *link);
 /* It was recorded earlier: reading decides how fast it goes. */
 bool link_recorded(const struct link *link);
 
+/* Where its boards are; serial: 0. link_base: the first one's. */
+const struct link_bases *link_bases(const struct link *link);
+uint16_t link_base(const struct link *link);
+/* Its board has moved to another base. */
+void link_set_base(struct link *link, uint16_t base);
+
 int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
@@ -112,9 +123,9 @@ enum mr_status link_send_frame(struct link *link, const struct link_frame *frame
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,
                                struct error *error);
 
-/* A message of the catalogue, as the link's kind carries it: one CAN frame, or one serial frame
- * (common/framing.h) of number `seq`. */
-enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id,
+/* A message of the catalogue, as the link's kind carries it: one CAN frame to the board at `base`,
+ * or one serial frame (common/framing.h) of number `seq`. */
+enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq, uint16_t id,
                                  const uint8_t *payload, size_t length, struct error *error);
 
 /* Unix time now, microseconds. */

@@ -17,8 +17,8 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
         struct error reason = {0};
         if (!logger->open[kind] || (unasked && logger->mute[kind]))
             continue;
-        enum mr_status status = link_send_message(logger->link[kind], 0, MR_ID_COMMAND, payload,
-                                                  length, &reason);
+        enum mr_status status = link_send_message(logger->link[kind], link_base(logger->link[kind]),
+                                                  0, MR_ID_COMMAND, payload, length, &reason);
         logger->mute[kind] = logger->mute[kind] || (unasked && status != MR_OK);
         if (status == MR_OK)
             return true;
