@@ -7,14 +7,16 @@
 
 #include "host/collect/collect_state.h"
 
-enum mr_status collector_open(struct store *store, const char *can_spec, const char *serial_spec,
-                              struct collector **collector, struct error *error)
+enum mr_status collector_open(struct store *store, const char *can_spec, uint16_t can_base,
+                              const char *serial_spec, struct collector **collector,
+                              struct error *error)
 {
     struct collector *made = calloc(1, sizeof *made);
     if (!made)
         return error_set(error, MR_FULL, "no memory: logging to %s; close other programs",
                          store_path(store));
     made->store = store;
+    made->can_base = can_base;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct side *side = &made->side[kind];
         side->kind = (enum link_kind)kind;
@@ -30,8 +32,10 @@ enum mr_status collector_open(struct store *store, const char *can_spec, const c
     made->identity.touchdown_ft = (double)NAN;
     made->identity.switch_error_ft = (double)NAN;
 
-    struct store_session session = {
-        .started_us = (int64_t)link_now_us(), .can_link = can_spec, .serial_link = serial_spec};
+    struct store_session session = {.started_us = (int64_t)link_now_us(),
+                                    .can_link = can_spec,
+                                    .serial_link = serial_spec,
+                                    .can_base = can_spec ? can_base : STORE_NONE};
     enum mr_status status = store_session_add(store, &session, error);
     if (status != MR_OK) {
         free(made);

@@ -27,13 +27,15 @@
 struct collector;
 
 /* `can_spec`, `serial_spec`: the links as given, NULL when not used; they must outlive the
- * collector. Adds the session. */
-enum mr_status collector_open(struct store *store, const char *can_spec, const char *serial_spec,
-                              struct collector **collector, struct error *error);
+ * collector. `can_base`: where the board is on CAN (common/canbase.h); the campaign keeps frames by
+ * the identifiers of the catalogue, and the base beside. Adds the session. */
+enum mr_status collector_open(struct store *store, const char *can_spec, uint16_t can_base,
+                              const char *serial_spec, struct collector **collector,
+                              struct error *error);
 void collector_close(struct collector *collector); /* NULL is allowed; writes nothing */
 
-/* MR_VERSION: a board of another layout; MR_IO: another board than before, on serial, or on CAN and
- * nobody else. Both ask for a new log. Broken and foreign frames are counted, not errors. */
+/* Frames as they are on the bus. MR_VERSION: a board of another layout; MR_IO: another board than
+ * before, on serial, or on CAN and nobody else. Both ask for a new log. Broken and foreign frames are counted, not errors. */
 enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,

@@ -180,14 +180,14 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
     struct side *side = &collector->side[LINK_CAN];
     struct mr_message message;
     bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
-    if (standard &&
-        mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) == MR_OK &&
+    uint32_t id = link_id_from_bus(frame->id, collector->can_base);
+    if (standard && mr_message_read(&message, (uint16_t)id, frame->data, frame->length) == MR_OK &&
         message.info->direction != MR_DIRECTION_HOST)
         return take_message(collector, side, &message, side->account.counts.received,
                             frame->host_us, error);
 
     /* Somebody else on the bus: kept, not understood. */
-    const struct mr_message_info *info = standard ? mr_message_find((uint16_t)frame->id) : NULL;
+    const struct mr_message_info *info = standard ? mr_message_find((uint16_t)id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
         side->account.counts.foreign++;
@@ -198,7 +198,7 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
                               .seq = STORE_NONE,
                               .board_us = collect_board_time(side, NULL),
                               .host_us = (int64_t)frame->host_us,
-                              .id = frame->id,
+                              .id = id,
                               .length = frame->length,
                               .data = frame->data};
     return store_raw(collector, side, side->current, &raw, error);

@@ -96,6 +96,7 @@ struct collector {
     struct collector *mark; /* what it was at collector_mark; NULL: never */
     int64_t session;
     struct side side[LINK_KINDS];
+    uint16_t can_base;
     const struct collector_listener *listener; /* NULL: nobody */
     bool hello;
     struct slot slot[SLOTS];

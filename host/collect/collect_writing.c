@@ -115,7 +115,7 @@ static void inherit(struct collector *now, const struct collector *before)
 enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
                                struct collector **collector, struct error *error)
 {
-    enum mr_status status = collector_open(store, before->side[LINK_CAN].spec,
+    enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->can_base,
                                            before->side[LINK_SERIAL].spec, collector, error);
     if (status == MR_OK && !whole)
         inherit(*collector, before);

@@ -12,17 +12,17 @@
 
 extern char **environ;
 
-bool quicklook_silent(struct quicklook *look, const struct collector_progress *progress,
+bool quicklook_silent(struct quicklook_silence *silence, const struct collector_progress *progress,
                       uint64_t now_us)
 {
-    if (progress->block != look->block || look->since_us == 0) {
-        look->block = progress->block;
-        look->since_us = now_us;
+    if (progress->block != silence->block || silence->since_us == 0) {
+        silence->block = progress->block;
+        silence->since_us = now_us;
     }
-    if (!progress->run || progress->edges == 0 || progress->run == look->told_run ||
-        now_us - look->since_us < QUICKLOOK_SILENT_US)
+    if (!progress->run || progress->edges == 0 || progress->run == silence->told_run ||
+        now_us - silence->since_us < QUICKLOOK_SILENT_US)
         return false;
-    look->told_run = progress->run;
+    silence->told_run = progress->run;
     return true;
 }
 

@@ -14,15 +14,19 @@ struct quicklook {
     const char *db, *page; /* page: NULL, none is written */
     bool force;            /* in place of whatever is there */
     bool si;
+    pid_t child; /* writing the page; 0: none */
+    bool again;  /* another one is due after it */
+};
+
+/* Since when nothing comes of a board. */
+struct quicklook_silence {
     int64_t block, told_run; /* newest block; landing whose silence was told */
     uint64_t since_us;       /* when it came */
-    pid_t child;             /* writing the page; 0: none */
-    bool again;              /* another one is due after it */
 };
 
 /* Whether a landing in which the gear moves has brought nothing for QUICKLOOK_SILENT_US: once for
  * each. `now_us` is monotonic. */
-bool quicklook_silent(struct quicklook *look, const struct collector_progress *progress,
+bool quicklook_silent(struct quicklook_silence *silence, const struct collector_progress *progress,
                       uint64_t now_us);
 /* Writes the page, beside the logging: another process reads the campaign as it is on disk. */
 void quicklook_write(struct quicklook *look);

@@ -227,11 +227,16 @@ static enum mr_status describe(const struct textfile *file, const struct import_
         return error_set(error, MR_USAGE,
                          "--interface is for candump logs: %s is a table; leave it out",
                          request->path);
+    if (request->base && (csv || map))
+        return error_set(error, MR_USAGE,
+                         "--base is for logs of a matrig board: %s is of another instrument; leave "
+                         "it out",
+                         request->path);
     return MR_OK;
 }
 
 struct request {
-    const char *map;
+    const char *map, *base;
     bool again;
     struct import_request readings;
 };
@@ -249,6 +254,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     struct store_import row = {0};
     enum mr_status status = command_parse(&command_import, argc, argv, cli, &r, words, &error);
     request->path = words[1];
+    if (status == MR_OK && r.base)
+        status = link_read_base(r.base, "--base", &request->base, &error);
     if (status == MR_OK)
         status = textfile_open(request->path, &file, &error);
     if (status == MR_OK)
@@ -320,6 +327,8 @@ static const struct command_part parts[] = {
                "or the edge that align names is RUN's"),
     OPTION_TEXT("--interface", "NAME", readings.interface,
                 "take the frames of this bus of the log; else those of its first frame's"),
+    OPTION_TEXT("--base", "B", base,
+                "the board spoke at this base of identifiers (0x190); else at 0"),
     OPTION_FLAG("--again", again, "though the same file was imported before"),
     HELP_NOTE("A damaged file is told as complete, truncated at or malformed at (line and column), "
               "exit 4, and what is good of it is kept."),
@@ -330,7 +339,7 @@ static const struct command_part parts[] = {
 const struct command command_import = {
     "import",
     import_command,
-    "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--again]",
+    "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--base B] [--again]",
     "logs, and other instruments' readings, into the campaign",
     COMMAND_PARTS(parts),
     {2, 2, "DB FILE"},

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
@@ -36,12 +37,11 @@ static void watch_clock(struct logger *logger)
         logger->cli,
         "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
         (double)jump_us / 1e6);
-    /* Behind what was stamped before; one of the links brings the event. */
-    bool told = false;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (logger->open[kind])
-            link_queue_put_clock(link_reader_queue(logger->reader[kind]), told ? 0 : jump_us);
-        told |= logger->open[kind];
+    /* Behind what was stamped before; one link of each board brings the event. */
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        bool told = link > 0 && logger->open[0];
+        if (logger->open[link])
+            link_queue_put_clock(link_reader_queue(logger->reader[link]), told ? 0 : jump_us);
     }
 }
 
@@ -66,20 +66,20 @@ static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
 
 /* Waits until something is in a queue, a recording is readable, a signal or a deadline. */
 static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t deadline_us,
-                                    bool ready[LINK_KINDS], bool *signalled, struct error *error)
+                                    bool ready[LOGGER_LINKS], bool *signalled, struct error *error)
 {
-    enum { SIGNALS = LINK_KINDS, TYPED, NEWS, POLLED };
+    enum { SIGNALS = LOGGER_LINKS, TYPED, NEWS, POLLED };
     struct pollfd polled[POLLED];
     bool held = is_held(logger);
     int wait_ms = quiet_ms(logger, deadline_us);
     uint64_t counted;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        bool takes = logger->open[kind] && !held;
-        ready[kind] = takes && (link_queue_listen(link_reader_queue(logger->reader[kind])) ||
-                                logger->more[kind]);
-        polled[kind] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[kind]) : -1,
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        bool takes = logger->open[link] && !held;
+        ready[link] = takes && (link_queue_listen(link_reader_queue(logger->reader[link])) ||
+                                logger->more[link]);
+        polled[link] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[link]) : -1,
                                        .events = POLLIN};
-        if (ready[kind])
+        if (ready[link])
             wait_ms = 0;
     }
     polled[SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
@@ -90,10 +90,10 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 &&
         errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
-    for (int kind = 0; kind < LINK_KINDS; kind++)
-        ready[kind] = ready[kind] || (polled[kind].fd >= 0 && polled[kind].revents) ||
-                      (logger->open[kind] && !held &&
-                       link_queue_unread(link_reader_queue(logger->reader[kind])));
+    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+        ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
+                      (logger->open[link] && !held &&
+                       link_queue_unread(link_reader_queue(logger->reader[link])));
     *signalled = polled[SIGNALS].revents & POLLIN && logger_signalled(logger, signals);
     if (polled[TYPED].fd >= 0 && polled[TYPED].revents)
         typed_read(&logger->typed);
@@ -101,13 +101,13 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
 }
 
 /* What has come, and what is due of it: into the campaign, and to the user. */
-static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS],
+static enum mr_status write_turn(struct logger *logger, const bool ready[LOGGER_LINKS],
                                  struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        if (ready[kind])
-            status = logger_receive(logger, (enum link_kind)kind, error);
+    for (unsigned link = 0; link < LOGGER_LINKS && status == MR_OK; link++) {
+        if (ready[link])
+            status = logger_receive(logger, link, error);
     }
     if (status == MR_OK && logger_commit_due(logger))
         status = logger_commit(logger, error);
@@ -116,11 +116,19 @@ static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KI
     return status == MR_OK ? logger_show_silent(logger, error) : status;
 }
 
+static bool any_open(const struct logger *logger)
+{
+    bool any = false;
+    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+        any |= logger->open[link];
+    return any;
+}
+
 static enum mr_status collect(struct logger *logger, int signals, double for_s, struct error *error)
 {
     uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : steady_us() + (uint64_t)(for_s * 1e6);
     while (!logger->ended_by) {
-        bool ready[LINK_KINDS] = {false, false};
+        bool ready[LOGGER_LINKS] = {false};
         bool signalled = false;
         enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled,
                                               error);
@@ -142,7 +150,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_show_progress(logger, false);
         if (signalled)
             logger->ended_by = "signal";
-        else if (!logger->open[LINK_CAN] && !logger->open[LINK_SERIAL])
+        else if (!any_open(logger))
             logger->ended_by = "end";
         else if (steady_us() >= deadline_us)
             logger->ended_by = "time";
@@ -150,14 +158,27 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
     return MR_OK;
 }
 
-/* The session begins, when the campaign takes it: what comes meanwhile waits. */
-static enum mr_status begin_session(struct logger *logger, int signals, const char *can,
-                                    const char *serial, struct error *error)
+static enum mr_status open_collectors(struct logger *logger, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++) {
+        struct logger_board *board = &logger->board[i];
+        const struct link *serial = logger->link[logger_link_of(i, LINK_SERIAL)];
+        status = collector_open(logger->store, board->can, board->base,
+                                serial ? link_spec(serial) : NULL, &board->collector, error);
+        board->hold_run = STORE_NONE;
+    }
+    logger->collecting = status == MR_OK;
+    return status;
+}
+
+/* A session of each board begins, when the campaign takes it: what comes meanwhile waits. */
+static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
         enum mr_status status = logger_begin(logger, error);
         if (status == MR_OK)
-            status = collector_open(logger->store, can, serial, &logger->collector, error);
+            status = open_collectors(logger, error);
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_take_refusal(logger->store);
@@ -181,26 +202,25 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
         return error_set(error, MR_IO,
                          "no eventfd (%s): the links; check the limits of this system",
                          strerror(errno));
-    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        if (logger->link[kind])
-            status = link_reader_open(logger->link[kind], (enum link_kind)kind, 0, logger->news,
-                                      watch_blame, &logger->watch, &logger->reader[kind], error);
+    for (unsigned link = 0; link < LOGGER_LINKS && status == MR_OK; link++) {
+        if (logger->link[link])
+            status = link_reader_open(logger->link[link], logger_kind(link), 0, logger->news,
+                                      watch_blame, &logger->watch, &logger->reader[link], error);
     }
     return status == MR_OK
              ? watch_begin(&logger->watch, logger->reader, store_path(logger->store), error)
              : status;
 }
 
-static enum mr_status run(struct logger *logger, int signals, const char *can, const char *serial,
-                          double for_s, struct error *error)
+static enum mr_status run(struct logger *logger, int signals, double for_s, struct error *error)
 {
     enum mr_status status = open_readers(logger, error);
     if (status == MR_OK)
-        status = begin_session(logger, signals, can, serial, error);
+        status = begin_session(logger, signals, error);
     if (status != MR_OK)
         return status;
     if (logger->live.hub)
-        collector_listen(logger->collector, &logger->live.listener);
+        collector_listen(logger->board[0].collector, &logger->live.listener);
     /* The session is in the campaign before anything else: a transaction that fails later leaves it
      * there. */
     status = logger_commit(logger, error);
@@ -226,7 +246,7 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
-        status = logger_check_heard(logger, can, serial, error);
+        status = logger_check_heard(logger, error);
     if (status == MR_OK && logger->shown == 0)
         cli_note(logger->cli, "no landing was armed; what came is in %s",
                  store_path(logger->store));
@@ -236,7 +256,7 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
 static enum mr_status open_live(struct logger *logger, const char *where, const char *can,
                                 const char *serial, const char *db, struct error *error)
 {
-    bool listens = logger->mute[LINK_CAN] && logger->mute[LINK_SERIAL];
+    bool listens = logger->mute[0] && logger->mute[1];
     const struct live_source source = {
         .db = db,
         .can = can,
@@ -262,27 +282,106 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
     return status;
 }
 
+static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec,
+                                struct error *error)
+{
+    enum mr_status status = link_open(spec, logger_kind(link), &logger->link[link], error);
+    if (status == MR_OK)
+        link_patience(logger->link[link], logger->wait_s);
+    logger->open[link] = status == MR_OK;
+    return status;
+}
+
+/* The serial lines of several boards, in the boards' order: A,B; ,B when the first has none. */
+static enum mr_status open_lines(struct logger *logger, const char *given, struct error *error)
+{
+    char *copy = strdup(given), *rest = copy, *one;
+    enum mr_status status = copy ? MR_OK
+                                 : error_set(error, MR_FULL,
+                                             "no memory: links of boards; close other programs");
+    for (unsigned i = 0; status == MR_OK && (one = strsep(&rest, ",")) != NULL; i++) {
+        if (i == logger->boards)
+            status = error_set(error, MR_USAGE,
+                               "more serial lines than boards: %s; --can names %u, as can0@0,0x190",
+                               given, logger->boards);
+        else if (*one)
+            status = open_link(logger, logger_link_of(i, LINK_SERIAL), one, error);
+    }
+    free(copy);
+    return status;
+}
+
+/* What is said of a board alone names it alone. */
+static enum mr_status name_boards(struct logger *logger, struct error *error)
+{
+    const struct link *can = logger->link[0];
+    struct link_bases bases = *link_bases(can);
+    size_t all = strlen(link_spec(can));
+    char at[LINK_BASES_TEXT];
+    link_bases_text(&bases, at);
+    logger->boards = bases.count;
+    for (unsigned i = 0; i < logger->boards; i++) {
+        struct logger_board *board = &logger->board[i];
+        struct link_bases alone = {.base = {bases.base[i]}, .count = 1, .given = bases.given};
+        char its[LINK_BASES_TEXT];
+        link_bases_text(&alone, its);
+        board->base = bases.base[i];
+        if (asprintf(&board->can, "%.*s%s", (int)(all - strlen(at)), link_spec(can), its) < 0) {
+            board->can = NULL;
+            return error_set(error, MR_FULL, "no memory: links of boards; close other programs");
+        }
+    }
+    return MR_OK;
+}
+
 /* An existing database is checked before any link is opened; a new one is made only once the links
  * are open. */
 static enum mr_status open_all(struct logger *logger, const char *can, const char *serial,
                                const char *db, const char *live, struct error *error)
 {
-    const char *const spec[LINK_KINDS] = {can, serial};
     enum mr_status status = MR_OK;
     if (access(db, F_OK) == 0)
         status = open_store(logger, db, error);
     if (status == MR_OK && live)
         status = open_live(logger, live, can, serial, db, error);
-    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        if (spec[kind])
-            status = link_open(spec[kind], (enum link_kind)kind, &logger->link[kind], error);
-        if (spec[kind] && status == MR_OK)
-            link_patience(logger->link[kind], logger->wait_s);
-        logger->open[kind] = spec[kind] != NULL;
-    }
+    if (status == MR_OK && can)
+        status = open_link(logger, 0, can, error);
+    if (status == MR_OK && can)
+        status = name_boards(logger, error);
+    if (status == MR_OK && live && logger->boards > 1)
+        status =
+            error_set(error, MR_USAGE,
+                      "--live shows one board: %s names %u; leave --live out, or log one board "
+                      "by this command",
+                      can, logger->boards);
+    if (status == MR_OK && serial)
+        status = logger->boards > 1 ? open_lines(logger, serial, error)
+                                    : open_link(logger, 1, serial, error);
     if (status == MR_OK && !logger->store)
         status = open_store(logger, db, error);
     return status;
+}
+
+static void close_all(struct logger *logger)
+{
+    for (unsigned i = 0; i < logger->boards; i++)
+        collector_close(logger->board[i].collector);
+    watch_call(&logger->watch, true); /* the journal is written back */
+    if (logger->store && store_written_over(logger->store))
+        store_leave(logger->store);
+    else
+        store_close(logger->store);
+    watch_call(&logger->watch, false);
+    watch_close(&logger->watch);
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        link_reader_close(logger->reader[link]);
+        link_close(logger->link[link]);
+    }
+    for (unsigned i = 0; i < logger->boards; i++)
+        free(logger->board[i].can);
+    if (logger->news >= 0)
+        close(logger->news);
+    image_symbols_free(&logger->symbols);
 }
 
 struct request {
@@ -327,49 +426,40 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 
     struct logger logger = {.cli = cli,
                             .landings = json_array(),
-                            .mute = {r.listen, r.listen},
+                            .boards = 1,
                             .symbols = symbols,
                             .wait_s = r.wait_s,
                             .look = {.db = r.db, .page = r.page, .force = r.force, .si = cli->si}};
     logger.hold.cause = WATCH_NONE;
     logger.news = -1;
+    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+        logger.mute[link] = r.listen;
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
     status = open_all(&logger, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
     if (status == MR_OK)
-        status = run(&logger, signals, r.can ? link_spec(logger.link[LINK_CAN]) : NULL,
-                     r.serial ? link_spec(logger.link[LINK_SERIAL]) : NULL, r.for_s, &error);
+        status = run(&logger, signals, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
-    if (logger.collector)
+    if (logger.collecting)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
     quicklook_service(&logger.look, true);
     json_decref(logger.landings);
     live_close(&logger.live);
-    collector_close(logger.collector);
-    watch_call(&logger.watch, true); /* the journal is written back */
-    if (logger.store && store_written_over(logger.store))
-        store_leave(logger.store);
-    else
-        store_close(logger.store);
-    watch_call(&logger.watch, false);
-    watch_close(&logger.watch);
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        link_reader_close(logger.reader[kind]);
-        link_close(logger.link[kind]);
-    }
-    if (logger.news >= 0)
-        close(logger.news);
+    close_all(&logger);
     close(signals);
-    image_symbols_free(&logger.symbols);
     return exit_code;
 }
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
-    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port; either link may be left out"),
+    OPTION_TEXT("--can", "LINK", can,
+                "the board's CAN bus; of several boards with their bases: can0@0,0x190"),
+    OPTION_TEXT(
+        "--serial", "LINK", serial,
+        "the board's serial port; either link may be left out. Of several boards A,B in the "
+        "order of the bases"),
     OPTION_TEXT("--db", "DB", db, "campaign database, made when it does not exist"),
     OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
                   "stop after S seconds; else at the end of the links, or on Ctrl-C"),

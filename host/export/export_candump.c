@@ -14,6 +14,7 @@
 
 struct candump_export {
     FILE *out;
+    uint16_t base;
     bool dated;
     struct store_time_map clock;
     long frames;
@@ -36,7 +37,7 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
         return MR_OK;
     }
     struct link_frame frame = {.host_us = (uint64_t)llround(stamp_us),
-                               .id = stored->id,
+                               .id = link_id_to_bus(stored->id, export->base),
                                .length = (uint8_t)stored->length};
     memcpy(frame.data, stored->data, stored->length);
     candump_print(&frame, line);
@@ -51,6 +52,9 @@ static void tell(const struct candump_export *export, bool known, const struct c
         cli_note(cli, "no times of day: stamps are board time after 2001-09-09 01:46:40 UTC; %s",
                  known ? timemap_refusal_text((unsigned)export->clock.refusal)
                        : "the board's clock was not followed");
+    if (export->base)
+        cli_note(cli, "identifiers are those on the bus: base 0x%03x; matrig import --base 0x%03x",
+                 export->base, export->base);
     if (export->without_time)
         cli_note(cli, "%ld frames came before the board told the time and are left out",
                  export->without_time);
@@ -70,6 +74,8 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
             error, MR_USAGE,
             "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
             (long long)run, store_path(store));
+    if (status == MR_OK)
+        status = store_frames_base(store, run, &export.base, error);
     if (status == MR_OK)
         status = summary_time_clock(store, run, &export.clock, &known, error);
     export.dated = known && export.clock.refusal == TIMEMAP_GOOD;

@@ -17,6 +17,7 @@
 struct place {
     const struct summary *summary;
     struct mdf4 *file;
+    uint16_t base;   /* of the board on CAN */
     int64_t zero_us; /* board time of second 0 */
     long rows;
     long without_time;
@@ -186,8 +187,9 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
     }
     put_real(row, (double)(frame->board_us - place->zero_us) / 1e6);
     row[8] = 1; /* the bus */
+    uint32_t id = link_id_to_bus(frame->id, place->base);
     for (unsigned i = 0; i < 4; i++)
-        row[9 + i] = (uint8_t)(frame->id >> 8 * i);
+        row[9 + i] = (uint8_t)(id >> 8 * i);
     row[14] = row[15] = (uint8_t)frame->length;
     memcpy(row + 16, frame->data, frame->length);
     mdf4_row(place->file, row);
@@ -303,6 +305,8 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, bool si,
     enum mr_status status = summary_load(store, run, &summary, error);
     if (status == MR_OK)
         status = store_frames_count(store, run, LINK_CAN, &frames, error);
+    if (status == MR_OK)
+        status = store_frames_base(store, run, &place.base, error);
     if (status == MR_OK)
         status = find_zero(store, run, &summary.measured, &place.zero_us, error);
     if (status == MR_OK && place.zero_us == STORE_NONE)

@@ -112,7 +112,7 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
     if (status == MR_OK)
         status = store_begin(store, error);
     if (status == MR_OK)
-        status = collector_open(store, spec, NULL, &collector, error);
+        status = collector_open(store, spec, request->base, NULL, &collector, error);
     if (status != MR_OK)
         return status;
     result->session = collector_session(collector);

@@ -13,6 +13,7 @@ struct import_request {
     const struct cli *cli;
     const char *path;
     const char *interface; /* of a candump log; NULL: its only one */
+    uint16_t base;         /* of the board on it (common/canbase.h) */
     int64_t like;          /* RUN whose gear and survey it shares; 0: none */
 };
 

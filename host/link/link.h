@@ -41,6 +41,21 @@ enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_ID_REMOTE   0x40000000u
 #define LINK_ID_ERROR    0x20000000u
 
+/* An identifier with its flags for the board at `base`, and back on the bus; only those of 11 bits
+ * are moved. */
+static inline uint32_t link_id_from_bus(uint32_t id, uint16_t base)
+{
+    return id & (LINK_ID_EXTENDED | LINK_ID_ERROR)
+             ? id
+             : (id & LINK_ID_REMOTE) | mr_can_from_bus((uint16_t)(id & MR_CAN_ID_MOST), base);
+}
+static inline uint32_t link_id_to_bus(uint32_t id, uint16_t base)
+{
+    return id & (LINK_ID_EXTENDED | LINK_ID_ERROR)
+             ? id
+             : (id & LINK_ID_REMOTE) | mr_can_to_bus((uint16_t)(id & MR_CAN_ID_MOST), base);
+}
+
 struct link_frame {
     uint64_t host_us; /* Unix time of reception; of recording, when it comes from a file */
     uint32_t id;

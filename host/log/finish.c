@@ -38,17 +38,17 @@ bool logger_signalled(struct logger *logger, int signals)
 /* All that is in the queues. MR_TOO_FEW: nothing is left. */
 static enum mr_status take_turn(struct logger *logger, struct error *error)
 {
-    bool ready[LINK_KINDS] = {false, false}, any = false;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        ready[kind] = logger->reader[kind] &&
-                      link_queue_unread(link_reader_queue(logger->reader[kind]));
-        any |= ready[kind];
+    bool ready[LOGGER_LINKS] = {false}, any = false;
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        ready[link] = logger->reader[link] &&
+                      link_queue_unread(link_reader_queue(logger->reader[link]));
+        any |= ready[link];
     }
     if (!any)
         return MR_TOO_FEW;
     logger_keep_in_step(logger, ready);
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (ready[kind] && logger_receive(logger, (enum link_kind)kind, error) != MR_OK)
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        if (ready[link] && logger_receive(logger, link, error) != MR_OK)
             return error->status;
     }
     return logger_commit_due(logger) ? logger_commit(logger, error) : MR_OK;
@@ -57,8 +57,8 @@ static enum mr_status take_turn(struct logger *logger, struct error *error)
 static enum mr_status write_end(struct logger *logger, struct error *error)
 {
     enum mr_status status = logger_begin(logger, error);
-    if (status == MR_OK)
-        status = collector_end(logger->collector, logger->ended_by, error);
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+        status = collector_end(logger->board[i].collector, logger->ended_by, error);
     return status == MR_OK ? logger_commit(logger, error) : status;
 }
 
@@ -95,16 +95,20 @@ static bool close_side_file(struct side_file *side)
 }
 
 /* A link's since then, as a candump log or as bytes. False: it could not be written. */
-static bool save_queue(struct logger *logger, enum link_kind kind, uint64_t since_us,
+static bool save_queue(struct logger *logger, unsigned link, uint64_t since_us,
                        struct side_file *side)
 {
-    struct link_queue *queue = link_reader_queue(logger->reader[kind]);
+    struct link_queue *queue = link_reader_queue(logger->reader[link]);
+    enum link_kind kind = logger_kind(link);
     struct link_item item;
     char line[CANDUMP_LINE_MAX];
     if (!open_side_file(side, store_path(logger->store), kind == LINK_CAN ? ".log" : ".bin"))
         return false;
-    if (kind == LINK_CAN && logger->hello.length) /* without it nothing of a board is understood */
-        fwrite(line, 1, candump_print(&logger->hello, line), side->file);
+    for (unsigned i = 0; i < logger->boards && kind == LINK_CAN; i++) {
+        const struct link_frame *hello = &logger->board[i].hello;
+        if (hello->length) /* without it nothing of a board is understood */
+            fwrite(line, 1, candump_print(hello, line), side->file);
+    }
     for (bool begun = false; link_queue_take(queue, &item);) {
         /* from then on all: this computer's clock may have been set back */
         begun |= item.host_us >= since_us;
@@ -126,11 +130,16 @@ static bool is_gone(enum store_place place)
  * Returns from when on it is to be saved. */
 static uint64_t go_back(struct logger *logger)
 {
-    int64_t since_us = collector_since_us(logger->collector);
+    int64_t since_us = STORE_NONE;
     bool gone = is_gone(logger_place(logger));
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (logger->reader[kind] && (gone || since_us != STORE_NONE))
-            link_queue_rewind_all(link_reader_queue(logger->reader[kind]));
+    for (unsigned i = 0; i < logger->boards; i++) {
+        int64_t of_board_us = collector_since_us(logger->board[i].collector);
+        if (since_us == STORE_NONE || (of_board_us != STORE_NONE && of_board_us < since_us))
+            since_us = of_board_us;
+    }
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        if (logger->reader[link] && (gone || since_us != STORE_NONE))
+            link_queue_rewind_all(link_reader_queue(logger->reader[link]));
     }
     return gone || since_us == STORE_NONE || since_us < (int64_t)BEFORE_US
              ? 0
@@ -140,25 +149,32 @@ static uint64_t go_back(struct logger *logger)
 /* The error names the files, or what is lost. */
 static enum mr_status save_rest(struct logger *logger, const char *reason, struct error *error)
 {
-    struct side_file side[LINK_KINDS] = {0};
-    char what[100], links[2 * sizeof side[0].path + 40] = "";
+    struct side_file side[LOGGER_LINKS] = {0};
+    char what[100], links[LOGGER_LINKS * (sizeof side[0].path + 60)] = "";
     bool good = true;
+    unsigned lines = 0; /* the last serial line named: those of boards stand in their order */
     watch_amount(&logger->watch, false, what, sizeof what);
     logger_take_back(logger);
     bool any = strcmp(what, "nothing") != 0 || is_gone(logger_place(logger));
     const uint64_t since_us = any ? go_back(logger) : 0;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind])
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        struct link_queue *queue = logger->reader[link] ? link_reader_queue(logger->reader[link])
                                                         : NULL;
         struct link_queue_depth depth = {0};
+        char at[LINK_BASES_TEXT] = "";
         if (queue)
             depth = link_queue_depth(queue);
         if (depth.frames + depth.octets == 0)
             continue;
-        good = save_queue(logger, (enum link_kind)kind, since_us, &side[kind]) && good;
+        good = save_queue(logger, link, since_us, &side[link]) && good;
         size_t used = strlen(links);
-        snprintf(links + used, sizeof links - used, " --%s file:%s",
-                 kind == LINK_CAN ? "can" : "serial", side[kind].path);
+        link_bases_text(link_bases(logger->link[link]), at);
+        snprintf(links + used, sizeof links - used, "%s%.*sfile:%s%s",
+                 link == 0    ? " --can "
+                 : lines == 0 ? " --serial "
+                              : "",
+                 link == 0 ? 0 : (int)(link - (lines ? lines : 1)), ",,,", side[link].path, at);
+        lines = link;
     }
     if (links[0] == '\0')
         return error_set(error, MR_IO,
@@ -216,9 +232,9 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
     char reason[sizeof error->text] = "ended in a hurry";
     uint64_t began_us = steady_us();
     const bool failed = strcmp(logger->ended_by, "error") == 0;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        link_reader_stop(logger->reader[kind]);
-        logger->more[kind] = false;
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        link_reader_stop(logger->reader[link]);
+        logger->more[link] = false;
     }
     for (;;) {
         struct error why = {0};

@@ -1,4 +1,5 @@
-/* What comes over the links of matrig log, out of their queues into the collector. */
+/* What comes over the links of matrig log, out of their queues into the collectors: what a board
+ * said into its own, what befell a link into those of all that it carries. */
 #include <time.h>
 
 #include "host/link/can_error.h"
@@ -8,19 +9,20 @@
 #define FRAMES_PER_TURN READER_FRAMES
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
 
-/* The link is over, for whatever reason; a broken one is remembered, and the other one goes on. */
-static enum mr_status end_link(struct logger *logger, enum link_kind kind,
-                               const struct error *reason, struct error *error)
+/* The link is over, for whatever reason; a broken one is remembered, and the others go on. */
+static enum mr_status end_link(struct logger *logger, unsigned link, const struct error *reason,
+                               struct error *error)
 {
     struct error tail = {0};
-    logger->open[kind] = false;
+    logger->open[link] = false;
     enum mr_status status = logger_begin(logger, error);
-    if (status == MR_OK)
-        status = collector_link_end(logger->collector, kind, &tail);
-    if (status == MR_TRUNCATED)
-        status = MR_OK;
-    else if (status != MR_OK)
-        error_set(error, status, "%s", tail.text);
+    for (unsigned i = logger_first(link); i < logger_behind(logger, link) && status == MR_OK; i++) {
+        status = collector_link_end(logger->board[i].collector, logger_kind(link), &tail);
+        if (status == MR_TRUNCATED)
+            status = MR_OK;
+        else if (status != MR_OK)
+            error_set(error, status, "%s", tail.text);
+    }
     if (logger->link_error.status == MR_OK)
         logger->link_error = reason->status != MR_OK ? *reason : tail;
     return status;
@@ -28,80 +30,120 @@ static enum mr_status end_link(struct logger *logger, enum link_kind kind,
 
 /* What the link saw since the last time: recorded, and told. `frame` is the error frame that tells
  * it, if any. */
-static enum mr_status take_troubles(struct logger *logger, enum link_kind kind,
+static enum mr_status take_troubles(struct logger *logger, unsigned link,
                                     const struct link_frame *frame, struct error *error)
 {
-    const struct link_counters *counters = &logger->counters[kind];
     char text[CAN_ERROR_TEXT_MAX];
-    if (!logger->troubled[kind])
+    if (!logger->troubled[link])
         return MR_OK;
     bool error_frame = frame && frame->id & LINK_ID_ERROR;
     if (error_frame)
         can_error_text(frame, text);
-    logger_note_troubles(logger, kind, error_frame ? text : NULL);
+    logger_note_troubles(logger, link, error_frame ? text : NULL);
     enum mr_status status = logger_begin(logger, error);
-    if (status == MR_OK)
-        status = collector_troubles(logger->collector, kind, counters, error);
-    logger->troubled[kind] = status != MR_OK;
+    for (unsigned i = logger_first(link); i < logger_behind(logger, link) && status == MR_OK; i++)
+        status = collector_troubles(logger->board[i].collector, logger_kind(link),
+                                    &logger->counters[link], error);
+    logger->troubled[link] = status != MR_OK;
     return status;
 }
 
-static enum mr_status take_item(struct logger *logger, enum link_kind kind,
-                                const struct link_item *item, struct error *error)
+/* Does the identifier belong to a message of the board at this base, or to it? */
+static bool is_of(const struct link_frame *frame, uint16_t base)
 {
+    return !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE)) &&
+           mr_message_find((uint16_t)link_id_from_bus(frame->id, base));
+}
+
+/* To the board whose it is. What is of none is kept with the first; what the adapter says of the
+ * bus with all. */
+static enum mr_status take_frame(struct logger *logger, const struct link_frame *frame,
+                                 struct error *error)
+{
+    struct logger_board *board = &logger->board[0];
+    enum mr_status status = MR_OK;
+    if (frame->id & LINK_ID_ERROR) {
+        for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+            status = collector_frame(logger->board[i].collector, frame, error);
+        return status;
+    }
+    for (unsigned i = 0; i < logger->boards; i++) {
+        if (is_of(frame, logger->board[i].base))
+            board = &logger->board[i];
+    }
+    if (link_id_from_bus(frame->id, board->base) == MR_ID_HELLO)
+        board->hello = *frame;
+    return collector_frame(board->collector, frame, error);
+}
+
+static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t jump_us,
+                                 struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = logger_first(link); i < logger_behind(logger, link) && status == MR_OK; i++) {
+        if (jump_us != 0)
+            status = collector_clock_set(logger->board[i].collector, jump_us, error);
+        else
+            collector_forget_time(logger->board[i].collector, logger_kind(link));
+    }
+    return status;
+}
+
+static enum mr_status take_item(struct logger *logger, unsigned link, const struct link_item *item,
+                                struct error *error)
+{
+    struct collector *first = logger->board[logger_first(link)].collector;
     if (item->kind == LINK_ITEM_COUNTERS) {
-        logger->counters[kind] = item->counters;
-        logger->troubled[kind] = true;
+        logger->counters[link] = item->counters;
+        logger->troubled[link] = true;
         return MR_OK;
     }
     if (logger->live.hub) /* what was shown before is not shown again */
-        collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
+        collector_listen(first, item->again ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
-        status = take_troubles(logger, kind, item->kind == LINK_ITEM_FRAME ? &item->frame : NULL,
+        status = take_troubles(logger, link, item->kind == LINK_ITEM_FRAME ? &item->frame : NULL,
                                error);
     if (status != MR_OK)
         return status;
     switch (item->kind) {
-    case LINK_ITEM_FRAME:
-        if (item->frame.id == MR_ID_HELLO)
-            logger->hello = item->frame;
-        return collector_frame(logger->collector, &item->frame, error);
+    case LINK_ITEM_FRAME: return take_frame(logger, &item->frame, error);
     case LINK_ITEM_BYTES:
-        return collector_bytes(logger->collector, item->bytes, item->length, item->host_us, error);
-    case LINK_ITEM_CLOCK:
-        if (item->jump_us != 0)
-            return collector_clock_set(logger->collector, item->jump_us, error);
-        collector_forget_time(logger->collector, kind);
-        return MR_OK;
-    default: return end_link(logger, kind, &item->end, error);
+        return collector_bytes(first, item->bytes, item->length, item->host_us, error);
+    case LINK_ITEM_CLOCK: return take_clock(logger, link, item->jump_us, error);
+    default: return end_link(logger, link, &item->end, error);
     }
 }
 
-enum mr_status logger_receive(struct logger *logger, enum link_kind kind, struct error *error)
+enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error)
 {
-    struct link_reader *reader = logger->reader[kind];
+    struct link_reader *reader = logger->reader[link];
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    logger->more[kind] = false;
+    logger->more[link] = false;
     if (link_reader_fd(reader) >= 0 && !link_queue_unread(queue))
-        logger->more[kind] = link_reader_turn(reader);
-    size_t most = kind == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
+        logger->more[link] = link_reader_turn(reader);
+    size_t most = logger_kind(link) == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
     for (size_t taken = 0; taken < most && status == MR_OK && link_queue_take(queue, &item);) {
         taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;
-        status = take_item(logger, kind, &item, error);
+        status = take_item(logger, link, &item, error);
     }
-    return status == MR_OK ? take_troubles(logger, kind, NULL, error) : status;
+    return status == MR_OK ? take_troubles(logger, link, NULL, error) : status;
 }
 
-/* When both links have something, the one that is behind in board time goes first: they stay in
- * step, whatever waits in which buffer, and neither is ever waited for. */
-void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
+/* When both links of a board have something, the one that is behind in board time goes first: they
+ * stay in step, whatever waits in which buffer, and neither is ever waited for. The bus waits for
+ * the serial line of any of its boards. */
+void logger_keep_in_step(const struct logger *logger, bool ready[LOGGER_LINKS])
 {
-    if (ready[LINK_CAN] && ready[LINK_SERIAL]) {
-        bool can_behind = collector_block(logger->collector, LINK_CAN) <=
-                          collector_block(logger->collector, LINK_SERIAL);
-        ready[can_behind ? LINK_SERIAL : LINK_CAN] = false;
+    bool bus = ready[0];
+    for (unsigned i = 0; i < logger->boards && bus; i++) {
+        const struct collector *collector = logger->board[i].collector;
+        if (!ready[1 + i])
+            continue;
+        bool can_behind = collector_block(collector, LINK_CAN) <=
+                          collector_block(collector, LINK_SERIAL);
+        ready[can_behind ? 1 + i : 0] = false;
     }
 }

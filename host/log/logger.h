@@ -4,8 +4,10 @@
  * standard input), tell.c (what the user is told). Its loop is host/commands/log_command.c.
  *
  * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the
- * queues and writes: the store and the collector are its alone. The third kind looks on
- * (watch.h). */
+ * queues and writes: the store and the collectors are its alone. The third kind looks on (watch.h).
+ *
+ * Boards that share a CAN bus are logged at once, each by a collector and in a session of its own;
+ * host/log/links.h says how links are numbered. */
 #ifndef MATRIG_HOST_LOG_LOGGER_H
 #define MATRIG_HOST_LOG_LOGGER_H
 
@@ -16,47 +18,56 @@
 #include "host/collect/quicklook.h"
 #include "host/live/live.h"
 #include "host/link/reader.h"
+#include "host/log/links.h"
 #include "host/log/typed.h"
 #include "host/log/watch.h"
+
+struct logger_board {
+    uint16_t base; /* on CAN */
+    char *can;     /* LINK of the bus, with the base; NULL: not used */
+    struct collector *collector;
+    int64_t hold_run;              /* the landing that was going on at the last commit */
+    struct link_frame hello;       /* its newest on CAN; length 0: none */
+    int64_t strangers[LINK_KINDS]; /* frames not the board's, seen by the user */
+    uint16_t stranger_id[LINK_KINDS];
+    struct quicklook_silence silence;
+    uint64_t asked_us; /* for the configuration; 0: not, or a landing came in between */
+    unsigned asks;     /* since the beginning or the last landing */
+};
 
 struct logger {
     const struct cli *cli;
     struct store *store;
-    struct link *link[LINK_KINDS];
-    bool open[LINK_KINDS];
+    struct logger_board board[LOGGER_BOARDS];
+    unsigned boards;
+    bool collecting; /* each has its collector */
+    struct link *link[LOGGER_LINKS];
+    bool open[LOGGER_LINKS];
     /* of a recording, not drained: poll need not see what waits inside the link */
-    bool more[LINK_KINDS];
-    struct link_reader *reader[LINK_KINDS];    /* NULL: not used */
-    int news;                                  /* eventfd: something is in a queue */
-    struct link_counters counters[LINK_KINDS]; /* as of what was taken */
-    bool troubled[LINK_KINDS];                 /* they have changed, and nobody has taken notice */
-    struct collector *collector;
-    uint64_t noted[LINK_KINDS][LINK_TROUBLES]; /* of them, seen by the user */
-    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
-    int64_t strangers[LINK_KINDS]; /* frames not the board's, seen by the user */
-    uint16_t stranger_id[LINK_KINDS];
-    uint64_t strangers_us;     /* when they were last */
+    bool more[LOGGER_LINKS];
+    struct link_reader *reader[LOGGER_LINKS];    /* NULL: not used */
+    int news;                                    /* eventfd: something is in a queue */
+    struct link_counters counters[LOGGER_LINKS]; /* as of what was taken */
+    bool troubled[LOGGER_LINKS]; /* they have changed, and nobody has taken notice */
+    uint64_t noted[LOGGER_LINKS][LINK_TROUBLES]; /* of them, seen by the user */
+    uint64_t noted_us[LOGGER_LINKS][LINK_TROUBLES];
+    uint64_t strangers_us;     /* when they were last told */
     struct mr_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
-    uint64_t commit_us; /* the last one took so long */
-    uint64_t again_us;  /* until then nothing is written: the campaign took nothing */
-    /* what was in the way of the last commit; to be recorded, of this landing: */
-    struct watch_hold hold;
-    int64_t hold_run;
-    char saved[4096];        /* the campaign was taken away, and is here now; "": not */
-    char taken[9000];        /* what became of the one that was named, in a sentence */
-    char lost_before[40];    /* what came before that time of day is lost with it; "": nothing */
-    bool refilled;           /* the queues give all that they have kept once more */
-    bool emptied;            /* what was logged is no longer in it */
-    bool followed;           /* the watch knows the campaign with its journal */
-    struct link_frame hello; /* the board's newest on CAN; length 0: none */
-    uint64_t rescue_us;      /* when saving was tried */
+    uint64_t commit_us;     /* the last one took so long */
+    uint64_t again_us;      /* until then nothing is written: the campaign took nothing */
+    struct watch_hold hold; /* what was in the way of the last commit; to be recorded */
+    char saved[4096];       /* the campaign was taken away, and is here now; "": not */
+    char taken[9000];       /* what became of the one that was named, in a sentence */
+    char lost_before[40];   /* what came before that time of day is lost with it; "": nothing */
+    bool refilled;          /* the queues give all that they have kept once more */
+    bool emptied;           /* what was logged is no longer in it */
+    bool followed;          /* the watch knows the campaign with its journal */
+    uint64_t rescue_us;     /* when saving was tried */
     uint64_t shown_us;
-    uint64_t asked_us;       /* for the configuration; 0: not, or a landing came in between */
-    unsigned asks;           /* since the beginning or the last landing */
-    bool mute[LINK_KINDS];   /* nothing can be sent on it */
+    bool mute[LOGGER_LINKS]; /* nothing can be sent on it */
     double wait_s;           /* for a device that went away */
     const char *ended_by;    /* NULL: going on */
     bool hurried;            /* the end was asked for twice */
@@ -75,14 +86,32 @@ struct logger {
     struct typed typed;    /* commands on standard input */
 };
 
+/* The boards that a link carries: those from the first on, before the one behind the last. */
+static inline unsigned logger_first(unsigned link)
+{
+    return link == 0 ? 0 : link - 1;
+}
+static inline unsigned logger_behind(const struct logger *logger, unsigned link)
+{
+    return link == 0 ? logger->boards : link;
+}
+/* The links of a board. */
+static inline unsigned logger_link_of(unsigned board, enum link_kind kind)
+{
+    return kind == LINK_CAN ? 0 : 1 + board;
+}
+/* What several boards need to be told apart: " at 0x190", else nothing. */
+#define LOGGER_AT_TEXT 16u
+void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER_AT_TEXT]);
+
 /* ---- links.c ---- */
 
 /* A signal that asks for the end came; the second one hurries it. */
 bool logger_signalled(struct logger *logger, int signals);
 /* What waits in its queue, a turn's worth. A link that breaks is ended, and is no error. */
-enum mr_status logger_receive(struct logger *logger, enum link_kind kind, struct error *error);
-/* Leaves of two links that are ready the one that is behind in board time. */
-void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
+enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error);
+/* Leaves of two links of a board that are ready the one that is behind in board time. */
+void logger_keep_in_step(const struct logger *logger, bool ready[LOGGER_LINKS]);
 
 /* ---- write.c ---- */
 
@@ -118,9 +147,10 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
 
 /* ---- orders.c ---- */
 
-/* Sends it over serial when that can be, else over CAN; false: over neither. `unasked`: nobody
- * waits for it, so a link that does not take it is not tried again. */
-bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
+/* Sends it to a board, over serial when that can be, else over CAN; false: over neither. `unasked`:
+ * nobody waits for it, so a link that does not take it is not tried again. */
+bool logger_send(struct logger *logger, unsigned board, const struct mr_command *command,
+                 bool unasked);
 void logger_ask_for_configuration(struct logger *logger);
 /* The live view: events that are due, and what its viewers ask of the board. */
 void logger_serve_live(struct logger *logger);
@@ -130,7 +160,7 @@ void logger_serve_live(struct logger *logger);
 /* Takes the progress away before a line goes to stderr. */
 void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
-void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text);
+void logger_note_troubles(struct logger *logger, unsigned link, const char *text);
 void logger_note_unheard(struct logger *logger);
 void logger_note_strangers(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
@@ -138,8 +168,7 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
 /* Nobody spoke, or nobody that matrig understands. */
-enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
-                                  struct error *error);
+enum mr_status logger_check_heard(const struct logger *logger, struct error *error);
 /* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit
  * code of a failed output: people may have gone away while it logged. */
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);

@@ -85,7 +85,8 @@ static enum mr_status move_to(struct logger *logger, const char *path, struct er
     if (status != MR_OK)
         return status;
     store_watch_file(saved);
-    collector_move(logger->collector, saved);
+    for (unsigned i = 0; i < logger->boards; i++)
+        collector_move(logger->board[i].collector, saved);
     store_leave(logger->store);
     go_on_in(logger, saved, path);
     return MR_OK;
@@ -131,8 +132,8 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
     *whole = true;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind])
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        struct link_queue *queue = logger->reader[link] ? link_reader_queue(logger->reader[link])
                                                         : NULL;
         uint64_t oldest_us = queue ? link_queue_oldest_us(queue) : 0;
         *whole = *whole && (!queue || link_queue_is_whole(queue));
@@ -141,9 +142,9 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
     return since_us;
 }
 
-/* The new campaign, with its session. */
+/* The new campaign, with a session for each board. */
 static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
-                                  struct store **store, struct collector **collector,
+                                  struct store **store, struct collector *collector[LOGGER_BOARDS],
                                   struct error *error)
 {
     enum mr_status status = store_open(path, STORE_CREATE, store, error);
@@ -154,11 +155,13 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
         store_watch_file(*store);
     if (status == MR_OK)
         status = store_begin(*store, error);
-    if (status == MR_OK)
-        status = collector_again(logger->collector, *store, whole, collector, error);
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+        status = collector_again(logger->board[i].collector, *store, whole, &collector[i], error);
     if (status == MR_OK)
         status = store_commit(*store, error);
     if (status != MR_OK) {
+        for (unsigned i = 0; i < logger->boards; i++)
+            collector_close(collector[i]);
         store_close(*store);
         unlink(path); /* it was made here, and nothing is in it */
     }
@@ -181,8 +184,8 @@ static void forget_landings(struct logger *logger) /* they come again, and have 
     json_array_clear(logger->landings);
     logger->shown = 0;
     logger->hold.cause = WATCH_NONE;
-    for (int kind = 0; kind < LINK_KINDS; kind++)
-        logger->strangers[kind] = 0;
+    for (unsigned i = 0; i < logger->boards; i++)
+        memset(logger->board[i].strangers, 0, sizeof logger->board[i].strangers);
 }
 
 static enum mr_status start_over(struct logger *logger, enum store_place place,
@@ -191,14 +194,14 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     char saved[sizeof logger->saved], since[40];
     struct error why = {0};
     struct store *store = NULL;
-    struct collector *collector = NULL;
+    struct collector *collector[LOGGER_BOARDS] = {NULL};
     struct tm local;
     bool whole;
     logger_take_back(logger);
     const time_t since_s = (time_t)(kept_since_us(logger, &whole) / 1000000u);
     watch_call(&logger->watch, true);
     enum mr_status status = new_name(original, "saved", ".db", saved, sizeof saved)
-                              ? begin_again(logger, saved, whole, &store, &collector, &why)
+                              ? begin_again(logger, saved, whole, &store, collector, &why)
                               : error_set(&why, MR_IO, "no folder to write to");
     watch_call(&logger->watch, false);
     logger_clear_progress(logger);
@@ -207,13 +210,15 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
                  logger->taken, why.text);
         return status;
     }
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (logger->reader[kind])
-            link_queue_rewind_all(link_reader_queue(logger->reader[kind]));
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        if (logger->reader[link])
+            link_queue_rewind_all(link_reader_queue(logger->reader[link]));
     }
     logger->refilled = true;
-    collector_close(logger->collector);
-    logger->collector = collector;
+    for (unsigned i = 0; i < logger->boards; i++) {
+        collector_close(logger->board[i].collector);
+        logger->board[i].collector = collector[i];
+    }
     if (place == STORE_EMPTIED)
         store_close(logger->store); /* all that is in it was put there by SQLite */
     else

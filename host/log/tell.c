@@ -13,60 +13,75 @@
 #define UNHEARD_US           3000000u /* a board says hello once a second */
 #define NOTE_US              1000000u /* the same trouble is told once a second */
 
+void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER_AT_TEXT])
+{
+    out[0] = '\0';
+    if (logger->boards > 1)
+        snprintf(out, LOGGER_AT_TEXT, " at 0x%03x", logger->board[board].base);
+}
+
 void logger_clear_progress(const struct logger *logger)
 {
     if (!logger->cli->quiet && cli_terminal())
         fputs("\r\033[K", stderr);
 }
 
-void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text)
+void logger_note_troubles(struct logger *logger, unsigned link, const char *text)
 {
-    const struct link_counters *counters = &logger->counters[kind];
+    const struct link_counters *counters = &logger->counters[link];
     uint64_t now_us = steady_us();
     bool told = false;
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
-        uint64_t more = counters->trouble[i] - logger->noted[kind][i];
-        bool lately = logger->noted_us[kind][i] != 0 &&
-                      now_us - logger->noted_us[kind][i] < NOTE_US;
+        uint64_t more = counters->trouble[i] - logger->noted[link][i];
+        bool lately = logger->noted_us[link][i] != 0 &&
+                      now_us - logger->noted_us[link][i] < NOTE_US;
         /* less: taken back, and written again */
-        if (counters->trouble[i] <= logger->noted[kind][i] || lately)
+        if (counters->trouble[i] <= logger->noted[link][i] || lately)
             continue;
         logger_clear_progress(logger);
-        logger->noted[kind][i] = counters->trouble[i];
-        logger->noted_us[kind][i] = now_us;
+        logger->noted[link][i] = counters->trouble[i];
+        logger->noted_us[link][i] = now_us;
         if (!text)
-            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[kind]),
+            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]),
                      link_trouble_text(i), (unsigned long long)more);
         else if (!told)
-            cli_note(logger->cli, "%s: %s", link_spec(logger->link[kind]), text);
+            cli_note(logger->cli, "%s: %s", link_spec(logger->link[link]), text);
         told = true;
     }
 }
 
-/* Frames of others on the board's identifiers: the first at once, then how many there are by
- * now. */
-void logger_note_strangers(struct logger *logger)
+static void note_strangers(struct logger *logger, unsigned i, uint64_t now_us)
 {
+    struct logger_board *board = &logger->board[i];
     struct collector_progress progress;
-    uint64_t now_us = steady_us();
-    if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
-        return;
-    collector_progress(logger->collector, &progress);
+    char at[LOGGER_AT_TEXT];
+    collector_progress(board->collector, &progress);
+    logger_at_text(logger, i, at);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         int64_t count = progress.strangers[kind];
         uint16_t id = progress.stranger_id[kind];
         const struct mr_message_info *info = mr_message_find(id);
-        if (count == logger->strangers[kind] && id == logger->stranger_id[kind])
+        if (count == board->strangers[kind] && id == board->stranger_id[kind])
             continue;
-        logger->strangers[kind] = count;
-        logger->stranger_id[kind] = id;
+        board->strangers[kind] = count;
+        board->stranger_id[kind] = id;
         logger->strangers_us = now_us;
         logger_clear_progress(logger);
-        cli_note(logger->cli, "%s: %lld %s not the board's so far, the newest a%s%s %s",
-                 link_spec(logger->link[kind]), (long long)count,
-                 count == 1 ? "frame is" : "frames are", info ? " " : "", info ? info->name : "",
-                 doubt_text(progress.stranger_doubt[kind]));
+        cli_note(logger->cli, "%s: %lld %s not the board's%s so far, the newest a%s%s %s",
+                 link_spec(logger->link[logger_link_of(i, (enum link_kind)kind)]), (long long)count,
+                 count == 1 ? "frame is" : "frames are", at, info ? " " : "",
+                 info ? info->name : "", doubt_text(progress.stranger_doubt[kind]));
     }
+}
+
+/* Frames of others on a board's identifiers: the first at once, then how many there are by now. */
+void logger_note_strangers(struct logger *logger)
+{
+    uint64_t now_us = steady_us();
+    if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
+        return;
+    for (unsigned i = 0; i < logger->boards; i++)
+        note_strangers(logger, i, now_us);
 }
 
 /* A recording that was logged before, most likely. */
@@ -83,10 +98,10 @@ static void note_twin(struct logger *logger, int64_t run)
              (long long)run, (long long)twin, store_path(logger->store), (long long)run);
 }
 
-static void note_same(struct logger *logger, int64_t finished)
+static void note_same(struct logger *logger, struct collector *collector, int64_t finished)
 {
     struct store_same same;
-    const long long run = collector_take_same(logger->collector, &same);
+    const long long run = collector_take_same(collector, &same);
     if (run == 0) {
         note_twin(logger, finished);
         return;
@@ -101,10 +116,11 @@ static void note_same(struct logger *logger, int64_t finished)
                  (long long)same.cut, run);
 }
 
-enum mr_status logger_show_finished(struct logger *logger, struct error *error)
+static enum mr_status show_finished(struct logger *logger, struct collector *collector,
+                                    struct error *error)
 {
     int64_t run;
-    while ((run = collector_take_finished(logger->collector)) != 0) {
+    while ((run = collector_take_finished(collector)) != 0) {
         struct summary summary;
         struct error why = {0};
         enum mr_status status = logger_commit(logger, error);
@@ -123,21 +139,28 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
             fflush(stdout);
         }
         summary_free(&summary);
-        note_same(logger, run);
+        note_same(logger, collector, run);
         logger->shown++;
         quicklook_write(&logger->look);
     }
     return MR_OK;
 }
 
-/* The links fell silent in the middle of a landing: what came of it until now. */
-enum mr_status logger_show_silent(struct logger *logger, struct error *error)
+enum mr_status logger_show_finished(struct logger *logger, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+        status = show_finished(logger, logger->board[i].collector, error);
+    return status;
+}
+
+static enum mr_status show_silent(struct logger *logger, struct logger_board *board,
+                                  struct error *error)
 {
     struct collector_progress progress;
     struct summary summary;
-    collector_progress(logger->collector, &progress);
-    quicklook_service(&logger->look, false);
-    if (!quicklook_silent(&logger->look, &progress, steady_us()))
+    collector_progress(board->collector, &progress);
+    if (!quicklook_silent(&board->silence, &progress, steady_us()))
         return MR_OK;
     cli_note(logger->cli,
              "nothing comes any more of RUN %lld: are board and cables in order? What came until "
@@ -158,25 +181,72 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
-/* What the board said of itself that nobody should have to look for. */
-void logger_note_health(struct logger *logger)
+/* The links fell silent in the middle of a landing: what came of it until now. */
+enum mr_status logger_show_silent(struct logger *logger, struct error *error)
 {
-    char text[300];
-    const struct crash_report *crash = collector_take_crash(logger->collector);
-    const struct mr_can_alarm *alarm = collector_take_alarm(logger->collector);
+    enum mr_status status = MR_OK;
+    quicklook_service(&logger->look, false);
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+        status = show_silent(logger, &logger->board[i], error);
+    return status;
+}
+
+static void note_health(struct logger *logger, unsigned i)
+{
+    char text[300], at[LOGGER_AT_TEXT];
+    const struct crash_report *crash = collector_take_crash(logger->board[i].collector);
+    const struct mr_can_alarm *alarm = collector_take_alarm(logger->board[i].collector);
+    logger_at_text(logger, i, at);
     if (crash || alarm)
         logger_clear_progress(logger);
     if (crash) {
         crash_headline(crash, &logger->symbols, text, sizeof text);
-        cli_note(logger->cli, "%s", text);
+        cli_note(logger->cli, "%s%s", text, at);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
-        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state),
-                 alarm->tec);
+        cli_note(logger->cli, "the board%s says of CAN: %s (TEC %u)", at,
+                 mr_can_state_text(alarm->state), alarm->tec);
     else if (alarm && alarm->outages)
-        cli_note(
-            logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset",
-            (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
+        cli_note(logger->cli,
+                 "the board%s says of CAN: good again after %.2f s; %u %s since its reset", at,
+                 (double)alarm->outage_s, alarm->outages,
+                 alarm->outages == 1 ? "outage" : "outages");
+}
+
+/* What boards said of themselves that nobody should have to look for. */
+void logger_note_health(struct logger *logger)
+{
+    for (unsigned i = 0; i < logger->boards; i++)
+        note_health(logger, i);
+}
+
+/* One board in full; of several what each is about. */
+static size_t board_progress(const struct logger *logger, unsigned i, char *out, size_t size)
+{
+    struct collector_progress p;
+    char strangers[50] = "", at[LOGGER_AT_TEXT];
+    collector_progress(logger->board[i].collector, &p);
+    logger_at_text(logger, i, at);
+    if (p.strangers[LINK_CAN] > 0)
+        snprintf(strangers, sizeof strangers, ", %lld not the board's",
+                 (long long)p.strangers[LINK_CAN]);
+    const char *state = p.run   ? mr_landing_state_text(p.state)
+                      : p.hello ? "no landing"
+                                : "waiting for a board";
+    double block_s = p.block < 0 ? 0.0 : (double)p.block / 1000.0;
+    int length = logger->boards > 1
+                   ? snprintf(out, size, "%s%s%s %8.3f s  %u switches, %lld lost%s",
+                              i ? "  |  " : "", state, at, block_s, p.edges,
+                              (long long)(p.counts[LINK_CAN].lost + p.counts[LINK_SERIAL].lost),
+                              strangers)
+                   : snprintf(out, size,
+                              "%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld "
+                              "frames, %lld lost",
+                              state, block_s, p.edges, (long long)p.counts[LINK_CAN].received,
+                              (long long)p.counts[LINK_CAN].lost, strangers,
+                              (long long)p.counts[LINK_SERIAL].received,
+                              (long long)p.counts[LINK_SERIAL].lost);
+    return length < 0 || (size_t)length >= size ? size - 1 : (size_t)length;
 }
 
 void logger_show_progress(struct logger *logger, bool last)
@@ -184,82 +254,105 @@ void logger_show_progress(struct logger *logger, bool last)
     if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, steady_us()) ||
         (!last && steady_us() - logger->shown_us < PROGRESS_US))
         return;
-    struct collector_progress p;
-    char queue[40] = "", strangers[50] = "";
+    char boards[LOGGER_BOARDS * 200], queue[40] = "";
+    size_t used = 0;
     unsigned permille = watch_permille(&logger->watch);
-    collector_progress(logger->collector, &p);
     logger->shown_us = steady_us();
+    for (unsigned i = 0; i < logger->boards; i++)
+        used += board_progress(logger, i, boards + used, sizeof boards - used);
     if (permille >= QUEUE_SHOWN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
-    if (p.strangers[LINK_CAN] > 0)
-        snprintf(strangers, sizeof strangers, ", %lld not the board's",
-                 (long long)p.strangers[LINK_CAN]);
-    fprintf(stderr,
-            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld frames, %lld "
-            "lost%s \033[K%s",
-            p.run     ? mr_landing_state_text(p.state)
-            : p.hello ? "no landing"
-                      : "waiting for a board",
-            p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges,
-            (long long)p.counts[LINK_CAN].received, (long long)p.counts[LINK_CAN].lost, strangers,
-            (long long)p.counts[LINK_SERIAL].received, (long long)p.counts[LINK_SERIAL].lost, queue,
-            last ? "\n" : "");
+    fprintf(stderr, "\r%s%s \033[K%s", boards, queue, last ? "\n" : "");
 }
 
-/* Of two links on which no board spoke the one that heard something. */
-static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
+/* Of a board's links, on which it did not speak, the one that heard something. */
+static enum diagnosis diagnose(const struct logger *logger, unsigned board,
+                               const struct link **link)
 {
     char text[DIAGNOSIS_TEXT];
     enum diagnosis diagnosis = DIAGNOSIS_SILENT;
     for (int kind = LINK_KINDS - 1; kind >= 0 && diagnosis == DIAGNOSIS_SILENT; kind--) {
-        if (!logger->link[kind])
+        const struct link *one = logger->link[logger_link_of(board, (enum link_kind)kind)];
+        if (!one)
             continue;
-        *link = logger->link[kind];
+        *link = one;
         diagnosis = link_diagnose(*link, text);
     }
     return diagnosis;
 }
 
-enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
+/* Of several boards the others spoke: this one is not where it is looked for. */
+static enum mr_status check_board(const struct logger *logger, unsigned i, bool others,
                                   struct error *error)
 {
     struct collector_progress p;
-    const struct link *link = NULL;
-    collector_progress(logger->collector, &p);
+    const struct link *link = NULL, *can = logger->link[0],
+                      *serial = logger->link[logger_link_of(i, LINK_SERIAL)];
+    const struct logger_board *board = &logger->board[i];
+    collector_progress(board->collector, &p);
     const struct store_link_counts *c = p.counts;
-    bool line = serial && link_counters(logger->link[LINK_SERIAL])->hearing.baud != 0;
+    bool line = serial && link_counters(serial)->hearing.baud != 0;
     if (p.hello)
         return MR_OK;
+    if (others)
+        return error_set(error, MR_TIMEOUT,
+                         "no board at base 0x%03x: %s; is it on, and set to that base? matrig bus "
+                         "says who is there",
+                         board->base, board->can);
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
             return error_set(
                 error, MR_MALFORMED,
                 "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
-                can ? can : "", and, serial ? serial : "");
+                can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
-    diagnose(logger, &link);
+    diagnose(logger, i, &link);
     return link_no_board(link, error);
+}
+
+enum mr_status logger_check_heard(const struct logger *logger, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    bool any = false;
+    for (unsigned i = 0; i < logger->boards; i++) {
+        struct collector_progress p;
+        collector_progress(logger->board[i].collector, &p);
+        any |= p.hello;
+    }
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+        status = check_board(logger, i, any, error);
+    return status;
 }
 
 /* After a while without a board, once for each link, while it is still waited for. */
 void logger_note_unheard(struct logger *logger)
 {
-    struct collector_progress p;
     char text[DIAGNOSIS_TEXT];
     uint64_t now_us = steady_us();
+    bool heard[LOGGER_BOARDS], any = false;
     if (logger->unheard_us == 0)
         logger->unheard_us = now_us + UNHEARD_US;
     if (now_us < logger->unheard_us || logger->unheard_told)
         return;
     logger->unheard_told = true;
-    collector_progress(logger->collector, &p);
-    for (int kind = 0; kind < LINK_KINDS && !p.hello; kind++) {
-        if (!logger->open[kind])
+    for (unsigned i = 0; i < logger->boards; i++) {
+        struct collector_progress p;
+        collector_progress(logger->board[i].collector, &p);
+        heard[i] = p.hello;
+        any |= p.hello;
+    }
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        if (!logger->open[link] || (link == 0 ? any : heard[link - 1]))
             continue;
-        link_diagnose(logger->link[kind], text);
+        link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
         cli_note(logger->cli, "%s", text);
+    }
+    for (unsigned i = 0; i < logger->boards && any; i++) {
+        if (!heard[i])
+            cli_note(logger->cli, "no board at base 0x%03x until now: %s", logger->board[i].base,
+                     logger->board[i].can);
     }
 }
 
@@ -283,14 +376,15 @@ static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct an
     answer_close(answer);
 }
 
-static void link_answer(const struct logger *logger, int kind, const struct collector_progress *p,
-                        struct answer *answer)
+static void link_answer(const struct logger *logger, unsigned link,
+                        const struct collector_progress *p, struct answer *answer)
 {
+    enum link_kind kind = logger_kind(link);
     const struct store_link_counts *c = &p->counts[kind];
     int64_t trouble[LINK_TROUBLES];
     char line[400];
     for (unsigned i = 0; i < LINK_TROUBLES; i++)
-        trouble[i] = (int64_t)logger->counters[kind].trouble[i];
+        trouble[i] = (int64_t)logger->counters[link].trouble[i];
     summary_troubles(trouble, line, sizeof line);
     answer_open(answer, kind == LINK_CAN ? "can" : "serial", "");
     answer_count(answer, "received", NULL, c->received);
@@ -299,44 +393,68 @@ static void link_answer(const struct logger *logger, int kind, const struct coll
     answer_count(answer, "bad", NULL, c->bad);
     answer_count(answer, "foreign", NULL, c->foreign);
     answer_count(answer, "strangers", NULL, p->strangers[kind]);
-    missing_answer(kind, p->missing[kind], answer);
+    missing_answer((int)kind, p->missing[kind], answer);
     answer_json_value(answer, "troubles", summary_troubles_json(trouble));
     if (line[0])
-        answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name(kind), line);
+        answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
+                        line);
     if (kind == LINK_CAN && p->before_first >= 0)
         answer_count(answer, "before_logging", NULL, p->before_first);
     answer_close(answer);
 }
 
-int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
+static void board_answer(const struct logger *logger, unsigned i, struct answer *answer)
 {
-    struct collector_progress p;
+    const struct logger_board *board = &logger->board[i];
     const struct link *link = NULL;
-    struct answer *answer = answer_new(logger->cli->si);
-    char held[300];
-    collector_progress(logger->collector, &p);
-    watch_session(&logger->watch, held, sizeof held);
-    answer_json_value(answer, "db", json_string(logger->saved[0] ? logger->saved : db));
-    answer_count(answer, "session", NULL, collector_session(logger->collector));
-    answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
+    struct collector_progress p;
+    char at[LOGGER_AT_TEXT];
+    collector_progress(board->collector, &p);
+    logger_at_text(logger, i, at);
+    answer_count(answer, "session", NULL, collector_session(board->collector));
+    answer_count(answer, "base", NULL, board->base);
     answer_open(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (logger->link[kind])
-            link_answer(logger, kind, &p, answer);
+        unsigned one = logger_link_of(i, (enum link_kind)kind);
+        if (logger->link[one])
+            link_answer(logger, one, &p, answer);
     }
     answer_close(answer);
-    answer_json_value(answer, "queue", watch_json(&logger->watch));
-    if (held[0])
-        answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);
     if (p.strangers[LINK_CAN] > 0)
         answer_sentence(
             answer, NULL,
-            "CAN in this session: %lld frames on the board's identifiers that are not the board's",
-            (long long)p.strangers[LINK_CAN]);
+            "CAN in this session: %lld frames on the board's identifiers%s that are not the "
+            "board's",
+            (long long)p.strangers[LINK_CAN], at);
+    answer_words_or_none(answer, "unheard", NULL,
+                         p.hello ? NULL : diagnosis_word(diagnose(logger, i, &link)), NULL);
+}
+
+int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
+{
+    struct answer *answer = answer_new(logger->cli->si);
+    char held[300];
+    watch_session(&logger->watch, held, sizeof held);
+    answer_json_value(answer, "db", json_string(logger->saved[0] ? logger->saved : db));
+    answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
+    if (logger->boards == 1)
+        board_answer(logger, 0, answer);
+    if (logger->boards > 1)
+        answer_open(answer, "boards", "");
+    for (unsigned i = 0; i < logger->boards && logger->boards > 1; i++) {
+        char name[8];
+        snprintf(name, sizeof name, "0x%03x", logger->board[i].base);
+        answer_open(answer, name, "");
+        board_answer(logger, i, answer);
+        answer_close(answer);
+    }
+    if (logger->boards > 1)
+        answer_close(answer);
+    answer_json_value(answer, "queue", watch_json(&logger->watch));
+    if (held[0])
+        answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);
     answer_json_value(answer, "landings", json_incref(logger->landings));
     answer_words_or_none(answer, "error", NULL, error->text, NULL);
-    answer_words_or_none(answer, "unheard", NULL,
-                         p.hello ? NULL : diagnosis_word(diagnose(logger, &link)), NULL);
     int shown = answer_show(logger->cli, answer, code);
     return logger->cli->json ? shown : code;
 }

@@ -84,14 +84,23 @@ static bool take_line(struct typed *typed, char line[sizeof typed->text])
 static void send_it(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
+    char at[LOGGER_AT_TEXT];
     typed->command.tag = ++typed->tag;
     typed->asked = false;
     typed->hold_us = 0;
-    (void)collector_take_answer(logger->collector); /* one that came before is of another */
-    typed->sent = logger_send(logger, &typed->command, false);
+    typed->sent = 0;
     typed->until_us = steady_us() + ANSWER_US;
-    if (!typed->sent)
-        say(logger, "%s: cannot be sent, no link takes it\n", mr_command_name(typed->command.code));
+    for (unsigned i = 0; i < logger->boards; i++) {
+        /* one that came before is of another */
+        (void)collector_take_answer(logger->board[i].collector);
+        if (logger_send(logger, i, &typed->command, false)) {
+            typed->sent |= 1u << i;
+            continue;
+        }
+        logger_at_text(logger, i, at);
+        say(logger, "%s%s: cannot be sent, no link takes it\n",
+            mr_command_name(typed->command.code), at);
+    }
 }
 
 /* `yes` or anything else. */
@@ -108,11 +117,21 @@ static void take_reply(struct logger *logger, const char *line)
     say(logger, "not yes: nothing was sent\n");
 }
 
+/* State of a landing that is going on, on any board; NULL: none is. */
+static const char *what_is_recorded(const struct logger *logger)
+{
+    for (unsigned i = 0; i < logger->boards; i++) {
+        struct collector_progress p;
+        collector_progress(logger->board[i].collector, &p);
+        if (armtalk_recording(p.state) && p.run)
+            return mr_landing_state_text(p.state);
+    }
+    return NULL;
+}
+
 static void take_command(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
-    struct collector_progress p;
-    collector_progress(logger->collector, &p);
     if (line[strspn(line, " \t\r")] == '\0') {
         typed->hold_us = steady_us() + TYPING_US;
         say(logger, "%s: ", HELP);
@@ -126,17 +145,16 @@ static void take_command(struct logger *logger, const char *line)
         say(logger, "no command: '%.40s'; %s\n", line, HELP);
         return;
     }
-    bool arm = typed->command.code == MR_COMMAND_ARM,
-         going_on = armtalk_recording(p.state) && p.run;
-    if (!arm && !going_on) {
+    bool arm = typed->command.code == MR_COMMAND_ARM;
+    const char *recording = what_is_recorded(logger);
+    if (!arm && !recording) {
         send_it(logger);
         return;
     }
     typed->asked = true;
     typed->until_us = typed->hold_us = steady_us() + ASKED_US;
     if (!arm)
-        say(logger, "disarm? What the board records, it is %s, ends there. yes: ",
-            mr_landing_state_text(p.state));
+        say(logger, "disarm? What the board records, it is %s, ends there. yes: ", recording);
     else if (typed->command.argument)
         say(logger,
             "arm for landing %d? The board records until the gear has stopped and the mat is at "
@@ -147,49 +165,66 @@ static void take_command(struct logger *logger, const char *line)
                     "the mat is at rest. yes: ");
 }
 
-/* What came of the command that was sent. */
-static void take_answer(struct logger *logger)
+/* What came of the command that was sent to a board. */
+static void take_answer(struct logger *logger, unsigned i)
 {
     struct typed *typed = &logger->typed;
-    const struct mr_ack *answer = collector_take_answer(logger->collector);
+    const struct mr_ack *answer = collector_take_answer(logger->board[i].collector);
     const char *name = mr_command_name(typed->command.code);
+    char at[LOGGER_AT_TEXT];
+    logger_at_text(logger, i, at);
     if (answer && answer->tag == typed->command.tag) {
-        typed->sent = false;
+        typed->sent &= ~(1u << i);
         if (answer->status == MR_OK)
-            say(logger, "%sed\n", name);
+            say(logger, "%sed%s\n", name, at);
         else
-            say(logger, "%s refused: %s\n", name, armtalk_refusal((enum mr_status)answer->status));
+            say(logger, "%s refused%s: %s\n", name, at,
+                armtalk_refusal((enum mr_status)answer->status));
     } else if (steady_us() > typed->until_us) {
-        typed->sent = false;
+        typed->sent &= ~(1u << i);
         say(logger,
-            "the board did not answer `%s` within 3 s; look what state it is in before trying "
+            "the board%s did not answer `%s` within 3 s; look what state it is in before trying "
             "again\n",
-            name);
+            at, name);
     }
+}
+
+/* Each board has said hello. */
+static bool all_are_there(const struct logger *logger)
+{
+    for (unsigned i = 0; i < logger->boards; i++) {
+        struct collector_progress p;
+        collector_progress(logger->board[i].collector, &p);
+        if (!p.hello)
+            return false;
+    }
+    return true;
 }
 
 void typed_turn(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
-    struct collector_progress p;
     char line[sizeof typed->text];
     if (!typed->on)
         return;
     if (typed->sent && watch_refused_us(&logger->watch)) /* the answer waits in the queue */
         typed->until_us = steady_us() + ANSWER_US;
-    if (typed->sent)
-        take_answer(logger);
+    for (unsigned i = 0; i < logger->boards; i++) {
+        if (typed->sent >> i & 1u)
+            take_answer(logger, i);
+    }
     if (typed->asked && steady_us() > typed->until_us)
         take_reply(logger, "");
-    collector_progress(logger->collector, &p);
+    bool there = all_are_there(logger);
     /* a script's commands wait for the board; who types is told */
-    bool nobody = !p.hello && !typed->terminal;
+    bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))
         return;
     if (typed->asked)
         take_reply(logger, line);
-    else if (!p.hello)
-        say(logger, "no board has said hello yet: nothing was sent\n");
+    else if (!there)
+        say(logger, "no board has said hello yet%s: nothing was sent\n",
+            logger->boards > 1 ? ", or not each" : "");
     else
         take_command(logger, line);
 }

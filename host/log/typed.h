@@ -1,5 +1,6 @@
 /* Commands typed into a running matrig log: `arm [N]` and `disarm`, a line each, on standard input.
- * Before it arms, and before it ends a landing that is going on, it asks once more. */
+ * Before it arms, and before it ends a landing that is going on, it asks once more. Boards that are
+ * logged together are armed together. */
 #ifndef MATRIG_HOST_LOG_TYPED_H
 #define MATRIG_HOST_LOG_TYPED_H
 
@@ -18,7 +19,7 @@ struct typed {
     size_t length;
     struct mr_command command; /* the one asked about, or sent */
     bool asked;                /* whether it is meant; `yes` is waited for */
-    bool sent;                 /* and its answer is waited for until until_us */
+    unsigned sent;             /* bit for each board whose answer is waited for until until_us */
     uint16_t tag;              /* of the last one */
     uint64_t until_us;
     uint64_t hold_us; /* no progress is drawn until then, over what is being typed */

@@ -21,10 +21,10 @@
 static unsigned permille(const struct watch *watch)
 {
     unsigned most = 0;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (!watch->reader[kind])
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        if (!watch->reader[link])
             continue;
-        struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[kind]));
+        struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[link]));
         unsigned full = (unsigned)(1000u * (uint64_t)depth.bytes / depth.capacity);
         most = full > most ? full : most;
     }
@@ -42,12 +42,13 @@ unsigned watch_permille(struct watch *watch)
 static void amount(const struct watch *watch, bool lost, char *out, size_t size)
 {
     uint64_t count[LINK_KINDS] = {0};
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (!watch->reader[kind])
+    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        if (!watch->reader[link])
             continue;
-        struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[kind]));
+        enum link_kind kind = logger_kind(link);
+        struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[link]));
         uint64_t waits = kind == LINK_CAN ? depth.frames : depth.octets;
-        count[kind] = lost ? link_reader_lost(watch->reader[kind]) : waits;
+        count[kind] += lost ? link_reader_lost(watch->reader[link]) : waits;
     }
     const unsigned long long frames = count[LINK_CAN], bytes = count[LINK_SERIAL];
     if (frames && bytes)
@@ -132,8 +133,8 @@ static void lost_text(const struct watch *watch, char *out, size_t size)
 static bool holds_up(const struct watch *watch)
 {
     bool any = false;
-    for (int kind = 0; kind < LINK_KINDS; kind++)
-        any |= watch->reader[kind] && link_reader_holds_up(watch->reader[kind]);
+    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+        any |= watch->reader[link] && link_reader_holds_up(watch->reader[link]);
     return any;
 }
 
@@ -262,7 +263,7 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_destroy(&monotonic);
 }
 
-enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
+enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LOGGER_LINKS],
                            const char *path, struct error *error)
 {
     pthread_mutex_lock(&watch->lock);

@@ -175,7 +175,7 @@ static enum mr_status take_answers(const struct paths *paths, struct store *stor
     if (status == MR_OK)
         status = store_begin(store, error);
     if (status == MR_OK)
-        status = collector_open(store, paths->can_spec, paths->serial_spec, &collector, error);
+        status = collector_open(store, paths->can_spec, 0, paths->serial_spec, &collector, error);
     if (status == MR_OK)
         status = collect(collector, link, error);
     if (status == MR_OK)

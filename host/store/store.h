@@ -145,7 +145,7 @@ struct store_frame {
     int64_t seq;      /* of the serial frame; on CAN frames received before it in the session */
     int64_t board_us; /* STORE_NONE: not known yet */
     int64_t host_us;
-    uint32_t id;
+    uint32_t id; /* of the catalogue: on CAN without the board's base */
     size_t length;
     const uint8_t *data;
 };
@@ -163,6 +163,9 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
                                  enum mr_status (*each)(void *context,
                                                         const struct store_frame *frame),
                                  void *context, struct error *error);
+/* What was added on the bus to the identifiers of a landing's frames (common/canbase.h). */
+enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *base,
+                                 struct error *error);
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error);
 

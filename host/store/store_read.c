@@ -142,6 +142,15 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
     return STORE_NUMBER(store, error, FRAMES_COUNT, count, BIND(run), BIND(link));
 }
 
+enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *base,
+                                 struct error *error)
+{
+    int64_t number = 0;
+    enum mr_status status = STORE_NUMBER(store, error, FRAMES_BASE, &number, BIND(run));
+    *base = (uint16_t)number;
+    return status;
+}
+
 enum mr_status store_blocks_each(struct store *store, int64_t run,
                                  enum mr_status (*each)(void *context, const uint8_t *record,
                                                         size_t length),

@@ -1,6 +1,6 @@
 -- The tables of version 4 as matrig made them before they came from host/store/tables.def; tests/host/test_tables.c. Only a column that
 -- is added changes this, at its end of a table, and a table that is added, at the end.
-CREATE TABLE sessions(id INTEGER PRIMARY KEY, started_us INTEGER NOT NULL, ended_us INTEGER, ended_by TEXT, can_link TEXT, serial_link TEXT);
+CREATE TABLE sessions(id INTEGER PRIMARY KEY, started_us INTEGER NOT NULL, ended_us INTEGER, ended_by TEXT, can_link TEXT, serial_link TEXT, can_base INTEGER);
 CREATE TABLE links(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, received INTEGER, lost INTEGER, dropped INTEGER, bad INTEGER, outside INTEGER, PRIMARY KEY(session, link)) WITHOUT ROWID;
 CREATE TABLE missing(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, message TEXT NOT NULL, missing INTEGER NOT NULL, PRIMARY KEY(session, link, message)) WITHOUT ROWID;
 CREATE TABLE landings(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id), boot INTEGER NOT NULL, board_landing INTEGER NOT NULL, armed_block INTEGER, armed_us INTEGER NOT NULL, state INTEGER NOT NULL, board_uid TEXT, firmware TEXT, image_crc INTEGER, config_crc INTEGER, clock_source INTEGER, touchdown_ft REAL, switch_error_ft REAL, image_commit TEXT);

@@ -56,7 +56,7 @@ static void make_base(void)
     remove(path);
     FUZZ_REQUIRE(store_open(path, STORE_CREATE, &store, &error) == MR_OK &&
                  store_begin(store, &error) == MR_OK);
-    FUZZ_REQUIRE(collector_open(store, NULL, "serial:fuzz", &collector, &error) == MR_OK);
+    FUZZ_REQUIRE(collector_open(store, NULL, 0, "serial:fuzz", &collector, &error) == MR_OK);
     log_landing(collector);
     FUZZ_REQUIRE(collector_end(collector, "end", &error) == MR_OK &&
                  store_commit(store, &error) == MR_OK);

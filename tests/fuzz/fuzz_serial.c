@@ -58,7 +58,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     now_us = 1000000;
     struct store *store = fuzz_store();
-    FUZZ_REQUIRE(collector_open(store, "can:fuzz", "serial:fuzz", &collector, &error) == MR_OK);
+    FUZZ_REQUIRE(collector_open(store, "can:fuzz", 0, "serial:fuzz", &collector, &error) == MR_OK);
     if (data[0] & 1u)
         give_messages(data + 1, size - 1);
     else

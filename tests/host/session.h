@@ -51,7 +51,7 @@ static inline void session_log(struct session *session, const char *db)
     struct error *error = &session->error;
     store_open(scratch_path(path, sizeof path, db), STORE_CREATE, &session->store, error);
     store_begin(session->store, error);
-    collector_open(session->store, session->can ? "file:can" : NULL,
+    collector_open(session->store, session->can ? "file:can" : NULL, 0,
                    session->serial ? "file:serial" : NULL, &session->collector, error);
     assert_no_error(error);
     const char *can = session->can;

@@ -327,7 +327,7 @@ static void a_port_that_comes_back_begins_anew(void **state)
     size_t torn = behind_frame(&s, 29) + 5, anew = behind_frame(&s, 33);
     store_open(scratch_path(path, sizeof path, "collect.db"), STORE_CREATE, &s.store, &s.error);
     store_begin(s.store, &s.error);
-    collector_open(s.store, NULL, "file:serial", &s.collector, &s.error);
+    collector_open(s.store, NULL, 0, "file:serial", &s.collector, &s.error);
     collector_bytes(s.collector, (const uint8_t *)s.serial, torn, 1700000000000000u, &s.error);
     counters.trouble[LINK_AWAY] = counters.trouble[LINK_BACK] = 1;
     collector_troubles(s.collector, LINK_SERIAL, &counters, &s.error);

@@ -44,7 +44,7 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
     fclose(s.stream.can);
     store_open(scratch_path(path, 200, db), STORE_CREATE, &s.store, &s.error);
     store_begin(s.store, &s.error);
-    collector_open(s.store, "file:can", NULL, &s.collector, &s.error);
+    collector_open(s.store, "file:can", 0, NULL, &s.collector, &s.error);
     store_commit(s.store, &s.error);
     assert_no_error(&s.error);
     for (const char *at = s.can; *at;) {
