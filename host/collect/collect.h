@@ -35,7 +35,8 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
 void collector_close(struct collector *collector); /* NULL is allowed; writes nothing */
 
 /* Frames as they are on the bus. MR_VERSION: a board of another layout; MR_IO: another board than
- * before, on serial, or on CAN and nobody else. Both ask for a new log. Broken and foreign frames are counted, not errors. */
+ * before, on serial, or on CAN and nobody else. Both ask for a new log. Broken and foreign frames
+ * are counted, not errors. */
 enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,

@@ -348,12 +348,6 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
         status = open_link(logger, 0, can, error);
     if (status == MR_OK && can)
         status = name_boards(logger, error);
-    if (status == MR_OK && live && logger->boards > 1)
-        status =
-            error_set(error, MR_USAGE,
-                      "--live shows one board: %s names %u; leave --live out, or log one board "
-                      "by this command",
-                      can, logger->boards);
     if (status == MR_OK && serial)
         status = logger->boards > 1 ? open_lines(logger, serial, error)
                                     : open_link(logger, 1, serial, error);
@@ -390,6 +384,21 @@ struct request {
     bool listen, commands, force;
 };
 
+/* The live page has room for one board. */
+static enum mr_status check_live(const struct request *request, struct error *error)
+{
+    char plain[LINK_SPEC_MAX];
+    struct link_bases bases;
+    if (!request->live || !request->can)
+        return MR_OK;
+    snprintf(plain, sizeof plain, "%s", request->can);
+    if (link_take_bases(plain, &bases, error) != MR_OK || bases.count == 1)
+        return error->status;
+    return error_set(error, MR_USAGE,
+                     "--live shows one board: %s names %u; leave --live out, or name one",
+                     request->can, bases.count);
+}
+
 static int log_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {0};
@@ -405,6 +414,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && r.listen && r.commands)
         status = error_set(&error, MR_USAGE,
                            "--listen and --commands: nothing is sent, or commands are; give one");
+    if (status == MR_OK)
+        status = check_live(&r, &error);
     if (status == MR_OK)
         status = output_check(r.page, r.force, r.db, &error);
     struct mr_symbols symbols = {0};
