@@ -81,6 +81,8 @@ void app_start(struct app *app)
 {
     memset(app, 0, sizeof *app);
     configstore_start(&app->configstore);
+    app->can_base = config.site[0].can_base;
+    board_can_move(app->can_base); /* before anything is sent */
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
@@ -268,6 +270,16 @@ static enum mr_status apply_configuration(struct app *app, const struct mr_comma
     return status;
 }
 
+/* Behind the answer, which went to the base that the command came to. */
+static void follow_base(struct app *app)
+{
+    if (app->can_base == config.site[0].can_base)
+        return;
+    app->can_base = config.site[0].can_base;
+    board_can_move(app->can_base);
+    configround_burst(&app->telemetry, &app->landing); /* hello, for who listens there */
+}
+
 /* MR_OK: answered, whatever the answer; else it was no command. */
 static enum mr_status obey(struct app *app, const uint8_t *payload, size_t length)
 {
@@ -333,6 +345,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     if (command.code != MR_COMMAND_BACKLOG || status != MR_OK)
         TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status,
              .tag = command.tag, .block = app->next_index);
+    follow_base(app);
     return MR_OK;
 }
 

@@ -40,6 +40,7 @@ struct app {
     struct mr_deframer deframer;
     uint32_t next_index; /* of the block expected next */
     uint32_t fitted;     /* bit c: channel c is */
+    uint16_t can_base;   /* the one that messages have now */
 
     struct mr_block newest[APP_NEWEST]; /* by index modulo their number */
     uint32_t blocks_in_row;             /* up to the newest, without a gap */

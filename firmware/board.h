@@ -32,7 +32,7 @@ struct board_identity {
 };
 
 struct board_can_frame {
-    uint16_t id; /* 11 bits */
+    uint16_t id; /* the catalogue's, 11 bits */
     uint8_t length;
     uint8_t data[8];
 };
@@ -95,6 +95,10 @@ size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 /* Level of the camera's trigger output. Returns TIM2 at the moment it was set. */
 uint32_t board_camera(bool high);
 
+/* From now on what is sent has identifiers of the catalogue plus `base`, and only what is sent to
+ * those comes in (common/canbase.h). Frames that are queued already keep theirs. Until the first
+ * call nothing comes in. */
+void board_can_move(uint16_t base);
 /* Queue one frame; false when the queue is full or the link is down (the caller counts the
  * drop). */
 bool board_can_send(const struct board_can_frame *frame);

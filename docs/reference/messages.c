@@ -76,12 +76,15 @@ void reference_messages(FILE *out)
     const struct mr_message_info *messages = mr_catalogue(&count);
     reference_head(out, "Messages",
                    "`common/catalogue.def`, `common/command.h` and `common/fault.h`");
-    fprintf(out,
-            "The layout version is %u. The identifier is the CAN identifier and the serial type. "
-            "All integers are little-endian. A scaled\n"
-            "field keeps one code for \"missing\". `matrig dbc` writes the same as a DBC "
-            "file.\n\n## Messages\n",
-            MR_LAYOUT);
+    fprintf(
+        out,
+        "The layout version is %u. The identifier is the CAN identifier and the serial type. On "
+        "CAN a board with another base than 0 adds it\n"
+        "([the base](../howto/configure.md#several-boards-on-one-bus-the-base)); all pages "
+        "are in terms of these, without a base.\n"
+        "All integers are little-endian. A scaled field keeps one code for \"missing\". `matrig "
+        "dbc` writes the same as a DBC file.\n\n## Messages\n",
+        MR_LAYOUT);
     for (size_t i = 0; i < count; i++)
         write_message(out, &messages[i]);
     write_commands(out);

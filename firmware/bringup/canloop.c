@@ -49,6 +49,7 @@ void bringup_can(void)
     /* alternating bits: no stuff bit among the data. Of an id that the driver's filter lets in. */
     struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
     board_can_state(&errors);
+    board_can_move(0);
     if (errors.missing || !set_mode(CAN_BTR_LBKM | CAN_BTR_SILM)) {
         say_none("can_frames", "frames");
         say_none("can_frame", "us");

@@ -3,20 +3,25 @@
  *
  * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what
  * went before it. Bus-off is left by software, when firmware/canwatch.c says so: the controller
- * itself (ABOM) would come back 400 times a second to a shorted bus. */
+ * itself (ABOM) would come back 400 times a second to a shorted bus.
+ *
+ * Identifiers are the bus's (common/canbase.h) in the queue of what is sent and in the controller,
+ * the catalogue's everywhere else. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
-#include "common/catalogue.h"
+#include "common/canbase.h"
 
 #define TX_QUEUE   256u
 #define RX_QUEUE   64u
 #define ALL_EMPTY  (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
 #define INIT_POLLS 100000u
+#define SYNC_MARK  0x8000u /* beside the identifier in the queue: it is the sync frame */
 #define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
 static struct board_can_frame tx_queue[TX_QUEUE], rx_queue[RX_QUEUE];
 static volatile uint32_t tx_queued, tx_taken, rx_queued, rx_taken;
 static bool running;
+static volatile uint16_t base; /* of the identifiers on the bus */
 /* frames that mailboxes sent, and gave up when asked to */
 static volatile uint32_t passed, aborted;
 static uint32_t cleared; /* frames that waited, and were dropped */
@@ -47,9 +52,7 @@ void can_start(void)
     CAN1->FM1R = 1u; /* bank 0: list of identifiers */
     CAN1->FS1R = 1u; /* 32 bits */
     CAN1->FFA1R = 0; /* to FIFO 0 */
-    CAN1->filter[0][0] = (uint32_t)MR_ID_COMMAND << 21;
-    CAN1->filter[0][1] = (uint32_t)MR_ID_CONFIG_WORD << 21;
-    CAN1->FA1R = 1u;
+    CAN1->FA1R = 0;  /* nothing passes until board_can_move says what is the board's */
     CAN1->FMR &= ~CAN_FMR_FINIT;
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
     /* It takes part from 11 recessive bits on. Not waited for: a bus that is shorted now may be
@@ -58,6 +61,21 @@ void can_start(void)
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
     irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);
     running = true;
+}
+
+/* Filters change while FINIT is set, and reception stops meanwhile: below a microsecond, a frame
+ * that ends just then is lost. What came before was taken out of the FIFO by its interrupt, with
+ * the base of its time. RM0090 32.7.4. Filters survive bus-off and the way out of it. */
+void board_can_move(uint16_t to)
+{
+    if (!running)
+        return;
+    CAN1->FMR |= CAN_FMR_FINIT;
+    CAN1->filter[0][0] = (uint32_t)mr_can_to_bus(MR_ID_COMMAND, to) << 21;
+    CAN1->filter[0][1] = (uint32_t)mr_can_to_bus(MR_ID_CONFIG_WORD, to) << 21;
+    CAN1->FA1R = 1u;
+    base = to;
+    CAN1->FMR &= ~CAN_FMR_FINIT;
 }
 
 static uint32_t word_of(const uint8_t *bytes)
@@ -90,12 +108,12 @@ static void fill_mailboxes(void)
         CAN1->tx[mailbox].TDTR = frame->length;
         CAN1->tx[mailbox].TDLR = word_of(frame->data);
         CAN1->tx[mailbox].TDHR = word_of(frame->data + 4);
-        if (frame->id == MR_ID_SYNC) {
+        if (frame->id & SYNC_MARK) {
             sync_block = word_of(frame->data);
             sync_mailbox = mailbox;
             sync_left = false;
         }
-        CAN1->tx[mailbox].TIR = (uint32_t)frame->id << 21 | CAN_TIR_TXRQ;
+        CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MOST) << 21 | CAN_TIR_TXRQ;
         tx_taken++;
     }
 }
@@ -142,7 +160,7 @@ void can1_rx0_irq(void)
         if (rx_queued - rx_taken < RX_QUEUE) {
             struct board_can_frame *frame = &rx_queue[rx_queued % RX_QUEUE];
             uint32_t low = CAN1->rx[0].RDLR, high = CAN1->rx[0].RDHR;
-            frame->id = (uint16_t)(CAN1->rx[0].RIR >> 21);
+            frame->id = mr_can_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), base);
             frame->length = (uint8_t)(CAN1->rx[0].RDTR & 15u);
             if (frame->length > 8)
                 frame->length = 8;
@@ -162,7 +180,11 @@ bool board_can_send(const struct board_can_frame *frame)
 {
     if (!running || tx_queued - tx_taken == TX_QUEUE)
         return false;
-    tx_queue[tx_queued % TX_QUEUE] = *frame;
+    struct board_can_frame *queued = &tx_queue[tx_queued % TX_QUEUE];
+    *queued = *frame;
+    queued->id = mr_can_to_bus(frame->id, base);
+    if (frame->id == MR_ID_SYNC)
+        queued->id |= SYNC_MARK;
     uint32_t mask = irq_mask();
     tx_queued++;
     fill_mailboxes();

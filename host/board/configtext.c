@@ -332,13 +332,19 @@ static enum mr_status check_units(struct reader *r)
     return MR_OK;
 }
 
+/* Texts of before it, which campaigns hold too, do not name it: they are of boards at base 0. */
+static bool may_be_absent(struct configplace at)
+{
+    return at.group == MR_GROUP_site && at.field == MR_FIELD_site_can_base;
+}
+
 static enum mr_status check(struct reader *r)
 {
     struct mr_config_reason reason;
     struct configplace at = {0};
     size_t number = 0;
     do {
-        if (!r->place[number++].line) {
+        if (!r->place[number++].line && !may_be_absent(at)) {
             char name[CONFIGPLACE_NAME];
             configplace_name(at, name);
             return error_set(r->error, MR_MALFORMED,

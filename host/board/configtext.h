@@ -8,9 +8,10 @@
  * Members count from 1: channel[1] to [8] are the transducers' inputs, [9] to [22] the gages', [23]
  * the staircase, [24] the reference; gate[1] is the first switch. Reals are decimal numbers or
  * `missing`; several are separated by blanks; texts stand in double quotes, with \" and \\ in them;
- * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order. What is
- * written reads back bit for bit. A number may be written with another unit of its field's kind
- * (configunits.h): `site.mat_length_ft = 523 mm`; what matrig writes has none. */
+ * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order; only
+ * site.can_base may be absent, and is 0 then: a text of before it. What is written reads back bit
+ * for bit. A number may be written with another unit of its field's kind (configunits.h):
+ * `site.mat_length_ft = 523 mm`; what matrig writes has none. */
 #ifndef MATRIG_HOST_CONFIGTEXT_H
 #define MATRIG_HOST_CONFIGTEXT_H
 

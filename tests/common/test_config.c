@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <zlib.h>
 
+#include "common/canbase.h"
 #include "tests/cmocka_all.h"
 #include "tests/common/sound_config.h"
 
@@ -258,6 +259,23 @@ static void every_limit_is_refused_with_its_reason(void **state)
     assert_true(limits > 500);
 }
 
+/* The table has a number: with it the last message of the catalogue has the last identifier. */
+static void a_base_keeps_all_messages_within_11_bits(void **state)
+{
+    (void)state;
+    const struct mr_config_field *field =
+        &mr_config_groups[MR_GROUP_site].fields[MR_FIELD_site_can_base];
+    size_t count;
+    const struct mr_message_info *messages = mr_catalogue(&count);
+    unsigned last = 0;
+    for (size_t i = 0; i < count; i++)
+        last = messages[i].id > last ? messages[i].id : last;
+    assert_string_equal(field->name, "can_base");
+    assert_int_equal(field->least, 0);
+    assert_int_equal(field->most + last, 0x7ff);
+    assert_int_equal(field->most, MR_CAN_BASE_MOST);
+}
+
 /* One thing after another is made wrong in a sound configuration. */
 #define WRONG(change, name, i, which, e, rule_)                                            \
     do {                                                                                   \
@@ -358,6 +376,7 @@ int main(void)
         cmocka_unit_test(every_wrong_bit_is_noticed),
         cmocka_unit_test(what_is_wrong_has_a_name),
         cmocka_unit_test(every_limit_is_refused_with_its_reason),
+        cmocka_unit_test(a_base_keeps_all_messages_within_11_bits),
         cmocka_unit_test(switches_rise_and_differ),
         cmocka_unit_test(channels_go_with_their_place),
         cmocka_unit_test(the_predictor_is_stable),

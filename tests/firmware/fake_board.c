@@ -85,10 +85,17 @@ uint32_t board_camera(bool high)
     return fake.camera_tick;
 }
 
+void board_can_move(uint16_t base)
+{
+    fake.moves++;
+    fake.can_base = base;
+}
+
 bool board_can_send(const struct board_can_frame *frame)
 {
     if (fake.can_full || fake.sent_count == FAKE_FRAMES)
         return false;
+    fake.sent_base[fake.sent_count] = fake.can_base;
     fake.sent_block[fake.sent_count] = fake.block.index;
     fake.sent[fake.sent_count++] = *frame;
     return true;

@@ -24,7 +24,10 @@ struct fake_board {
 
     struct board_can_frame sent[FAKE_FRAMES];
     uint32_t sent_block[FAKE_FRAMES]; /* block being processed */
+    uint16_t sent_base[FAKE_FRAMES];  /* of the identifiers, when it was queued */
     size_t sent_count;
+    unsigned moves; /* calls that set the base */
+    uint16_t can_base;
     uint8_t serial[FAKE_SERIAL];
     size_t serial_count;
     struct board_can_frame received[64];

@@ -6,6 +6,7 @@
 #include <errno.h>
 
 #include "common/block.h"
+#include "common/canbase.h"
 #include "common/catalogue.h"
 #include "common/command.h"
 #include "common/fault.h"
@@ -42,6 +43,7 @@ struct ear {
     unsigned can_at_health;                /* frames heard before it */
     struct ear_said said[EAR_LINKS][EAR_SAID];
     unsigned said_count[EAR_LINKS];
+    uint16_t can_base;     /* at which the board is looked for */
     bool listens;          /* keep `said` */
     struct mr_block block; /* newest record */
     unsigned blocks;
@@ -74,13 +76,13 @@ static inline void ear_can(void *ctx, uint64_t t_ps, const struct hil_can_frame 
 {
     struct ear *ear = ctx;
     struct mr_can_health health;
-    if (frame->id == MR_ID_CAN_HEALTH &&
-        mr_can_health_get(&health, frame->data, frame->length) == MR_OK) {
+    uint16_t id = mr_can_from_bus((uint16_t)frame->id, ear->can_base);
+    if (id == MR_ID_CAN_HEALTH && mr_can_health_get(&health, frame->data, frame->length) == MR_OK) {
         ear->can_sent = health.sent;
         ear->can_at_health = ear->can_frames;
     }
     ear->can_frames++;
-    ear_note(ear, EAR_CAN, t_ps, (uint16_t)frame->id, frame->data, frame->length);
+    ear_note(ear, EAR_CAN, t_ps, id, frame->data, frame->length);
 }
 
 static inline void ear_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
@@ -182,7 +184,8 @@ static inline void ear_command(struct ear *ear, unsigned link, unsigned code, in
     struct mr_command command = {.code = (uint8_t)code, .argument = argument, .tag = tag};
     uint8_t payload[MR_MESSAGE_MAX], bytes[MR_FRAME_MAX];
     size_t n = mr_command_put(&command, payload);
-    struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = (uint8_t)n};
+    struct hil_can_frame frame = {.id = mr_can_to_bus(MR_ID_COMMAND, ear->can_base),
+                                  .length = (uint8_t)n};
     memcpy(frame.data, payload, n);
     if (link == EAR_CAN)
         assert_int_equal(hil_board_can_inject(ear->board, &frame), MR_OK);

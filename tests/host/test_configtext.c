@@ -132,6 +132,26 @@ static void order_and_blanks_do_not_matter(void **state)
     free(turned);
 }
 
+/* What was written before there was a base is of a board at base 0. Any other field is needed. */
+static void a_text_of_before_the_base_is_taken(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config(), back;
+    struct error error = {0};
+    char *text = configtext_write(&c), *line = strstr(text, "\nsite.can_base = 400\n");
+    assert_non_null(line);
+    memset(line + 1, ' ', strlen("site.can_base = 400"));
+    assert_int_equal(configtext_read(text, "text", &back, &error), MR_OK);
+    assert_int_equal(back.site[0].can_base, 0);
+    back.site[0].can_base = c.site[0].can_base;
+    assert_int_equal(mr_config_encode(&back, again), mr_config_encode(&c, image));
+    line = strstr(text, "\nrisk.spare_ft");
+    assert_non_null(line);
+    line[1] = '#';
+    assert_int_equal(configtext_read(text, "text", &back, &error), MR_MALFORMED);
+    free(text);
+}
+
 static void is_said(struct mr_config_reason reason, const char *expected)
 {
     struct mr_config c = sound_config();
@@ -204,6 +224,7 @@ int main(void)
         cmocka_unit_test(texts_come_back),
         cmocka_unit_test(days_are_those_of_the_calendar),
         cmocka_unit_test(order_and_blanks_do_not_matter),
+        cmocka_unit_test(a_text_of_before_the_base_is_taken),
         cmocka_unit_test(a_reason_is_said_in_words),
         cmocka_unit_test(differences_are_named),
     };
