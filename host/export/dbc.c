@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "common/catalogue.h"
+#include "common/canbase.h"
 #include "common/command.h"
 #include "common/crash.h"
 #include "common/fault.h"
@@ -97,19 +97,20 @@ static void list_values(FILE *out, const struct mr_message_info *message,
 }
 
 static void write_values(FILE *out, const struct mr_message_info *message,
-                         const struct mr_field_info *field)
+                         const struct mr_field_info *field, uint16_t base)
 {
     bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_CODE;
     for (size_t i = 0; i < sizeof named / sizeof named[0]; i++)
         coded |= named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
     if (!coded)
         return;
-    fprintf(out, "VAL_ %u %s", message->id, field->name);
+    fprintf(out, "VAL_ %u %s", mr_can_to_bus(message->id, base), field->name);
     list_values(out, message, field);
     fputs(" ;\n", out);
 }
 
-static void write_attributes(FILE *out, const struct mr_message_info *messages, size_t count)
+static void write_attributes(FILE *out, const struct mr_message_info *messages, size_t count,
+                             uint16_t base)
 {
     fputs("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_ \"BusType\" STRING ;\n"
           "BA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_DEF_DEF_ \"BusType\" \"CAN\";\nBA_ \"BusType\" "
@@ -117,12 +118,12 @@ static void write_attributes(FILE *out, const struct mr_message_info *messages, 
           out);
     for (size_t m = 0; m < count; m++) {
         if (messages[m].every_ms)
-            fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n", messages[m].id,
-                    messages[m].every_ms);
+            fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n",
+                    mr_can_to_bus(messages[m].id, base), messages[m].every_ms);
     }
 }
 
-unsigned dbc_write(FILE *out)
+unsigned dbc_write(FILE *out, uint16_t base)
 {
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
@@ -134,36 +135,39 @@ unsigned dbc_write(FILE *out)
           out);
     for (size_t m = 0; m < count; m++) {
         const struct mr_message_info *message = &messages[m];
-        fprintf(out, "BO_ %u %s: %u %s\n", message->id, message->name, message->length,
-                message->direction == MR_DIRECTION_HOST ? "HOST" : "BOARD");
+        fprintf(out, "BO_ %u %s: %u %s\n", mr_can_to_bus(message->id, base), message->name,
+                message->length, message->direction == MR_DIRECTION_HOST ? "HOST" : "BOARD");
         for (unsigned f = 0; f < message->field_count; f++)
             write_signal(out, message, &message->fields[f]);
         fputc('\n', out);
     }
-    fprintf(
-        out,
-        "CM_ \"matrig, message layout %u. Scaled signals keep one raw value for missing data.\";\n",
-        MR_LAYOUT);
+    fprintf(out,
+            "CM_ \"matrig, message layout %u. Scaled signals keep one raw value for missing data.",
+            MR_LAYOUT);
+    if (base)
+        fprintf(out, " Of a board with base 0x%x, which is in all identifiers.", base);
+    fputs("\";\n", out);
     for (size_t m = 0; m < count; m++) {
-        fprintf(out, "CM_ BO_ %u ", messages[m].id);
+        fprintf(out, "CM_ BO_ %u ", mr_can_to_bus(messages[m].id, base));
         write_text(out, messages[m].text);
         fputs(";\n", out);
         for (unsigned f = 0; f < messages[m].field_count; f++) {
-            fprintf(out, "CM_ SG_ %u %s ", messages[m].id, messages[m].fields[f].name);
+            fprintf(out, "CM_ SG_ %u %s ", mr_can_to_bus(messages[m].id, base),
+                    messages[m].fields[f].name);
             mr_field_text(&messages[m].fields[f], text, sizeof text);
             write_text(out, text);
             fputs(";\n", out);
         }
     }
-    write_attributes(out, messages, count);
+    write_attributes(out, messages, count, base);
     for (size_t m = 0; m < count; m++) {
         for (unsigned f = 0; f < messages[m].field_count; f++)
-            write_values(out, &messages[m], &messages[m].fields[f]);
+            write_values(out, &messages[m], &messages[m].fields[f], base);
     }
     for (size_t m = 0; m < count; m++) {
         for (unsigned f = 0; f < messages[m].field_count; f++) {
             if (messages[m].fields[f].type == MR_WIRE_f32)
-                fprintf(out, "SIG_VALTYPE_ %u %s : 1;\n", messages[m].id,
+                fprintf(out, "SIG_VALTYPE_ %u %s : 1;\n", mr_can_to_bus(messages[m].id, base),
                         messages[m].fields[f].name);
         }
     }

@@ -2,9 +2,11 @@
 #ifndef MATRIG_HOST_DBC_H
 #define MATRIG_HOST_DBC_H
 
+#include <stdint.h>
 #include <stdio.h>
 
-/* Writes the whole file; the caller checks the stream. Returns the number of messages. */
-unsigned dbc_write(FILE *out);
+/* Writes the whole file, of a board with this base on its bus (common/canbase.h); the caller checks
+ * the stream. Returns the number of messages. */
+unsigned dbc_write(FILE *out, uint16_t base);
 
 #endif

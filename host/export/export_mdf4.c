@@ -169,7 +169,7 @@ static char *dbc_text(size_t *length)
     FILE *stream = open_memstream(&text, length);
     if (!stream)
         return NULL;
-    dbc_write(stream);
+    dbc_write(stream, 0);
     if (fclose(stream) != 0) {
         free(text);
         return NULL;

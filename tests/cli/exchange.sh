@@ -13,7 +13,7 @@ build/matrig dbc -o "$tmp/matrig.dbc"
 
 # Over 100,000 values, none further off than a digit of the CSV; no line of the DBC that the parser does not understand.
 foreign_parser() {
-    node tests/exchange/dbc_read.js build/npm-exchange/node_modules "$1" "$tmp/run.log" "$tmp/run.csv" >"$tmp/foreign" || { cat "$tmp/foreign"; return 1; }
+    node tests/exchange/dbc_read.js build/npm-exchange/node_modules "$1" "${2:-$tmp/run.log}" "$tmp/run.csv" "${3:-0}" >"$tmp/foreign" || { cat "$tmp/foreign"; return 1; }
     head -n 1 "$tmp/foreign"
     awk 'NR == 1 {exit !($5 > 100000 && $10 == 0)}' "$tmp/foreign" && grep -qx 'state idle armed landing settling done' "$tmp/foreign"
 }
@@ -22,6 +22,39 @@ foreign_parser_can_fail() { # one factor, one place
     sed 's/t2_lb : 16|16/t2_lb : 24|16/' "$tmp/matrig.dbc" >"$tmp/place.dbc"
     ! cmp -s "$tmp/matrig.dbc" "$tmp/factor.dbc" && ! cmp -s "$tmp/matrig.dbc" "$tmp/place.dbc" &&
         ! foreign_parser "$tmp/factor.dbc" && ! foreign_parser "$tmp/place.dbc"
+}
+# Of a board with base 0x190 on its bus: what names an identifier is 400 more, and nothing else is another.
+shift_dbc() { # BASE: the DBC of base 0 on stdin
+    awk -v base="$1" '
+        /^(BO_|VAL_|SIG_VALTYPE_) / { $2 += base }
+        /^CM_ (BO_|SG_) / { sub($3, $3 + base) }
+        /^BA_ "GenMsgCycleTime" BO_ / { sub($4, $4 + base) }
+        { print }' FS=' ' OFS=' '
+}
+dbc_of_a_base() {
+    build/matrig dbc --base 0x190 -o "$tmp/second.dbc" && build/matrig dbc --base 400 | cmp - "$tmp/second.dbc" &&
+        build/matrig dbc --base 0 | cmp - "$tmp/matrig.dbc" || return 1
+    # a foreign parser has the same messages in it, 400 further
+    node -e 'const {Dbc} = require(process.cwd() + "/build/npm-exchange/node_modules/candied"), fs = require("fs");
+        const ids = (path) => [...new Dbc().load(fs.readFileSync(path, "latin1"), true).messages.values()].map((m) => `${m.name} ${m.id}`);
+        console.log(ids(process.argv[1]).join("\n"));' "$tmp/second.dbc" >"$tmp/second.ids" || return 1
+    grep -E '^BO_ ' "$tmp/matrig.dbc" | awk '{ sub(":", "", $3); print $3, $2 + 400 }' | diff - "$tmp/second.ids" &&
+        [ "$(wc -l <"$tmp/second.ids")" -gt 90 ] && grep -qx 'command 1424' "$tmp/second.ids" || return 1
+    # every line, but for the comment at the head
+    shift_dbc 400 <"$tmp/matrig.dbc" | sed 's/\(for missing data\.\)";$/\1 Of a board with base 0x190, which is in all identifiers.";/' | diff - "$tmp/second.dbc"
+}
+foreign_parser_of_a_base() { # the same readings from the frames of that board
+    awk '
+        function hex(s,  n, i) { for (i = 1; i <= length(s); i++) n = 16 * n + index("0123456789ABCDEF", substr(s, i, 1)) - 1; return n }
+        { split($3, f, "#"); printf "%s %s %03X#%s\n", $1, $2, hex(f[1]) + 400, f[2] }' "$tmp/run.log" >"$tmp/second.log"
+    foreign_parser "$tmp/second.dbc" "$tmp/second.log" 400 && ! foreign_parser "$tmp/matrig.dbc" "$tmp/second.log" 400
+}
+dbc_refuses() {
+    fails_with 2 "^matrig: base out of range: '0x3ff'; it is at most 0x3fe, .*0x401.*beyond 0x7ff$" build/matrig dbc --base 0x3ff &&
+        fails_with 2 "^matrig: base out of range: '1023'" build/matrig dbc --base 1023 &&
+        fails_with 2 "^matrig: not a base: '19g'; write a number such as 400 or 0x190$" build/matrig dbc --base 19g &&
+        fails_with 2 "not a base: '-1'" build/matrig dbc --base=-1 && fails_with 2 "not a base: '0x'" build/matrig dbc --base 0x &&
+        fails_with 2 "not a base: ''" build/matrig dbc --base '' && build/matrig dbc --base 0x3fe | grep -qx 'BO_ 2047 config_word: 8 HOST'
 }
 # The median time between two frames of a message, as the board sent them, is its cycle time.
 cycle_times() {
@@ -93,6 +126,9 @@ exactly_six_decimals() {
 check "a foreign parser decodes the logged frames by the DBC to the CSV's values" foreign_parser "$tmp/matrig.dbc"
 cp "$tmp/foreign" "$tmp/cycles"
 check "a wrong factor or place in the DBC would be found" foreign_parser_can_fail
+check "the DBC of a board with a base has every identifier so much further" dbc_of_a_base
+check "and the same values from the frames of that board" foreign_parser_of_a_base
+check "a base that is none is refused" dbc_refuses
 check "cycle times are those of the board" cycle_times
 check "SQLite takes in the CSV" in_sqlite
 check "gnuplot reads the CSV" in_gnuplot

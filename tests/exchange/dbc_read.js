@@ -1,9 +1,9 @@
 // Decodes a candump log by a DBC file with a parser that is not ours (candied, npm) and holds it against a table of matrig export.
-// usage: dbc_read.js NODE_MODULES DBC LOG CSV: prints what was compared; exit 1 when anything differs.
+// usage: dbc_read.js NODE_MODULES DBC LOG CSV [BASE]: prints what was compared; exit 1 when anything differs. BASE: of the board on its bus.
 'use strict';
 const fs = require('fs');
 const path = require('path');
-const [modules, dbcPath, logPath, csvPath] = process.argv.slice(2);
+const [modules, dbcPath, logPath, csvPath, base] = process.argv.slice(2);
 const {Dbc, Can} = require(path.resolve(modules, 'candied'));
 
 const dbc = new Dbc();
@@ -42,12 +42,13 @@ function compare(column, cell, value, empty) {
 }
 
 for (const line of fs.readFileSync(logPath, 'latin1').split('\n')) {
-    const found = /^\(\d+\.\d+\) \S+ (10[0-2]|11[0-4])#((?:[0-9A-F]{2})*)$/.exec(line);
-    if (!found) continue;
+    const found = /^\(\d+\.\d+\) \S+ ([0-9A-F]{3})#((?:[0-9A-F]{2})*)$/.exec(line);
+    const message = found && (parseInt(found[1], 16) - Number(base || 0)).toString(16);
+    if (!found || !/^(10[0-2]|11[0-4])$/.test(message)) continue;
     const frame = can.createFrame(parseInt(found[1], 16), found[2].match(/../g).map((byte) => parseInt(byte, 16)));
     const signals = can.decode(frame).boundSignals;
     const block = unwrap(signals.get('block16').value);
-    const age = found[1].startsWith('10') ? 2 : 4;
+    const age = message.startsWith('10') ? 2 : 4;
     frames++;
     for (const [name, signal] of signals) {
         if (!/^[dt]\d+_(in|lb)$/.test(name)) continue;

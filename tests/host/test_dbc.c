@@ -12,7 +12,7 @@ static int write_text(void **state)
     size_t length;
     FILE *out = open_memstream(&text, &length);
     (void)state;
-    dbc_write(out);
+    dbc_write(out, 0);
     return fclose(out);
 }
 
