@@ -51,6 +51,8 @@ enum mr_status glance_load(struct store *store, int64_t run, struct glance *glan
     if (status == MR_OK)
         status = load_said(store, run, glance, error);
     if (status == MR_OK)
+        status = store_frames_base(store, run, &glance->can_base, error);
+    if (status == MR_OK)
         status = store_import_get(store, glance->measured.landing.session, &import,
                                   &glance->imported, error);
     free(import.mapping);
@@ -178,7 +180,7 @@ static void said_answer(const struct glance *glance, int64_t same, struct answer
     answer_count(answer, "same_as", NULL, same ? same : ANSWER_UNKNOWN);
 }
 
-void glance_answer(const struct glance *glance, int64_t same, struct answer *answer)
+void glance_answer(const struct glance *glance, int64_t same, bool bases, struct answer *answer)
 {
     const struct store_landing *landing = &glance->measured.landing;
     char when[40], state[80];
@@ -194,6 +196,9 @@ void glance_answer(const struct glance *glance, int64_t same, struct answer *ans
     answer_count(answer, "landing", NULL, landing->board_landing);
     answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
     answer_words(answer, "board", NULL, "%s", landing->board_uid);
+    if (bases)
+        answer_words(answer, NULL, "board at|CAN base", "0x%03x", glance->can_base);
+    answer_count(answer, "can_base", NULL, glance->can_base);
     answer_flag(answer, "void", NULL, glance->is_void);
     answer_flag(answer, "imported", NULL, glance->imported);
     answer_flag(answer, "torn", NULL, glance->measured.doubts.torn);

@@ -13,6 +13,7 @@ struct glance {
     struct summary_link link[LINK_KINDS]; /* lost, dropped, silent */
     struct store_series series;           /* id 0: none */
     bool is_void, imported;
+    uint16_t can_base;           /* of its board */
     struct store_change *change; /* what people said */
     size_t changes;
     size_t seen; /* waves and breaks, without those that were withdrawn */
@@ -25,7 +26,8 @@ enum mr_status glance_load(struct store *store, int64_t run, struct glance *glan
                            struct error *error);
 void glance_free(struct glance *glance);
 
-/* A row of the list. `same`: the earlier RUN that is the same landing, 0: none. */
-void glance_answer(const struct glance *glance, int64_t same, struct answer *answer);
+/* A row of the list. `same`: the earlier RUN that is the same landing, 0: none. `bases`: people see
+ * where on CAN its board was. */
+void glance_answer(const struct glance *glance, int64_t same, bool bases, struct answer *answer);
 
 #endif

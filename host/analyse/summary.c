@@ -332,10 +332,14 @@ static const char *or_unknown(const char *text)
     return text[0] ? text : "unknown";
 }
 
-static void board_answer(const struct store_landing *landing, struct answer *answer)
+static void board_answer(const struct store_landing *landing, int64_t can_base,
+                         struct answer *answer)
 {
     answer_words(answer, NULL, "board", "%s", or_unknown(landing->board_uid));
+    if (can_base > 0)
+        answer_remark(answer, ", at base 0x%03llx on CAN", (unsigned long long)can_base);
     answer_words(answer, "board", NULL, "%s", landing->board_uid);
+    answer_count(answer, "can_base", NULL, can_base == STORE_NONE ? 0 : can_base);
     answer_words(answer, NULL, "firmware", "%s, image %08llx, commit %s",
                  or_unknown(landing->firmware),
                  landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
@@ -369,7 +373,7 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     import_answer(summary, answer);
     summary_mean_answer(summary->mean, answer);
     foresight_answer(&summary->foresight, measured, answer);
-    board_answer(&measured->landing, answer);
+    board_answer(&measured->landing, summary->session.can_base, answer);
 }
 
 void summary_health_answer(const struct summary *summary, struct answer *answer)

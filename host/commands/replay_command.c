@@ -104,6 +104,7 @@ static enum mr_status give_configuration(struct replay *replay, struct store *st
     if (status == MR_OK && text)
         status = configtext_read(text, replay->db, &config, error);
     replay->board.flash = status == MR_OK && text && config.site[0].revision > 0;
+    replay->board.can_base = replay->board.flash ? config.site[0].can_base : 0;
     free(text);
     if (!replay->board.flash)
         return status;

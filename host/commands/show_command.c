@@ -43,17 +43,23 @@ static enum mr_status landings_answer(struct store *store, const struct store_la
                                       size_t count, struct answer *answer, struct error *error)
 {
     static struct glance glance; /* some ten kilobytes */
+    uint16_t base;
+    bool bases = false;
     struct known *known = calloc(count ? count : 1, sizeof *known);
     size_t remembered = 0;
     enum mr_status status = known ? MR_OK
                                   : error_set(error, MR_FULL, "no memory: %s; close other programs",
                                               store_path(store));
+    for (size_t i = 0; i < count && status == MR_OK && !bases; i++) {
+        status = store_frames_base(store, row[i].id, &base, error);
+        bases = base != 0;
+    }
     answer_table(answer, "landings", "");
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         status = glance_load(store, row[i].id, &glance, error);
         if (status == MR_OK) {
             answer_row(answer);
-            glance_answer(&glance, find_same(known, remembered, &glance), answer);
+            glance_answer(&glance, find_same(known, remembered, &glance), bases, answer);
             remember(known, &remembered, &glance);
         }
         glance_free(&glance);

@@ -164,8 +164,8 @@ static enum mr_status collect(struct collector *collector, struct link *const li
     return status;
 }
 
-static enum mr_status take_answers(const struct paths *paths, struct store *store,
-                                   struct error *error)
+static enum mr_status take_answers(const struct paths *paths, uint16_t can_base,
+                                   struct store *store, struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
     struct collector *collector = NULL;
@@ -175,7 +175,8 @@ static enum mr_status take_answers(const struct paths *paths, struct store *stor
     if (status == MR_OK)
         status = store_begin(store, error);
     if (status == MR_OK)
-        status = collector_open(store, paths->can_spec, 0, paths->serial_spec, &collector, error);
+        status = collector_open(store, paths->can_spec, can_base, paths->serial_spec, &collector,
+                                error);
     if (status == MR_OK)
         status = collect(collector, link, error);
     if (status == MR_OK)
@@ -200,7 +201,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_OK)
         status = store_open(":memory:", STORE_CREATE, &store, error);
     if (status == MR_OK)
-        status = take_answers(&paths, store, error);
+        status = take_answers(&paths, board->can_base, store, error);
     if (status == MR_TRUNCATED) {
         /* the board ended well, so its file does not end inside a frame: it never held any */
         error->status = MR_OK;

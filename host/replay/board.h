@@ -13,6 +13,7 @@ struct replay_board {
     bool real; /* paced by the wall clock */
     /* flash.bin is in the directory: what the board's flash holds beside the image */
     bool flash;
+    uint16_t can_base; /* where it speaks on CAN, by its configuration */
     double duration_s; /* of virtual time, about: bounds the wait */
 };
 

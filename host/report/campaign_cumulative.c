@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "host/report/chart.h"
 #include "host/base/html.h"
@@ -171,17 +172,48 @@ static size_t in_series(const struct report *report, size_t first)
     return count;
 }
 
+/* Boards on one bus are logged side by side: what one's transducers saw is not added to another's.
+ * Landings of which the board is not known, such as imports, go with the first that is, of those
+ * from `first` on. */
+static const char *board_of(const struct report *report, size_t first, size_t count, size_t at)
+{
+    const struct report_facts *facts = report->facts;
+    for (size_t i = first; i < first + count && !facts[at].landing.board_uid[0]; i++) {
+        if (facts[i].landing.board_uid[0])
+            return facts[i].landing.board_uid;
+    }
+    return facts[at].landing.board_uid;
+}
+
+static bool is_same_board(const struct report *report, size_t first, size_t count, size_t one,
+                          size_t other)
+{
+    return strcmp(board_of(report, first, count, one), board_of(report, first, count, other)) == 0;
+}
+
+static bool begins_board(const struct report *report, size_t first, size_t count, size_t at)
+{
+    for (size_t i = first; i < at; i++) {
+        if (is_same_board(report, first, count, i, at))
+            return false;
+    }
+    return true;
+}
+
 static const char *series_name(const struct report_facts *facts)
 {
     return facts->series.id ? facts->series.name : "none named";
 }
 
-static void write_series(const struct report *report, size_t first,
+/* `board`: it is named, for there are others. */
+static void write_series(const struct report *report, size_t first, bool board,
                          const struct profile *cumulative, size_t count, bool heading, FILE *out)
 {
     if (heading) {
         fputs("<h3>Series: ", out);
         html_text(out, series_name(&report->facts[first]));
+        if (board)
+            fprintf(out, ", board %s", report->facts[first].landing.board_uid);
         fputs("</h3>\n", out);
     }
     fputs("<figure>", out);
@@ -210,14 +242,24 @@ enum mr_status campaign_cumulative(const struct report *report, FILE *out, struc
     }
     for (size_t first = 0, count; first < report->landings; first += count) {
         count = in_series(report, first);
-        for (size_t i = 0; i < count; i++)
-            add_landing(&report->facts[first + i], i ? &profile[i - 1] : NULL, report->si,
-                        &profile[i]);
-        write_series(report, first, profile, count, count < report->landings, out);
-        last[series] = profile[count - 1];
-        snprintf(last[series].name, sizeof last[series].name, "%.15s",
-                 series_name(&report->facts[first]));
-        series++;
+        for (size_t at = first; at < first + count; at++) {
+            size_t own = 0;
+            if (!begins_board(report, first, count, at))
+                continue;
+            for (size_t i = at; i < first + count; i++) {
+                if (!is_same_board(report, first, count, at, i))
+                    continue;
+                add_landing(&report->facts[i], own ? &profile[own - 1] : NULL, report->si,
+                            &profile[own]);
+                own++;
+            }
+            write_series(report, at, own < count, profile, own, own < report->landings, out);
+            last[series] = profile[own - 1];
+            snprintf(last[series].name, sizeof last[series].name, "%.15s%s%.8s",
+                     series_name(&report->facts[at]), own < count ? " " : "",
+                     own < count ? report->facts[at].landing.board_uid : "");
+            series++;
+        }
     }
     if (series > 1) {
         fputs("<h3>Series against each other</h3>\n<figure>", out);
