@@ -32,13 +32,11 @@
 #define JAM_BITS          8u
 #define LEC_ACK           3u
 #define LEC_BIT_DOMINANT  5u
-#define OTHER_NODE        3
-#define ERROR_FRAME_BITS  14u /* flag of 6, delimiter of 8 */
-#define SUSPEND_BITS      8u  /* a passive transmitter waits these in addition */
+#define SUSPEND_BITS      8u /* a passive transmitter waits these in addition */
 #define JOIN_BITS         11u
 #define RECOVERY_BITS     (128u * 11u)
 
-static uint64_t bit_cycles(const struct hil_can_device *dev)
+uint64_t hil_can_bit_cycles(const struct hil_can_device *dev)
 {
     uint32_t btr = dev->state->btr;
     uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
@@ -59,7 +57,7 @@ bool hil_can_mailbox_empty(const struct hil_can *c, unsigned m)
     return !(c->mailbox[m].tir & TIR_TXRQ);
 }
 
-static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
+void hil_can_mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
 {
     *frame = (struct hil_can_frame){
         .extended = (m->tir & 4u) != 0,
@@ -77,8 +75,8 @@ static bool before(const struct hil_can *c, unsigned a, unsigned b)
     if (c->mcr & MCR_TXFP)
         return c->mailbox[a].order < c->mailbox[b].order;
     struct hil_can_frame fa, fb;
-    mailbox_frame(&c->mailbox[a], &fa);
-    mailbox_frame(&c->mailbox[b], &fb);
+    hil_can_mailbox_frame(&c->mailbox[a], &fa);
+    hil_can_mailbox_frame(&c->mailbox[b], &fb);
     return hil_can_arbitration(&fa) < hil_can_arbitration(&fb);
 }
 
@@ -138,12 +136,12 @@ static void error_states(struct hil_can_device *dev, uint32_t esr_before, bool n
     hil_can_update_irq(dev);
 }
 
-static bool on_bus(const struct hil_can *c)
+bool hil_can_on_bus(const struct hil_can *c)
 {
     return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
 }
 
-static void forget_other(struct hil_can *c)
+void hil_can_forget_other(struct hil_can *c)
 {
     c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
     c->queue_count--;
@@ -151,10 +149,10 @@ static void forget_other(struct hil_can *c)
 
 /* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil
  * every frame. */
-static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
+enum hil_can_bus hil_can_bus_seen(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
-    double rate = (double)dev->core->state.clock.hclk_hz / (double)bit_cycles(dev);
+    double rate = (double)dev->core->state.clock.hclk_hz / (double)hil_can_bit_cycles(dev);
     double ratio = rate / HIL_CAN_HOST_RATE;
     if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
@@ -169,7 +167,7 @@ static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint
                       uint64_t bits)
 {
     dev->state->phase = phase;
-    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * hil_can_bit_cycles(dev));
 }
 
 /* The other node's next frame, after what befalls it before the wire. */
@@ -185,7 +183,7 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
     }
     while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame",
                                                c->queue[c->queue_head].id))
-        forget_other(c);
+        hil_can_forget_other(c);
     if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame",
                                               c->queue[c->queue_head].id))
         return c->queue_count != 0;
@@ -203,18 +201,23 @@ void hil_can_other_event(void *device, uint64_t at)
 void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    if (c->phase != HIL_CAN_IDLE || !on_bus(c))
+    if (c->phase != HIL_CAN_IDLE || !hil_can_on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = bus_seen(dev);
+    enum hil_can_bus bus = hil_can_bus_seen(dev);
     int mine = silent && !loopback ? -1 : next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
+    if (dev->shared.who && !loopback && bus == HIL_CAN_CONNECTED) {
+        if (mine >= 0)
+            hil_can_ask(dev, (unsigned)mine, at);
+        return;
+    }
     bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
                  other_is_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
-        mailbox_frame(&c->mailbox[mine], &frame);
+        hil_can_mailbox_frame(&c->mailbox[mine], &frame);
     if (other &&
         (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
         if (mine >= 0) { /* lost arbitration */
@@ -224,12 +227,12 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
                 c->tsr |= 1u << (8u * (unsigned)mine);
             }
         }
-        c->sender = OTHER_NODE;
+        c->sender = HIL_CAN_OTHER_NODE;
         c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame",
                                        c->queue[c->queue_head].id);
         phase_for(dev, HIL_CAN_FRAME, at,
                   hil_can_frame_bits(&c->queue[c->queue_head]).length -
-                      (c->spoiled ? HIL_CAN_TAIL_BITS - ERROR_FRAME_BITS : 0u));
+                      (c->spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
         hil_can_update_irq(dev);
         return;
     }
@@ -239,15 +242,15 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
     unsigned length = bits.length;
     if (!loopback && bus == HIL_CAN_UNPLUGGED)
         /* the ACK slot stays recessive */
-        length = bits.length - HIL_CAN_TAIL_BITS + 2u + ERROR_FRAME_BITS;
+        length = bits.length - HIL_CAN_TAIL_BITS + 2u + HIL_CAN_ERROR_BITS;
     else if (!loopback && bus == HIL_CAN_SHORTED)
-        length = 1u + ERROR_FRAME_BITS; /* start of frame already reads back wrong */
+        length = 1u + HIL_CAN_ERROR_BITS; /* start of frame already reads back wrong */
     c->sender = (int8_t)mine;
     c->abort_current = false;
     c->spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
                  dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
     if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
-        length = bits.length - HIL_CAN_TAIL_BITS + ERROR_FRAME_BITS;
+        length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
     phase_for(dev, HIL_CAN_FRAME, at, length);
 }
 
@@ -273,7 +276,7 @@ static void jammed(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     uint32_t before_esr = hil_can_esr(c);
-    bool transmits = c->sender >= 0 && c->sender != OTHER_NODE;
+    bool transmits = c->sender >= 0 && c->sender != HIL_CAN_OTHER_NODE;
     c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
     *(transmits ? &c->tec : &c->rec) += 8u;
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
@@ -358,20 +361,22 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
     uint32_t before_esr = hil_can_esr(c);
-    if (c->sender == OTHER_NODE && c->spoiled) { /* its sender tries again */
+    if (c->sender == HIL_CAN_OTHER_NODE && c->spoiled) { /* its sender tries again */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
+        if (c->on_shared)
+            hil_can_forget_other(c); /* who sent it is another */
         phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
         error_states(dev, before_esr, true);
         return;
     }
-    if (c->sender == OTHER_NODE) {
+    if (c->sender == HIL_CAN_OTHER_NODE) {
         frame = c->queue[c->queue_head];
         c->repeated = !c->repeated &&
                       dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
         if (!c->repeated)
-            forget_other(c);
+            hil_can_forget_other(c);
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
@@ -381,12 +386,14 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     }
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = bus_seen(dev);
+    enum hil_can_bus bus = hil_can_bus_seen(dev);
+    if (dev->shared.who) /* as when it began */
+        bus = c->on_shared ? HIL_CAN_CONNECTED : bus == HIL_CAN_CONNECTED ? HIL_CAN_UNPLUGGED : bus;
     if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
         transmission_failed(dev, m, bus, at);
         return;
     }
-    mailbox_frame(&c->mailbox[m], &frame);
+    hil_can_mailbox_frame(&c->mailbox[m], &frame);
     c->esr = 0;
     if (c->tec)
         c->tec--;
@@ -405,7 +412,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
 void hil_can_update_mode(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    bool busy = c->phase == HIL_CAN_FRAME;
+    bool busy = c->phase == HIL_CAN_FRAME || c->phase == HIL_CAN_ASKING;
     if (busy)
         return;
     if (c->mcr & MCR_SLEEP) {
@@ -433,7 +440,10 @@ void hil_can_event(void *device, uint64_t at)
     struct hil_can_device *dev = device;
     struct hil_can *c = dev->state;
     switch (c->phase) {
-    case HIL_CAN_FRAME: frame_ended(dev, at); break;
+    case HIL_CAN_FRAME:
+        frame_ended(dev, at);
+        c->on_shared = false;
+        break;
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
@@ -453,10 +463,14 @@ void hil_can_event(void *device, uint64_t at)
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame)
 {
     struct hil_can *c = dev->state;
-    if (c->queue_count == HIL_CAN_QUEUE) {
+    uint64_t now_ps = hil_now_ps(dev->core);
+    if (dev->shared.who ? !dev->shared.inject(dev->shared.who, now_ps, frame)
+                        : c->queue_count == HIL_CAN_QUEUE) {
         dev->core->state.counters.can_in_dropped++;
         return MR_FULL;
     }
+    if (dev->shared.who)
+        return MR_OK;
     c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
     c->queue_count++;
     hil_can_try_start(dev, hil_now(dev->core));
@@ -472,9 +486,9 @@ static void begin_jam(struct hil_can_device *dev, uint64_t at)
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
         return;
     }
-    if (!on_bus(c) || (c->btr & BTR_LBKM))
+    if (!hil_can_on_bus(c) || (c->btr & BTR_LBKM))
         return;
-    if (c->phase == HIL_CAN_FRAME && c->sender != OTHER_NODE)
+    if (c->phase == HIL_CAN_FRAME && c->sender != HIL_CAN_OTHER_NODE)
         dev->core->state.counters.can_errors++;
     else
         c->sender = -1;
@@ -510,8 +524,13 @@ void hil_can_reset(void *device, unsigned unit)
     (void)unit;
     struct hil_can *c = dev->state;
     struct hil_can before = *c;
+    if (before.on_shared && before.phase == HIL_CAN_FRAME && before.sender != HIL_CAN_OTHER_NODE)
+        dev->shared.broke_off(dev->shared.who, hil_now_ps(dev->core));
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
-    /* What the other node still wants to send is not ours to forget. */
+    /* What the other node still wants to send is not ours to forget; a bus that is shared keeps it
+     * itself. */
+    if (dev->shared.who)
+        before.queue_count = 0;
     c->other_waits_ps = before.other_waits_ps;
     c->queue_head = before.queue_head;
     c->queue_count = before.queue_count;

@@ -3,25 +3,24 @@
 #include "hil/core/refuse.h"
 #include "hil/periph/can.h"
 
-#define MCR        0x000u
-#define MSR        0x004u
-#define TSR        0x008u
-#define RF0R       0x00cu
-#define RF1R       0x010u
-#define ESR        0x018u
-#define BTR        0x01cu
-#define MAILBOXES  0x180u
-#define FIFOS      0x1b0u
-#define FMR        0x200u
-#define FA1R       0x21cu
-#define BANKS      0x240u
-#define MCR_RESET  0x8000u
-#define MSR_INAK   1u
-#define TIR_TXRQ   1u
-#define RFR_FULL   8u
-#define RFR_FOVR   16u
-#define RFR_RFOM   32u
-#define OTHER_NODE 3
+#define MCR       0x000u
+#define MSR       0x004u
+#define TSR       0x008u
+#define RF0R      0x00cu
+#define RF1R      0x010u
+#define ESR       0x018u
+#define BTR       0x01cu
+#define MAILBOXES 0x180u
+#define FIFOS     0x1b0u
+#define FMR       0x200u
+#define FA1R      0x21cu
+#define BANKS     0x240u
+#define MCR_RESET 0x8000u
+#define MSR_INAK  1u
+#define TIR_TXRQ  1u
+#define RFR_FULL  8u
+#define RFR_FOVR  16u
+#define RFR_RFOM  32u
 
 static bool is_mailbox(uint32_t offset)
 {
@@ -53,8 +52,8 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
         return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
     case MSR: /* RX and SAMP: the pin, recessive between frames */
-        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != OTHER_NODE) << 8 |
-               (uint32_t)(in_frame && c->sender == OTHER_NODE) << 9;
+        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != HIL_CAN_OTHER_NODE) << 8 |
+               (uint32_t)(in_frame && c->sender == HIL_CAN_OTHER_NODE) << 9;
     case TSR: return hil_can_tsr(c);
     case RF0R:
     case RF1R: return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
@@ -71,7 +70,8 @@ static void tsr_write(struct hil_can_device *dev, uint32_t value)
         if (bits & 1u) /* RQCP clears its companions too */
             c->tsr &= ~(0xfu << (8u * m));
         if ((bits & 0x80u) && !hil_can_mailbox_empty(c, m)) { /* ABRQ */
-            if (c->phase == HIL_CAN_FRAME && c->sender == (int)m)
+            bool begun = c->phase == HIL_CAN_FRAME || c->phase == HIL_CAN_ASKING;
+            if (begun && c->sender == (int)m)
                 c->abort_current = true;
             else
                 hil_can_mailbox_done(dev, m, 0);

@@ -9,6 +9,7 @@
 /* Bits after the stuffed part: CRC delimiter, ACK slot, ACK delimiter, seven of end of frame. */
 #define HIL_CAN_TAIL_BITS         10u
 #define HIL_CAN_INTERMISSION_BITS 3u
+#define HIL_CAN_ERROR_BITS        14u /* error frame: flag of 6, delimiter of 8 */
 
 struct hil_can_bits {
     uint16_t crc;   /* CRC-15 of the frame */
