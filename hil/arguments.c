@@ -8,11 +8,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "common/decimal.h"
-#include "hil/board/precious.h"
 #include "hil/core/time.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/rules.h"
@@ -23,6 +21,7 @@
 const char hil_help[] =
     "usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
     "       matrig-board --flash F | --boot0 [options]\n"
+    "       matrig-board [options] --and [options of one more board] ...\n"
     "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
     "  --elf F          firmware image (ELF); else the one that came with matrig-board\n"
     "  --board B        which board it is, by the name in common/boards.def: zg, discovery ...; "
@@ -31,6 +30,16 @@ const char hil_help[] =
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
     "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) "
     "or none\n"
+    "  --and            what follows is of one more board on the same CAN bus; up to four, each "
+    "with "
+    "an identity,\n"
+    "                   a serial link and a rig of its own, and the first's image where it has "
+    "none. "
+    "--can, --for,\n"
+    "                   --speed and the limits are of the run, --vcd, --profile and --margins look "
+    "at the first\n"
+    "                   board: they stand before --and. No --gdb then, and no fault that holds or "
+    "shorts the bus\n"
     "  --parity P       of the serial line's other end: none, even, odd or board (what the board "
     "has);\n"
     "                   default none, pty: board, for Linux keeps no parity for pseudo-terminals\n"
@@ -309,6 +318,20 @@ static const struct option {
 #undef AT
 };
 
+/* Not behind --and: of the run, or of the board that is looked at. */
+static const char *const of_run[] = {"--can",           "--for",        "--speed",   "--hang",
+                                     "--stall",         "--wall-limit", "--gdb",     "--vcd",
+                                     "--vcd-functions", "--profile",    "--margins", "--force"};
+
+static bool is_of_run(const char *name)
+{
+    for (size_t i = 0; i < sizeof of_run / sizeof of_run[0]; i++) {
+        if (strcmp(of_run[i], name) == 0)
+            return true;
+    }
+    return false;
+}
+
 static const struct option *find(const char *name)
 {
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
@@ -356,22 +379,26 @@ static bool is_repeated(char **argv, int i)
 static bool find_image(const struct hil_board_type *type, const char **elf)
 {
     static const char *const places[] = {"firmware", "../share/matrig"};
-    static char path[PATH_MAX];
+    static char paths[HIL_CANBUS_BOARDS][PATH_MAX];
+    static unsigned found;
+    char *path = paths[found % HIL_CANBUS_BOARDS];
     char program[PATH_MAX - 80];
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     const char *slash = length > 0 ? memrchr(program, '/', (size_t)length) : NULL;
     for (size_t i = 0; slash && i < sizeof places / sizeof places[0]; i++) {
-        snprintf(path, sizeof path, "%.*s/%s/%s%smatrig.elf", (int)(slash - program), program,
+        snprintf(path, PATH_MAX, "%.*s/%s/%s%smatrig.elf", (int)(slash - program), program,
                  places[i], type->number ? hil_board_type_name(type) : "", type->number ? "/" : "");
         if (access(path, R_OK) == 0) {
             *elf = path;
+            found++;
             return true;
         }
     }
     return false;
 }
 
-enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv)
+/* The options of one board, up to the next --and: argv[1] to argv[argc - 1]. */
+static enum mr_status parse_one(struct hil_arguments *a, bool is_first, int argc, char **argv)
 {
     *a = (struct hil_arguments){.can = "none",
                                 .serial = "none",
@@ -391,6 +418,10 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
         const struct option *option = find(argv[i]);
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
+        if (!is_first && is_of_run(argv[i]))
+            return refuse("%s behind --and: it is of the whole run or of the first board; give it "
+                          "before --and",
+                          argv[i]);
         bool is_set = set(a, option, argv[i + 1]);
         if (!is_set && option->parse == parse_board)
             return refuse_board(argv[i + 1]);
@@ -399,9 +430,11 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
         i += option->kind != FLAG;
     }
     a->options.trace = a->trace ? stderr : NULL;
-    if (argc == 1)
-        return refuse("nothing is asked: give a landing with --rig, links with --can and --serial, "
-                      "an image with --elf; see matrig-board --help");
+    return MR_OK;
+}
+
+static enum mr_status check_one(struct hil_arguments *a)
+{
     if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
         return refuse("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
                       "--elf FILE");
@@ -416,95 +449,49 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
     return MR_OK;
 }
 
+/* What a board behind --and has of the first, and what it must not have. */
+static void follow(struct hil_arguments *a, const struct hil_arguments *first, unsigned number)
+{
+    if (!a->elf && !a->flash && !a->options.boot0 && !a->board_given)
+        a->elf = first->elf;
+    a->options.uid[0] += number; /* another place on the wafer; what is drawn has its own */
+    a->hang_s = first->hang_s;
+}
+
+enum mr_status hil_arguments_parse(struct hil_arguments a[HIL_CANBUS_BOARDS], unsigned *boards,
+                                   int argc, char **argv)
+{
+    enum mr_status status = MR_OK;
+    *boards = 0;
+    if (argc == 1)
+        return refuse("nothing is asked: give a landing with --rig, links with --can and --serial, "
+                      "an image with --elf; see matrig-board --help");
+    for (int from = 0, to; from < argc && status == MR_OK; from = to) {
+        for (to = from + 1; to < argc && strcmp(argv[to], "--and") != 0; to++)
+            continue;
+        if (*boards == HIL_CANBUS_BOARDS)
+            return refuse("one board and %u more by --and are as many as a bus can have here; "
+                          "leave one out",
+                          HIL_CANBUS_BOARDS - 1u);
+        struct hil_arguments *one = &a[*boards];
+        status = parse_one(one, *boards == 0, to - from, argv + from);
+        if (status == MR_OK && *boards)
+            follow(one, &a[0], *boards);
+        if (status == MR_OK)
+            status = check_one(one);
+        ++*boards;
+    }
+    if (status == MR_OK && *boards > 1 && a[0].gdb)
+        return refuse("--gdb with --and: a debugger holds one board, and the others on its bus "
+                      "cannot wait; debug it alone");
+    return status;
+}
+
 enum mr_status hil_arguments_check_board(const struct hil_arguments *a)
 {
     if (a->options.boot0 && !a->options.type->rom_hears)
         return refuse("--boot0: the boot ROM of the board %s does not listen at its serial link; "
                       "such a board is programmed through its ST-LINK",
                       hil_board_type_name(a->options.type));
-    return MR_OK;
-}
-
-/* The path of a link or file with everything that can be resolved resolved; false: it has none. */
-static bool canonical(const char *text, char *out)
-{
-    char folder[PATH_MAX], resolved[PATH_MAX];
-    const char *path = !text || strcmp(text, "none") == 0                               ? NULL
-                     : strncmp(text, "unix:", 5) == 0 || strncmp(text, "file:", 5) == 0 ? text + 5
-                     : strncmp(text, "pty:", 4) == 0                                    ? text + 4
-                                                                                        : text;
-    if (!path || strlen(path) >= sizeof folder)
-        return false;
-    if (realpath(path, out))
-        return true;
-    const char *slash = strrchr(path, '/');
-    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
-             slash ? path : ".");
-    if (!realpath(folder, resolved))
-        return false;
-    return snprintf(out, PATH_MAX, "%s/%s", resolved, slash ? slash + 1 : path) < PATH_MAX;
-}
-
-/* By name, or as two names of one file. */
-static bool same_file(const char *a, const char *b)
-{
-    struct stat one, other;
-    return strcmp(a, b) == 0 || (stat(a, &one) == 0 && stat(b, &other) == 0 &&
-                                 one.st_dev == other.st_dev && one.st_ino == other.st_ino);
-}
-
-/* A record takes the place of one of its kind only; what the first bytes of each are, the files say
- * that write them. */
-static enum mr_status check_record(const struct hil_arguments *a, const char *option,
-                                   const char *text, const char *path)
-{
-    const char *head = !text              ? NULL
-                     : text == a->vcd     ? "$version matrig-board $end\n"
-                     : text == a->profile ? "matrig-board profile: "
-                     : text == a->margins ? "rule                  judged "
-                                          : NULL;
-    if (!head || !path[0])
-        return MR_OK;
-    if (hil_is_precious(path))
-        return refuse("%s would overwrite a database or a program: %s; give another file", option,
-                      path);
-    if (!a->force && hil_is_another_file(path, head))
-        return refuse("%s is there already, and is no record of this kind: %s; give another file, "
-                      "or --force to lose this one",
-                      option, path);
-    return MR_OK;
-}
-
-enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
-{
-    const struct {
-        const char *option, *text;
-    } given[] = {{"--elf", a->elf},
-                 {"--rig", a->rig},
-                 {"--replay", a->replay},
-                 {"--faults", a->faults},
-                 {"--can", a->can},
-                 {"--serial", a->serial},
-                 {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL},
-                 {"--vcd", a->vcd},
-                 {"--profile", a->profile},
-                 {"--margins", a->margins},
-                 {"--flash", a->flash},
-                 {"--nor", a->nor}};
-    enum { READ_ONLY = 4, GIVEN = sizeof given / sizeof given[0] };
-    char path[GIVEN][PATH_MAX];
-    for (unsigned i = 0; i < GIVEN; i++) {
-        struct stat st;
-        if (!canonical(given[i].text, path[i]) || (stat(path[i], &st) == 0 && S_ISCHR(st.st_mode)))
-            path[i][0] = '\0';
-        for (unsigned k = 0; i >= READ_ONLY && k < i; k++) {
-            if (path[i][0] && path[k][0] && same_file(path[i], path[k]))
-                return refuse("%s and %s are both %s; give each its own", given[k].option,
-                              given[i].option, path[i]);
-        }
-        enum mr_status status = check_record(a, given[i].option, given[i].text, path[i]);
-        if (status != MR_OK)
-            return status;
-    }
     return MR_OK;
 }

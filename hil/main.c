@@ -13,228 +13,48 @@
 #include "hil/board/which.h"
 #include "hil/core/registers.h"
 #include "hil/core/wall.h"
-#include "hil/debug/debug.h"
-#include "hil/debug/gdb.h"
-#include "hil/debug/hang.h"
 #include "hil/debug/profile.h"
 #include "hil/debug/vcd.h"
-#include "hil/link/wire_link.h"
 #include "hil/rig/faults.h"
-#include "hil/rig/replay.h"
-#include "hil/rig/runfile.h"
+#include "hil/session.h"
 #include "hil/symbols.h"
 
-#define CONNECT_MS    30000
-#define WALL_LIMIT_S  600.0              /* of a run that has an end, beyond its length */
-#define SLICE_MAX_PS  (5ull * HIL_MS_PS) /* between looks at the sockets, at full speed */
-#define SLICE_REAL_PS (1ull * HIL_MS_PS) /* and at the wall clock */
-#define HOST_AWAY_PS  (50ull * HIL_MS_PS)
-
-struct session {
-    struct hil_link can, serial;
-    struct hil_board *board;
-    uint64_t host_seen_ps; /* when the pty: was last in use */
-    struct mr_symbols symbols;
-    struct hil_hang hang;
-    struct hil_pace pace;
-    struct hil_gdb gdb;
-    FILE *profile, *margins;
-    int stall_ms;
-    bool real;
-};
-
-static volatile int stop_asked; /* 1: by a signal, HIL_WALL_STOP: the wall-clock limit */
+#define WALL_LIMIT_S 600.0 /* of a run that has an end, beyond its length */
 
 static void on_signal(int number)
 {
     (void)number;
-    stop_asked = 1;
+    hil_stop_asked = 1;
 }
 
-/* Says why, if there is something to say. */
-static enum mr_status told(enum mr_status status, const char *why)
-{
-    if (status != MR_OK)
-        hil_complain("%s", why);
-    return status;
-}
-
-static void on_can_frame(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
-{
-    struct session *session = ctx;
-    hil_link_put_frame(&session->can, t_ps, frame);
-}
-
-static void on_serial_bytes(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
-{
-    struct session *session = ctx;
-    (void)t_ps;
-    hil_link_put_bytes(&session->serial, bytes, n);
-}
-
-static enum mr_status flush_links(struct session *session, int stall_ms)
-{
-    char error[256];
-    enum mr_status status = hil_link_flush(&session->can, stall_ms, &stop_asked, error,
-                                           sizeof error);
-    if (status == MR_OK)
-        status = hil_link_flush(&session->serial, stall_ms, &stop_asked, error, sizeof error);
-    return status == MR_CLOSED ? MR_OK : told(status, error);
-}
-
-/* At full speed the board waits for whoever opens the other end of its pty: next, but not before it
- * has had the time to start, or to restart after the last one. */
-static bool host_is_there(struct session *session, uint64_t t_ps)
-{
-    char error[256];
-    if (session->serial.type != HIL_LINK_PTY)
-        return true;
-    if (!session->serial.hung_up)
-        session->host_seen_ps = t_ps;
-    if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
-        return true;
-    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error,
-                                            sizeof error);
-    return stop_asked ? status == MR_OK : told(status, error) == MR_OK;
-}
-
-/* Run to t_ps or to where a debugger holds the board; the firmware must not hang then. */
-static enum mr_status advance(struct session *session, uint64_t t_ps)
-{
-    char text[256];
-    enum mr_status status = hil_board_run_until(session->board, t_ps);
-    double now_s = (double)hil_board_now_ps(session->board) * 1e-12;
-    if (status != MR_OK) {
-        hil_complain("stopped at %.6f s: %s", now_s, hil_board_reason(session->board));
-    } else if (!hil_debug_holds(session->board) &&
-               hil_hang_look(&session->hang, session->board, &session->symbols, text,
-                             sizeof text)) {
-        hil_complain("stopped at %.6f s: %s", now_s, text);
-        status = MR_HALTED;
-    }
-    return status;
-}
-
-static enum mr_status play_to(struct session *session, uint64_t t_ps)
-{
-    enum mr_status status;
-    bool alive;
-    do {
-        status = advance(session, t_ps);
-        enum mr_status flushed = flush_links(session, session->real ? 0 : session->stall_ms);
-        if (status == MR_OK)
-            status = flushed;
-        double held_s = hil_wall_s();
-        alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
-        /* time stood still on both clocks; without gdb 1000 times nothing are 80 ppm */
-        if (session->gdb.listener >= 0)
-            session->pace.began_s += hil_wall_s() - held_s;
-        if (!alive)
-            stop_asked = 1;
-    } while (status == MR_OK && !stop_asked && hil_board_now_ps(session->board) < t_ps);
-    return status;
-}
-
-static enum mr_status play(struct session *session, double duration_s)
-{
-    bool real = session->real;
-    uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
-    uint64_t slice_ps = real ? SLICE_REAL_PS : SLICE_MAX_PS;
-    enum mr_status status = MR_OK;
-    session->pace.began_s = hil_wall_s();
-    session->can.drops = session->serial.drops = real;
-    for (uint64_t t_ps = 0; t_ps < end_ps && !stop_asked && status == MR_OK;) {
-        if (!real && !host_is_there(session, t_ps)) {
-            status = stop_asked ? MR_OK : MR_TIMEOUT;
-            break;
-        }
-        t_ps = t_ps + slice_ps < end_ps ? t_ps + slice_ps : end_ps;
-        if (real)
-            hil_pace_wait(&session->pace, t_ps, &stop_asked);
-        hil_link_receive(&session->can, session->board);
-        hil_link_receive(&session->serial, session->board);
-        status = play_to(session, t_ps);
-        if (real)
-            hil_pace_done(&session->pace, t_ps);
-    }
-    /* What waits at the end is given its time at either speed. */
-    enum mr_status flushed = flush_links(session, session->stall_ms);
-    if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
-        hil_complain("the limit of wall-clock time ended the run at %.3f s of virtual time; give "
-                     "more with --wall-limit S",
-                     (double)hil_board_now_ps(session->board) * 1e-12);
-        status = MR_TIMEOUT;
-    }
-    return status == MR_OK ? flushed : status;
-}
-
-static void summarise(const struct session *session, double took_s)
-{
-    const struct hil_counters *c = hil_board_counters(session->board);
-    double virtual_s = (double)hil_board_now_ps(session->board) * 1e-12;
-    char pace[96] = "";
-    if (session->real)
-        snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second",
-                 1e3 * session->pace.late_s, 1e3 * session->pace.late_started_s);
-    fprintf(
-        stderr,
-        "matrig-board: %.3f s virtual in %.3f s wall (%.1f x%s), %llu instructions, CAN %llu out "
-        "%llu in, "
-        "serial %llu bytes out %llu in, dropped %llu frames %llu bytes, resets %llu, faults %llu\n",
-        virtual_s, took_s, took_s > 0 ? virtual_s / took_s : 0.0, pace,
-        (unsigned long long)c->instructions, (unsigned long long)c->can_frames_out,
-        (unsigned long long)c->can_frames_in, (unsigned long long)c->serial_bytes_out,
-        (unsigned long long)c->serial_bytes_in,
-        (unsigned long long)(session->can.dropped + c->can_in_dropped),
-        (unsigned long long)(session->serial.dropped + c->serial_in_dropped),
-        (unsigned long long)c->resets, (unsigned long long)c->faults);
-}
-
-static void tell_rules(const struct session *session, const struct hil_arguments *a)
+static void tell_rules(const struct hil_member *member)
 {
     uint64_t times;
-    unsigned broken = hil_board_rules_counted(session->board, &times);
+    unsigned broken = hil_board_rules_counted(member->board, &times);
     if (broken)
-        hil_complain("%u %s broken, %llu %s in all%s", broken, broken == 1 ? "rule" : "rules",
-                     (unsigned long long)times, times == 1 ? "time" : "times",
-                     a->margins ? "" : "; --margins FILE says which");
+        hil_complain("%s%u %s broken, %llu %s in all%s", member->name, broken,
+                     broken == 1 ? "rule" : "rules", (unsigned long long)times,
+                     times == 1 ? "time" : "times",
+                     member->a->margins ? "" : "; --margins FILE says which");
 }
 
-static enum mr_status open_links(struct session *session, const struct hil_arguments *a)
+static double length_of(const struct hil_member *member)
 {
-    char error[512];
-    enum mr_status status = hil_link_open(&session->can, HIL_LINK_CAN, a->can, error, sizeof error);
-    if (status == MR_OK)
-        status = hil_link_open(&session->serial, HIL_LINK_SERIAL, a->serial, error, sizeof error);
-    if (status == MR_OK && a->gdb) {
-        status = hil_gdb_open(&session->gdb, a->gdb, error, sizeof error);
-        if (status == MR_OK)
-            fprintf(stderr, "matrig-board: waiting for gdb: target remote %s\n",
-                    session->gdb.place);
+    const struct hil_arguments *a = member->a;
+    return a->rig    ? member->rig.duration_s
+         : a->replay ? hil_replay_duration_s(&member->replay)
+                     : 0.0;
+}
+
+/* As long as the longest that is played. */
+static double duration_of(const struct hil_session *session)
+{
+    double longest_s = session->member[0].a->for_s;
+    for (unsigned i = 0; i < session->members && !(session->member[0].a->for_s > 0); i++) {
+        double length_s = length_of(&session->member[i]);
+        longest_s = length_s > longest_s ? length_s : longest_s;
     }
-    if (status == MR_OK)
-        status = hil_link_accept(&session->can, CONNECT_MS, &stop_asked, error, sizeof error);
-    /* one who opens a terminal may come and go */
-    if (status == MR_OK && session->serial.type != HIL_LINK_PTY)
-        status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, sizeof error);
-    if (status == MR_OK)
-        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_asked, error,
-                                sizeof error);
-    if (stop_asked == HIL_WALL_STOP)
-        hil_complain("the limit of wall-clock time came while links were opened; is there a host? "
-                     "--wall-limit S gives more");
-    else if (!stop_asked)
-        told(status, error);
-    return status;
-}
-
-static double duration_of(const struct hil_arguments *a, const struct hil_run *rig,
-                          const struct hil_replay *replay)
-{
-    return a->for_s > 0 ? a->for_s
-         : a->rig       ? rig->duration_s
-         : a->replay    ? hil_replay_duration_s(replay)
-                        : HIL_FOREVER_S;
+    return longest_s > 0 ? longest_s : HIL_FOREVER_S;
 }
 
 static enum mr_status load_memories(struct hil_board *board, const struct hil_arguments *a)
@@ -260,20 +80,42 @@ static enum mr_status save_memories(struct hil_board *board, const struct hil_ar
         saved = hil_board_save_flash(board, a->flash);
     if (a->nor && saved == MR_OK)
         saved = hil_board_save_nor(board, a->nor);
-    told(saved, hil_board_reason(board));
+    hil_told(saved, hil_board_reason(board));
     return status == MR_OK ? saved : status;
 }
 
-static enum mr_status order_faults(const struct hil_arguments *a, struct hil_board *board)
+/* What a fault of one board's links would do to the others is not modelled for all of them. */
+static enum mr_status fits_shared_bus(const char *path, const struct hil_fault_script *script)
+{
+    for (size_t i = 0; i < script->count; i++) {
+        const struct hil_fault *fault = &script->fault[i];
+        bool holds = fault->action == HIL_FAULT_BUS &&
+                     (fault->choice == HIL_CAN_SHORTED || fault->choice == HIL_CAN_DOMINANT);
+        bool host = fault->action == HIL_FAULT_LINE && fault->line == HIL_CAN_IN &&
+                    fault->choice != HIL_CORRUPT;
+        if (!holds && !host)
+            continue;
+        hil_complain("%s: line %u: with --and a bus can be unplugged, and CAN frames in can be "
+                     "corrupted, nothing else; leave the line out, or run the board alone",
+                     path, fault->file_line);
+        return MR_USAGE;
+    }
+    return MR_OK;
+}
+
+static enum mr_status order_faults(const struct hil_member *member, bool shared)
 {
     static struct hil_fault_script script;
+    const struct hil_arguments *a = member->a;
     char error[512];
     enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
-    if (told(status, error) != MR_OK)
+    if (hil_told(status, error) != MR_OK)
         return status;
-    status = hil_board_add_faults(board, &script);
+    if (shared && (status = fits_shared_bus(a->faults, &script)) != MR_OK)
+        return status;
+    status = hil_board_add_faults(member->board, &script);
     if (status != MR_OK)
-        hil_complain("%s: %s", a->faults, hil_board_reason(board));
+        hil_complain("%s: %s", a->faults, hil_board_reason(member->board));
     return status;
 }
 
@@ -285,7 +127,7 @@ static void start_wall_limit(const struct hil_arguments *a, double duration_s)
         limit_s = duration_s < HIL_FOREVER_S && !a->gdb
                     ? WALL_LIMIT_S + (a->real ? duration_s : 0.0)
                     : 0.0;
-    hil_wall_limit(limit_s, &stop_asked);
+    hil_wall_limit(limit_s, &hil_stop_asked);
 }
 
 static enum mr_status open_record(const char *option, const char *path, FILE **file)
@@ -306,8 +148,9 @@ static enum mr_status close_record(const char *option, const char *path, FILE *f
     return MR_IO;
 }
 
-static enum mr_status open_records(struct session *session, const struct hil_arguments *a)
+static enum mr_status open_records(struct hil_session *session, const struct hil_arguments *a)
 {
+    struct hil_board *board = session->member[0].board;
     char error[512];
     enum mr_status status = open_record("--profile", a->profile, &session->profile);
     if (status == MR_OK)
@@ -315,24 +158,25 @@ static enum mr_status open_records(struct session *session, const struct hil_arg
     if (status != MR_OK)
         return status;
     if (a->profile)
-        hil_profile_begin(session->board);
-    return a->vcd ? told(hil_vcd_open(session->board, a->vcd, a->vcd_functions, &session->symbols,
-                                      error, sizeof error),
-                         error)
+        hil_profile_begin(board);
+    return a->vcd ? hil_told(hil_vcd_open(board, a->vcd, a->vcd_functions,
+                                          &session->member[0].symbols, error, sizeof error),
+                             error)
                   : MR_OK;
 }
 
-static enum mr_status close_records(struct session *session, const struct hil_arguments *a)
+static enum mr_status close_records(struct hil_session *session, const struct hil_arguments *a)
 {
+    struct hil_board *board = session->member[0].board;
     char error[512];
-    enum mr_status status = told(hil_vcd_close(session->board, error, sizeof error), error), closed;
+    enum mr_status status = hil_told(hil_vcd_close(board, error, sizeof error), error), closed;
     if (session->margins) {
-        hil_board_print_rules(session->board, session->margins);
+        hil_board_print_rules(board, session->margins);
         closed = close_record("--margins", a->margins, session->margins, false);
         status = status == MR_OK ? closed : status;
     }
     if (session->profile) {
-        bool failed = hil_profile_print(session->board, &session->symbols, session->profile) !=
+        bool failed = hil_profile_print(board, &session->member[0].symbols, session->profile) !=
                       MR_OK;
         closed = close_record("--profile", a->profile, session->profile, failed);
         status = status == MR_OK ? closed : status;
@@ -340,44 +184,89 @@ static enum mr_status close_records(struct session *session, const struct hil_ar
     return status;
 }
 
-static enum mr_status run(const struct hil_arguments *a, struct session *session,
-                          const struct hil_run *rig, const struct hil_replay *replay)
+/* A board with its memories, its rig and its faults, as it is before power comes. */
+static enum mr_status prepare(struct hil_session *session, struct hil_member *member)
 {
-    struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
+    const struct hil_arguments *a = member->a;
+    struct hil_board *board = member->board;
     char error[512];
-    enum mr_status status = told(load_memories(session->board, a),
-                                 hil_board_reason(session->board));
+    enum mr_status status = hil_told(load_memories(board, a), hil_board_reason(board));
     if (status == MR_OK && a->elf)
-        status = told(hil_symbols_read(&session->symbols, a->elf, error, sizeof error), error);
+        status = hil_told(hil_symbols_read(&member->symbols, a->elf, error, sizeof error), error);
     if (status != MR_OK)
         return status;
-    hil_board_set_callbacks(session->board, &callbacks);
-    hil_board_attach_rig(session->board, a->rig ? rig : NULL);
+    hil_board_attach_rig(board, a->rig ? &member->rig : NULL);
     if (a->replay)
-        hil_board_attach_replay(session->board, replay);
-    if (a->faults && (status = order_faults(a, session->board)) != MR_OK)
+        hil_board_attach_replay(board, &member->replay);
+    if (session->bus && (status = hil_canbus_join(session->bus, board)) != MR_OK)
+        hil_complain("%sits chip has the identity of one before it: no two chips have the same; "
+                     "give another --board-seed, or another record",
+                     member->name);
+    if (status == MR_OK && a->faults)
+        status = order_faults(member, session->bus != NULL);
+    hil_hang_start(&member->hang, a->hang_s);
+    return status;
+}
+
+static enum mr_status run(struct hil_session *session)
+{
+    const struct hil_arguments *a = session->member[0].a;
+    enum mr_status status = MR_OK, saved;
+    for (unsigned i = 0; i < session->members && status == MR_OK; i++)
+        status = prepare(session, &session->member[i]);
+    if (status != MR_OK)
         return status;
-    hil_hang_start(&session->hang, a->hang_s);
     session->real = a->real;
     session->stall_ms = (int)(a->stall_s * 1e3);
-    double duration_s = duration_of(a, rig, replay);
+    double duration_s = duration_of(session);
     start_wall_limit(a, duration_s);
-    status = open_links(session, a);
+    status = hil_session_open(session);
     if (status != MR_OK)
-        return stop_asked == 1 ? MR_OK : status;
+        return hil_stop_asked == 1 ? MR_OK : status;
     status = open_records(session, a);
     if (status != MR_OK)
         return status;
     double began_s = hil_wall_s();
-    status = play(session, duration_s);
+    status = hil_session_play(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
-    hil_board_tell_faults_left(session->board);
-    tell_rules(session, a);
-    summarise(session, took_s);
+    for (unsigned i = 0; i < session->members; i++) {
+        hil_board_tell_faults_left(session->member[i].board);
+        tell_rules(&session->member[i]);
+    }
+    hil_session_summarise(session, took_s);
     if (status == MR_OK)
         status = closed;
-    return save_memories(session->board, a, status);
+    for (unsigned i = 0; i < session->members; i++) {
+        saved = save_memories(session->member[i].board, session->member[i].a, status);
+        status = status == MR_OK ? saved : status;
+    }
+    return status;
+}
+
+/* The files that say what is played, and which board it is. */
+static enum mr_status read_files(struct hil_member *member, struct hil_arguments *a)
+{
+    char error[512];
+    enum mr_status status = MR_OK;
+    if (a->rig)
+        status = hil_told(hil_run_read(a->rig, &member->rig, error, sizeof error), error);
+    else if (a->replay)
+        status = hil_told(hil_replay_read(a->replay, &member->replay, error, sizeof error), error);
+    return status;
+}
+
+static enum mr_status make_board(struct hil_member *member, struct hil_arguments *a)
+{
+    char error[512];
+    if (!a->board_given &&
+        hil_told(hil_which_files(a->elf, a->flash, &a->options.type, error, sizeof error), error) !=
+            MR_OK)
+        return MR_VERSION;
+    enum mr_status status = hil_arguments_check_board(a);
+    if (status == MR_OK)
+        member->board = hil_board_create(&a->options);
+    return status;
 }
 
 /* A stream that the caller closed must not become the number of an output file: what is said would
@@ -392,13 +281,9 @@ static void hold_standard_streams(void)
 
 int main(int argc, char **argv)
 {
-    struct hil_arguments a;
-    struct session session = {.can = {.listener = -1, .fd = -1},
-                              .serial = {.listener = -1, .fd = -1},
-                              .gdb = {.listener = -1, .line = {.fd = -1}}};
-    struct hil_run rig = {0};
-    struct hil_replay replay = {0};
-    char error[512];
+    static struct hil_arguments a[HIL_CANBUS_BOARDS];
+    static struct hil_session session = {.can = {.listener = -1, .fd = -1},
+                                         .gdb = {.listener = -1, .line = {.fd = -1}}};
     hold_standard_streams();
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
@@ -414,32 +299,31 @@ int main(int argc, char **argv)
             return 0;
         }
     }
-    enum mr_status status = hil_arguments_parse(&a, argc, argv);
+    enum mr_status status = hil_arguments_parse(a, &session.members, argc, argv);
     if (status == MR_OK)
-        status = hil_arguments_check_paths(&a);
-    if (status == MR_OK && a.rig)
-        status = told(hil_run_read(a.rig, &rig, error, sizeof error), error);
-    else if (status == MR_OK && a.replay)
-        status = told(hil_replay_read(a.replay, &replay, error, sizeof error), error);
+        status = hil_arguments_check_paths(a, session.members);
+    for (unsigned i = 0; i < session.members; i++) {
+        struct hil_member *member = &session.member[i];
+        member->a = &a[i];
+        member->serial.listener = member->serial.fd = -1;
+        if (session.members > 1)
+            snprintf(member->name, sizeof member->name, "board %u: ", i + 1);
+        if (status == MR_OK)
+            status = read_files(member, &a[i]);
+    }
     if (status != MR_OK)
         return mr_status_exit_code(status);
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
-    if (!a.board_given &&
-        told(hil_which_files(a.elf, a.flash, &a.options.type, error, sizeof error), error) != MR_OK)
-        return mr_status_exit_code(MR_VERSION);
-    status = hil_arguments_check_board(&a);
-    if (status != MR_OK)
-        return mr_status_exit_code(status);
-    session.board = hil_board_create(&a.options);
-    status = run(&a, &session, &rig, &replay);
-    hil_gdb_close(&session.gdb, mr_status_exit_code(status));
-    hil_link_close(&session.can);
-    hil_link_close(&session.serial);
-    hil_symbols_free(&session.symbols);
-    hil_board_destroy(session.board);
-    hil_run_free(&rig);
-    hil_replay_free(&replay);
+    for (unsigned i = 0; i < session.members; i++) {
+        status = make_board(&session.member[i], &a[i]);
+        if (status != MR_OK)
+            return mr_status_exit_code(status);
+    }
+    if (session.members > 1)
+        session.bus = hil_canbus_create();
+    status = run(&session);
+    hil_session_close(&session, status);
     return mr_status_exit_code(status);
 }
