@@ -102,6 +102,8 @@ void board_can_move(uint16_t base);
 /* Queue one frame; false when the queue is full or the link is down (the caller counts the
  * drop). */
 bool board_can_send(const struct board_can_frame *frame);
+/* Frames that are queued and have not come to the controller yet. */
+unsigned board_can_waiting(void);
 bool board_can_receive(struct board_can_frame *frame);
 /* TIM2 when the last sync frame had left, end of frame acknowledged, if that was the one whose
  * message says `block`; false: it has not left. Late by what delays the interrupt: below 30 us. */

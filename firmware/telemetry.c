@@ -62,6 +62,11 @@ bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
     return queued;
 }
 
+bool telemetry_may_burst(void)
+{
+    return board_can_waiting() <= TELEMETRY_BURST_WAITING;
+}
+
 bool telemetry_has_box(const struct telemetry *telemetry)
 {
     return !telemetry->box->left_out;

@@ -57,6 +57,10 @@ void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
 /* On CAN, whatever its state. */
 bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
                      size_t length);
+/* Now what is told in a row may go on: not while more frames than these wait for the bus, which
+ * another board may fill. Readings need the rest of the queue. */
+#define TELEMETRY_BURST_WAITING 64u
+bool telemetry_may_burst(void);
 /* There is a black box, so that TO_CONFIGURATION leads somewhere. */
 bool telemetry_has_box(const struct telemetry *telemetry);
 

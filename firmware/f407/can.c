@@ -192,6 +192,11 @@ bool board_can_send(const struct board_can_frame *frame)
     return true;
 }
 
+unsigned board_can_waiting(void)
+{
+    return tx_queued - tx_taken;
+}
+
 bool board_can_receive(struct board_can_frame *frame)
 {
     if (rx_taken == rx_queued)

@@ -101,6 +101,11 @@ bool board_can_send(const struct board_can_frame *frame)
     return true;
 }
 
+unsigned board_can_waiting(void)
+{
+    return fake.can_waiting;
+}
+
 void board_can_clear(void)
 {
     fake.clears++;

@@ -39,6 +39,7 @@ struct fake_board {
     bool sync_left;
 
     bool can_full, serial_full; /* refuse everything */
+    unsigned can_waiting;       /* frames in the queue */
     struct board_can_errors can_errors;
     unsigned clears, rejoins;
     bool warning, shunted, lamp_broken;
