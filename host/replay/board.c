@@ -37,6 +37,8 @@ static void name_paths(struct paths *paths, const char *directory)
 static enum mr_status start(const struct replay_board *board, const struct paths *paths,
                             pid_t *child, struct error *error)
 {
+    char can_base[20];
+    snprintf(can_base, sizeof can_base, "%u", board->can_base);
     const char *const words[] = {board->program,
                                  "--elf",
                                  board->elf,
@@ -48,6 +50,8 @@ static enum mr_status start(const struct replay_board *board, const struct paths
                                  paths->replay,
                                  "--speed",
                                  board->real ? "real" : "max",
+                                 "--can-base",
+                                 can_base,
                                  board->flash ? "--flash" : NULL,
                                  paths->flash,
                                  NULL};
