@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/canbase.h"
 #include "common/decimal.h"
 #include "hil/core/time.h"
 #include "hil/periph/board_type.h"
@@ -40,6 +41,9 @@ const char hil_help[] =
     "at the first\n"
     "                   board: they stand before --and. No --gdb then, and no fault that holds or "
     "shorts the bus\n"
+    "  --can-base N     the base of the board's CAN identifiers, as its configuration has it "
+    "(default 0): CAN commands of\n"
+    "                   the run file or record are sent to it\n"
     "  --parity P       of the serial line's other end: none, even, odd or board (what the board "
     "has);\n"
     "                   default none, pty: board, for Linux keeps no parity for pseudo-terminals\n"
@@ -292,6 +296,7 @@ static const struct option {
     {"--profile", TEXT, AT(profile), 0, 0, NULL},
     {"--margins", TEXT, AT(margins), 0, 0, NULL},
     {"--baud", UNSIGNED, AT(options.host_baud), 1200, 10e6, NULL},
+    {"--can-base", UNSIGNED, AT(options.can_base), 0, MR_CAN_BASE_MOST, NULL},
     {"--lsi", UNSIGNED, AT(options.lsi_hz), 17000, 47000, NULL},
     {"--hsi-ppm", SIGNED, AT(options.hsi_error_ppm), -50000, 50000, NULL},
     {"--vdda", REAL, AT(options.vdda_v), 2.7, 3.6, NULL},

@@ -26,6 +26,7 @@ struct hil_options {
     enum hil_parity host_parity; /* and its parity; not used where it follows the board's own */
     bool host_parity_follows;
     enum hil_can_bus can_bus;
+    uint32_t can_base; /* of the board's identifiers, to which CAN commands of its run file go */
     /* frames a second of the film camera; 0: there is none (hil/rig/camera.h) */
     double camera_hz;
     uint64_t camera_delay_ps;  /* from its trigger to the first frame */

@@ -2,10 +2,12 @@
 
 #include <string.h>
 
+#include "common/canbase.h"
 #include "common/framing.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/periph/can.h"
+#include "hil/periph/options.h"
 #include "hil/periph/usart.h"
 #include "hil/rig/rig.h"
 
@@ -19,7 +21,9 @@ enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_devic
         return hil_usart_inject(
             usart, bytes, mr_frame_encode((*sequence)++, MR_ID_COMMAND, payload, length, bytes));
     }
-    struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = (uint8_t)length};
+    struct hil_can_frame frame = {
+        .id = mr_can_to_bus(MR_ID_COMMAND, (uint16_t)can->options->can_base),
+        .length = (uint8_t)length};
     memcpy(frame.data, payload, length);
     return hil_can_inject(can, &frame);
 }

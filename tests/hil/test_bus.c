@@ -1,6 +1,7 @@
 /* Several boards on one CAN bus (hil/board/canbus.h), with a test image (images/canbus.c): who
  * begins, how long frames hold the bus, who hears them, and what happens when one of them fails.
  * The lengths are counted here, from the standard (ISO 11898-1, 10.4 and 10.5; CRC 10.4.2.6). */
+#include "common/catalogue.h"
 #include "hil/board/canbus.h"
 #include "hil/board/parts.h"
 #include "tests/hil/bench.h"
@@ -239,6 +240,34 @@ static void test_host(void **state)
     end(&s);
 }
 
+/* A command of a run file goes to its board's base. */
+static void test_base(void **state)
+{
+    struct hil_run_command command = {.t_ps = 7 * HIL_MS_PS};
+    struct hil_options options;
+    struct hil_run still;
+    struct several s;
+    (void)state;
+    start(&s, 1);
+    hil_options_default(&options);
+    options.uid[0]++;
+    options.can_base = 0x40;
+    still_run(&still, 1.0);
+    still.commands = &command;
+    still.command_count = 1;
+    s.boards = 2;
+    s.board[1] = bench_board("canbus", &options);
+    assert_int_equal(hil_canbus_join(s.bus, s.board[1]), MR_OK);
+    hil_board_attach_rig(s.board[1], &still);
+    run(&s, 8 * HIL_MS_PS);
+    for (unsigned i = 0; i < 2; i++) {
+        assert_int_equal(bench_result(s.board[i], 2), 1);
+        assert_int_equal(bench_result(s.board[i], 8), MR_ID_COMMAND + 0x40);
+    }
+    end(&s);
+    free(still.samples);
+}
+
 /* A board whose cable is out sends to nobody, and the others go on. */
 static void test_unplugged(void **state)
 {
@@ -387,10 +416,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counting),   cmocka_unit_test(test_arbitration),
         cmocka_unit_test(test_first_come), cmocka_unit_test(test_filter),
-        cmocka_unit_test(test_host),       cmocka_unit_test(test_unplugged),
-        cmocka_unit_test(test_reset),      cmocka_unit_test(test_corrupted),
-        cmocka_unit_test(test_collision),  cmocka_unit_test(test_same_again),
-        cmocka_unit_test(test_identity),
+        cmocka_unit_test(test_host),       cmocka_unit_test(test_base),
+        cmocka_unit_test(test_unplugged),  cmocka_unit_test(test_reset),
+        cmocka_unit_test(test_corrupted),  cmocka_unit_test(test_collision),
+        cmocka_unit_test(test_same_again), cmocka_unit_test(test_identity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
