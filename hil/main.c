@@ -308,6 +308,7 @@ int main(int argc, char **argv)
         member->serial.listener = member->serial.fd = -1;
         if (session.members > 1)
             snprintf(member->name, sizeof member->name, "board %u: ", i + 1);
+        a[i].options.name = member->name;
         if (status == MR_OK)
             status = read_files(member, &a[i]);
     }

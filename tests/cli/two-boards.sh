@@ -71,6 +71,7 @@ one_resets() { # the power of the second goes for 300 ms: the first speaks on, t
     printf 'matrig-faults 1\nat 0.5 power-cut 300\n' >"$tmp/cut.faults"
     $board --elf $elf --for 1.2 --can "file:$tmp/cut.can" --and --faults "$tmp/cut.faults" 2>"$tmp/cut.err"
     cat "$tmp/cut.err"
+    grep -q '^board 2: fault at 0\.500000[0-9]* s: power cut for 300 ms (line 2)$' "$tmp/cut.err" || return 1
     awk -F '[(). ]' '{ t = $2 + $3 / 1000000 } t > 0.6 && t < 0.79 { n++ } END { exit n < 20 }' "$tmp/cut.can" &&
         [ "$(awk '$3 ~ /^1F1#43/ { print $1 }' "$tmp/cut.can" | awk -F '[(.)]' '$3 > 800000 || $2 > 0' | wc -l)" -ge 1 ]
 }
