@@ -29,8 +29,8 @@ struct hil_arguments {
 /* One line on stderr, with the program's name. */
 __attribute__((format(printf, 1, 2))) void hil_complain(const char *format, ...);
 
-/* All boards that are asked for; what is of the run is the first's. MR_USAGE: cannot be; stderr says
- * why. */
+/* All boards that are asked for; what is of the run is the first's. MR_USAGE: cannot be; stderr
+ * says why. */
 enum mr_status hil_arguments_parse(struct hil_arguments a[HIL_CANBUS_BOARDS], unsigned *boards,
                                    int argc, char **argv);
 /* Once it is known which board it is. MR_USAGE: it cannot do what was asked. */

@@ -4,20 +4,21 @@
  *     hil_canbus_join(bus, board);                   (each, before it runs)
  *     hil_canbus_run_until(bus, 10 * HIL_SECOND_PS); (in place of hil_board_run_until)
  *
- * Who begins. A frame holds the bus for its exact number of bits and the three of intermission. When
- * the bus is free, who is ready first begins; who is ready less than a bit later begins with it, and
- * the lowest identifier wins: at the end of a frame all who wait. The loser's mailbox is marked
- * (ALST). The host has one queue, in the order given; it acknowledges, and its frames wait until a
- * board listens.
+ * Who begins. A frame holds the bus for its exact number of bits and the three of intermission.
+ * When the bus is free, who is ready first begins; who is ready less than a bit later begins with
+ * it, and the lowest identifier wins: at the end of a frame all who wait. The loser's mailbox is
+ * marked (ALST). The host has one queue, in the order given; it acknowledges, and its frames wait
+ * until a board listens.
  *
  * Exact, though boards run one after the other. A frame that begins changes what another board does
  * when it ends, 44 bits later at the soonest. So all boards run HIL_CANBUS_LOOK_PS past the moment
- * when the bus is free, each only notes since when it has a frame ready, and then the bus decides who
- * has begun, and when. Until it has decided, MSR.TXM and RXM do not show that a frame is under way.
+ * when the bus is free, each only notes since when it has a frame ready, and then the bus decides
+ * who has begun, and when. Until it has decided, MSR.TXM and RXM do not show that a frame is under
+ * way.
  *
- * Not there. A board that is in reset, bus-off, joining, or whose cable is unplugged, and one with a
- * wrong bit rate: the others go on without it (on a real bus a wrong bit rate disturbs all). A frame
- * whose sender is reset breaks off: all see an error.
+ * Not there. A board that is in reset, bus-off, joining, or whose cable is unplugged, and one with
+ * a wrong bit rate: the others go on without it (on a real bus a wrong bit rate disturbs all). A
+ * frame whose sender is reset breaks off: all see an error.
  *
  * Errors. A frame that a fault corrupts at one of its ends is bad for all: error frame, counters,
  * sent again. Two boards that send the same identifier with other data are told and counted: where

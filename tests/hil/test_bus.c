@@ -289,8 +289,8 @@ static void test_unplugged(void **state)
     end(&s);
 }
 
-/* Reset in the middle of its frame: the frame is none, the listener counts an error, the bus is free
- * again after the error frame; the board comes back. */
+/* Reset in the middle of its frame: the frame is none, the listener counts an error, the bus is
+ * free again after the error frame; the board comes back. */
 static void test_reset(void **state)
 {
     struct several s;
