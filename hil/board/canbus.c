@@ -34,7 +34,7 @@ struct hil_canbus {
     uint64_t now_ps;
     uint64_t free_ps;   /* end of the last frame and its intermission */
     uint64_t end_ps;    /* of the last frame */
-    uint64_t unread_ps; /* until then no board listened, and the host could not begin */
+    uint64_t unread_ps; /* until then no board acknowledged, and the host could not begin */
     unsigned sender;    /* of the last frame */
     bool spoiled;       /* it is bad */
     bool broken;        /* its sender has just been reset, at broken_ps */
@@ -128,7 +128,7 @@ static bool claims_of(struct hil_canbus *bus, struct claim claim[SENDERS], uint6
     bool heard = false, any = false;
     *first_ps = HIL_NEVER;
     for (unsigned i = 0; i < bus->boards; i++) {
-        heard |= hil_can_hears(can_of(bus, i));
+        heard |= hil_can_acknowledges(can_of(bus, i));
         claim[i].is = hil_can_asks(can_of(bus, i), &claim[i].since_ps, &claim[i].frame);
     }
     if (!heard)

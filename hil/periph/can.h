@@ -125,8 +125,9 @@ void hil_can_ask(struct hil_can_device *dev, unsigned mailbox, uint64_t at);
 /* Has it asked? Since when, and with which frame. */
 bool hil_can_asks(const struct hil_can_device *dev, uint64_t *since_ps,
                   struct hil_can_frame *frame);
-/* Does it listen to a frame that begins? */
+/* Does it listen to a frame that begins, and would it say so? A silent one does not. */
 bool hil_can_hears(const struct hil_can_device *dev);
+bool hil_can_acknowledges(const struct hil_can_device *dev);
 /* What it has asked for is decided: its frame begins at start_ps and takes so many bits; when it
  * ends. */
 uint64_t hil_can_begin(struct hil_can_device *dev, uint64_t start_ps, unsigned bits, bool spoiled);

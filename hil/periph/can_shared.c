@@ -5,6 +5,7 @@
 
 #define MCR_NART 16u
 #define BTR_LBKM (1u << 30)
+#define BTR_SILM (1u << 31)
 
 void hil_can_ask(struct hil_can_device *dev, unsigned m, uint64_t at)
 {
@@ -31,6 +32,11 @@ bool hil_can_hears(const struct hil_can_device *dev)
     return c->phase == HIL_CAN_ASKING ||
            (hil_can_on_bus(c) && c->phase != HIL_CAN_FRAME && !(c->btr & BTR_LBKM) &&
             hil_can_bus_seen(dev) == HIL_CAN_CONNECTED);
+}
+
+bool hil_can_acknowledges(const struct hil_can_device *dev)
+{
+    return hil_can_hears(dev) && !(dev->state->btr & BTR_SILM);
 }
 
 uint64_t hil_can_begin(struct hil_can_device *dev, uint64_t start_ps, unsigned bits, bool spoiled)

@@ -75,6 +75,10 @@ one_resets() { # the power of the second goes for 300 ms: the first speaks on, t
     awk -F '[(). ]' '{ t = $2 + $3 / 1000000 } t > 0.6 && t < 0.79 { n++ } END { exit n < 20 }' "$tmp/cut.can" &&
         [ "$(awk '$3 ~ /^1F1#43/ { print $1 }' "$tmp/cut.can" | awk -F '[(.)]' '$3 > 800000 || $2 > 0' | wc -l)" -ge 1 ]
 }
+one_stops() { # the firmware of the second hangs: the run ends, and says whose
+    $board --for 2 --hang 0.1 --and --elf build/tests/hil/images/hang_loop.elf 2>"$tmp/hang.err"
+    [ $? -eq 3 ] && cat "$tmp/hang.err" && grep -q '^matrig-board: board 2: stopped at 0\.1[0-9]* s: the firmware hangs' "$tmp/hang.err"
+}
 refusals() {
     fails_with 2 '--can behind --and: .* give it before --and' $board --for 1 --and --can none &&
         fails_with 2 '--gdb with --and: .*debug it alone' $board --gdb 0 --and --seed 2 &&
@@ -98,5 +102,6 @@ check "each measures what it measures alone" measures_as_alone
 check "the same identifiers from both are told" collisions_are_told
 check "each has its own serial link" each_has_its_link
 check "the power of one goes: the other speaks on, and the one comes back" one_resets
+check "where one stops the run ends, and says which" one_stops
 check "what cannot be with several boards is refused in one line" refusals
 finish

@@ -240,6 +240,25 @@ static void test_host(void **state)
     end(&s);
 }
 
+/* A silent board hears what another acknowledges, and nothing that nobody does. */
+static void test_silent(void **state)
+{
+    struct hil_can_frame frame = {.id = 0x400};
+    struct several s;
+    (void)state;
+    start(&s, 2);
+    s.board[1]->state.mcu.can.btr |= 1u << 31;
+    hil_can_set_bus(&s.board[0]->mcu.can, HIL_CAN_UNPLUGGED);
+    hil_board_can_inject(s.board[0], &frame);
+    run_on(&s, HIL_MS_PS);
+    assert_int_equal(bench_result(s.board[1], 2), 0);
+    hil_can_set_bus(&s.board[0]->mcu.can, HIL_CAN_CONNECTED);
+    run_on(&s, HIL_MS_PS);
+    assert_int_equal(bench_result(s.board[0], 2), 1);
+    assert_int_equal(bench_result(s.board[1], 2), 1);
+    end(&s);
+}
+
 /* A command of a run file goes to its board's base. */
 static void test_base(void **state)
 {
@@ -417,9 +436,10 @@ int main(void)
         cmocka_unit_test(test_counting),   cmocka_unit_test(test_arbitration),
         cmocka_unit_test(test_first_come), cmocka_unit_test(test_filter),
         cmocka_unit_test(test_host),       cmocka_unit_test(test_base),
-        cmocka_unit_test(test_unplugged),  cmocka_unit_test(test_reset),
-        cmocka_unit_test(test_corrupted),  cmocka_unit_test(test_collision),
-        cmocka_unit_test(test_same_again), cmocka_unit_test(test_identity),
+        cmocka_unit_test(test_silent),     cmocka_unit_test(test_unplugged),
+        cmocka_unit_test(test_reset),      cmocka_unit_test(test_corrupted),
+        cmocka_unit_test(test_collision),  cmocka_unit_test(test_same_again),
+        cmocka_unit_test(test_identity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
