@@ -1,7 +1,6 @@
 #include "host/board/busscan.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define ROUND_US    100000u /* a board says the three within a millisecond or two of a free bus */
@@ -266,7 +265,7 @@ void busscan_conflicts_text(const struct busscan_conflict *list, size_t count, s
         used += (size_t)snprintf(out + used, size - used, "%s0x%03x %s ", i ? ", " : "", c->id,
                                  mr_message_text(mr_message_place(c->message)));
         if (used < size && c->board)
-            used += (size_t)snprintf(out + used, size - used, "(%s of the board at 0x%x)",
+            used += (size_t)snprintf(out + used, size - used, "(%s of the board at 0x%03x)",
                                      mr_message_text(mr_message_place(c->other)), c->board->base);
         else if (used < size)
             used += (size_t)snprintf(out + used, size - used, "(%u frame%s of no board)",
@@ -295,23 +294,5 @@ void busscan_free_text(const struct busscan_found *found, char *out, size_t size
     size_t count = busscan_free(found, bases, FREE_MOST), used = 0;
     snprintf(out, size, "none");
     for (size_t i = 0; i < count && used < size; i++)
-        used += (size_t)snprintf(out + used, size - used, "%s0x%x", i ? ", " : "", bases[i]);
-}
-
-enum mr_status busscan_read_base(const char *text, uint16_t *base, struct error *error)
-{
-    bool hex = text[0] == '0' && (text[1] == 'x' || text[1] == 'X');
-    const char *digits = hex ? text + 2 : text;
-    size_t length = strspn(digits, hex ? "0123456789abcdefABCDEF" : "0123456789");
-    if (length == 0 || digits[length])
-        return error_set(error, MR_USAGE, "not a base: '%s'; write a number such as 400 or 0x190",
-                         text);
-    unsigned long value = strtoul(digits, NULL, hex ? 16 : 10);
-    if (value > MR_CAN_BASE_MOST)
-        return error_set(error, MR_USAGE,
-                         "base out of range: '%s'; it is at most 0x%x, so that the last identifier "
-                         "of the board, 0x%x and the base, is not beyond 0x%x",
-                         text, MR_CAN_BASE_MOST, MR_ID_CONFIG_WORD, MR_CAN_ID_MOST);
-    *base = (uint16_t)value;
-    return MR_OK;
+        used += (size_t)snprintf(out + used, size - used, "%s0x%03x", i ? ", " : "", bases[i]);
 }

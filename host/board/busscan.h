@@ -14,7 +14,6 @@
 #include <stddef.h>
 
 #include "common/canbase.h"
-#include "host/base/error.h"
 #include "host/board/identity.h"
 #include "host/link/link.h"
 
@@ -106,8 +105,5 @@ void busscan_conflicts_text(const struct busscan_conflict *list, size_t count, s
 size_t busscan_free(const struct busscan_found *found, uint16_t *bases, size_t most);
 /* "0x190, 0x1a0, 0x1b0", or "none". */
 void busscan_free_text(const struct busscan_found *found, char *out, size_t size);
-
-/* A base as people write it: 400 or 0x190. MR_USAGE: it is none. */
-enum mr_status busscan_read_base(const char *text, uint16_t *base, struct error *error);
 
 #endif

@@ -39,7 +39,7 @@ static void boards_answer(const struct heard *heard, struct answer *answer)
             identity_uid_text(&board->who[k], uid);
             answer_row(answer);
             answer_count(answer, "base", NULL, board->base);
-            answer_words(answer, NULL, "base", "0x%x", board->base);
+            answer_words(answer, NULL, "base", "0x%03x", board->base);
             answer_words(answer, "board", "board", "%s", uid);
             answer_words(answer, "firmware", "firmware", "%u.%u.%u", board->hello.major,
                          board->hello.minor, board->hello.patch);
@@ -74,7 +74,7 @@ static void add_collision(struct answer *answer, const char *kind, uint16_t base
     answer_row(answer);
     answer_words(answer, "kind", NULL, "%s", kind);
     answer_count(answer, "base", NULL, base);
-    answer_words(answer, NULL, "base", "0x%x", base);
+    answer_words(answer, NULL, "base", "0x%03x", base);
     answer_count(answer, "identifiers", NULL, (int64_t)ids);
     answer_words(answer, "text", "what", "%s", text);
 }
@@ -113,9 +113,9 @@ static bool base_answer(struct heard *heard, uint16_t base, struct answer *answe
     answer_count(answer, "base", NULL, base);
     answer_flag(answer, "free", NULL, there == 0);
     if (there)
-        answer_words(answer, NULL, "base", "0x%x is not free: %s", base, ids);
+        answer_words(answer, NULL, "base", "0x%03x is not free: %s", base, ids);
     else
-        answer_words(answer, NULL, "base", "0x%x is free: nothing heard has an identifier of it",
+        answer_words(answer, NULL, "base", "0x%03x is free: nothing heard has an identifier of it",
                      base);
     answer_list(answer, "taken", NULL);
     for (size_t i = 0; i < there && i < CONFLICTS_MOST; i++)
@@ -171,7 +171,7 @@ static void layouts_answer(const struct heard *heard, struct answer *answer)
         const struct busscan_board *board = &heard->found.board[i];
         if (board->hello.layout != MR_LAYOUT)
             answer_sentence(answer, NULL,
-                            "the board at 0x%x speaks layout %u, this matrig layout %u: what is "
+                            "the board at 0x%03x speaks layout %u, this matrig layout %u: what is "
                             "said of its identifiers may not be so",
                             board->base, board->hello.layout, MR_LAYOUT);
     }
@@ -197,14 +197,18 @@ static int tell(const struct cli *cli, const struct request *r, struct heard *he
     return answer_show(cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
 }
 
-/* With can:IFACE:board the kernel leaves out just what is looked for. */
-static enum mr_status check_link(const char *link, struct error *error)
+/* With can:IFACE:board the kernel leaves out just what is looked for; LINK@BASE is one board's. */
+static enum mr_status check_link(const char *spec, const struct link *link, struct error *error)
 {
-    size_t length = strlen(link), filter = sizeof ":board" - 1;
-    if (length <= filter || strcmp(link + length - filter, ":board") != 0)
-        return MR_OK;
-    return error_set(error, MR_USAGE, "the board's messages alone: %s; give it without :board",
-                     link);
+    size_t length = strlen(spec), filter = sizeof ":board" - 1;
+    if (link_bases(link)->given)
+        return error_set(error, MR_USAGE,
+                         "one board's: %s; give the bus without @BASE, and --base B to ask for one",
+                         spec);
+    if (length > filter && strcmp(spec + length - filter, ":board") == 0)
+        return error_set(error, MR_USAGE, "the board's messages alone: %s; give it without :board",
+                         spec);
+    return MR_OK;
 }
 
 static int bus_command(int argc, char **argv, const struct cli *cli)
@@ -218,11 +222,11 @@ static int bus_command(int argc, char **argv, const struct cli *cli)
         abort();
     enum mr_status status = command_parse(&command_bus, argc, argv, cli, &r, &r.link, &error);
     if (status == MR_OK && r.base_text)
-        status = busscan_read_base(r.base_text, &base, &error);
-    if (status == MR_OK)
-        status = check_link(r.link, &error);
+        status = link_read_base(r.base_text, "--base", &base, &error);
     if (status == MR_OK)
         status = link_open(r.link, LINK_CAN, &link, &error);
+    if (status == MR_OK)
+        status = check_link(r.link, link, &error);
     if (status == MR_OK)
         status = buslisten(link, r.for_s, &heard->scan, &heard->s, &error);
     if (status == MR_OK && heard->scan.frames + heard->scan.extended == 0)

@@ -1,7 +1,7 @@
 /* matrig dbc: the CAN messages as a Vector DBC file. */
-#include "host/board/busscan.h"
 #include "host/commands/commands.h"
 #include "host/export/dbc.h"
+#include "host/link/bases.h"
 #include "host/base/output.h"
 
 struct request {
@@ -17,7 +17,7 @@ static int dbc_command(int argc, char **argv, const struct cli *cli)
     uint16_t base = 0;
     enum mr_status status = command_parse(&command_dbc, argc, argv, cli, &r, NULL, &error);
     if (status == MR_OK && r.base_text)
-        status = busscan_read_base(r.base_text, &base, &error);
+        status = link_read_base(r.base_text, "--base", &base, &error);
     if (status == MR_OK && cli->json && !r.path)
         status = error_set(
             &error, MR_USAGE,

@@ -34,7 +34,7 @@ in_json() { python3 -c "import json, sys; d = json.load(open('$tmp/said.json'));
 
 two_boards() {
     told 0 "$tmp/two.log" &&
-        grep -Eq '^  0x0 +003100425847500F20343635 +[0-9.]+ +[0-9]+ ' "$tmp/said" && grep -Eq '^  0x190 +003500275847500F20343635 ' "$tmp/said" &&
+        grep -Eq '^  0x000 +003100425847500F20343635 +[0-9.]+ +[0-9]+ ' "$tmp/said" && grep -Eq '^  0x190 +003500275847500F20343635 ' "$tmp/said" &&
         in_json '[(b["base"], b["board"]) for b in d["boards"]] == [(0, "003100425847500F20343635"), (400, "003500275847500F20343635")]' &&
         in_json 'd["others"] == [] and d["collisions"] == [] and d["good"] and d["free"][:4] == [0x3c0, 0x3d0, 0x3e0, 0x3f0]' || return 1
     # as many frames as the logs have in their first 3 s
@@ -51,7 +51,7 @@ a_base_is_held_against_all() {
     told 0 "$tmp/two.log" --base 0x3c0 && grep -q '^base  *0x3c0 is free' "$tmp/said" && in_json 'd["asked"] == {"base": 0x3c0, "free": True, "taken": []}' &&
         # temperature and slow_row would be the command and config_word of the first board, which nobody has sent
         told 1 "$tmp/first.log" --base 800 && in_json 'd["asked"]["taken"] == [0x400, 0x401] and not d["good"] and d["collisions"] == []' &&
-        grep -q '^base  *0x320 is not free: 0x400 temperature (command of the board at 0x0), 0x401 slow_row (config_word of the board at 0x0)$' "$tmp/said" &&
+        grep -q '^base  *0x320 is not free: 0x400 temperature (command of the board at 0x000), 0x401 slow_row (config_word of the board at 0x000)$' "$tmp/said" &&
         told 1 "$tmp/two.log" --base 400 && told 0 "$tmp/first.log" --base 400 && told 0 "$tmp/first.log" --base 0x190
 }
 one_base_twice() {
@@ -83,7 +83,7 @@ no_hello() {
 }
 another_layout() {
     sed 's/ 1F0#../ 1F0#03/' "$tmp/first.log" >"$tmp/older.log"
-    told 0 "$tmp/older.log" && tr '\n' ' ' <"$tmp/said" | grep -q 'the board at 0x0 speaks layout 3, this matrig layout [0-9]*: ' &&
+    told 0 "$tmp/older.log" && tr '\n' ' ' <"$tmp/said" | grep -q 'the board at 0x000 speaks layout 3, this matrig layout [0-9]*: ' &&
         in_json '[(b["layout"], b["same_layout"]) for b in d["boards"]] == [(3, False)]'
 }
 a_board_that_speaks() {
@@ -92,8 +92,8 @@ a_board_that_speaks() {
         in_json '[b["base"] for b in d["boards"]] == [0] and 1.5 <= d["heard_s"] < 3' && [ $((SECONDS - began)) -lt 20 ]
 }
 wrong_words() {
-    fails_with 2 "out of range: '0x3ff'; it is at most 0x3fe" $matrig bus "file:$tmp/two.log" --base 0x3ff &&
-        fails_with 2 'the board.s messages alone: can:can0:board; give it without :board' $matrig bus can:can0:board &&
+    fails_with 2 "base 0x3ff: --base; 0x3fe at most, or identifiers would be beyond 0x7ff" $matrig bus "file:$tmp/two.log" --base 0x3ff &&
+        fails_with 2 'one board.s: file:.*@0x190; give the bus without @BASE' $matrig bus "file:$tmp/two.log@0x190" &&
         fails_with 2 "for --for" $matrig bus "file:$tmp/two.log" --for 0.5 && fails_with 2 LINK $matrig bus &&
         fails_with 3 'cannot open .*none.log' $matrig bus "file:$tmp/none.log" &&
         { head -c 1000 "$tmp/two.log" >"$tmp/cut.log" && fails_with 4 'the log ends inside a line' $matrig bus "file:$tmp/cut.log"; }

@@ -263,7 +263,7 @@ static void conflicts_of_a_base(void **state)
     assert_int_equal(conflict[1].other, 0x401);
     assert_ptr_equal(conflict[1].board, &found->board[0]);
     busscan_conflicts_text(conflict, 1, 7, text, sizeof text);
-    assert_string_equal(text, "0x400 temperature (command of the board at 0x0) and 6 more");
+    assert_string_equal(text, "0x400 temperature (command of the board at 0x000) and 6 more");
     assert_int_equal(busscan_conflicts(found, 0x3c0, conflict, CATALOGUE), NO_CONFLICT);
 }
 
@@ -329,43 +329,6 @@ static void free_bases(void **state)
     assert_string_equal(text, "none");
 }
 
-static void bases_are_read(void **state)
-{
-    static const struct {
-        const char *text;
-        int base; /* -1: none */
-    } cases[] = {{"0", 0},
-                 {"400", 400},
-                 {"0x190", 400},
-                 {"0X3Fe", 0x3fe},
-                 {"1022", 0x3fe},
-                 {"1023", -1},
-                 {"0x3ff", -1},
-                 {"", -1},
-                 {"0x", -1},
-                 {"-1", -1},
-                 {"1.5", -1},
-                 {" 16", -1},
-                 {"16 ", -1},
-                 {"0x19g", -1},
-                 {"19a", -1},
-                 {"0b1", -1},
-                 {"65536", -1},
-                 {"4294967296", -1},
-                 {"99999999999999999999", -1},
-                 {"0xfffffffffffffffff", -1}};
-    (void)state;
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct error error = {0};
-        uint16_t base = 7;
-        enum mr_status status = busscan_read_base(cases[i].text, &base, &error);
-        if (cases[i].base < 0)
-            assert_error(&error, MR_USAGE, cases[i].text);
-        else if (status != MR_OK || base != cases[i].base)
-            fail_msg("'%s' is %u, %s", cases[i].text, base, error.text);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -379,7 +342,6 @@ int main(void)
                                         end),
         cmocka_unit_test_setup_teardown(who_leaves_is_in_nobodys_way, begin, end),
         cmocka_unit_test_setup_teardown(free_bases, begin, end),
-        cmocka_unit_test(bases_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
