@@ -154,6 +154,18 @@ double busscan_heard_s(const struct busscan *scan)
 
 /* ---- who is there ---- */
 
+/* What follows the hello of every board was heard of this one: what only looks like three messages
+ * of a board lacks it. */
+static bool is_followed(const struct busscan *scan, uint16_t base)
+{
+    static const uint16_t follow[] = {MR_ID_BOARD_CONFIG, MR_ID_CONFIG_STATE};
+    for (size_t i = 0; i < sizeof follow / sizeof follow[0]; i++) {
+        if (!scan->heard[mr_can_to_bus(follow[i], base)][mr_message_find(follow[i])->length])
+            return false;
+    }
+    return true;
+}
+
 static void add_board(struct busscan_found *found, uint16_t base, struct busscan_place place)
 {
     size_t count;
@@ -164,7 +176,7 @@ static void add_board(struct busscan_found *found, uint16_t base, struct busscan
         if (place.vote[i].votes >= VOTES_LEAST)
             learn_uid(&place, place.vote[i].uid);
     }
-    if (place.uids == 0 || found->count == BUSSCAN_BOARDS)
+    if (place.uids == 0 || !is_followed(found->scan, base) || found->count == BUSSCAN_BOARDS)
         return;
     struct busscan_board *board = &found->board[found->count++];
     *board = (struct busscan_board){.base = base, .hello = place.hello, .uids = place.uids};

@@ -1,6 +1,6 @@
 /* Who is on a CAN bus: frames of boards and of others, written out from the numbers of the message
- * catalogue (docs/reference/messages.md): hello 0x1f0, board_uid 0x1f1, board_image 0x1f2, clock
- * 0x180, config_word 0x401. */
+ * catalogue (docs/reference/messages.md): hello 0x1f0, board_uid 0x1f1, board_image 0x1f2,
+ * board_config 0x1f3, config_state 0x1e2, clock 0x180, config_word 0x401. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -54,10 +54,13 @@ static void uid(unsigned base, uint8_t first)
     hear(0x1f1 + base, 8, data);
 }
 
+/* And what follows it. */
 static void image(unsigned base, uint8_t last)
 {
     const uint8_t data[8] = {'V', '5', '6', last, 0x3f, 0xa5, 0x15, 0x09};
     hear(0x1f2 + base, 8, data);
+    hear(0x1f3 + base, 8, NULL);
+    hear(0x1e2 + base, 8, NULL);
 }
 
 static void clock_message(unsigned base)
@@ -112,19 +115,37 @@ static void two_boards_and_others(void **state)
     assert_string_equal(uid_of(1, 0), "003100275847500F20363556");
     assert_int_equal(found->board[1].hello.layout, 5);
     assert_int_equal(found->board[1].hello.minor, 2);
-    assert_int_equal(found->board[0].frames, 39);
-    assert_int_equal(found->board[1].frames, 39);
+    assert_int_equal(found->board[0].frames, 45);
+    assert_int_equal(found->board[1].frames, 45);
     assert_int_equal(found->stray[0x123], 6);
     assert_int_equal(found->stray[0x124], 3);
     assert_int_equal(found->stray[0x1f0], 0);
     assert_int_equal(scan->extended, 3);
     assert_int_equal(scan->remote, 3);
     assert_int_equal(scan->errors, 3);
-    assert_int_equal(scan->frames, 78 + 6 + 3 + 1);
+    assert_int_equal(scan->frames, 90 + 6 + 3 + 1);
     /* three times 2 s, and the end */
     assert_true(busscan_heard_s(scan) == 6.5);
     for (unsigned i = 0; i < 2; i++)
         assert_int_equal(busscan_conflicts_of(found, &found->board[i], NULL, 0), NO_CONFLICT);
+}
+
+/* channel_zero of the reference, switch_place and slack of a board at 0, as they stand in a log:
+ * read as a board at 6, they are a hello of layout 23, and an identity. */
+static void what_looks_like_three_messages_of_a_board_is_none(void **state)
+{
+    static const uint8_t zero[8] = {23}, place[8] = {23, 0, 0x3c}, slack[8] = {1, 0, 0x40};
+    (void)state;
+    for (int s = 0; s < 3; s++) {
+        second_of(0, 1);
+        hear(0x1f6, 8, zero);
+        hear(0x1f7, 8, place);
+        hear(0x1f8, 8, slack);
+        now_us += 200 * MS;
+    }
+    find();
+    assert_int_equal(found->count, 1);
+    assert_int_equal(found->board[0].base, 0);
 }
 
 /* Of a board that speaks another layout it is told; what only looks like a hello is none. */
@@ -333,6 +354,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(two_boards_and_others, begin, end),
+        cmocka_unit_test_setup_teardown(what_looks_like_three_messages_of_a_board_is_none, begin,
+                                        end),
         cmocka_unit_test_setup_teardown(what_a_hello_is, begin, end),
         cmocka_unit_test_setup_teardown(two_boards_of_one_base, begin, end),
         cmocka_unit_test_setup_teardown(two_boards_of_one_base_at_once, begin, end),
