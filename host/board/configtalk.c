@@ -193,6 +193,8 @@ enum mr_status configtalk_set(struct configtalk *talk, const struct mr_config *c
     enum mr_status status = send_words(talk, image, error);
     if (status == MR_OK)
         status = order(talk, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
+    if (status == MR_OK && ack.status == MR_OK) /* the answer was the last at the old base */
+        dialogue_move(talk->dialogue, config->site[0].can_base);
     if (status != MR_OK || ack.status == MR_OK)
         return status;
     if (ack.status == MR_NOT_NOW)

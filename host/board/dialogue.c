@@ -144,6 +144,13 @@ static enum mr_status receive_can(struct dialogue *dialogue, bool *came, struct 
     return status;
 }
 
+void dialogue_move(struct dialogue *dialogue, uint16_t base)
+{
+    struct link *can = dialogue->link[LINK_CAN];
+    if (can && base != link_base(can))
+        link_set_base(can, base);
+}
+
 /* What waits to be read of both links. `*came`: something did. */
 static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
                               bool *came, struct error *error)

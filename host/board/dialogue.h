@@ -98,6 +98,9 @@ void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *co
 /* The board begins anew, or another one comes: who it is must be said again. */
 void dialogue_forget(struct dialogue *dialogue);
 
+/* The board has another base on CAN from now on (common/canbase.h). */
+void dialogue_move(struct dialogue *dialogue, uint16_t base);
+
 /* Hears what comes within `most_s`, and DIALOGUE_TURN_S; MR_OK also when nothing comes. For those
  * who watch something else as well. */
 enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct error *error);

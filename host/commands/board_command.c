@@ -455,7 +455,8 @@ const struct command command_board = {
     board_command,
     "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free "
     "N | slow [--db DB] [--csv F] |\n"
-    "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | "
+    "                        config get|set|check [-o F] [--can LINK [--any-base]] [--db DB "
+    "[--changed NOTE]] | "
     "runway [show|load F|forget] [-o F] |\n"
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | "
     "self-test | reset |\n"

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/board/buslisten.h"
 #include "host/board/calibrationpast.h"
 #include "host/board/configtalk.h"
 #include "host/board/configtext.h"
@@ -12,10 +13,13 @@
 #include "host/base/output.h"
 #include "host/store/store_readiness.h"
 
+#define LISTEN_S       2.0  /* each board says hello once a second */
+#define CONFLICTS_MOST 100u /* each message of the catalogue */
+
 struct request {
     const struct cli *cli;
     const char *can, *serial, *file, *output, *changed, *db;
-    bool force;
+    bool force, any_base;
 };
 
 struct session {
@@ -56,7 +60,8 @@ static enum mr_status open_session(const struct request *request, struct session
                                    struct error *error)
 {
     memset(session, 0, sizeof *session);
-    enum mr_status status = dialogue_open(&session->dialogue, request->can, request->serial, error);
+    const char *can = request->serial ? NULL : request->can; /* else it is there to listen to */
+    enum mr_status status = dialogue_open(&session->dialogue, can, request->serial, error);
     if (status == MR_OK)
         status = configtalk_begin(&session->talk, &session->dialogue, error);
     if (status == MR_OK)
@@ -175,6 +180,77 @@ static enum mr_status keep_note(const struct request *request, const struct sess
                                (int64_t)link_now_us(), error);
 }
 
+/* ---- another base on CAN ---- */
+
+/* Who would share an identifier with the board at its new base, as far as it was heard. */
+static enum mr_status judge_base(const struct request *request, const struct session *session,
+                                 const struct busscan *scan, uint16_t base, struct error *error)
+{
+    struct busscan_conflict list[CONFLICTS_MOST];
+    char ids[250], free_bases[64];
+    struct busscan_found *found = calloc(1, sizeof *found);
+    if (!found)
+        abort();
+    busscan_find(scan, found);
+    busscan_leave(found, session->config.site[0].can_base, &session->dialogue.identity);
+    size_t there = busscan_conflicts(found, base, list, CONFLICTS_MOST);
+    busscan_conflicts_text(list, there < CONFLICTS_MOST ? there : CONFLICTS_MOST, there, ids,
+                           sizeof ids);
+    busscan_free_text(found, free_bases, sizeof free_bases);
+    free(found);
+    if (there && !request->any_base)
+        return error_set(error, MR_LIMIT,
+                         "base 0x%03x is not free: %s; %s; free bases: %s; --any-base sets it "
+                         "nevertheless",
+                         base, request->can, ids, free_bases);
+    if (there)
+        cli_note(request->cli, "base 0x%03x is not free: %s; %s", base, request->can, ids);
+    return MR_OK;
+}
+
+/* Listens to the bus before the board is given this base. */
+static enum mr_status look_for_base(const struct request *request, struct session *session,
+                                    uint16_t base, struct error *error)
+{
+    struct link *own = NULL;
+    double heard_s = 0.0;
+    if (!request->can) {
+        cli_note(request->cli,
+                 "not known whether base 0x%03x is free: no --can LINK to listen to; see matrig "
+                 "bus --help",
+                 base);
+        return MR_OK;
+    }
+    struct busscan *scan = calloc(1, sizeof *scan);
+    if (!scan)
+        abort();
+    enum mr_status status = request->serial ? link_open(request->can, LINK_CAN, &own, error)
+                                            : MR_OK;
+    struct link *link = own ? own : dialogue_link(&session->dialogue);
+    if (status == MR_OK)
+        status = buslisten(link, LISTEN_S, scan, &heard_s, error);
+    if (status == MR_OK && scan->frames + scan->extended == 0) {
+        status = buslisten_silent(link, error);
+        if (status == MR_OK)
+            cli_note(request->cli,
+                     "not known whether base 0x%03x is free: nothing was heard in %.0f s: %s; is "
+                     "it the board's bus?",
+                     base, heard_s, request->can);
+    }
+    if (status == MR_OK)
+        status = judge_base(request, session, scan, base, error);
+    link_close(own);
+    free(scan);
+    return status;
+}
+
+/* Where the board is on CAN from now on, as a LINK. */
+static void link_at_base(const struct request *request, uint16_t base, char *out, size_t size)
+{
+    const char *can = request->can ? request->can : "LINK", *at = strrchr(can, '@');
+    snprintf(out, size, "%.*s@0x%03x", (int)(at ? (size_t)(at - can) : strlen(can)), can, base);
+}
+
 static int set(const struct request *request, struct error *error)
 {
     static struct session session;
@@ -209,6 +285,10 @@ static int set(const struct request *request, struct error *error)
         status = hold_gains(request, &past, &session.config, &wanted, &said, error);
     if (status == MR_OK && request->changed && !said)
         cli_note(request->cli, "no channel differs from the board's: the note is not kept");
+    uint16_t base = wanted.site[0].can_base;
+    bool moves = status == MR_OK && count && base != session.config.site[0].can_base;
+    if (moves)
+        status = look_for_base(request, &session, base, error);
     if (status == MR_OK && count) {
         wanted.site[0].revision = revision + 1;
         if (!request->cli->json)
@@ -219,17 +299,23 @@ static int set(const struct request *request, struct error *error)
     if (status == MR_OK && said)
         status = keep_note(request, &session, &wanted, said, store, error);
     store_close(store);
+    char at_base[LINK_SPEC_MAX];
+    link_at_base(request, base, at_base, sizeof at_base);
+    if (status == MR_TIMEOUT && moves && !request->serial)
+        cli_note(request->cli, "the board may be at its new base already: %s", at_base);
     if (status != MR_OK) {
         exit_code = cli_fail(error);
     } else if (request->cli->json) {
-        exit_code = cli_print_json(json_pack("{sIsIsO}", "revision",
-                                             (json_int_t)wanted.site[0].revision, "crc",
-                                             (json_int_t)session.crc, "changes", changes),
-                                   0);
+        exit_code = cli_print_json(
+            json_pack("{sIsIsOsi}", "revision", (json_int_t)wanted.site[0].revision, "crc",
+                      (json_int_t)session.crc, "changes", changes, "can_base", base),
+            0);
     } else {
         printf(count ? "%u field%s changed, stored and read back: revision %u, CRC %08x\n"
                      : "nothing differs, %u field%s changed: revision %u, CRC %08x\n",
                count, count == 1 ? "" : "s", wanted.site[0].revision, session.crc);
+        if (moves)
+            printf("from now on: %s\n", at_base);
     }
     json_decref(changes);
     dialogue_close(&session.dialogue);
@@ -301,7 +387,10 @@ static int config_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && request.db && is_get)
         status = error_set(&error, MR_USAGE,
                            "--db is config set's and check's: matrig board config get");
-    if (status == MR_OK && !is_check && !request.can == !request.serial)
+    if (status == MR_OK && request.any_base && !is_set)
+        status = error_set(&error, MR_USAGE, "--any-base is config set's: matrig board config %s",
+                           verb);
+    if (status == MR_OK && !is_check && !request.can == !request.serial && !(is_set && request.can))
         status = error_set(&error, MR_USAGE,
                            "which link? matrig board config %s needs --serial LINK or --can LINK; "
                            "see matrig board --help",
@@ -320,11 +409,15 @@ static int config_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_WORD("config get", "the configuration in force, as text; -o writes it to a file. --can "
                             "LINK does as well as --serial"),
-    HELP_WORD("config set F", "check F, show what it changes, send it, see that it is stored; "
-                              "refused from arm to done. A gain that has\n"
-                              "jumped (see matrig ready --help) since the campaign of --db, else "
-                              "since the board's, is refused, but for\n"
-                              "--changed NOTE --db DB, which keeps the note in the campaign"),
+    HELP_WORD("config set F",
+              "check F, show what it changes, send it, see that it is stored; "
+              "refused from arm to done. A gain that has\n"
+              "jumped (see matrig ready --help) since the campaign of --db, else "
+              "since the board's, is refused, but for\n"
+              "--changed NOTE --db DB, which keeps the note in the campaign. Over "
+              "--serial, --can LINK is listened to before\n"
+              "site.can_base is changed, so is --can alone: a base that somebody on "
+              "the bus uses is refused, but for --any-base"),
     HELP_WORD("config check F", "check F alone, without a board; --db DB holds its gains against "
                                 "those that the campaign knows"),
     OPTION_TEXT("--can", "LINK", can, NULL),
@@ -333,6 +426,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--changed", "NOTE", changed, NULL),
     OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_FLAG("--force", force, NULL),
+    OPTION_FLAG("--any-base", any_base, NULL),
 };
 
 /* Of matrig board. */
