@@ -5,8 +5,9 @@
  *     busscan_find(scan, &found);
  *     busscan_conflicts(&found, 0x190, list, most);
  *
- * A board says hello once a second, then board_uid, board_image, board_config and config_state: so
- * it is found after 1.5 s at the latest. Its messages are those of this matrig's catalogue, whatever its layout. Pure. */
+ * A board says hello once a second, then board_uid, board_image, board_config and config_state: it
+ * is found after 1.5 s at the latest. Its messages are those of this matrig's catalogue, whatever
+ * its layout. Pure. */
 #ifndef MATRIG_HOST_BUSSCAN_H
 #define MATRIG_HOST_BUSSCAN_H
 

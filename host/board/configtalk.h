@@ -24,9 +24,8 @@ enum mr_status configtalk_begin(struct configtalk *talk, struct dialogue *dialog
  * of another table. */
 enum mr_status configtalk_get(struct configtalk *talk, struct mr_config *config, uint32_t *crc,
                               struct error *error);
-/* Sends it; it is in force, and in flash, when this says MR_OK; over CAN the dialogue goes on at its
- * base. MR_LIMIT: refused, `error` says
- * why; MR_NOT_NOW. */
+/* Sends it; it is in force, and in flash, when this says MR_OK. On CAN the dialogue goes on at its
+ * base. MR_LIMIT: refused, `error` says why; MR_NOT_NOW. */
 enum mr_status configtalk_set(struct configtalk *talk, const struct mr_config *config,
                               struct error *error);
 
