@@ -59,6 +59,12 @@ one_base_twice() {
         in_json 'sorted(b["board"] for b in d["boards"]) == ["003100425847500F20343635", "003500275847500F20343635"]' &&
         in_json '[(c["kind"], c["base"]) for c in d["collisions"]] == [("base", 0)] and not d["good"]'
 }
+# As they come out of the box, switched on together: their frames spoil each other (hil/board/canbus.h). Whose chips: uid of their seeds.
+two_new_boards() {
+    played --elf build/firmware/matrig.elf --can "file:$tmp/new.log" --serial none --for 4 --board-seed 1 --and --board-seed 2 2>"$tmp/new.err" &&
+        grep 'sent the same identifier at the same time' "$tmp/new.err" && told 1 "$tmp/new.log" &&
+        in_json 'sorted(b["board"] for b in d["boards"]) == ["005100363736330332343933", "00C700EF3937341331363738"] and [c["kind"] for c in d["collisions"]] == ["base"]'
+}
 bases_too_near() { # of 92 identifiers 32 are 0x10 beyond another one
     told 1 "$tmp/overlap.log" && in_json '[(c["kind"], c["base"], c["identifiers"]) for c in d["collisions"]] == [("identifiers", 0, 32), ("identifiers", 16, 32)]'
 }
@@ -103,6 +109,7 @@ check "two boards, their bases and frames" two_boards
 check "so long as said, of the log's own time" so_long_as_said
 check "a base is held against all that is there, also unheard" a_base_is_held_against_all
 check "two boards of one base are a collision" one_base_twice
+check "and two new boards on one emulated bus" two_new_boards
 check "two bases that share identifiers are one" bases_too_near
 check "what is of no board is counted, and may be one" of_no_board
 check "a silent bus" silence
