@@ -224,8 +224,12 @@ static enum mr_status look_for_base(const struct request *request, struct sessio
     struct busscan *scan = calloc(1, sizeof *scan);
     if (!scan)
         abort();
-    enum mr_status status = request->serial ? link_open(request->can, LINK_CAN, &own, error)
-                                            : MR_OK;
+    /* its own identifiers on the bus are not in its way */
+    enum mr_status status = dialogue_who(&session->dialogue, LISTEN_S, error);
+    if (status == MR_TIMEOUT)
+        status = MR_OK;
+    if (status == MR_OK && request->serial)
+        status = link_open(request->can, LINK_CAN, &own, error);
     struct link *link = own ? own : dialogue_link(&session->dialogue);
     if (status == MR_OK)
         status = buslisten(link, LISTEN_S, scan, &heard_s, error);
@@ -245,10 +249,14 @@ static enum mr_status look_for_base(const struct request *request, struct sessio
 }
 
 /* Where the board is on CAN from now on, as a LINK. */
-static void link_at_base(const struct request *request, uint16_t base, char *out, size_t size)
+static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_MAX])
 {
-    const char *can = request->can ? request->can : "LINK", *at = strrchr(can, '@');
-    snprintf(out, size, "%.*s@0x%03x", (int)(at ? (size_t)(at - can) : strlen(can)), can, base);
+    struct link_bases old;
+    struct error error = {0};
+    char spec[LINK_SPEC_MAX - sizeof "@0x000"];
+    snprintf(spec, sizeof spec, "%s", request->can ? request->can : "LINK");
+    (void)link_take_bases(spec, &old, &error);
+    snprintf(out, LINK_SPEC_MAX, "%s@0x%03x", spec, base);
 }
 
 static int set(const struct request *request, struct error *error)
@@ -300,7 +308,7 @@ static int set(const struct request *request, struct error *error)
         status = keep_note(request, &session, &wanted, said, store, error);
     store_close(store);
     char at_base[LINK_SPEC_MAX];
-    link_at_base(request, base, at_base, sizeof at_base);
+    link_at_base(request, base, at_base);
     if (status == MR_TIMEOUT && moves && !request->serial)
         cli_note(request->cli, "the board may be at its new base already: %s", at_base);
     if (status != MR_OK) {
