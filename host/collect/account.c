@@ -11,6 +11,7 @@
 
 /* At 1 Mbit/s a frame of no data takes 47 bit times: 21 a block. */
 #define FRAMES_PER_BLOCK 21
+#define IDLE_BLOCKS      100 /* between two readings of an idle board (firmware/schedule.def) */
 #define SLACK_BLOCKS     1000 /* clocks come every 100 blocks, and may be lost */
 
 void account_start(struct account *account, enum link_kind kind)
@@ -325,7 +326,8 @@ void account_step(struct account *account, unsigned number, int64_t block)
     int64_t last = account->step_block[number];
     int64_t missing = (block - last) / series->blocks - 1;
     account->step_block[number] = block;
-    if (last < 0 || block < 0 || missing <= 0)
+    /* The board may be idle again, and serial has not confirmed it yet. */
+    if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_BLOCKS)
         return;
     char channels[16];
     channels_text(pack, series->letter, channels, sizeof channels);

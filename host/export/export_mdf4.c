@@ -163,13 +163,13 @@ static void put_readings(struct place *place, bool si)
 /* ---- frames ---- */
 
 /* The catalogue as a DBC file, in memory; the caller frees. */
-static char *dbc_text(size_t *length)
+static char *dbc_text(uint16_t base, size_t *length)
 {
     char *text = NULL;
     FILE *stream = open_memstream(&text, length);
     if (!stream)
         return NULL;
-    dbc_write(stream, 0);
+    dbc_write(stream, base);
     if (fclose(stream) != 0) {
         free(text);
         return NULL;
@@ -236,7 +236,7 @@ static enum mr_status put_frames(struct place *place, struct store *store, int64
                                  struct error *error)
 {
     size_t length = 0;
-    char *dbc = dbc_text(&length);
+    char *dbc = dbc_text(place->base, &length);
     if (!dbc)
         return error_set(error, MR_FULL,
                          "out of memory: the DBC file that goes with the CAN frames");

@@ -91,6 +91,74 @@ killed_and_gone_on() { # 1 s before the end of the landings; then all of it agai
     [ "$(sqlite3 "$tmp/again.db" 'select count(*) from landings where state = 4')" = 2 ]
 }
 
+# Two boards linked on one bus, each with its serial line; both are armed within a millisecond. The second's base was set as people set
+# it, over its serial port.
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
+sets_its_base() {
+    local board status
+    for step in get set; do
+        timeout 60 build/matrig-board --elf $elf --flash "$tmp/second.flash" --serial "unix:$sockets/s" --for 30 2>"$tmp/$step.err" &
+        board=$!
+        if [ $step = get ]; then
+            $matrig board --serial "unix:$sockets/s" config get -o "$tmp/second.cfg" && sed -i 's/^site.can_base = 0$/site.can_base = 400/' "$tmp/second.cfg"
+        else
+            $matrig board --serial "unix:$sockets/s" config set "$tmp/second.cfg"
+        fi
+        status=$?
+        kill $board
+        wait $board
+        [ $status = 0 ] || return 1
+    done
+}
+linked() {
+    local boards
+    timeout 120 build/matrig-board --elf $elf --can "unix:$sockets/bus" --serial "unix:$sockets/a" --rig tests/runs/landing5.run --for 11.645 \
+        --and --flash "$tmp/second.flash" --serial "unix:$sockets/b" --rig tests/runs/landing1.run --can-base 400 --seed 2 2>"$tmp/linked.err" &
+    boards=$!
+    $matrig --json --quiet log --can "unix:$sockets/bus@0,0x190" --serial "unix:$sockets/a,unix:$sockets/b" --db "$tmp/linked.db" >"$tmp/linked.json" 2>"$tmp/log.err"
+    local status=$?
+    wait $boards || status=1
+    cat "$tmp/linked.err" "$tmp/log.err"
+    return $status
+}
+both_whole() { # nothing is lost or dropped, records have no hole, and CAN says what serial says
+    sqlite3 "$tmp/linked.db" 'select * from links' 'select * from gaps limit 5' 'select * from landings'
+    [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from links where lost = 0 and dropped = 0 and bad = 0 and outside = 0')" = 4 ] &&
+        [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from gaps')" = 0 ] &&
+        [ "$(sqlite3 "$tmp/linked.db" 'select group_concat(board_landing || state) from landings where state = 4 order by id')" = 54,14 ] || return 1
+    for run in 1 2; do
+        [ "$(sqlite3 "$tmp/linked.db" "select max(idx) - min(idx) + 1 - count(*) from blocks where landing = $run")" = 0 ] &&
+            [ "$(sqlite3 "$tmp/linked.db" "select count(*) > 7000 from blocks where landing = $run")" = 1 ] &&
+            $matrig show "$tmp/linked.db" $run | grep -Eq 'cross-check +[0-9]{5} values of CAN against serial, 0 differ' || return 1
+    done
+}
+each_its_own() { # two chips, two configurations, and where each was
+    [ "$(sqlite3 "$tmp/linked.db" 'select count(distinct board_uid), count(distinct config_crc) from landings')" = '2|2' ] &&
+        [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from configurations')" = 2 ] &&
+        [ "$(jq -r '.boards | keys | join(" ")' "$tmp/linked.json")" = '0x000 0x190' ] &&
+        $matrig show "$tmp/linked.db" | grep -Eq '^ +2 .*0x190'
+}
+as_without_the_other() { # what the switches, the fit and the transducers gave is what the same board gives alone
+    diff <(sqlite3 "$tmp/linked.db" 'select position, tick, board_us from edges where landing = 1') <(sqlite3 "$tmp/a.db" 'select position, tick, board_us from edges') &&
+        [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from edges where landing = 1')" -gt 10 ] || return 1
+    [ "$(sqlite3 "$tmp/linked.db" 'select hex(record) from blocks where landing = 1 order by idx' | md5sum)" = \
+        "$(sqlite3 "$tmp/a.db" 'select hex(record) from blocks where landing = 1 order by idx' | md5sum)" ]
+}
+not_added_up() { # what one's transducers saw is not added to the other's
+    local uid
+    $matrig --quiet report "$tmp/linked.db" -o "$tmp/linked.html" || return 1
+    for uid in $(sqlite3 "$tmp/linked.db" 'select board_uid from landings'); do
+        grep -q "<h3>Series: none named, board $uid</h3>" "$tmp/linked.html" || return 1
+    done
+}
+plays_again() { # the second, by its own configuration: at its base
+    $matrig replay "$tmp/linked.db" 2 >"$tmp/replay.txt" 2>&1
+    local status=$?
+    cat "$tmp/replay.txt"
+    [ $status = 0 ]
+}
+
 check "each board alone" alone a
 check "the other one" alone b
 check "one log of both, with their serial lines" both "$tmp/both.db"
@@ -106,4 +174,11 @@ check "cut off, and the same bus again" killed_and_gone_on
 check "boards that would share identifiers are refused" refuses 'share identifiers \(0x100\)' --can "file:$tmp/bus.can@0,0x80"
 check "more serial lines than boards" refuses 'more serial lines than boards' --can "file:$tmp/bus.can@0,0x190" --serial "file:$tmp/a.serial,file:$tmp/b.serial,file:$tmp/b.serial"
 check "the live view is of one board" refuses '--live shows one board' --can "file:$tmp/bus.can@0,0x190" --live 0
+check "a board's base is set over its serial port" sets_its_base
+check "two boards linked on one bus, and one log" linked
+check "both landings are whole: none lost, none dropped, CAN says what serial says" both_whole
+check "each with its own identity, configuration and base" each_its_own
+check "the first measures what it measures alone" as_without_the_other
+check "in the report each board's movement is its own" not_added_up
+check "the second is played again, at its base" plays_again
 finish

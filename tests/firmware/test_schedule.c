@@ -153,6 +153,26 @@ static void a_burst_goes_on_without_scans(void **state)
     assert_int_equal(count_frames(MR_ID_CHANNEL), 24);
 }
 
+/* While other boards fill the bus, what is told in a row waits, and readings go on; then it is told
+ * to its end. */
+static void a_burst_waits_for_the_bus(void **state)
+{
+    (void)state;
+    play(20000);
+    command("state");
+    play(1); /* hello, and the first item */
+    fake.can_waiting = 65;
+    fake.sent_count = fake.serial_count = 0;
+    play(300);
+    assert_int_equal(count_frames(MR_ID_CHANNEL), 0);
+    assert_int_equal(count_frames(MR_ID_DISPLACEMENT_1_3), 3); /* ten a second while idle */
+    fake.can_waiting = 64;
+    fake.sent_count = fake.serial_count = 0;
+    play(300);
+    assert_in_range(count_frames(MR_ID_CHANNEL), 23, 32); /* and the slow round behind it */
+    assert_in_range(count_frames(MR_ID_SWITCH_PLACE), 24, 32);
+}
+
 /* Regular messages are spread: two rows in a block at most, three in one block of a second. */
 static void no_block_has_a_burst_of_its_own(void **state)
 {
@@ -182,6 +202,7 @@ int main(void)
         TEST(the_configuration_goes_round),
         TEST(without_scans_a_round_is_told_each_second),
         TEST(a_burst_goes_on_without_scans),
+        TEST(a_burst_waits_for_the_bus),
         cmocka_unit_test(no_block_has_a_burst_of_its_own),
     };
     return cmocka_run_group_tests_name("firmware/schedule", tests, NULL, NULL);

@@ -167,6 +167,15 @@ static void steps_count_when_no_health_comes_any_more(void **state)
     account_end(&account);
     assert_int_equal(account.counts.lost, 4);
     assert_string_equal(account.gap[0].channels, "d7-d8");
+
+    /* and the last reading before the end may be one of an idle board: ten a second */
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 0, 0, 0, 43);
+    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 11500);
+    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 11600);
+    account_end(&account);
+    assert_int_equal(account.counts.lost, 0);
+    assert_int_equal(account.gaps, 0);
 }
 
 static void restart_begins_afresh(void **state)
