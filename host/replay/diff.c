@@ -1,6 +1,7 @@
 #include "host/replay/diff.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/command.h"
@@ -13,6 +14,8 @@
 /* A message without a block of its own is placed by the newest block its link had brought; frames
  * of one block can change places on the bus. */
 #define PLACE_SLACK_BLOCKS 4
+/* What is told in turn waits while the bus is full, hardly longer than this. */
+#define LATE_MOST_BLOCKS   2000
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 
@@ -25,6 +28,8 @@ struct comparing {
     int64_t first_block, end_block;
     double queued_recorded, queued_replayed; /* of the first message; NaN: none yet */
     bool links_faultless;
+    int64_t
+        late_blocks; /* so much apart is what is told in turn; 0: nothing, as on a bus with room */
     /* the record ends before its landing does: one link may have gone on without the other */
     bool broken_off;
 };
@@ -103,7 +108,7 @@ static bool footing(struct comparing *c, const struct mr_field_info *field, cons
         }
         *recorded = queued(c->recorded, c->row->link, a) - c->queued_recorded;
         *replayed = queued(c->replayed, c->row->link, b) - c->queued_replayed;
-        return c->options->exact && c->links_faultless;
+        return c->options->exact && c->links_faultless && c->late_blocks == 0;
     case FIELD_FAULTS:
         *recorded = (uint32_t)*recorded & field_record_faults();
         *replayed = (uint32_t)*replayed & field_record_faults();
@@ -184,6 +189,8 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
         return; /* what was said of the last block may not have got out */
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the end itself may be that much earlier or later */
+    if (field_in_turn(answer->info) && c->late_blocks > c->end_block - block)
+        return; /* the other's turn comes after the end */
     if (!recorded && c->options->lossy[c->row->link]) {
         c->diff->not_recorded++;
         return;
@@ -220,7 +227,9 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
     struct walk new = {c->replayed->message[link],
                        c->replayed->message[link] + c->replayed->messages[link], shift,
                        armed - shift};
-    int64_t slack = has_own_block(info) && c->options->exact ? 0 : PLACE_SLACK_BLOCKS;
+    int64_t slack = has_own_block(info) && c->options->exact ? 0
+                  : field_in_turn(info) && c->late_blocks    ? c->late_blocks
+                                                             : PLACE_SLACK_BLOCKS;
     c->queued_recorded = c->queued_replayed = (double)NAN;
     for (;;) {
         const struct answer *a = next(&old, info), *b = next(&new, info);
@@ -255,6 +264,43 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
             new.at++;
         }
     }
+}
+
+/* How far apart one message of the one and its counterpart in the other are at most, where they are
+ * told in turn and their order is the same. */
+static int64_t late_by(const struct comparing *c, int link, const struct mr_message_info *info)
+{
+    int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block, most = 0;
+    struct walk old = {c->recorded->message[link],
+                       c->recorded->message[link] + c->recorded->messages[link], 0, armed};
+    struct walk new = {c->replayed->message[link],
+                       c->replayed->message[link] + c->replayed->messages[link], shift,
+                       armed - shift};
+    const struct answer *a, *b;
+    while ((a = next(&old, info)) != NULL && (b = next(&new, info)) != NULL && same_subject(a, b)) {
+        int64_t apart = llabs((long long)(a->block - (b->block + shift)));
+        if (apart > LATE_MOST_BLOCKS)
+            break;
+        most = apart > most ? apart : most;
+        old.at++;
+        new.at++;
+    }
+    return most;
+}
+
+/* The bus was full in one of them: other boards, or other instruments, spoke on it. */
+static int64_t late_blocks(const struct comparing *c)
+{
+    size_t count;
+    int64_t most = 0;
+    const struct mr_message_info *info = mr_catalogue(&count);
+    for (size_t i = 0; i < count; i++) {
+        for (int link = 0; link < LINK_KINDS && field_in_turn(&info[i]); link++) {
+            int64_t late = c->options->lossy[link] ? 0 : late_by(c, link, &info[i]);
+            most = late > most ? late : most;
+        }
+    }
+    return most > PLACE_SLACK_BLOCKS ? most + PLACE_SLACK_BLOCKS : 0;
 }
 
 /* ---- block records: what was given must come back ---- */
@@ -358,6 +404,8 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     c.end_block = recorded->block[recorded->blocks - 1].index;
     c.broken_off = recorded->landing.state != MR_LANDING_DONE;
     c.links_faultless = !mentions_link_faults(recorded) && !mentions_link_faults(replayed);
+    c.late_blocks = late_blocks(&c);
+    diff->late_blocks = c.late_blocks;
     begin_row(&c, "block", LINK_SERIAL);
     compare_blocks(&c);
     end_row(&c);
@@ -461,6 +509,14 @@ void diff_answer(const struct diff *diff, struct answer *answer)
                " messages about links, clock and chip, which no record foretells");
     uncompared(answer, "not_recorded", diff->not_recorded, "not recorded",
                " messages of the replay: the log lost frames");
+    answer_count(answer, "late_blocks", NULL, diff->late_blocks);
+    if (diff->late_blocks)
+        answer_sentence(
+            answer, NULL,
+            "the bus was full in one of the two: what is told in turn (channels, joints "
+            "and their like) came up to %lld ms later there; its order is compared, its "
+            "times and the counts of frames are not",
+            (long long)diff->late_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
                  (long long)diff->differ, (long long)diff->fields, (long long)diff->messages);
     answer_count(answer, "differ", NULL, diff->differ);

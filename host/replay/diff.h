@@ -40,6 +40,7 @@ struct diff {
     size_t rows;
     /* messages that only one side has count as a difference each */
     int64_t messages, fields, differ;
+    int64_t late_blocks;   /* so much apart is what is told in turn: a full bus; 0: nothing */
     int64_t before_record; /* rest on blocks before the first record */
     /* of blocks after the last record: CAN tells of them first, or the record breaks off */
     int64_t after_record;

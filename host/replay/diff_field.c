@@ -51,6 +51,17 @@ bool field_circumstance(const struct mr_message_info *info)
     }
 }
 
+bool field_in_turn(const struct mr_message_info *info)
+{
+    switch (info->id) {
+/* clang-format off */
+#define IN_TURN(name, NAME) case MR_ID_##NAME: return true;
+/* clang-format on */
+#include "common/catalogue.def"
+    default: return false;
+    }
+}
+
 enum field_rule field_rule(const struct mr_message_info *info, const struct mr_field_info *field)
 {
     for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {

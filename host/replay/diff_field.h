@@ -18,6 +18,8 @@ enum field_rule {
 enum field_rule field_rule(const struct mr_message_info *info, const struct mr_field_info *field);
 /* The whole message is none that follows from the record. */
 bool field_circumstance(const struct mr_message_info *info);
+/* It is told in turn, when the bus has room. */
+bool field_in_turn(const struct mr_message_info *info);
 /* Faults that follow from blocks and edges, as bits. */
 uint32_t field_record_faults(void);
 /* How far apart values in a unit may be when another image ran; 0: equal. */
