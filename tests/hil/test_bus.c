@@ -287,6 +287,28 @@ static void test_base(void **state)
     free(still.samples);
 }
 
+/* Two frames of the host back to back, then a board's that waits for them: an intermission
+ * behind each. */
+static void test_intermission(void **state)
+{
+    struct hil_can_frame frame = {.id = 0x001, .length = 3, .data = {0xff, 0, 0x3c}};
+    struct several s;
+    (void)state;
+    start(&s, 2);
+    uint64_t began_ps = hil_canbus_now_ps(s.bus);
+    hil_board_can_inject(s.board[0], &frame);
+    hil_board_can_inject(s.board[0], &frame);
+    run_on(&s, 20 * HIL_US_PS);
+    send(&s, 1, 0, 0x7f0, 2, 0);
+    run_on(&s, HIL_MS_PS);
+    assert_int_equal(s.heard.count, 1);
+    assert_near(s.heard.t_ps[0],
+                began_ps + (2u * (bits_of(&frame) + INTERMISSION) + bits_of(&s.heard.frame[0])) *
+                               HIL_US_PS,
+                100000);
+    end(&s);
+}
+
 /* A board whose cable is out sends to nobody, and the others go on. */
 static void test_unplugged(void **state)
 {
@@ -433,13 +455,13 @@ static void test_identity(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_counting),   cmocka_unit_test(test_arbitration),
-        cmocka_unit_test(test_first_come), cmocka_unit_test(test_filter),
-        cmocka_unit_test(test_host),       cmocka_unit_test(test_base),
-        cmocka_unit_test(test_silent),     cmocka_unit_test(test_unplugged),
-        cmocka_unit_test(test_reset),      cmocka_unit_test(test_corrupted),
-        cmocka_unit_test(test_collision),  cmocka_unit_test(test_same_again),
-        cmocka_unit_test(test_identity),
+        cmocka_unit_test(test_counting),     cmocka_unit_test(test_arbitration),
+        cmocka_unit_test(test_first_come),   cmocka_unit_test(test_filter),
+        cmocka_unit_test(test_host),         cmocka_unit_test(test_base),
+        cmocka_unit_test(test_intermission), cmocka_unit_test(test_silent),
+        cmocka_unit_test(test_unplugged),    cmocka_unit_test(test_reset),
+        cmocka_unit_test(test_corrupted),    cmocka_unit_test(test_collision),
+        cmocka_unit_test(test_same_again),   cmocka_unit_test(test_identity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
