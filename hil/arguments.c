@@ -263,6 +263,15 @@ static bool parse_board_seed(struct hil_arguments *a, const char *text)
     return parse_whole(text, &a->options.board_seed);
 }
 
+/* 400 or 0x190 */
+static bool parse_can_base(struct hil_arguments *a, const char *text)
+{
+    char *end;
+    unsigned long base = strtoul(text, &end, strncmp(text, "0x", 2) == 0 ? 16 : 10);
+    a->options.can_base = (uint32_t)base;
+    return end != text && !*end && text[0] != '-' && base <= MR_CAN_BASE_MOST;
+}
+
 static bool parse_hse(struct hil_arguments *a, const char *text)
 {
     double hz;
@@ -296,7 +305,7 @@ static const struct option {
     {"--profile", TEXT, AT(profile), 0, 0, NULL},
     {"--margins", TEXT, AT(margins), 0, 0, NULL},
     {"--baud", UNSIGNED, AT(options.host_baud), 1200, 10e6, NULL},
-    {"--can-base", UNSIGNED, AT(options.can_base), 0, MR_CAN_BASE_MOST, NULL},
+    {"--can-base", OWN, 0, 0, 0, parse_can_base},
     {"--lsi", UNSIGNED, AT(options.lsi_hz), 17000, 47000, NULL},
     {"--hsi-ppm", SIGNED, AT(options.hsi_error_ppm), -50000, 50000, NULL},
     {"--vdda", REAL, AT(options.vdda_v), 2.7, 3.6, NULL},

@@ -2,6 +2,8 @@
  * 16 bits. */
 #include "hil/periph/can.h"
 
+#define FMR_FINIT 1u
+
 struct best {
     bool any;
     unsigned rank; /* lower wins: 32-bit before 16-bit, list before mask */
@@ -35,6 +37,8 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
     unsigned number[2] = {0, 0}; /* filters so far, per FIFO; inactive banks count too */
     unsigned banks = can->fmr >> 8 & 0x3fu;
     struct best best = {0};
+    if (can->fmr & FMR_FINIT) /* nothing is received while filters are written */
+        return false;
     uint32_t wide = image32(frame), narrow = image16(frame);
     for (unsigned i = 0; i < banks && i < HIL_CAN_BANKS; i++) {
         unsigned to = can->ffa1r >> i & 1u;

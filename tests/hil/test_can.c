@@ -207,6 +207,9 @@ static void test_filters(void **state)
     can.filter[1][1] = 0x1abcdefu << 3 | 4u; /* extended */
     can.filter[2][0] = 0x120u << 21;
     can.filter[2][1] = 0x7f0u << 21 | 4u; /* 0x120 to 0x12f, standard */
+    can.fmr |= 1u;                        /* FINIT: reception is deactivated */
+    assert_false(hil_can_filter(&can, &frame, &fifo, &match));
+    can.fmr &= ~1u;
     assert_true(hil_can_filter(&can, &frame, &fifo, &match));
     assert_int_equal(fifo, 1);
     assert_int_equal(match, 0);
