@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <math.h>
 #include <poll.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "common/canbase.h"
@@ -26,12 +27,26 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
     mr_deframer_init(&dialogue->deframer);
 }
 
+static enum mr_status check_one_board(const char *can, struct error *error)
+{
+    char plain[LINK_SPEC_MAX];
+    struct link_bases bases;
+    snprintf(plain, sizeof plain, "%s", can);
+    if (link_take_bases(plain, &bases, error) != MR_OK || bases.count == 1)
+        return error->status;
+    return error_set(error, MR_USAGE,
+                     "one board is spoken with: %s names %u; leave one base, or use matrig log for "
+                     "all",
+                     can, bases.count);
+}
+
 enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
                              struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
-    enum mr_status status = serial ? link_open(serial, LINK_SERIAL, &link[LINK_SERIAL], error)
-                                   : MR_OK;
+    enum mr_status status = can ? check_one_board(can, error) : MR_OK;
+    if (status == MR_OK && serial)
+        status = link_open(serial, LINK_SERIAL, &link[LINK_SERIAL], error);
     if (status == MR_OK && can)
         status = link_open(can, LINK_CAN, &link[LINK_CAN], error);
     dialogue_begin(dialogue, link[LINK_CAN], link[LINK_SERIAL]);

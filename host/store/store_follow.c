@@ -10,23 +10,33 @@ enum mr_status store_doubted(struct store *store, int64_t session, int64_t *coun
     return STORE_NUMBER(store, error, DOUBTED, count, BIND(session));
 }
 
-enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error)
+enum mr_status store_newest_session(struct store *store, int64_t base, int64_t *session,
+                                    struct error *error)
 {
-    return STORE_NUMBER(store, error, SESSION_NEWEST, session);
+    return STORE_NUMBER(store, error, SESSION_NEWEST, session, BIND(base));
 }
 
-enum mr_status store_follow_from(struct store *store, int64_t frames, struct store_place *place,
+enum mr_status store_newest_base(struct store *store, int64_t *base, int64_t *boards,
                                  struct error *error)
+{
+    enum mr_status status = STORE_NUMBER(store, error, BASE_NEWEST, base);
+    return status == MR_OK ? STORE_NUMBER(store, error, BASES_NEWEST, boards) : status;
+}
+
+enum mr_status store_follow_from(struct store *store, int64_t base, int64_t frames,
+                                 struct store_place *place, struct error *error)
 {
     int64_t last = 0;
     struct store_frame_moment frame;
     struct store_block_place block = {.boot = -1, .index = -1};
-    *place = (struct store_place){0};
+    *place = (struct store_place){.base = base};
     enum mr_status status = STORE_NUMBER(store, error, FRAMES_NEWEST, &last);
     if (status != MR_OK || last <= frames)
         return status;
     place->frame = last - frames;
-    status = STORE_ONE(store, error, FRAME_FROM, &frame, BIND(place->frame));
+    status = STORE_ONE(store, error, FRAME_FROM, &frame, BIND(base), BIND(place->frame));
+    if (status == MR_TOO_FEW) /* the others' alone */
+        return MR_OK;
     /* The newest block before then: backwards from the session's end, so that a long session is not
      * gone through. */
     if (status == MR_OK)
@@ -63,10 +73,11 @@ static enum mr_status open_rows(struct rows *rows, const struct store_place *pla
                                 struct error *error)
 {
     enum mr_status status = STORE_QUERY(rows->store, error, FRAMES_AFTER, &rows->frames,
-                                        BIND(place->frame), BIND(most));
+                                        BIND(place->base), BIND(place->frame), BIND(most));
     if (status == MR_OK)
-        status = STORE_QUERY(rows->store, error, BLOCKS_AFTER, &rows->blocks, BIND(place->session),
-                             BIND(place->boot), BIND(place->index), BIND(BLOCKS_A_TURN));
+        status = STORE_QUERY(rows->store, error, BLOCKS_AFTER, &rows->blocks, BIND(place->base),
+                             BIND(place->session), BIND(place->boot), BIND(place->index),
+                             BIND(BLOCKS_A_TURN));
     if (status != MR_OK)
         return status;
     next_frame(rows, error);

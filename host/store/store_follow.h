@@ -5,15 +5,20 @@
 
 #include "host/store/store.h"
 
-/* Where one has read to. */
+/* Where one has read to, of the sessions of one board. */
 struct store_place {
+    int64_t base;                 /* of the board on CAN (common/canbase.h) */
     int64_t frame;                /* id of the newest frame read */
     int64_t session, boot, index; /* of the newest block read */
 };
 
-/* The place `frames` before the end, or the beginning. */
-enum mr_status store_follow_from(struct store *store, int64_t frames, struct store_place *place,
+/* The lowest base of the boards that the newest log is of, and how many there are. */
+enum mr_status store_newest_base(struct store *store, int64_t *base, int64_t *boards,
                                  struct error *error);
+
+/* The place some `frames` before the end, or the beginning, of the board at `base`. */
+enum mr_status store_follow_from(struct store *store, int64_t base, int64_t frames,
+                                 struct store_place *place, struct error *error);
 
 /* Gives up to `most` frames that the board sent after the place, and the blocks received until
  * then, to `frame` and `record`, and moves the place. `*more`: there are more. */
@@ -29,7 +34,8 @@ enum mr_status store_follow(struct store *store, struct store_place *place, int6
  * more (host/collect/doubt.h). */
 enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count,
                              struct error *error);
-/* The newest session; 0: none. */
-enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error);
+/* The newest session of the board at `base`; 0: none. */
+enum mr_status store_newest_session(struct store *store, int64_t base, int64_t *session,
+                                    struct error *error);
 
 #endif

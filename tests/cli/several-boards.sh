@@ -152,6 +152,13 @@ not_added_up() { # what one's transducers saw is not added to the other's
         grep -q "<h3>Series: none named, board $uid</h3>" "$tmp/linked.html" || return 1
     done
 }
+shown_alone() { # the live view of the campaign: one board's, the first unless asked
+    [ "$($matrig --json live "$tmp/linked.db" 2>"$tmp/live.err" | jq .landing)" = 5 ] && grep -q '2 boards are logged.*0x000; --base' "$tmp/live.err" &&
+        [ "$($matrig --json live "$tmp/linked.db" --base 0x190 | jq .landing)" = 1 ] || return 1
+}
+one_is_spoken_with() {
+    fails_with 2 'one board is spoken with: can0@0,0x190 names 2' $matrig board --can can0@0,0x190 arm
+}
 plays_again() { # the second, by its own configuration: at its base
     $matrig replay "$tmp/linked.db" 2 >"$tmp/replay.txt" 2>&1
     local status=$?
@@ -180,5 +187,7 @@ check "both landings are whole: none lost, none dropped, CAN says what serial sa
 check "each with its own identity, configuration and base" each_its_own
 check "the first measures what it measures alone" as_without_the_other
 check "in the report each board's movement is its own" not_added_up
+check "the live view of the campaign shows one of them" shown_alone
+check "a command speaks with one board" one_is_spoken_with
 check "the second is played again, at its base" plays_again
 finish
