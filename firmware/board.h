@@ -97,7 +97,7 @@ uint32_t board_camera(bool high);
 
 /* From now on what is sent has identifiers of the catalogue plus `base`, and only what is sent to
  * those comes in (common/canbase.h). Frames that are queued already keep theirs. Until the first
- * call nothing comes in. */
+ * call the board takes no part in the bus. */
 void board_can_move(uint16_t base);
 /* Queue one frame; false when the queue is full or the link is down (the caller counts the
  * drop). */

@@ -48,16 +48,11 @@ void can_start(void)
         return;
     }
     CAN1->BTR = BIT_TIMING;
-    CAN1->FMR |= CAN_FMR_FINIT;
-    CAN1->FM1R = 1u; /* bank 0: list of identifiers */
-    CAN1->FS1R = 1u; /* 32 bits */
-    CAN1->FFA1R = 0; /* to FIFO 0 */
-    CAN1->FA1R = 0;  /* nothing passes until board_can_move says what is the board's */
-    CAN1->FMR &= ~CAN_FMR_FINIT;
+    CAN1->FMR |= CAN_FMR_FINIT; /* until board_can_move says what is the board's */
+    CAN1->FM1R = 1u;            /* bank 0: list of identifiers */
+    CAN1->FS1R = 1u;            /* 32 bits */
+    CAN1->FFA1R = 0;            /* to FIFO 0 */
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
-    /* It takes part from 11 recessive bits on. Not waited for: a bus that is shorted now may be
-     * mended later. */
-    CAN1->MCR = CAN_MCR_TXFP;
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
     irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);
     running = true;
@@ -76,6 +71,9 @@ void board_can_move(uint16_t to)
     CAN1->FA1R = 1u;
     base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
+    /* From the first time on it takes part, after 11 recessive bits: who sends before waits. Not
+     * waited for here: a bus that is shorted now may be mended later. */
+    CAN1->MCR = CAN_MCR_TXFP;
 }
 
 static uint32_t word_of(const uint8_t *bytes)

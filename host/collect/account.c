@@ -11,7 +11,7 @@
 
 /* At 1 Mbit/s a frame of no data takes 47 bit times: 21 a block. */
 #define FRAMES_PER_BLOCK 21
-#define IDLE_BLOCKS      100 /* between two readings of an idle board (firmware/schedule.def) */
+#define IDLE_BLOCKS      100  /* between two readings of an idle board (firmware/schedule.def) */
 #define SLACK_BLOCKS     1000 /* clocks come every 100 blocks, and may be lost */
 
 void account_start(struct account *account, enum link_kind kind)
