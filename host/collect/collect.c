@@ -257,12 +257,30 @@ int64_t collector_take_same(struct collector *collector, struct store_same *same
     return run;
 }
 
+bool collector_turned_away(const struct collector *collector)
+{
+    return collector->turned_away;
+}
+
+static void tell_other_on_can(const struct collector *collector,
+                              struct collector_progress *progress)
+{
+    const struct side *can = &collector->side[LINK_CAN];
+    progress->other_on_can = collector->uid_vouched && !can->own_heard &&
+                             can->others >= COLLECT_OTHERS_IN_ROW;
+    snprintf(progress->can_uid, sizeof progress->can_uid, "%08X%08X", (unsigned)can->other_uid[0],
+             (unsigned)can->other_uid[1]);
+    snprintf(progress->serial_uid, sizeof progress->serial_uid, "%08X%08X",
+             (unsigned)collector->uid[0], (unsigned)collector->uid[1]);
+}
+
 void collector_progress(const struct collector *collector, struct collector_progress *progress)
 {
     *progress =
         (struct collector_progress){.hello = collector->hello,
                                     .block = -1,
                                     .before_first = collector->side[LINK_CAN].account.before_first};
+    tell_other_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;

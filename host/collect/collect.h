@@ -41,6 +41,8 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
                                uint64_t host_us, struct error *error);
+/* The last error was that: the board itself, not the campaign. Another board's log may go on. */
+bool collector_turned_away(const struct collector *collector);
 /* What a link has counted so far, troubles above all: those that are new are accounted, and
  * recorded at the next collector_put_counts. Call it before what came after them goes in. */
 enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
@@ -116,6 +118,8 @@ struct collector_progress {
     uint16_t stranger_id[LINK_KINDS];    /* 0: no single one */
     unsigned stranger_doubt[LINK_KINDS]; /* enum doubt (host/collect/doubt.h) */
     int64_t before_first;                /* CAN frames sent before logging began; -1: not known */
+    bool other_on_can; /* on CAN at this base is another board than on serial, and this one never */
+    char can_uid[17], serial_uid[17]; /* words 0 and 1 of their identities, then */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);
 /* A message of the board, as it is told to who listens. */

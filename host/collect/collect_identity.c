@@ -5,8 +5,6 @@
 
 #include "host/collect/collect_state.h"
 
-#define OTHERS_IN_ROW 3 /* hellos of another board, and none of this one: once a second each */
-
 /* The board that is known is not the one that speaks. Serial has a board at its end, and nobody
  * else; on CAN it may be a stranger, as long as the board that is known speaks too, or serial says
  * who it is. */
@@ -16,9 +14,10 @@ static enum mr_status another_board(struct collector *collector, struct side *si
 {
     if (side->kind == LINK_CAN) {
         side->others++;
-        if (collect_witnessed(collector, side) || side->others < OTHERS_IN_ROW)
+        if (collect_witnessed(collector, side) || side->others < COLLECT_OTHERS_IN_ROW)
             return collect_doubt(collector, side, doubt, id, 1, error);
     }
+    collector->turned_away = true;
     return error_set(error, doubt == DOUBT_LAYOUT ? MR_VERSION : MR_IO,
                      "another board speaks than the one this log began with (%s): %s; end this log "
                      "and begin a new one",
@@ -28,12 +27,14 @@ static enum mr_status another_board(struct collector *collector, struct side *si
 static enum mr_status hello(struct collector *collector, struct side *side,
                             const struct mr_hello *message, struct error *error)
 {
-    bool serial_will_say = collect_witnessed(collector, side) && side->others + 1 < OTHERS_IN_ROW;
+    bool serial_will_say = collect_witnessed(collector, side) &&
+                           side->others + 1 < COLLECT_OTHERS_IN_ROW;
     if (message->layout != MR_LAYOUT && (collector->hello || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
         return another_board(collector, side, DOUBT_LAYOUT, MR_ID_HELLO, now, error);
     }
+    collector->turned_away |= message->layout != MR_LAYOUT;
     if (message->layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
                          "the board speaks layout %u, this matrig layout %u: %s; use firmware and "
@@ -59,14 +60,19 @@ static bool take_uid(struct collector *collector, struct side *side, uint16_t id
 {
     uint32_t *known = &collector->uid[part == 1 ? 0 : 2];
     bool vouched = side->kind == LINK_SERIAL;
-    if (!(collector->uid_parts & part) || memcmp(known, words, count * sizeof *words) == 0 ||
-        (vouched && !collector->uid_vouched)) {
+    bool same = memcmp(known, words, count * sizeof *words) == 0;
+    if (!(collector->uid_parts & part) || same || (vouched && !collector->uid_vouched)) {
+        if (vouched && !same) /* what CAN said until now was another's */
+            collector->side[LINK_CAN].own_heard = false;
         memcpy(known, words, count * sizeof *words);
         collector->uid_parts |= part;
         side->others = part == 1 ? 0 : side->others;
+        side->own_heard |= part == 1;
         return true;
     }
     char now[60];
+    if (part == 1)
+        memcpy(side->other_uid, words, sizeof side->other_uid);
     snprintf(now, sizeof now, "its identity has %08X, not %08X", (unsigned)words[0],
              (unsigned)known[0]);
     another_board(collector, side, DOUBT_BOARD, id, now, error);

@@ -44,6 +44,9 @@ struct doubted {
 };
 #define DOUBTED_KINDS 128u
 
+/* Hellos and identities of another board, and none of this one: about once a second each. */
+#define COLLECT_OTHERS_IN_ROW 3u
+
 /* One link. */
 struct side {
     enum link_kind kind;
@@ -78,7 +81,9 @@ struct side {
     uint64_t heard_us; /* when the newest message came */
     bool unheard;      /* what is obeyed now nobody vouches for: it must be plausible */
     struct landing_story story;
-    unsigned others; /* hellos and identities of another board since one of this board */
+    unsigned others;       /* hellos and identities of another board since one of this board */
+    bool own_heard;        /* an identity of this board came */
+    uint32_t other_uid[2]; /* of the other one, words 0 and 1 */
     struct doubted doubt[DOUBTED_KINDS];
     size_t doubts;
     bool doubts_pending; /* in landing doubt_run, from doubt_us (board time) on */
@@ -97,6 +102,7 @@ struct collector {
     int64_t session;
     struct side side[LINK_KINDS];
     uint16_t can_base;
+    bool turned_away;                          /* the board is one that this log cannot take */
     const struct collector_listener *listener; /* NULL: nobody */
     bool hello;
     struct slot slot[SLOTS];

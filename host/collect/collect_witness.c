@@ -120,6 +120,17 @@ static enum mr_status obey(struct collector *collector, struct side *side,
     return status == MR_OK ? move_frames(collector, side, before, mark, error) : status;
 }
 
+/* Who a stranger says that it is: where the board itself never speaks on CAN it is the board that is
+ * there, and the serial line another's. */
+static void note_identity(struct side *side, const struct mr_message *message)
+{
+    if (message->place != MR_PLACE_BOARD_UID)
+        return;
+    side->others++;
+    side->other_uid[0] = message->as.board_uid.uid0;
+    side->other_uid[1] = message->as.board_uid.uid1;
+}
+
 enum mr_status collect_settle(struct collector *collector, bool over, struct error *error)
 {
     struct side *side = &collector->side[LINK_CAN];
@@ -131,6 +142,7 @@ enum mr_status collect_settle(struct collector *collector, bool over, struct err
         if (verdict == WITNESS_WAIT)
             break;
         if (verdict == WITNESS_STRANGER) {
+            note_identity(side, &message.message);
             status = collect_doubt(collector, side, DOUBT_UNSAID, message.message.info->id, 1,
                                    error);
             continue;

@@ -93,7 +93,13 @@ static enum mr_status result_answer(struct store *store, const struct import_req
         ->end = " frames, left out";
     answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                  result->counts.foreign)
-        ->end = " frames that no matrig board sends, kept as they are";
+        ->end = " frames of others, kept as they are";
+    if (result->counts.foreign && result->runs == 0)
+        answer_sentence(
+            answer, NULL,
+            "no landing of a board at base 0x%03x is in it: matrig bus file:%s says who "
+            "speaks there, --base B takes another board's",
+            request->base, request->path);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
         " frames, by the board's own counts";
     answer_list(answer, "runs", NULL);
@@ -110,7 +116,8 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
                                    struct error *error)
 {
     int64_t session = 0;
-    enum mr_status status = store_import_find(store, row->sha256, row->mapping, &session, error);
+    enum mr_status status = store_import_find(store, row->sha256, row->mapping, request->base,
+                                              &session, error);
     if (status == MR_OK && session && !again)
         status =
             error_set(error, MR_USAGE,

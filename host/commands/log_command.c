@@ -146,6 +146,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         typed_turn(logger);
         logger_note_health(logger);
         logger_note_strangers(logger);
+        logger_note_exchanged(logger);
         logger_note_unheard(logger);
         logger_show_progress(logger, false);
         if (signalled)

@@ -19,6 +19,7 @@
 /* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
 #define HURRY_US      500000u
 #define LOOK_MS       20
+#define COMMAND_MOST  300u     /* of an error's 600 characters */
 #define BEFORE_US     5000000u /* the board says hello once a second, and the time ten times */
 
 bool logger_signalled(struct logger *logger, int signals)
@@ -146,6 +147,25 @@ static uint64_t go_back(struct logger *logger)
              : (uint64_t)since_us - BEFORE_US;
 }
 
+/* How to take in what was saved. A command that an error has no room for is told before it, also
+ * with --quiet: it must be whole. */
+static enum mr_status tell_saved(const struct logger *logger, const char *reason, const char *what,
+                                 const char *links, struct error *error)
+{
+    const char *db = store_path(logger->store);
+    if (strlen(links) + strlen(db) < COMMAND_MOST)
+        return error_set(
+            error, MR_IO,
+            "not in the campaign (%.120s): %s that came last; take them in: matrig log%s --db %s",
+            reason, what, links, db);
+    logger_clear_progress(logger);
+    fprintf(stderr, "matrig log%s --db %s\n", links, db);
+    return error_set(error, MR_IO,
+                     "not in the campaign (%.120s): %s that came last; take them in by the command "
+                     "that was told before this line",
+                     reason, what);
+}
+
 /* The error names the files, or what is lost. */
 static enum mr_status save_rest(struct logger *logger, const char *reason, struct error *error)
 {
@@ -185,10 +205,7 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
             error, MR_IO,
             "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s",
             what, reason);
-    return error_set(
-        error, MR_IO,
-        "not in the campaign (%.120s): %s that came last; take them in: matrig log%s --db %s",
-        reason, what, links, store_path(logger->store));
+    return tell_saved(logger, reason, what, links, error);
 }
 
 static bool waited_enough(struct logger *logger, uint64_t began_us)

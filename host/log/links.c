@@ -48,6 +48,22 @@ static enum mr_status take_troubles(struct logger *logger, unsigned link,
     return status;
 }
 
+/* After what a collector returned: of several boards one that the log cannot take ends alone. */
+static enum mr_status leave_board(struct logger *logger, struct logger_board *board,
+                                  enum mr_status status, struct error *error)
+{
+    if (status == MR_OK || logger->boards == 1 || !collector_turned_away(board->collector))
+        return status;
+    board->over = true;
+    logger_clear_progress(logger);
+    cli_note(logger->cli, "the log of the board at 0x%03x ends, the others go on: %s", board->base,
+             error->text);
+    if (logger->link_error.status == MR_OK)
+        logger->link_error = *error;
+    *error = (struct error){0};
+    return MR_OK;
+}
+
 /* Does the identifier belong to a message of the board at this base, or to it? */
 static bool is_of(const struct link_frame *frame, uint16_t base)
 {
@@ -71,9 +87,11 @@ static enum mr_status take_frame(struct logger *logger, const struct link_frame 
         if (is_of(frame, logger->board[i].base))
             board = &logger->board[i];
     }
+    if (board->over)
+        return MR_OK;
     if (link_id_from_bus(frame->id, board->base) == MR_ID_HELLO)
         board->hello = *frame;
-    return collector_frame(board->collector, frame, error);
+    return leave_board(logger, board, collector_frame(board->collector, frame, error), error);
 }
 
 static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t jump_us,
@@ -92,7 +110,8 @@ static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t j
 static enum mr_status take_item(struct logger *logger, unsigned link, const struct link_item *item,
                                 struct error *error)
 {
-    struct collector *first = logger->board[logger_first(link)].collector;
+    struct logger_board *board = &logger->board[logger_first(link)];
+    struct collector *first = board->collector;
     if (item->kind == LINK_ITEM_COUNTERS) {
         logger->counters[link] = item->counters;
         logger->troubled[link] = true;
@@ -109,7 +128,10 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
     switch (item->kind) {
     case LINK_ITEM_FRAME: return take_frame(logger, &item->frame, error);
     case LINK_ITEM_BYTES:
-        return collector_bytes(first, item->bytes, item->length, item->host_us, error);
+        status = board->over
+                   ? MR_OK
+                   : collector_bytes(first, item->bytes, item->length, item->host_us, error);
+        return leave_board(logger, board, status, error);
     case LINK_ITEM_CLOCK: return take_clock(logger, link, item->jump_us, error);
     default: return end_link(logger, link, &item->end, error);
     }

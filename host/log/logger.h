@@ -33,6 +33,8 @@ struct logger_board {
     struct quicklook_silence silence;
     uint64_t asked_us; /* for the configuration; 0: not, or a landing came in between */
     unsigned asks;     /* since the beginning or the last landing */
+    bool over;       /* it is another one than it was, or none for this matrig; the others go on */
+    bool other_told; /* that CAN and serial are two boards */
 };
 
 struct logger {
@@ -163,6 +165,8 @@ void logger_clear_progress(const struct logger *logger);
 void logger_note_troubles(struct logger *logger, unsigned link, const char *text);
 void logger_note_unheard(struct logger *logger);
 void logger_note_strangers(struct logger *logger);
+/* A serial line is not that of the board at its base: once for each. */
+void logger_note_exchanged(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);

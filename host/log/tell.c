@@ -84,6 +84,33 @@ void logger_note_strangers(struct logger *logger)
         note_strangers(logger, i, now_us);
 }
 
+static enum mr_status exchanged(const struct logger *logger, unsigned i, struct error *error)
+{
+    struct collector_progress p;
+    const struct logger_board *board = &logger->board[i];
+    collector_progress(board->collector, &p);
+    if (!p.other_on_can)
+        return MR_OK;
+    return error_set(
+        error, MR_IO,
+        "two boards taken for one: on CAN at base 0x%03x is %s, on its serial line %s; "
+        "exchange the lines, or the bases: %s, %s",
+        board->base, p.can_uid, p.serial_uid, board->can,
+        link_spec(logger->link[logger_link_of(i, LINK_SERIAL)]));
+}
+
+void logger_note_exchanged(struct logger *logger)
+{
+    for (unsigned i = 0; i < logger->boards; i++) {
+        struct error error = {0};
+        if (logger->board[i].other_told || exchanged(logger, i, &error) == MR_OK)
+            continue;
+        logger->board[i].other_told = true;
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s", error.text);
+    }
+}
+
 /* A recording that was logged before, most likely. */
 static void note_twin(struct logger *logger, int64_t run)
 {
@@ -322,6 +349,8 @@ enum mr_status logger_check_heard(const struct logger *logger, struct error *err
     }
     for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
         status = check_board(logger, i, any, error);
+    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
+        status = exchanged(logger, i, error);
     return status;
 }
 

@@ -91,13 +91,20 @@ static void send_it(struct logger *logger)
     typed->sent = 0;
     typed->until_us = steady_us() + ANSWER_US;
     for (unsigned i = 0; i < logger->boards; i++) {
+        struct collector_progress p;
+        collector_progress(logger->board[i].collector, &p);
+        logger_at_text(logger, i, at);
+        if (!p.hello || logger->board[i].over) {
+            say(logger, "%s: no board%s: nothing was sent there\n",
+                mr_command_name(typed->command.code), at);
+            continue;
+        }
         /* one that came before is of another */
         (void)collector_take_answer(logger->board[i].collector);
         if (logger_send(logger, i, &typed->command, false)) {
             typed->sent |= 1u << i;
             continue;
         }
-        logger_at_text(logger, i, at);
         say(logger, "%s%s: cannot be sent, no link takes it\n",
             mr_command_name(typed->command.code), at);
     }
@@ -189,16 +196,16 @@ static void take_answer(struct logger *logger, unsigned i)
     }
 }
 
-/* Each board has said hello. */
-static bool all_are_there(const struct logger *logger)
+/* A board has said hello. */
+static bool any_is_there(const struct logger *logger)
 {
     for (unsigned i = 0; i < logger->boards; i++) {
         struct collector_progress p;
         collector_progress(logger->board[i].collector, &p);
-        if (!p.hello)
-            return false;
+        if (p.hello)
+            return true;
     }
-    return true;
+    return false;
 }
 
 void typed_turn(struct logger *logger)
@@ -215,7 +222,7 @@ void typed_turn(struct logger *logger)
     }
     if (typed->asked && steady_us() > typed->until_us)
         take_reply(logger, "");
-    bool there = all_are_there(logger);
+    bool there = any_is_there(logger);
     /* a script's commands wait for the board; who types is told */
     bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))
@@ -223,8 +230,7 @@ void typed_turn(struct logger *logger)
     if (typed->asked)
         take_reply(logger, line);
     else if (!there)
-        say(logger, "no board has said hello yet%s: nothing was sent\n",
-            logger->boards > 1 ? ", or not each" : "");
+        say(logger, "no board has said hello yet: nothing was sent\n");
     else
         take_command(logger, line);
 }

@@ -24,10 +24,10 @@ enum mr_status store_import_put(struct store *store, const struct store_import *
 /* Of a session; `*found` false: it was logged. The caller frees import->mapping. */
 enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
                                 bool *found, struct error *error);
-/* The session that took in a file of this hash with this mapping (NULL: none) to its end; 0: none
- * has. */
+/* The session that took in a file of this hash with this mapping (NULL: none), and of the board at
+ * this base, to its end; 0: none has. */
 enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
-                                 int64_t *session, struct error *error);
+                                 uint16_t can_base, int64_t *session, struct error *error);
 
 /* Readings of one channel by 1 ms blocks, in its unit. */
 struct store_imported {

@@ -74,6 +74,23 @@ out_and_in() { # as on the bus, and back
         [ "$(sqlite3 "$tmp/ref.db" 'select count(*) from edges')" -gt 5 ] &&
         diff <(sqlite3 "$tmp/back.db" 'select * from edges' 'select * from results') <(sqlite3 "$tmp/ref.db" 'select * from edges' 'select * from results')
 }
+imports_both() { # of one log, one after the other; each once
+    $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" --base 0x190 >/dev/null && $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" >/dev/null || return 1
+    [ "$(sqlite3 "$tmp/twice.db" 'select group_concat(board_landing) from landings')" = 1,5 ] &&
+        fails_with 2 'imported already, as session 1' $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" --base 400
+}
+lines_exchanged() { # which board is which, and no landing silently under another's base
+    fails_with 3 'two boards taken for one: on CAN at base 0x000 is 003100425847500F, on its serial line 003100435847500F; exchange the lines' \
+        $matrig --quiet log --can "file:$tmp/pair.can@0,0x190" --serial "file:$tmp/pair.b" --db "$tmp/exchanged.db"
+}
+pair() { # two chips, for what needs two identities
+    build/matrig-board --elf $elf --for 6 --can "file:$tmp/pair.can" --serial "file:$tmp/pair.a" --and --flash "$tmp/second.flash" --serial "file:$tmp/pair.b" 2>"$tmp/pair.err"
+}
+one_is_exchanged_for_another() { # from 2.5 s on another chip answers at 0x190: its log ends, the first's goes on
+    awk -F'[(). ]' '{ t = $2 + $3 / 1e6; if (t > 2.5) sub(/ 381#../, " 381#99"); print }' "$tmp/pair.can" >"$tmp/other.can"
+    fails_with 3 'another board speaks than the one this log began with .*0x190' $matrig --quiet log --can "file:$tmp/other.can@0,0x190" --db "$tmp/other.db" &&
+        [ "$(sqlite3 "$tmp/other.db" "select max(board_us) > 5500000 from frames where session = 1")" = 1 ]
+}
 nobody_there() { # 0x1a0: the other one speaks, and is kept
     fails_with 3 'no board at base 0x1a0: file:.*bus.can@0x1a0; .*matrig bus' $matrig --quiet log --can "file:$tmp/bus.can@0,0x1a0" --db "$tmp/nobody.db" &&
         [ "$(sqlite3 "$tmp/nobody.db" 'select count(*) from landings')" = 1 ]
@@ -126,7 +143,7 @@ both_whole() { # nothing is lost or dropped, records have no hole, and CAN says 
     sqlite3 "$tmp/linked.db" 'select * from links' 'select * from gaps limit 5' 'select * from landings'
     [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from links where lost = 0 and dropped = 0 and bad = 0 and outside = 0')" = 4 ] &&
         [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from gaps')" = 0 ] &&
-        [ "$(sqlite3 "$tmp/linked.db" 'select group_concat(board_landing || state) from landings where state = 4 order by id')" = 54,14 ] || return 1
+        [ "$(sqlite3 "$tmp/linked.db" 'select group_concat(board_landing || state) from (select * from landings order by session)')" = 54,14 ] || return 1
     for run in 1 2; do
         [ "$(sqlite3 "$tmp/linked.db" "select max(idx) - min(idx) + 1 - count(*) from blocks where landing = $run")" = 0 ] &&
             [ "$(sqlite3 "$tmp/linked.db" "select count(*) > 7000 from blocks where landing = $run")" = 1 ] &&
@@ -137,12 +154,14 @@ each_its_own() { # two chips, two configurations, and where each was
     [ "$(sqlite3 "$tmp/linked.db" 'select count(distinct board_uid), count(distinct config_crc) from landings')" = '2|2' ] &&
         [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from configurations')" = 2 ] &&
         [ "$(jq -r '.boards | keys | join(" ")' "$tmp/linked.json")" = '0x000 0x190' ] &&
-        $matrig show "$tmp/linked.db" | grep -Eq '^ +2 .*0x190'
+        $matrig show "$tmp/linked.db" | grep -Eq '^ +[12] .* 1, done +0x190'
 }
 as_without_the_other() { # what the switches, the fit and the transducers gave is what the same board gives alone
-    diff <(sqlite3 "$tmp/linked.db" 'select position, tick, board_us from edges where landing = 1') <(sqlite3 "$tmp/a.db" 'select position, tick, board_us from edges') &&
-        [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from edges where landing = 1')" -gt 10 ] || return 1
-    [ "$(sqlite3 "$tmp/linked.db" 'select hex(record) from blocks where landing = 1 order by idx' | md5sum)" = \
+    local first # armed in the same millisecond, either may be RUN 1
+    first=$(sqlite3 "$tmp/linked.db" 'select id from landings where session = 1')
+    diff <(sqlite3 "$tmp/linked.db" "select position, tick, board_us from edges where landing = $first") <(sqlite3 "$tmp/a.db" 'select position, tick, board_us from edges') &&
+        [ "$(sqlite3 "$tmp/linked.db" "select count(*) from edges where landing = $first")" -gt 10 ] || return 1
+    [ "$(sqlite3 "$tmp/linked.db" "select hex(record) from blocks where landing = $first order by idx" | md5sum)" = \
         "$(sqlite3 "$tmp/a.db" 'select hex(record) from blocks where landing = 1 order by idx' | md5sum)" ]
 }
 not_added_up() { # what one's transducers saw is not added to the other's
@@ -160,7 +179,7 @@ one_is_spoken_with() {
     fails_with 2 'one board is spoken with: can0@0,0x190 names 2' $matrig board --can can0@0,0x190 arm
 }
 plays_again() { # the second, by its own configuration: at its base
-    $matrig replay "$tmp/linked.db" 2 >"$tmp/replay.txt" 2>&1
+    $matrig replay "$tmp/linked.db" "$(sqlite3 "$tmp/linked.db" 'select id from landings where board_landing = 1')" >"$tmp/replay.txt" 2>&1
     local status=$?
     cat "$tmp/replay.txt"
     [ $status = 0 ]
@@ -189,5 +208,9 @@ check "the first measures what it measures alone" as_without_the_other
 check "in the report each board's movement is its own" not_added_up
 check "the live view of the campaign shows one of them" shown_alone
 check "a command speaks with one board" one_is_spoken_with
+check "two boards for 6 s" pair
+check "serial lines of the wrong boards are told, and exit 3" lines_exchanged
+check "a board that is another one ends its own log alone" one_is_exchanged_for_another
+check "both boards of one log are imported, one after the other" imports_both
 check "the second is played again, at its base" plays_again
 finish
