@@ -120,8 +120,8 @@ static enum mr_status obey(struct collector *collector, struct side *side,
     return status == MR_OK ? move_frames(collector, side, before, mark, error) : status;
 }
 
-/* Who a stranger says that it is: where the board itself never speaks on CAN it is the board that is
- * there, and the serial line another's. */
+/* Who a stranger says that it is: where the board itself never speaks on CAN it is the board there,
+ * and the serial line another's. */
 static void note_identity(struct side *side, const struct mr_message *message)
 {
     if (message->place != MR_PLACE_BOARD_UID)
