@@ -312,6 +312,18 @@ static enum mr_status open_lines(struct logger *logger, const char *given, struc
     return status;
 }
 
+/* The line of the only board; a comma is of several, unless it is in the name of a file. */
+static enum mr_status open_line(struct logger *logger, const char *given, struct error *error)
+{
+    const char *path = strchr(given, ':');
+    if (strchr(given, ',') && access(given, F_OK) != 0 && access(path ? path + 1 : "", F_OK) != 0)
+        return error_set(error, MR_USAGE,
+                         "serial lines of several boards: %s; name their bases too, as --can "
+                         "can0@0,0x190",
+                         given);
+    return open_link(logger, logger_link_of(0, LINK_SERIAL), given, error);
+}
+
 /* What is said of a board alone names it alone. */
 static enum mr_status name_boards(struct logger *logger, struct error *error)
 {
@@ -351,7 +363,7 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
         status = name_boards(logger, error);
     if (status == MR_OK && serial)
         status = logger->boards > 1 ? open_lines(logger, serial, error)
-                                    : open_link(logger, 1, serial, error);
+                                    : open_line(logger, serial, error);
     if (status == MR_OK && !logger->store)
         status = open_store(logger, db, error);
     return status;

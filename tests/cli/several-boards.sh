@@ -199,6 +199,7 @@ check "no board at a base: told, and the other one kept" nobody_there
 check "cut off, and the same bus again" killed_and_gone_on
 check "boards that would share identifiers are refused" refuses 'share identifiers \(0x100\)' --can "file:$tmp/bus.can@0,0x80"
 check "more serial lines than boards" refuses 'more serial lines than boards' --can "file:$tmp/bus.can@0,0x190" --serial "file:$tmp/a.serial,file:$tmp/b.serial,file:$tmp/b.serial"
+check "serial lines of several boards need their bases" refuses 'serial lines of several boards: .*--can can0@0,0x190' --serial "file:$tmp/a.serial,file:$tmp/b.serial"
 check "the live view is of one board" refuses '--live shows one board' --can "file:$tmp/bus.can@0,0x190" --live 0
 check "a board's base is set over its serial port" sets_its_base
 check "two boards linked on one bus, and one log" linked
