@@ -140,7 +140,7 @@ void configround_block(struct telemetry *telemetry, const float *slack_in, uint3
     struct configround *round = &telemetry->round;
     if (!round->bursting && !DUE(ITEM, index))
         return;
-    if (round->bursting && !telemetry_may_burst())
+    if (round->bursting && !telemetry_may_burst(telemetry))
         return;
     for (unsigned n = 0; !round->bursting && n < ITEMS && is_not_fitted(round->item); n++)
         round->item = next_item(round->item);

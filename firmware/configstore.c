@@ -217,8 +217,8 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool l
 void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked)
 {
     store->telling = store->telling && !locked;
-    for (unsigned i = 0; store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_may_burst();
-         i++) {
+    for (unsigned i = 0;
+         store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_may_burst(telemetry); i++) {
         TELL(telemetry, store->tell_serial ? TO_SERIAL : TO_CAN, config_image, CONFIG_IMAGE,
              .offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
              .value = word_at(store->image, store->tell_next));

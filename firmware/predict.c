@@ -185,7 +185,7 @@ static void go_on_saying_risk(struct predict *p, struct telemetry *telemetry)
 
 static void go_on_saying(struct predict *p, struct telemetry *telemetry)
 {
-    if (!telemetry_may_burst())
+    if (!telemetry_may_burst(telemetry))
         return;
     go_on_saying_risk(p, telemetry);
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {

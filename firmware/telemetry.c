@@ -62,9 +62,12 @@ bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
     return queued;
 }
 
-bool telemetry_may_burst(void)
+bool telemetry_may_burst(struct telemetry *telemetry)
 {
-    return board_can_waiting() <= TELEMETRY_BURST_WAITING;
+    unsigned waiting = board_can_waiting();
+    if (waiting == 0)
+        telemetry->refusals = 0;
+    return waiting <= TELEMETRY_BURST_WAITING || ++telemetry->refusals > TELEMETRY_REFUSALS_MOST;
 }
 
 bool telemetry_has_box(const struct telemetry *telemetry)

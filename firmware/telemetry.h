@@ -41,6 +41,7 @@ struct telemetry {
     uint16_t serial_bad;
     uint16_t blocks_lost;
 
+    unsigned refusals;           /* of telemetry_may_burst, since nothing waited */
     uint32_t said[2][MR_PLACES]; /* by link, CAN and serial: times a message was meant for it */
     unsigned count_place;        /* whose count is told next */
 
@@ -58,9 +59,11 @@ void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
 bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
                      size_t length);
 /* Now what is told in a row may go on: not while more frames than these wait for the bus, which
- * another board may fill. Readings need the rest of the queue. */
+ * another board may fill; readings need the rest of the queue. A bus that stays full is not waited
+ * for: after so many refusals, a second or so, serial must have it, whatever CAN drops. */
 #define TELEMETRY_BURST_WAITING 64u
-bool telemetry_may_burst(void);
+#define TELEMETRY_REFUSALS_MOST 1500u
+bool telemetry_may_burst(struct telemetry *telemetry);
 /* There is a black box, so that TO_CONFIGURATION leads somewhere. */
 bool telemetry_has_box(const struct telemetry *telemetry);
 

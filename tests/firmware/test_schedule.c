@@ -166,11 +166,20 @@ static void a_burst_waits_for_the_bus(void **state)
     play(300);
     assert_int_equal(count_frames(MR_ID_CHANNEL), 0);
     assert_int_equal(count_frames(MR_ID_DISPLACEMENT_1_3), 3); /* ten a second while idle */
+    fake.can_waiting = 0;
+    play(1);
     fake.can_waiting = 64;
     fake.sent_count = fake.serial_count = 0;
     play(300);
     assert_in_range(count_frames(MR_ID_CHANNEL), 23, 32); /* and the slow round behind it */
     assert_in_range(count_frames(MR_ID_SWITCH_PLACE), 24, 32);
+    /* a bus that stays full: serial has it after 2 s */
+    command("state");
+    play(1);
+    fake.can_waiting = 200;
+    fake.sent_count = fake.serial_count = 0;
+    play(2500);
+    assert_in_range(count_frames(MR_ID_CHANNEL), 23, 60);
 }
 
 /* Regular messages are spread: two rows in a block at most, three in one block of a second. */
