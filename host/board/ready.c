@@ -472,6 +472,27 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
 
 /* ---- links and computer ---- */
 
+/* On a bus of several boards what comes at the base given may be another one's. */
+static bool is_on_can(const struct ready_facts *f)
+{
+    const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
+    return (serial[0] | serial[1]) == 0 || (serial[0] == can[0] && serial[1] == can[1]);
+}
+
+static void judge_whose_can(const struct ready_facts *f, struct ready_report *report)
+{
+    char can[IDENTITY_UID_TEXT], serial[IDENTITY_UID_TEXT];
+    identity_uid_text(&f->on_can, can);
+    identity_uid_text(&f->identity, serial);
+    bool told = (f->on_can.uid[0] | f->on_can.uid[1]) != 0;
+    struct ready_check *c = ready_add(report, READY_NO_GO, "CAN",
+                                      "%s at base 0x%03x: board %s, on serial %s",
+                                      told ? "another board" : "others, and not the board,",
+                                      f->can_base, told ? can : "unknown", serial);
+    limit(c, "the board itself");
+    advise(c, "give its base, as can0@0x190, or its own serial line: matrig bus says who is there");
+}
+
 static void judge_can(const struct ready_facts *f, struct ready_report *report)
 {
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
@@ -482,6 +503,10 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     if (!f->can_used) {
         advise(ready_add(report, READY_NOT_DONE, "CAN", "not used here; the board says: %s", state),
                "--can LINK listens");
+        return;
+    }
+    if (f->can_frames > 0 && !is_on_can(f)) {
+        judge_whose_can(f, report);
         return;
     }
     c = ready_add(report, good ? READY_GO : READY_NO_GO, "CAN",

@@ -113,7 +113,9 @@ struct ready_facts {
     struct mr_can_alarm alarm;
     bool restarts_known;
     struct mr_restarts restarts;
-    int64_t can_frames, can_lost, can_dropped;
+    int64_t can_frames, can_lost, can_dropped; /* of this board, or who is at its base */
+    uint16_t can_base;
+    struct identity on_can; /* who speaks there; uid 0: nobody has said it */
     int64_t serial_frames, serial_lost, serial_dropped;
     struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: none since reset */
     uint16_t fault_rise[MR_FAULT_COUNT];   /* while it was looked at */

@@ -149,11 +149,15 @@ static void count_serial(struct readytalk *talk, uint16_t seq)
     talk->seq_known = true;
 }
 
-/* CAN is only listened to: how much of what the board queued came. */
+/* CAN is only listened to: how much of what the board queued came. Others on the bus do not
+ * count. */
 static void count_can(struct readytalk *talk, const struct dialogue_message *message)
 {
     struct mr_can_health health;
     struct ready_facts *f = talk->facts;
+    if (!mr_message_find((uint16_t)message->id))
+        return;
+    identity_take(&f->on_can, message->id, message->payload, message->length);
     if (message->id == MR_ID_CAN_HEALTH &&
         mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
         int64_t lost = (int64_t)(health.sent - talk->can_sent) - talk->can_since;
@@ -189,6 +193,8 @@ void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct r
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
     talk->facts = facts;
+    if (dialogue->link[LINK_CAN])
+        facts->can_base = link_base(dialogue->link[LINK_CAN]);
     talk->until_s = dialogue_now_s(dialogue) + limit_s;
     dialogue_subscribe(dialogue, take, talk);
 }

@@ -220,6 +220,17 @@ static void each_thing_that_is_wrong_is_named(void **state)
     only_no_go("CAN", "1 lost");
     f.can_frames = 0;
     only_no_go("CAN", "0 frames");
+    f.can_frames = 10;
+    f.can_base = 0x190;
+    f.identity.uid[0] = 0x00310042;
+    only_no_go(
+        "CAN",
+        "others, and not the board, at base 0x190: board unknown, on serial 0031004200000000");
+    f.can_frames = 10;
+    f.can_base = 0x190;
+    f.identity.uid[0] = 0x00310042;
+    f.on_can.uid[0] = 0x00310043;
+    only_no_go("CAN", "another board at base 0x190: board 0031004300000000");
     f.serial_dropped = 1;
     only_no_go("serial", "1 dropped");
     snprintf(f.database, sizeof f.database, "read-only");
