@@ -4,6 +4,8 @@
 #include <string.h>
 
 #define ROUND_US    100000u /* a board says the three within a millisecond or two of a free bus */
+#define TWINS_US    10000u  /* a board that restarts says hello again after more */
+#define TWINS_LEAST 2u
 #define VOTES_LEAST 2u
 #define LAYOUT_MOST 255u  /* versions count by ones */
 #define BASE_STEP   0x10u /* of bases that are offered first */
@@ -19,14 +21,29 @@ static bool plausible(const struct mr_hello *hello)
            hello->reset_cause < 2 * MR_RESET_BROWN_OUT;
 }
 
-static void learn_uid(struct busscan_place *place, const uint32_t uid[3])
+/* Of boards that speak at the same time a board_image may stand beside another's board_uid: words 0
+ * and 1 tell chips apart, and a board that speaks `alone` says word 2. */
+static void learn_uid(struct busscan_place *place, const uint32_t uid[3], bool alone)
 {
     for (unsigned i = 0; i < place->uids; i++) {
-        if (memcmp(place->uid[i], uid, sizeof place->uid[i]) == 0)
-            return;
+        if (memcmp(place->uid[i], uid, sizeof place->said_uid[0]) != 0)
+            continue;
+        if (alone)
+            place->uid[i][2] = uid[2];
+        return;
     }
     if (place->uids < BUSSCAN_UIDS)
         memcpy(place->uid[place->uids++], uid, sizeof place->uid[0]);
+}
+
+static void learn_said(struct busscan_place *place, const uint32_t words[2])
+{
+    for (unsigned i = 0; i < place->said; i++) {
+        if (memcmp(place->said_uid[i], words, sizeof place->said_uid[i]) == 0)
+            return;
+    }
+    if (place->said < BUSSCAN_UIDS)
+        memcpy(place->said_uid[place->said++], words, sizeof place->said_uid[0]);
 }
 
 /* A round is whole when each of the three came as often: then they belong together in order. What
@@ -38,7 +55,7 @@ static void close_round(struct busscan_place *place)
         round->images != round->hellos)
         return;
     for (unsigned i = 0; i < round->hellos; i++)
-        learn_uid(place, round->uid[i]);
+        learn_uid(place, round->uid[i], round->hellos == 1);
 }
 
 static bool is_over(const struct busscan_round *round, uint64_t now_us)
@@ -68,6 +85,8 @@ static void take_hello(struct busscan_place *place, const struct link_frame *fra
     if (!place || mr_hello_get(&hello, frame->data, frame->length) != MR_OK || !plausible(&hello))
         return;
     round_now(place, frame->host_us)->hellos++;
+    place->twins += place->followed == 1 && frame->host_us >= place->hello_us &&
+                    frame->host_us - place->hello_us < TWINS_US;
     place->hello = hello;
     place->hello_us = frame->host_us;
     place->followed = 1;
@@ -83,6 +102,7 @@ static void take_uid(struct busscan_place *place, const struct link_frame *frame
     if (round->uids < BUSSCAN_UIDS)
         memcpy(round->uid[round->uids], words, sizeof words);
     round->uids++;
+    learn_said(place, words);
     if (place->followed == 1) {
         memcpy(place->following, words, sizeof words);
         place->followed = 2;
@@ -174,7 +194,7 @@ static void add_board(struct busscan_found *found, uint16_t base, struct busscan
         close_round(&place);
     for (unsigned i = 0; place.uids == 0 && i < BUSSCAN_VOTES; i++) {
         if (place.vote[i].votes >= VOTES_LEAST)
-            learn_uid(&place, place.vote[i].uid);
+            learn_uid(&place, place.vote[i].uid, true);
     }
     if (place.uids == 0 || !is_followed(found->scan, base) || found->count == BUSSCAN_BOARDS)
         return;
@@ -186,6 +206,36 @@ static void add_board(struct busscan_found *found, uint16_t base, struct busscan
         uint16_t id = mr_can_to_bus(messages[m].id, base);
         board->frames += found->scan->heard[id][messages[m].length];
     }
+}
+
+/* Whether another board's messages have the identifier of hello or board_uid of this one. */
+static bool is_mixed(const struct busscan_found *found, const struct busscan_board *self)
+{
+    for (unsigned i = 0; i < found->count; i++) {
+        const struct busscan_board *other = &found->board[i];
+        uint16_t hello = mr_can_to_bus(MR_ID_HELLO, self->base),
+                 uid = mr_can_to_bus(MR_ID_BOARD_UID, self->base);
+        if (other != self && (mr_message_find(mr_can_from_bus(hello, other->base)) ||
+                              mr_message_find(mr_can_from_bus(uid, other->base))))
+            return true;
+    }
+    return false;
+}
+
+/* Boards that speak at the same time spoil each other's messages, so that few rounds are whole:
+ * a second board_uid, or two hellos at once, are of another board all the same. */
+static void look_for_more(struct busscan_found *found, struct busscan_board *board)
+{
+    const struct busscan_place *place = &found->scan->place[board->base];
+    bool several = place->said > 1 || place->twins >= TWINS_LEAST;
+    board->more = !is_mixed(found, board) &&
+                  (place->said > board->uids || (several && board->uids == 1) ||
+                   place->said == BUSSCAN_UIDS);
+}
+
+bool busscan_is_shared(const struct busscan_board *board)
+{
+    return board->uids > 1 || board->more;
 }
 
 /* Whether a frame of this length is what a board that was found says, or is told. */
@@ -205,6 +255,8 @@ void busscan_find(const struct busscan *scan, struct busscan_found *found)
     *found = (struct busscan_found){.scan = scan};
     for (unsigned base = 0; base <= MR_CAN_BASE_MOST; base++)
         add_board(found, (uint16_t)base, scan->place[base]);
+    for (unsigned i = 0; i < found->count; i++)
+        look_for_more(found, &found->board[i]);
     for (unsigned id = 0; id <= MR_CAN_ID_MOST; id++) {
         for (unsigned length = 0; length <= BUSSCAN_REMOTE; length++) {
             if (scan->heard[id][length] && !is_of_board(found, (uint16_t)id, length))
@@ -217,7 +269,7 @@ void busscan_leave(struct busscan_found *found, uint16_t base, const struct iden
 {
     for (unsigned i = 0; i < found->count; i++) {
         struct busscan_board *board = &found->board[i];
-        board->leaving = board->base == base && board->uids == 1 &&
+        board->leaving = board->base == base && !busscan_is_shared(board) &&
                          memcmp(board->who[0].uid, who->uid, sizeof who->uid) == 0;
     }
 }

@@ -20,12 +20,12 @@
 
 #define BUSSCAN_LEAST_S 1.5 /* to hear each board's hello whole */
 #define BUSSCAN_BOARDS  16u
-#define BUSSCAN_UIDS    2u /* at one base: more are not told apart */
+#define BUSSCAN_UIDS    8u /* at one base: more are not told apart */
 #define BUSSCAN_VOTES   4u
 #define BUSSCAN_REMOTE  9u /* the lengths 0 to 8, then this */
 
-/* hello, board_uid and board_image of one base, until none comes for a while. Two boards that speak
- * at the same time have two of each in it. */
+/* hello, board_uid and board_image of one base, until none comes for a while. Boards that speak at
+ * the same time have one of each in it for each board. */
 struct busscan_round {
     uint64_t last_us;
     unsigned hellos, uids, images;
@@ -42,6 +42,9 @@ struct busscan_vote {
 struct busscan_place {
     unsigned uids; /* different ones, of whole rounds */
     uint32_t uid[BUSSCAN_UIDS][3];
+    unsigned said; /* different board_uid of any round, BUSSCAN_UIDS at most */
+    uint32_t said_uid[BUSSCAN_UIDS][2];
+    unsigned twins; /* hellos that followed another at once: one board says its board_uid first */
     struct mr_hello hello; /* the newest */
     struct busscan_round round;
     /* without whole rounds, as another board's messages have these identifiers too */
@@ -51,7 +54,7 @@ struct busscan_place {
     uint32_t following[3];
 };
 
-/* 250 KB. All zero before the first frame. */
+/* 360 KB. All zero before the first frame. */
 struct busscan {
     uint64_t first_us, last_us;
     uint64_t frames; /* data and remote frames of 11-bit identifiers */
@@ -69,6 +72,7 @@ struct busscan_board {
     struct mr_hello hello;
     unsigned uids; /* 2: two boards have this base */
     struct identity who[BUSSCAN_UIDS];
+    bool more;       /* have it than are told apart in `who` */
     uint64_t frames; /* of its messages, those to it too */
     bool leaving;    /* set by who gives it another base: it is in nobody's way */
 };
@@ -80,6 +84,8 @@ struct busscan_found {
     uint32_t stray[MR_CAN_ID_MOST + 1]; /* frames that are of no board: their length, too */
 };
 void busscan_find(const struct busscan *scan, struct busscan_found *found);
+/* Whether several boards have the base of this one. */
+bool busscan_is_shared(const struct busscan_board *board);
 /* The board with this uid, when it is alone at this base, leaves it. */
 void busscan_leave(struct busscan_found *found, uint16_t base, const struct identity *who);
 
@@ -96,7 +102,7 @@ struct busscan_conflict {
  * there are. */
 size_t busscan_conflicts(const struct busscan_found *found, uint16_t base,
                          struct busscan_conflict *list, size_t most);
-/* Those of a board that was found, but for what two boards of one base share. */
+/* Those of a board that was found, but for what boards of one base share. */
 size_t busscan_conflicts_of(const struct busscan_found *found, const struct busscan_board *board,
                             struct busscan_conflict *list, size_t most);
 /* "0x370 clock (8 frames of no board), ...", cut after some. */

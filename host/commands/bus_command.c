@@ -1,5 +1,6 @@
 /* matrig bus: who is on a CAN bus, who is in whose way, and where one more board could go. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -79,6 +80,20 @@ static void add_collision(struct answer *answer, const char *kind, uint16_t base
     answer_words(answer, "text", "what", "%s", text);
 }
 
+static void base_text(const struct busscan_board *board, char *out, size_t size)
+{
+    if (board->more)
+        snprintf(out, size,
+                 "more boards have it than are told apart (%u): give all but one another, over "
+                 "their serial ports",
+                 board->uids);
+    else if (board->uids > 2)
+        snprintf(out, size, "%u boards have it: give all but one another, over their serial ports",
+                 board->uids);
+    else
+        snprintf(out, size, "two boards have it: give one of them another, over its serial port");
+}
+
 /* How many. */
 static unsigned collisions_answer(struct heard *heard, struct answer *answer)
 {
@@ -88,9 +103,9 @@ static unsigned collisions_answer(struct heard *heard, struct answer *answer)
     for (unsigned i = 0; i < heard->found.count; i++) {
         const struct busscan_board *board = &heard->found.board[i];
         size_t there = busscan_conflicts_of(&heard->found, board, heard->conflict, CONFLICTS_MOST);
-        if (board->uids > 1) {
-            add_collision(answer, "base", board->base, 0,
-                          "two boards have it: give one of them another, over its serial port");
+        if (busscan_is_shared(board)) {
+            base_text(board, ids, sizeof ids);
+            add_collision(answer, "base", board->base, 0, ids);
             collisions++;
         }
         if (there) {
@@ -248,7 +263,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--base", "B", base_text, "may a board have this base? 400 and 0x190 are the same"),
     HELP_NOTE("Tells the boards, each with its base, identifiers that belong to no board, and "
               "bases that are free. A board says\n"
-              "who it is once a second. Exit 1: two boards have one base, an identifier belongs to "
+              "who it is once a second. Exit 1: boards share a base, an identifier belongs to "
               "two, or the base B is not free."),
     HELP_EXAMPLE("matrig bus can:can0 --base 0x190"),
 };

@@ -65,6 +65,16 @@ two_new_boards() {
         grep 'sent the same identifier at the same time' "$tmp/new.err" && told 1 "$tmp/new.log" &&
         in_json 'sorted(b["board"] for b in d["boards"]) == ["005100363736330332343933", "00C700EF3937341331363738"] and [c["kind"] for c in d["collisions"]] == ["base"]'
 }
+# Three and four: few of their rounds are whole.
+more_new_boards() {
+    local more=(--and --board-seed 5 --and --board-seed 6) count
+    for count in 3 4; do
+        [ $count = 3 ] || more+=(--and --board-seed 7)
+        played --elf build/firmware/matrig.elf --can "file:$tmp/more.log" --serial none --for 4 "${more[@]}" 2>"$tmp/more.err" && told 1 "$tmp/more.log" &&
+            grep -q "^  0x000  $count boards have it: give all but one another, over their serial ports$" "$tmp/said" &&
+            in_json "len(set(b['board'] for b in d['boards'])) == $count and [(c['kind'], c['base']) for c in d['collisions']] == [('base', 0)] and not d['good']" || return 1
+    done
+}
 bases_too_near() { # of 92 identifiers 32 are 0x10 beyond another one
     told 1 "$tmp/overlap.log" && in_json '[(c["kind"], c["base"], c["identifiers"]) for c in d["collisions"]] == [("identifiers", 0, 32), ("identifiers", 16, 32)]'
 }
@@ -110,6 +120,7 @@ check "so long as said, of the log's own time" so_long_as_said
 check "a base is held against all that is there, also unheard" a_base_is_held_against_all
 check "two boards of one base are a collision" one_base_twice
 check "and two new boards on one emulated bus" two_new_boards
+check "three and four of them, too" more_new_boards
 check "two bases that share identifiers are one" bases_too_near
 check "what is of no board is counted, and may be one" of_no_board
 check "a silent bus" silence

@@ -225,6 +225,97 @@ static void two_boards_of_one_base_at_once(void **state)
     assert_string_equal(uid_of(0, 1), "003100025847500F42363556");
 }
 
+static void speak_at_once(unsigned boards)
+{
+    for (unsigned i = 0; i < boards; i++)
+        hello(0, 5);
+    for (unsigned i = 0; i < boards; i++)
+        uid(0, (uint8_t)(i + 1));
+    for (unsigned i = 0; i < boards; i++)
+        image(0, (uint8_t)('A' + i));
+    now_us += 1000 * MS;
+}
+
+static void more_boards_of_one_base_at_once(void **state)
+{
+    (void)state;
+    for (int s = 0; s < 3; s++)
+        speak_at_once(4);
+    find();
+    assert_int_equal(found->count, 1);
+    assert_int_equal(found->board[0].uids, 4);
+    assert_false(found->board[0].more);
+    assert_true(busscan_is_shared(&found->board[0]));
+    assert_string_equal(uid_of(0, 2), "003100035847500F43363556");
+}
+
+static void more_boards_than_are_told_apart(void **state)
+{
+    (void)state;
+    for (int s = 0; s < 3; s++)
+        speak_at_once(BUSSCAN_UIDS + 1);
+    find();
+    assert_int_equal(found->count, 1);
+    assert_true(found->board[0].more);
+    assert_true(busscan_is_shared(&found->board[0]));
+}
+
+/* Hellos that are the same bits at the same time are one on the wire: no round is whole. */
+static void two_boards_whose_hellos_are_one(void **state)
+{
+    (void)state;
+    for (int s = 0; s < 3; s++) {
+        hello(0, 5);
+        uid(0, 1);
+        uid(0, 2);
+        image(0, 'B');
+        image(0, 'A');
+        now_us += 1000 * MS;
+    }
+    find();
+    assert_int_equal(found->count, 1);
+    assert_true(busscan_is_shared(&found->board[0]));
+}
+
+/* One board_uid alone gets through: two hellos 0.2 ms apart are of two boards. */
+static void hellos_of_boards_that_are_not_told_apart(void **state)
+{
+    (void)state;
+    for (int s = 0; s < 3; s++) {
+        hello(0, 5);
+        now_us += 200;
+        hello(0, 5);
+        uid(0, 1);
+        image(0, ' ');
+        now_us += 1000 * MS;
+    }
+    find();
+    assert_int_equal(found->board[0].uids, 1);
+    assert_true(busscan_is_shared(&found->board[0]));
+}
+
+/* It says hello again 19 ms after its reset, whatever it had said before. */
+static void a_board_that_restarts_is_one(void **state)
+{
+    (void)state;
+    for (int s = 0; s < 5; s++) {
+        hello(0, 5);
+        now_us += 19 * MS;
+        hello(0, 5);
+        uid(0, 1);
+        now_us += 19 * MS;
+        hello(0, 5);
+        uid(0, 1);
+        image(0, ' ');
+        now_us += 19 * MS;
+        second_of(0, 1);
+        now_us += (s % 2 ? 0 : 1000) * MS;
+    }
+    find();
+    assert_int_equal(found->count, 1);
+    assert_false(busscan_is_shared(&found->board[0]));
+}
+
 /* Readings of a board at 0xf0, 250 a second, have the identifiers of hello and what follows it. */
 static void a_board_whose_identifiers_are_shared(void **state)
 {
@@ -247,8 +338,9 @@ static void a_board_whose_identifiers_are_shared(void **state)
     find();
     assert_int_equal(found->count, 2);
     assert_string_equal(uid_of(0, 0), "003100015847500F20363556");
-    assert_int_equal(found->board[0].uids, 1);
     assert_int_equal(found->board[1].base, 0xf0);
+    for (unsigned i = 0; i < 2; i++)
+        assert_false(busscan_is_shared(&found->board[i]));
     assert_true(busscan_conflicts_of(found, &found->board[0], NULL, 0) > 3);
     struct busscan_conflict conflict[CATALOGUE];
     size_t there = busscan_conflicts_of(found, &found->board[1], conflict, CATALOGUE);
@@ -359,6 +451,11 @@ int main(void)
         cmocka_unit_test_setup_teardown(what_a_hello_is, begin, end),
         cmocka_unit_test_setup_teardown(two_boards_of_one_base, begin, end),
         cmocka_unit_test_setup_teardown(two_boards_of_one_base_at_once, begin, end),
+        cmocka_unit_test_setup_teardown(more_boards_of_one_base_at_once, begin, end),
+        cmocka_unit_test_setup_teardown(more_boards_than_are_told_apart, begin, end),
+        cmocka_unit_test_setup_teardown(two_boards_whose_hellos_are_one, begin, end),
+        cmocka_unit_test_setup_teardown(hellos_of_boards_that_are_not_told_apart, begin, end),
+        cmocka_unit_test_setup_teardown(a_board_that_restarts_is_one, begin, end),
         cmocka_unit_test_setup_teardown(a_board_whose_identifiers_are_shared, begin, end),
         cmocka_unit_test_setup_teardown(conflicts_of_a_base, begin, end),
         cmocka_unit_test_setup_teardown(another_length_or_a_remote_frame_is_of_no_board, begin,
