@@ -29,15 +29,13 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
 
 static enum mr_status check_one_board(const char *can, struct error *error)
 {
-    char plain[LINK_SPEC_MAX];
-    struct link_bases bases;
-    snprintf(plain, sizeof plain, "%s", can);
-    if (link_take_bases(plain, &bases, error) != MR_OK || bases.count == 1)
+    unsigned boards;
+    if (link_count_boards(can, &boards, error) != MR_OK || boards == 1)
         return error->status;
     return error_set(error, MR_USAGE,
                      "one board is spoken with: %s names %u; leave one base, or use matrig log for "
                      "all",
-                     can, bases.count);
+                     can, boards);
 }
 
 enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,

@@ -400,16 +400,14 @@ struct request {
 /* The live page has room for one board. */
 static enum mr_status check_live(const struct request *request, struct error *error)
 {
-    char plain[LINK_SPEC_MAX];
-    struct link_bases bases;
+    unsigned boards;
     if (!request->live || !request->can)
         return MR_OK;
-    snprintf(plain, sizeof plain, "%s", request->can);
-    if (link_take_bases(plain, &bases, error) != MR_OK || bases.count == 1)
+    if (link_count_boards(request->can, &boards, error) != MR_OK || boards == 1)
         return error->status;
     return error_set(error, MR_USAGE,
                      "--live shows one board: %s names %u; leave --live out, or name one",
-                     request->can, bases.count);
+                     request->can, boards);
 }
 
 static int log_command(int argc, char **argv, const struct cli *cli)

@@ -6,6 +6,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/link/link.h"
+
 _Static_assert(LINK_BASES_TEXT > 1u + LINK_BOARDS * sizeof "0x190", "room for all bases");
 
 enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
@@ -78,6 +80,16 @@ enum mr_status link_take_bases(char *spec, struct link_bases *bases, struct erro
     }
     *at = '\0';
     return check_apart(bases, whole, error);
+}
+
+enum mr_status link_count_boards(const char *spec, unsigned *boards, struct error *error)
+{
+    char plain[LINK_SPEC_MAX];
+    struct link_bases bases;
+    snprintf(plain, sizeof plain, "%s", spec);
+    enum mr_status status = link_take_bases(plain, &bases, error);
+    *boards = bases.count;
+    return status;
 }
 
 void link_bases_text(const struct link_bases *bases, char out[LINK_BASES_TEXT])

@@ -22,6 +22,9 @@ struct link_bases {
  * MR_USAGE: no base, or boards that would share an identifier. */
 enum mr_status link_take_bases(char *spec, struct link_bases *bases, struct error *error);
 
+/* How many boards a LINK names. Errors as link_take_bases. */
+enum mr_status link_count_boards(const char *spec, unsigned *boards, struct error *error);
+
 /* A base as people write it, decimal or 0x190, all of `text`. MR_USAGE: none; `where` names the
  * text's place. */
 enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
