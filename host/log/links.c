@@ -83,7 +83,7 @@ static enum mr_status take_frame(struct logger *logger, const struct link_frame 
             status = collector_frame(logger->board[i].collector, frame, error);
         return status;
     }
-    for (unsigned i = 0; i < logger->boards; i++) {
+    for (unsigned i = 1; i < logger->boards; i++) { /* no identifier is two boards' */
         if (is_of(frame, logger->board[i].base))
             board = &logger->board[i];
     }

@@ -102,6 +102,9 @@ static inline unsigned logger_link_of(unsigned board, enum link_kind kind)
 {
     return kind == LINK_CAN ? 0 : 1 + board;
 }
+/* The board has said hello; any of them has. */
+bool logger_heard(const struct logger *logger, unsigned board);
+bool logger_heard_any(const struct logger *logger);
 /* What several boards need to be told apart: " at 0x190", else nothing. */
 #define LOGGER_AT_TEXT 16u
 void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER_AT_TEXT]);

@@ -20,6 +20,21 @@ void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER
         snprintf(out, LOGGER_AT_TEXT, " at 0x%03x", logger->board[board].base);
 }
 
+bool logger_heard(const struct logger *logger, unsigned board)
+{
+    struct collector_progress p;
+    collector_progress(logger->board[board].collector, &p);
+    return p.hello;
+}
+
+bool logger_heard_any(const struct logger *logger)
+{
+    bool any = false;
+    for (unsigned i = 0; i < logger->boards; i++)
+        any |= logger_heard(logger, i);
+    return any;
+}
+
 void logger_clear_progress(const struct logger *logger)
 {
     if (!logger->cli->quiet && cli_terminal())
@@ -341,12 +356,7 @@ static enum mr_status check_board(const struct logger *logger, unsigned i, bool 
 enum mr_status logger_check_heard(const struct logger *logger, struct error *error)
 {
     enum mr_status status = MR_OK;
-    bool any = false;
-    for (unsigned i = 0; i < logger->boards; i++) {
-        struct collector_progress p;
-        collector_progress(logger->board[i].collector, &p);
-        any |= p.hello;
-    }
+    bool any = logger_heard_any(logger);
     for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
         status = check_board(logger, i, any, error);
     for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
@@ -359,27 +369,21 @@ void logger_note_unheard(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT];
     uint64_t now_us = steady_us();
-    bool heard[LOGGER_BOARDS], any = false;
     if (logger->unheard_us == 0)
         logger->unheard_us = now_us + UNHEARD_US;
     if (now_us < logger->unheard_us || logger->unheard_told)
         return;
     logger->unheard_told = true;
-    for (unsigned i = 0; i < logger->boards; i++) {
-        struct collector_progress p;
-        collector_progress(logger->board[i].collector, &p);
-        heard[i] = p.hello;
-        any |= p.hello;
-    }
+    const bool any = logger_heard_any(logger);
     for (unsigned link = 0; link < LOGGER_LINKS; link++) {
-        if (!logger->open[link] || (link == 0 ? any : heard[link - 1]))
+        if (!logger->open[link] || (link == 0 ? any : logger_heard(logger, link - 1)))
             continue;
         link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
         cli_note(logger->cli, "%s", text);
     }
     for (unsigned i = 0; i < logger->boards && any; i++) {
-        if (!heard[i])
+        if (!logger_heard(logger, i))
             cli_note(logger->cli, "no board at base 0x%03x until now: %s", logger->board[i].base,
                      logger->board[i].can);
     }

@@ -91,10 +91,8 @@ static void send_it(struct logger *logger)
     typed->sent = 0;
     typed->until_us = steady_us() + ANSWER_US;
     for (unsigned i = 0; i < logger->boards; i++) {
-        struct collector_progress p;
-        collector_progress(logger->board[i].collector, &p);
         logger_at_text(logger, i, at);
-        if (!p.hello || logger->board[i].over) {
+        if (!logger_heard(logger, i) || logger->board[i].over) {
             say(logger, "%s: no board%s: nothing was sent there\n",
                 mr_command_name(typed->command.code), at);
             continue;
@@ -196,18 +194,6 @@ static void take_answer(struct logger *logger, unsigned i)
     }
 }
 
-/* A board has said hello. */
-static bool any_is_there(const struct logger *logger)
-{
-    for (unsigned i = 0; i < logger->boards; i++) {
-        struct collector_progress p;
-        collector_progress(logger->board[i].collector, &p);
-        if (p.hello)
-            return true;
-    }
-    return false;
-}
-
 void typed_turn(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
@@ -222,7 +208,7 @@ void typed_turn(struct logger *logger)
     }
     if (typed->asked && steady_us() > typed->until_us)
         take_reply(logger, "");
-    bool there = any_is_there(logger);
+    bool there = logger_heard_any(logger);
     /* a script's commands wait for the board; who types is told */
     bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))
