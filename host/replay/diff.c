@@ -170,6 +170,14 @@ struct walk {
     int64_t first_block; /* of the list's own count */
 };
 
+static void begin_walks(const struct comparing *c, int link, struct walk *old, struct walk *new)
+{
+    const int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
+    const struct answer *from = c->recorded->message[link], *again = c->replayed->message[link];
+    *old = (struct walk){from, from + c->recorded->messages[link], 0, armed};
+    *new = (struct walk){again, again + c->replayed->messages[link], shift, armed - shift};
+}
+
 static const struct answer *next(struct walk *walk, const struct mr_message_info *info)
 {
     for (; walk->at < walk->end; walk->at++) {
@@ -221,12 +229,8 @@ static bool same_subject(const struct answer *a, const struct answer *b)
 
 static void compare_messages(struct comparing *c, int link, const struct mr_message_info *info)
 {
-    int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
-    struct walk old = {c->recorded->message[link],
-                       c->recorded->message[link] + c->recorded->messages[link], 0, armed};
-    struct walk new = {c->replayed->message[link],
-                       c->replayed->message[link] + c->replayed->messages[link], shift,
-                       armed - shift};
+    struct walk old, new;
+    begin_walks(c, link, &old, &new);
     int64_t slack = has_own_block(info) && c->options->exact ? 0
                   : field_in_turn(info) && c->late_blocks    ? c->late_blocks
                                                              : PLACE_SLACK_BLOCKS;
@@ -270,15 +274,12 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
  * told in turn and their order is the same. */
 static int64_t late_by(const struct comparing *c, int link, const struct mr_message_info *info)
 {
-    int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block, most = 0;
-    struct walk old = {c->recorded->message[link],
-                       c->recorded->message[link] + c->recorded->messages[link], 0, armed};
-    struct walk new = {c->replayed->message[link],
-                       c->replayed->message[link] + c->replayed->messages[link], shift,
-                       armed - shift};
+    int64_t most = 0;
+    struct walk old, new;
     const struct answer *a, *b;
+    begin_walks(c, link, &old, &new);
     while ((a = next(&old, info)) != NULL && (b = next(&new, info)) != NULL && same_subject(a, b)) {
-        int64_t apart = llabs((long long)(a->block - (b->block + shift)));
+        int64_t apart = llabs((long long)(a->block - (b->block + new.shift)));
         if (apart > LATE_MOST_BLOCKS)
             break;
         most = apart > most ? apart : most;
