@@ -64,10 +64,10 @@ static void take_record(void *context, const uint8_t *record, size_t length, int
 /* Which board is shown. A new log may be of another. */
 static enum mr_status choose_board(struct watch *watch, struct error *error)
 {
-    int64_t base = watch->asked_base, boards = 1;
+    int64_t base = watch->asked_base;
     enum mr_status status = MR_OK;
     if (base < 0)
-        status = store_newest_base(watch->store, &base, &boards, error);
+        status = store_newest_base(watch->store, &base, NULL, error);
     if (status != MR_OK || base == watch->place.base)
         return status;
     watch->session = 0;

@@ -20,7 +20,7 @@ enum mr_status store_newest_base(struct store *store, int64_t *base, int64_t *bo
                                  struct error *error)
 {
     enum mr_status status = STORE_NUMBER(store, error, BASE_NEWEST, base);
-    return status == MR_OK ? STORE_NUMBER(store, error, BASES_NEWEST, boards) : status;
+    return status == MR_OK && boards ? STORE_NUMBER(store, error, BASES_NEWEST, boards) : status;
 }
 
 enum mr_status store_follow_from(struct store *store, int64_t base, int64_t frames,

@@ -12,7 +12,8 @@ struct store_place {
     int64_t session, boot, index; /* of the newest block read */
 };
 
-/* The lowest base of the boards that the newest log is of, and how many there are. */
+/* The lowest base of the boards that the newest log is of, and how many there are (NULL: it is not
+ * asked for). */
 enum mr_status store_newest_base(struct store *store, int64_t *base, int64_t *boards,
                                  struct error *error);
 
