@@ -1,0 +1,52 @@
+#include "host/base/xmalloc.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/status.h"
+
+static void *must_have(void *memory, size_t bytes)
+{
+    if (!memory) {
+        fprintf(stderr, "matrig: out of memory: %zu bytes more\n", bytes);
+        exit(mr_status_exit_code(MR_FULL));
+    }
+    return memory;
+}
+
+void *xmalloc(size_t bytes)
+{
+    return must_have(malloc(bytes ? bytes : 1), bytes);
+}
+
+void *xcalloc(size_t count, size_t bytes)
+{
+    return must_have(calloc(count ? count : 1, bytes ? bytes : 1), count * bytes);
+}
+
+void *xrealloc(void *old, size_t bytes)
+{
+    return must_have(realloc(old, bytes ? bytes : 1), bytes);
+}
+
+char *xstrdup(const char *text)
+{
+    return must_have(strdup(text), strlen(text) + 1);
+}
+
+FILE *xopen_memstream(char **text, size_t *length)
+{
+    return must_have(open_memstream(text, length), BUFSIZ);
+}
+
+char *xasprintf(const char *format, ...)
+{
+    va_list arguments;
+    char *text = NULL;
+    va_start(arguments, format);
+    if (vasprintf(&text, format, arguments) < 0)
+        text = NULL;
+    va_end(arguments);
+    return must_have(text, BUFSIZ);
+}
