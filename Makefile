@@ -31,9 +31,14 @@ ARM_FLAGS := $(ARM_CFLAGS) $(OUR_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sec
 epoch = $(or $(SOURCE_DATE_EPOCH),$(shell git log -1 --format=%ct 2>/dev/null || echo 0))
 export COMMIT
 
+# What is built, a line each: CC host/main.c. The commands themselves: make V=1.
+Q := $(if $(V),,@)
+quiet := $(V)$(findstring s,$(filter-out -%,$(firstword $(MAKEFLAGS))))
+say = $(if $(quiet),,@printf '%-3s %s\n' $(1) $(2);)
+
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
 # A program of what it depends on: $(call link,LIBRARIES)
-link = $(CC) $(CFLAGS) $(LDFLAGS) -Wl,--start-group $(filter %.o %.a,$^) -Wl,--end-group $(1) -o $@
+link = $(call say,LD,$@)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,--start-group $(filter %.o %.a,$^) -Wl,--end-group $(1) -o $@
 
 .PHONY: help
 help: ## every day | list the targets

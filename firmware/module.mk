@@ -33,11 +33,11 @@ $(app_lib): $(call objects,host,$(app_src))
 $(patsubst %,$(B)/arm/firmware/%.o,calibrate configround slowlog selftest): ARM_FLAGS += -Os
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
-	$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
+	$(call say,CC,$<)$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
 define driver_rule
 $(B)/arm/$(1)/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $$(@D)
-	$(ARM)gcc $$(ARM_FLAGS) $(call for_board,$(1)) -fcallgraph-info=su -c $$< -o $$@
+	$$(call say,CC,$$<)$(ARM)gcc $$(ARM_FLAGS) $(call for_board,$(1)) -fcallgraph-info=su -c $$< -o $$@
 endef
 $(foreach board,$(boards),$(eval $(call driver_rule,$(board))))
 
@@ -53,7 +53,7 @@ $(commit): always
 		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
 $(stamp): firmware/stamp/stamp.c common/boards.c common/boards.def common/crc32.c common/image.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
-	$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
+	$(call say,CC,$<)$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
 
 link_image = $(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections
 define image_rule
@@ -61,21 +61,21 @@ $(call board_elf,$(1)): $(call board_objects,$(1))
 $(call bringup_elf,$(1)): $(call bringup_objects,$(1))
 $(call board_elf,$(1)) $(call bringup_elf,$(1)): firmware/f407/matrig.ld $(stamp) $(commit)
 	@mkdir -p $$(@D)
-	$(link_image) -Wl,-Map=$$(@:.elf=.map) $$(filter %.o,$$^) -lm -o $$@
-	$(stamp) $$@ $$$$(cat $(commit))
+	$$(call say,LD,$$@)$(link_image) -Wl,-Map=$$(@:.elf=.map) $$(filter %.o,$$^) -lm -o $$@
+	$(Q)$(stamp) $$@ $$$$(cat $(commit))
 endef
 $(foreach board,$(boards),$(eval $(call image_rule,$(board))))
 .PHONY: bringup
 bringup: $(call bringup_elf,$(BOARD)) ## every day | BOARD=zg: the image that a new board runs first (docs/howto/bring-up.md)
 %.hex: %.elf
-	$(ARM)objcopy -O ihex $< $@
+	$(call say,BIN,$@)$(ARM)objcopy -O ihex $< $@
 %.bin: %.elf
-	$(ARM)objcopy -O binary --gap-fill 0xff $< $@
+	$(call say,BIN,$@)$(ARM)objcopy -O binary --gap-fill 0xff $< $@
 # The same in two parts, 0x08000000 and 0x08010000, for tools that would erase the configuration between them.
 %/vectors.bin: %/matrig.elf
-	$(ARM)objcopy -O binary --gap-fill 0xff -j .vectors $< $@
+	$(call say,BIN,$@)$(ARM)objcopy -O binary --gap-fill 0xff -j .vectors $< $@
 %/program.bin: %/matrig.elf
-	$(ARM)objcopy -O binary --gap-fill 0xff -R .vectors $< $@
+	$(call say,BIN,$@)$(ARM)objcopy -O binary --gap-fill 0xff -R .vectors $< $@
 
 # Worst-case stack from the compiler's own figures; fails when it does not fit its region.
 %/stack.txt: %/matrig.elf firmware/f407/stack.awk

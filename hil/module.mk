@@ -9,15 +9,15 @@ $(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
 	$(call link,$(HIL_LIBS))
 
 $(B)/matrig-board.1: $(B)/matrig-board hil/man.awk
-	$(RUN) $< --help | awk -v version="$$($(RUN) $< --version)" -v date="$$(date -u -d @$(epoch) +%F)" -f hil/man.awk >$@
+	$(call say,GEN,$@)$(RUN) $< --help | awk -v version="$$($(RUN) $< --version)" -v date="$$(date -u -d @$(epoch) +%F)" -f hil/man.awk >$@
 
 # The boot ROM of the emulated board: a small program of its own, carried by matrig-board as bytes.
 $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
 	@mkdir -p $(@D)
-	$(ARM)gcc -std=c11 -Os -g -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -ffreestanding -nostdlib \
+	$(call say,CC,$<)$(ARM)gcc -std=c11 -Os -g -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -ffreestanding -nostdlib \
 		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
 $(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
-	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
+	$(call say,BIN,$@)$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
 $(B)/host/hil/core/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
 $(B)/host/hil/core/bootrom.o: $(B)/hil/bootrom.bin
 

@@ -26,13 +26,13 @@ $(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(study_objects): | $(B)/.study-packages
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
-	$(CC) $(HOST_FLAGS) -c $< -o $@
+	$(call say,CC,$<)$(CC) $(HOST_FLAGS) -c $< -o $@
 
 $(host_lib): $(call objects,host,$(host_src))
 $(study_lib): $(filter-out %/cvode.o,$(study_objects))
 $(B)/host/lib%.a:
 	@rm -f $@
-	$(AR) rcs $@ $^
+	$(call say,AR,$@)$(AR) rcs $@ $^
 
 $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))
@@ -41,6 +41,6 @@ $(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(comm
 
 # Man page and completion, from the table that --help prints. Dated by the commit. RUN: what runs programs of another machine.
 $(B)/matrig.1: $(B)/matrig
-	SOURCE_DATE_EPOCH=$(epoch) $(RUN) $< help --man >$@
+	$(call say,GEN,$@)SOURCE_DATE_EPOCH=$(epoch) $(RUN) $< help --man >$@
 $(B)/matrig.bash: $(B)/matrig
-	$(RUN) $< help --bash >$@
+	$(call say,GEN,$@)$(RUN) $< help --bash >$@

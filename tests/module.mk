@@ -85,13 +85,13 @@ boards: in-build all ## studies | each board's image: size, channels, what landi
 
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 	@mkdir -p $(@D)
-	$(CC) $(HOST_FLAGS) -c $< -o $@
+	$(call say,CC,$<)$(CC) $(HOST_FLAGS) -c $< -o $@
 
 
 # What the drivers' register header defines, for the comparison of layouts.
 $(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.awk
 	@mkdir -p $(@D)
-	awk -f tests/conformance/registers.awk $< >$@
+	$(call say,GEN,$@)awk -f tests/conformance/registers.awk $< >$@
 $(B)/tests/hil/test_layouts.o: $(B)/tests/hil/registers.inc
 $(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
@@ -109,7 +109,7 @@ $(patsubst %,$(B)/tests/hil/test_%,blackbox configuration debug drivers landing 
 # Images of the past (tests/old/README.md).
 $(B)/tests/old/%.elf: tests/old/%.elf.gz
 	@mkdir -p $(@D)
-	gzip -dc $< >$@
+	$(call say,GEN,$@)gzip -dc $< >$@
 $(B)/tests/hil/test_rules: | $(B)/tests/old/339b9da.elf
 test-programs: $(B)/tests/old/339b9da.elf
 # The application on the host too: to say when a warning was due; the configuration that is built in.
@@ -127,23 +127,23 @@ variant_source_changing := firmware/main
 # A header that changes nothing is an error: what it defines has another name by now.
 $(B)/tests/variant/%.elf: tests/variant/%.h $(firmware) $(firmware:.elf=.bin)
 	@mkdir -p $(@D)
-	$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
-	$(link_image) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lm -o $@
-	$(stamp) $@ $$(cat $(commit))
+	$(call say,CC,$<)$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
+	$(call say,LD,$@)$(link_image) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lm -o $@
+	$(Q)$(stamp) $@ $$(cat $(commit))
 	@$(ARM)objcopy -O binary --gap-fill 0xff $@ $(@:.elf=.bin)
 	@! cmp -s $(@:.elf=.bin) $(firmware:.elf=.bin) || { echo "$<: the image is the firmware as it is; what should differ?" >&2; exit 1; }
 
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
-	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
+	$(call say,CC,$<)$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
 # The predictor as the firmware has it.
 $(B)/tests/hil/images/predictor_cost.elf: tests/hil/images/predictor_cost.c tests/hil/images/image.ld tests/hil/images/image.h \
 		$(patsubst %,$(B)/arm/%.o,$(predictor_parts))
 	@mkdir -p $(@D)
-	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib -I. \
+	$(call say,CC,$<)$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib -I. \
 		-T tests/hil/images/image.ld $(filter %.c %.o,$^) -lgcc -o $@
 
 $(B)/tests/conformance/images/%.elf: tests/conformance/images/%.c $(wildcard tests/conformance/images/*.h) tests/conformance/images/image.ld | $(B)/.test-packages
 	@mkdir -p $(@D)
-	$(ARM)gcc -std=gnu11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib \
+	$(call say,CC,$<)$(ARM)gcc -std=gnu11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib \
 		-T tests/conformance/images/image.ld $< -lgcc -o $@

@@ -2,6 +2,6 @@
 closer := $(B)/report/closer.js
 $(closer): host/report/closer.js
 	@mkdir -p $(@D)
-	sed -e 's/^ *//' -e '/^\/\*.*\*\/$$/d' -e '/^\/\*/,/\*\/$$/d' $< >$@
+	$(call say,GEN,$@)sed -e 's/^ *//' -e '/^\/\*.*\*\/$$/d' -e '/^\/\*/,/\*\/$$/d' $< >$@
 $(B)/host/host/report/closer.o: $(closer)
 $(B)/host/host/report/closer.o: HOST_FLAGS += -Wa,-I$(B)/report

@@ -4,5 +4,5 @@ $(B)/tests/link/longlanding: $(B)/tests/link/longlanding.o $(B)/host/host/link/c
 # For LD_PRELOAD: clocks that jump or run fast, a full disk.
 $(B)/tests/link/faults.so: tests/link/faults.c | $(B)/.test-packages
 	@mkdir -p $(@D)
-	$(CC) $(HOST_FLAGS) -shared -fPIC $< -ldl -o $@
+	$(call say,CC,$<)$(CC) $(HOST_FLAGS) -shared -fPIC $< -ldl -o $@
 test-programs: $(B)/tests/link/longlanding $(B)/tests/link/faults.so
