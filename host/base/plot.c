@@ -1,0 +1,329 @@
+#include "host/base/plot.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+
+#include "host/base/output.h"
+#include "host/base/process.h"
+#include "host/base/xmalloc.h"
+
+#define LIMIT_S 120.0
+#define COLUMNS 1000 /* a longer line keeps the least and the greatest value of each */
+
+struct plot {
+    char *title, *text;
+    size_t length;
+    FILE *script; /* one `plot` per panel, with its data */
+    unsigned width, height, columns, panels;
+    char *elements; /* of the panel that is being drawn */
+    size_t elements_length;
+    FILE *list;
+    unsigned blocks, drawn; /* of data in all; series of the panel */
+};
+
+/* In single quotes gnuplot replaces nothing. */
+static void quote(FILE *out, const char *text)
+{
+    fputc('\'', out);
+    for (; *text; text++) {
+        if (*text == '\'')
+            fputc('\'', out);
+        fputc((unsigned char)*text < ' ' ? ' ' : *text, out);
+    }
+    fputc('\'', out);
+}
+
+static void set_text(FILE *out, const char *what, const char *text)
+{
+    fprintf(out, "set %s ", what);
+    quote(out, text ? text : "");
+    fputs(" noenhanced\n", out);
+}
+
+struct plot *plot_new(const char *title, unsigned width, unsigned height, unsigned columns)
+{
+    struct plot *plot = xcalloc(1, sizeof *plot);
+    plot->title = xstrdup(title);
+    plot->script = xopen_memstream(&plot->text, &plot->length);
+    plot->width = width;
+    plot->height = height;
+    plot->columns = columns;
+    return plot;
+}
+
+static void end_panel(struct plot *plot)
+{
+    if (!plot->list)
+        return;
+    fclose(plot->list);
+    /* An empty panel shows its axes. */
+    fprintf(plot->script, "plot %s\n", plot->drawn > 0 ? plot->elements : "NaN notitle");
+    free(plot->elements);
+    plot->list = NULL;
+}
+
+static void set_axis(FILE *out, char name, const struct plot_axis *axis)
+{
+    char what[8];
+    snprintf(what, sizeof what, "%clabel", name);
+    set_text(out, what, axis->label);
+    fprintf(out,
+            axis->log ? "set logscale %c\nset format %c '10^{%%L}'\n"
+                      : "unset logscale %c\nset format %c '%%h'\n",
+            name, name);
+    if (axis->low < axis->high || axis->low > axis->high)
+        fprintf(out, "set %crange [%.9g:%.9g]\n", name, axis->low, axis->high);
+    else
+        fprintf(out, "set %crange [*:*]\n", name);
+}
+
+void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y)
+{
+    end_panel(plot);
+    plot->list = xopen_memstream(&plot->elements, &plot->elements_length);
+    plot->panels++;
+    plot->drawn = 0;
+    fputs("unset label\nunset arrow\n", plot->script);
+    set_text(plot->script, "title", title);
+    set_axis(plot->script, 'x', &x);
+    set_axis(plot->script, 'y', &y);
+}
+
+static void number(FILE *out, double value, char end)
+{
+    if (isfinite(value))
+        fprintf(out, "%.9g%c", value, end);
+    else
+        fprintf(out, "NaN%c", end);
+}
+
+static void row(FILE *out, const struct plot_series *series, size_t i)
+{
+    number(out, series->x[i], ' ');
+    number(out, series->y[i], series->high ? ' ' : '\n');
+    if (series->high)
+        number(out, series->high[i], '\n');
+}
+
+/* Samples [from, to) of a longer line: the least and the greatest value in their order; of a band
+ * its outline. A NaN stands for all of them. */
+static void thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
+{
+    const double *high = series->high ? series->high : series->y;
+    size_t least = from, most = from;
+    for (size_t i = from; i < to; i++) {
+        if (isnan(series->y[i])) {
+            row(out, series, i);
+            return;
+        }
+        least = series->y[i] < series->y[least] ? i : least;
+        most = high[i] > high[most] ? i : most;
+    }
+    if (series->high) {
+        number(out, series->x[from], ' ');
+        number(out, series->y[least], ' ');
+        number(out, high[most], '\n');
+        return;
+    }
+    row(out, series, least < most ? least : most);
+    row(out, series, least < most ? most : least);
+}
+
+static void data(struct plot *plot, const struct plot_series *series)
+{
+    bool may_thin = series->kind == PLOT_LINE || series->kind == PLOT_BAND;
+    size_t step = may_thin ? series->count / COLUMNS : 0;
+    fprintf(plot->script, "$d%u << EOD\n", plot->blocks);
+    for (size_t i = 0; i < series->count && step <= 2; i++)
+        row(plot->script, series, i);
+    for (size_t i = 0; i < series->count && step > 2; i += step)
+        thinned_rows(plot->script, series, i, i + step < series->count ? i + step : series->count);
+    if (step > 2)
+        row(plot->script, series, series->count - 1);
+    fputs("EOD\n", plot->script);
+}
+
+static void rules(struct plot *plot, const struct plot_series *series, const char *look)
+{
+    for (size_t i = 0; i < series->count; i++) {
+        if (series->kind == PLOT_RULES)
+            fprintf(plot->script, "set arrow from %.9g,graph 0 to %.9g,graph 1 nohead %s\n",
+                    series->x[i], series->x[i], look);
+        else
+            fprintf(plot->script,
+                    "set arrow from graph 0,first %.9g to graph 1,first %.9g nohead %s\n",
+                    series->y[i], series->y[i], look);
+    }
+}
+
+void plot_draw(struct plot *plot, const struct plot_series *series)
+{
+    static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
+                                                      "#a67c00", "#222222", "#56b4e9", "#8a9099"};
+    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* gnuplot's; one less: open */
+    int shape = shapes[series->shape % PLOT_SHAPES] - series->open;
+    char look[48];
+    if (series->count == 0)
+        return;
+    snprintf(look, sizeof look, "lc rgb '%s' lw 1.4 dt %d", colours[series->colour % PLOT_COLOURS],
+             series->dashed ? 2 : 1);
+    if (plot->drawn++ > 0)
+        fputs(", ", plot->list);
+    if (series->kind == PLOT_RULES || series->kind == PLOT_LEVELS) {
+        rules(plot, series, look);
+        fprintf(plot->list, "NaN with lines %s", look);
+    } else {
+        data(plot, series);
+        fprintf(plot->list, "$d%u ", plot->blocks++);
+    }
+    if (series->kind == PLOT_LINE)
+        fprintf(plot->list, "with lines %s", look);
+    else if (series->kind == PLOT_POINTS)
+        fprintf(plot->list, "with points %s pt %d ps 0.6", look, shape);
+    else if (series->kind == PLOT_LINE_POINTS)
+        fprintf(plot->list, "with linespoints %s pt %d ps 0.6", look, shape);
+    else if (series->kind == PLOT_BAND)
+        fprintf(plot->list, "using 1:2:3 with filledcurves %s fs transparent solid 0.22 noborder",
+                look);
+    fputs(" title ", plot->list);
+    quote(plot->list, series->key ? series->key : "");
+}
+
+void plot_label(struct plot *plot, double x, double y, bool left, const char *text)
+{
+    fputs("set label ", plot->script);
+    quote(plot->script, text);
+    fprintf(plot->script, " at %.9g,%.9g %s noenhanced offset %s,0.3\n", x, y,
+            left ? "right" : "left", left ? "-0.6" : "0.6");
+}
+
+/* What chooses gnuplot's terminal; NULL: another ending. */
+static const char *terminal_of(const char *path)
+{
+    static const char *const endings[][2] = {
+        {".svg", "set terminal svg size %u,%u font 'Helvetica,12' background 'white'\n"},
+        {".png", "set terminal pngcairo size %u,%u font 'Sans,9'\n"},
+        {".pdf", "set terminal pdfcairo size %u/96.,%u/96. font 'Sans,9'\n"}};
+    const char *ending = strrchr(path, '.');
+    for (size_t i = 0; ending && i < sizeof endings / sizeof endings[0]; i++) {
+        if (strcmp(ending, endings[i][0]) == 0)
+            return endings[i][1];
+    }
+    return NULL;
+}
+
+static void print_script(FILE *out, const struct plot *plot, const char *terminal)
+{
+    unsigned columns = plot->panels < plot->columns ? plot->panels : plot->columns;
+    fprintf(out, terminal, plot->width, plot->height);
+    fputs("set encoding utf8\nset grid lc rgb '#d4d8dc' lw 1 dt 1\nset border lc rgb '#444444'\n"
+          "set key above noenhanced width 1 samplen 2\nset tics nomirror\n",
+          out);
+    fprintf(out, "set multiplot layout %u,%u ",
+            columns > 0 ? (plot->panels + columns - 1) / columns : 1, columns > 0 ? columns : 1);
+    fputs("title ", out);
+    quote(out, plot->title);
+    fputs(" noenhanced\n", out);
+    fwrite(plot->text, 1, plot->length, out);
+    fputs("unset multiplot\n", out);
+}
+
+/* Runs gnuplot from one stream into others. Returns its exit code, 127: there is none. */
+static int run(const char *const words[], FILE *in, FILE *out, FILE *errors, struct error *error)
+{
+    const int streams[3] = {fileno(in), fileno(out), fileno(errors)};
+    pid_t child;
+    int status = 0;
+    if (process_start(words, streams, &child, error) != MR_OK)
+        return -1;
+    return process_wait(child, LIMIT_S, &status) && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/* The script's picture to `picture`. */
+static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
+{
+    static const char *const words[] = {"/usr/bin/env", "gnuplot", "--default-settings", NULL};
+    FILE *errors = tmpfile();
+    char line[200] = "", next[200];
+    if (!errors)
+        return error_set(error, MR_IO, "cannot draw: no temporary file; see TMPDIR");
+    int code = run(words, script, picture, errors, error);
+    rewind(errors);
+    while (fgets(next, sizeof next, errors)) {
+        if (strspn(next, " \t^\n") < strlen(next))
+            snprintf(line, sizeof line, "%.*s", (int)strcspn(next, "\n"), next);
+    }
+    fclose(errors);
+    if (code == 127)
+        return error_set(error, MR_IO, "gnuplot is missing; apt install gnuplot-nox");
+    if (code != 0)
+        return error_set(error, MR_IO, "gnuplot failed: %s", *line ? line : "it did not end");
+    return error->status;
+}
+
+static void copy(FILE *from, FILE *to)
+{
+    char bytes[65536];
+    size_t count;
+    rewind(from);
+    while ((count = fread(bytes, 1, sizeof bytes, from)) > 0)
+        fwrite(bytes, 1, count, to);
+}
+
+static void plot_free(struct plot *plot)
+{
+    free(plot->title);
+    free(plot->text);
+    free(plot);
+}
+
+static enum mr_status check_ending(const char *path, struct error *error)
+{
+    return terminal_of(path)
+             ? MR_OK
+             : error_set(error, MR_USAGE, "a plot is a .svg, .png or .pdf file: %s", path);
+}
+
+enum mr_status plot_write(struct plot *plot, const char *path, bool force, struct error *error)
+{
+    struct output output;
+    FILE *script = tmpfile(), *picture = tmpfile();
+    end_panel(plot);
+    fclose(plot->script);
+    if (!script || !picture)
+        error_set(error, MR_IO, "cannot draw: no temporary file; see TMPDIR");
+    else if (check_ending(path, error) == MR_OK) {
+        print_script(script, plot, terminal_of(path));
+        rewind(script);
+        if (gnuplot(script, picture, error) == MR_OK &&
+            output_begin(&output, path, force, error) == MR_OK) {
+            copy(picture, output.file);
+            output_end(&output, error);
+        }
+    }
+    if (script)
+        fclose(script);
+    if (picture)
+        fclose(picture);
+    plot_free(plot);
+    return error->status;
+}
+
+enum mr_status plot_check(const char *path, bool force, const char *input, struct error *error)
+{
+    if (!path)
+        return MR_OK;
+    if (check_ending(path, error) == MR_OK && output_check(path, force, input, error) == MR_OK) {
+        FILE *nothing = tmpfile(), *picture = tmpfile();
+        if (nothing && picture)
+            gnuplot(nothing, picture, error);
+        if (nothing)
+            fclose(nothing);
+        if (picture)
+            fclose(picture);
+    }
+    return error->status;
+}
