@@ -48,7 +48,7 @@ help: ## every day | list the targets
 all: ## every day | build firmware images, matrig, matrig-study and matrig-board
 
 include packages.mk
-include $(addsuffix /module.mk,common hil host host/live host/report firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
+include $(addsuffix /module.mk,common hil host host/base host/report firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
 
 all: $(images) $(stacks) $(board_tables) $(programs) $(studies) $(manuals)
 
@@ -71,7 +71,7 @@ install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies))
 	$(call put,share/matrig/runs,$(wildcard tests/runs/*.run) hil/rest.run) \
 	$(call put,share/man/man1,$(filter %.1,$(manuals))) share/bash-completion/completions/matrig:$(B)/matrig.bash \
 	$(foreach file,$(papers),share/doc/matrig/$(file):$(file)) \
-	share/doc/matrig/LICENCES.md:docs/licences.md share/doc/matrig/LICENSE.uPlot:$(dir $(uplot))../LICENSE
+	share/doc/matrig/LICENCES.md:docs/licences.md share/doc/matrig/LICENSE.dygraphs:$(dygraphs_licence)
 # Folders that hold nothing else.
 install_own := libexec/matrig share/matrig share/doc/matrig
 .PHONY: install
@@ -84,7 +84,7 @@ uninstall: ## every day | PREFIX=/usr/local DESTDIR=: take away what install put
 	@for folder in $(install_own); do rm -rf "$(installed)/$$folder"; done
 
 .PHONY: deb
-deb: in-build $(B)/.deb-packages $(uplot) ## longer | Debian packages matrig, matrig-board, matrig-study of the sources as they stand: build/deb
+deb: in-build $(B)/.deb-packages ## longer | Debian packages matrig, matrig-board, matrig-study of the sources as they stand: build/deb
 	@debian/build.sh
 
 .PHONY: demo

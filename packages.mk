@@ -1,9 +1,9 @@
 # What Debian 12 must have: to build and play the demo, beyond that for studies (matrig-study), and to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libc6-dev
+	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libjs-dygraphs libc6-dev
 STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev
 TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox clang-format $(if $(shell command -v npm),,npm)
+	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox clang-format python3-canmatrix
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And a second compiler, for warnings and fuzzing.
 CLANG_PACKAGES := $(TEST_PACKAGES) clang

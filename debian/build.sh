@@ -14,11 +14,9 @@ place=$(mktemp -d /tmp/matrig-deb.XXXXXX)
 trap 'rm -rf "$place"' EXIT
 source=$place/matrig
 
-mkdir -p "$source/build" "$out"
+mkdir -p "$source" "$out"
 git ls-files -z | tar --null --create --files-from=- | tar --extract --no-same-permissions --directory="$source"
-# What is fetched once, by its checksum; a build has no network. It must not look older than what names it.
 find "$source" -exec touch -h -d "@$epoch" {} +
-cp -R build/npm "$source/build/"
 
 rm -f "$out"/*.deb "$out"/*.changes "$out"/*.buildinfo
 (cd "$source" && env -u MAKEFLAGS -u MFLAGS -u MAKELEVEL -u CFLAGS -u CPPFLAGS -u LDFLAGS LC_ALL=C.UTF-8 TZ=UTC COMMIT="$commit" \

@@ -62,7 +62,7 @@ are_the_same_again() { # built once more, in another folder and without a cache 
     for package in build/deb/*.deb; do cmp "$package" "$tmp/again/$(basename "$package")" || return 1; done
 }
 build_depends_are_ours() { # one list in packages.mk, one in debian/control
-    diff <(make -s -np npm-files | sed -n 's/^STUDY_PACKAGES := //p' | tr ' ' '\n' | grep . | sort) \
+    diff <(make -s -np help | sed -n 's/^STUDY_PACKAGES := //p' | tr ' ' '\n' | grep . | sort) \
         <(sed -n '/^Build-Depends:/,/^[A-Z]/p' debian/control | grep '^ ' | tr -d ' ,' | sort)
 }
 

@@ -37,10 +37,6 @@ test-bare: $(B)/.bare-packages ## tests | BUSY=0: make test in a bare Debian: no
 test-deb: in-build $(B)/.deb-test-packages deb ## tests | TWICE=: the packages in a bare Debian, without sources and network: installed, used, removed without a trace; needs root
 	@TWICE=$(TWICE) tests/run-all.sh tests/deb.sh
 
-.PHONY: npm-files
-npm-files:
-	@echo $(uplot) $(candied)
-
 .PHONY: test-day
 test-day: in-build $(B)/.test-packages all ## tests | the test day of docs/howto/test-day.md, line by line, on the emulated board: build/day
 	@tests/run-all.sh tests/test-day.sh
@@ -58,8 +54,8 @@ bench: in-build $(B)/.bench-packages all $(variants) $(bench_programs) $(filter 
 coverage: $(B)/.coverage-packages coverage-build ## longer | branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
 	@tests/coverage.sh $(B)/coverage
 .PHONY: coverage-build
-coverage-build: $(B)/.test-packages $(uplot)
-	@$(MAKE) -s B=$(B)/coverage NPM=$(NPM) CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
+coverage-build: $(B)/.test-packages
+	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
 .PHONY: coverage-programs
 coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_matchain $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes
 

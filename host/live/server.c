@@ -13,7 +13,7 @@
 
 #include "common/command.h"
 #include "host/board/armtalk.h"
-#include "host/live/assets.h"
+#include "host/base/assets.h"
 #include "host/live/seats.h"
 #include "host/base/steady.h"
 
@@ -286,7 +286,7 @@ static bool has_token(const struct live_server *server, struct MHD_Connection *c
 static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection,
                            const char *url)
 {
-    const struct live_asset *asset = live_asset_find(url);
+    const struct asset *asset = asset_find(url);
     if (asset)
         return answer(connection, MHD_HTTP_OK,
                       MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes),

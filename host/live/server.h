@@ -1,6 +1,6 @@
 /* The live page, served over HTTP on a loopback address, and on no other.
  *
- *     GET  /          the page; /live.js, /live.css, /uPlot.js, /uPlot.css, /licences.txt
+ *     GET  /          the page; /live.js, /live.css, /dygraph.js, /dygraph.css, /licences.txt
  *     GET  /events    server-sent events (host/live/hub.h); with ?token=T at one of the places of
  *                     who has it (host/live/seats.h)
  *     GET  /state     the state as JSON

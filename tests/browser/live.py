@@ -111,7 +111,7 @@ def choose_channels(browser):
     tap.check("none of the tensions", browser.js(count % "tension") == "" and browser.js("document.querySelector('#tension-says').textContent").startswith("0 of 14 channels"))
     browser.picture(OUT + "/chosen-1120.png")
     browser.call("Page.reload")
-    tap.check("the choice is kept in this browser", browser.wait("document.querySelectorAll('.strip.displacement canvas').length === 7 && !document.querySelector('.strip.tension')"))
+    tap.check("the choice is kept in this browser", browser.wait("document.querySelectorAll('.strip.displacement canvas:first-child').length === 7 && !document.querySelector('.strip.tension')"))
     browser.js("document.querySelectorAll('#choice button').forEach(b => /^all/.test(b.textContent) && b.click())")
     tap.check("all of them are back, in their order", [browser.js(count % kind) for kind in ("displacement", "tension")] == every and
               browser.js("[...document.querySelectorAll('#choice input')].every(b => b.checked)"))
@@ -122,7 +122,7 @@ def arm_and_disarm(browser, base, token):
               browser.wait("document.querySelector('#board-big').textContent === 'alive' && document.querySelector('#state-big').textContent === 'IDLE'"),
               browser.js("document.querySelector('.tiles').innerText"))
     tap.check("8 displacement strips, 14 tension strips, the runway with 24 switches and 8 transducers",
-              browser.wait("document.querySelectorAll('.strip.displacement canvas').length === 8 && document.querySelectorAll('.strip.tension canvas').length === 14"
+              browser.wait("document.querySelectorAll('.strip.displacement canvas:first-child').length === 8 && document.querySelectorAll('.strip.tension canvas:first-child').length === 14"
                            " && document.querySelectorAll('#runway .switch').length === 24 && document.querySelectorAll('#runway .sensor').length === 8"),
               browser.js("document.body.innerText"))
     tap.check("axes have units", browser.js("/ft/.test(document.querySelector('#runway').textContent) && /in against board time, s/.test(document.querySelector('#displacement-says').textContent)"
@@ -323,7 +323,7 @@ def main():
     others = crowd(port, 200)  # before the page comes, which must find a place all the same
     try:
         browser.open(address)
-        browser.wait("document.querySelectorAll('.strip canvas').length === 22")
+        browser.wait("document.querySelectorAll('.strip canvas:first-child').length === 22")
         choose_channels(browser)
         arm_and_disarm(browser, base, token)
         hostile_source(browser)

@@ -64,8 +64,8 @@ page_is_served() {
         ! grep -Eiq '(src|href)="?(https?:)?//' "$tmp/answer"
 }
 plots_are_inside() {
-    status_is 200 request "GET /uPlot.js HTTP/1.1" "Host: 127.0.0.1" && grep -q 'var uPlot=' "$tmp/answer" &&
-        status_is 200 request "GET /licences.txt HTTP/1.1" "Host: 127.0.0.1" && grep -q 'MIT License' "$tmp/answer"
+    status_is 200 request "GET /dygraph.js HTTP/1.1" "Host: 127.0.0.1" && grep -q 'Dygraph=' "$tmp/answer" &&
+        status_is 200 request "GET /licences.txt HTTP/1.1" "Host: 127.0.0.1" && grep -q 'dygraphs is MIT-licenced' "$tmp/answer"
 }
 other_names_are_refused() {
     local host
@@ -217,7 +217,7 @@ ends_with_viewers() { # a viewer that reads nothing neither holds the log up nor
 check "the address is told, with a token" address_is_told
 check "it is served at 127.0.0.1 and nowhere else" only_loopback
 check "the page is served, with a policy that allows nothing from elsewhere, and without the token" page_is_served
-check "uPlot and its licence are in the program" plots_are_inside
+check "dygraphs and its licence are in the program" plots_are_inside
 check "requests to other names are refused" other_names_are_refused
 check "what is not there is not served" other_requests_are_refused
 check "commands need the token, the page's origin and JSON" commands_need_the_token

@@ -115,7 +115,7 @@ check "make install" installs
 there() {
     local file
     for file in bin/matrig bin/matrig-board libexec/matrig/matrig-study share/matrig/matrig.elf share/matrig/scenes/model_runway.json share/man/man1/matrig.1 \
-        share/bash-completion/completions/matrig share/doc/matrig/LICENSE share/doc/matrig/LICENSE.uPlot share/doc/matrig/LICENCES.md; do
+        share/bash-completion/completions/matrig share/doc/matrig/LICENSE share/doc/matrig/LICENSE.dygraphs share/doc/matrig/LICENCES.md; do
         [ -s "$root/usr/$file" ] || { echo "no $file"; return 1; }
     done
     grep -q GPL-2.0 "$root/usr/share/doc/matrig/LICENCES.md" && [ -x "$root/usr/bin/matrig" ] && ! find "$root" -path "*$PWD*" | grep . &&

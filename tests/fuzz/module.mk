@@ -6,8 +6,8 @@ test-programs: $(fuzz_programs)
 SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=all
 
 .PHONY: fuzz-programs
-fuzz-programs: $(B)/.clang-packages $(uplot)
-	@$(MAKE) -s B=$(B)/fuzz NPM=$(NPM) CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
+fuzz-programs: $(B)/.clang-packages
+	@$(MAKE) -s B=$(B)/fuzz CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
 		$(patsubst %,$(B)/fuzz/tests/fuzz/fuzz_%,$(fuzz_targets))
 .PHONY: fuzz
 fuzz: fuzz-programs ## longer | SECONDS=600 PARSERS="candump ...": every parser, bytes by libFuzzer, with sanitizers: build/fuzz/table.txt

@@ -6,7 +6,7 @@
 put() { printf '%s\n' "$@" >"$tmp/wall.c"; }
 compiled() { # MAKE-VARIABLE...
     rm -rf "$tmp/objects"
-    MAKEFLAGS='' MAKELEVEL='' make -s B="$tmp/objects" NPM=build for_this_computer="$tmp/wall.c" WERROR=-Werror "$@" objects
+    MAKEFLAGS='' MAKELEVEL='' make -s B="$tmp/objects" for_this_computer="$tmp/wall.c" WERROR=-Werror "$@" objects
 }
 # warns OPTION MAKE-VARIABLE...
 warns() { ! compiled "${@:2}" 2>"$tmp/err" && cat "$tmp/err" && grep -q -- "-Werror,\?=\?$1" "$tmp/err"; }

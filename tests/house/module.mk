@@ -17,9 +17,9 @@ objects: $(patsubst %.c,$(B)/host/%.o,$(filter-out tests/%,$(for_this_computer))
 # What a compiler warns of depends on the compiler and on how much it optimises. Compiled by the build's own rules; nothing is linked.
 LEVELS ?= 0 1 3
 .PHONY: lint
-lint: in-build $(B)/.clang-packages $(uplot) ## tests | LEVELS="0 1 3": every C file with gcc at these levels and with clang, the board's too: no warning
-	@for level in $(LEVELS); do $(MAKE) -s B=$(B)/lint/O$$level NPM=$(NPM) CFLAGS=-O$$level WERROR=-Werror objects || exit; done
-	@$(MAKE) -s B=$(B)/clang NPM=$(NPM) CC=clang WERROR=-Werror objects
+lint: in-build $(B)/.clang-packages ## tests | LEVELS="0 1 3": every C file with gcc at these levels and with clang, the board's too: no warning
+	@for level in $(LEVELS); do $(MAKE) -s B=$(B)/lint/O$$level CFLAGS=-O$$level WERROR=-Werror objects || exit; done
+	@$(MAKE) -s B=$(B)/clang CC=clang WERROR=-Werror objects
 	@clang --target=arm-none-eabi -isystem $(newlib) $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) -ffreestanding -fsyntax-only $(arm_src)
 	@for board in $(boards); do clang --target=arm-none-eabi -isystem $(newlib) $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) \
 		-ffreestanding -fsyntax-only -DBOARD_FILE="\"firmware/boards/$$board.def\"" $(driver_src) $(bringup_src) || exit; done

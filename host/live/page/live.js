@@ -6,7 +6,7 @@
   const $ = (id) => document.getElementById(id);
   const CHANNELS = 22, TRANSDUCERS = 8;
   const PER_UNIT = (c) => (c < TRANSDUCERS ? 10000 : 100);
-  const STALE_MS = 2000, SILENT_MS = 1000, DRAW_MS = 100;
+  const STALE_MS = 2000, SILENT_MS = 1000, DRAW_MS = 200;
   const token = location.hash.slice(1);
   let configuration = null, state = null, stateAt = 0, heardFrom = 0, connected = false, span = 10, seen = 0;
 
@@ -70,7 +70,7 @@
     }
   };
 
-  /* What a strip draws: x, most, least, at most one point a pixel; a hole where nothing came for a second. */
+  /* What a strip draws: [t, [least, middle, most]], at most one a pixel; a hole where nothing came for a second. */
   const columns = (tier, channel, from, width, factor) => {
     const perS = tier.buckets * configuration.bucket_s;
     let first = 0, high = tier.count;
@@ -79,7 +79,7 @@
       if (tier.bucket[tier.index(middle)] * perS < from) first = middle + 1; else high = middle;
     }
     const step = Math.max(1, Math.ceil((tier.count - first) / Math.max(50, width)));
-    const x = [], most = [], least = [];
+    const rows = [];
     let last = -1;
     for (let i = first; i < tier.count; i += step) {
       let low = NaN, top = NaN;
@@ -89,33 +89,31 @@
         if (!isNaN(a) && !(low <= a)) low = a;
         if (!isNaN(b) && !(top >= b)) top = b;
       }
-      if (last >= 0 && at - last > Math.max(1, 2 * step * perS)) { x.push(last + perS); most.push(null); least.push(null); }
-      if (!isNaN(low)) { x.push(at); most.push(top * factor); least.push(low * factor); last = at; }
+      if (last >= 0 && at - last > Math.max(1, 2 * step * perS)) rows.push([last + perS, [NaN, NaN, NaN]]);
+      if (!isNaN(low)) { rows.push([at, [low * factor, (low + top) / 2 * factor, top * factor]]); last = at; }
     }
-    return [x, most, least];
+    return rows;
   };
 
   /* ---- strips ---- */
   let strips = [], palette = {};
   const readPalette = () => {
     const style = getComputedStyle(document.documentElement);
-    for (const name of ['line', 'fill', 'grid', 'soft']) palette[name] = style.getPropertyValue('--' + name).trim();
+    for (const name of ['line', 'grid', 'soft']) palette[name] = style.getPropertyValue('--' + name).trim();
   };
+  const colours = () => ({ colors: [palette.line], gridLineColor: palette.grid, axisLineColor: palette.soft });
   const ranges = { displacement: [-0.05, 0.05], tension: [0, 100] };
+  Dygraph.PLUGINS = [Dygraph.Plugins.Axes, Dygraph.Plugins.Grid]; /* its legend has inline styles, which this page's policy refuses */
+  const NOTHING = [[0, [NaN, NaN, NaN]]];
   const makePlot = (strip) => {
-    const kind = strip.kind;
-    const axis = { stroke: () => palette.soft, grid: { stroke: () => palette.grid, width: 1 }, ticks: { show: false }, font: '11px system-ui' };
-    strip.plot = new uPlot({
-      width: Math.max(60, strip.box.clientWidth), height: strip.box.clientHeight || 80,
-      cursor: { show: false }, legend: { show: false }, padding: [7, 14, 0, 0],
-      scales: { x: { time: false, range: () => [endOfTime() - span, endOfTime()] }, y: { range: () => ranges[kind] } },
-      axes: [
-        { ...axis, size: 18, gap: 2, space: 55, values: (u, ticks) => ticks.map((t) => (t < 0 ? '' : fixed(t, Number.isInteger(t) ? 0 : 1) + ' s')) },
-        { ...axis, size: 46, gap: 3, space: 20, values: (u, ticks) => ticks.map((t, i) => (t === u.scales.y.min || (t === u.scales.y.max && ticks.length > 3) ? '' : String(Number(t.toPrecision(6))))), label: unit(kind).text, labelSize: 14, labelGap: 0, labelFont: '11px system-ui' },
-      ],
-      series: [{}, { stroke: () => palette.line, width: 1.2, points: { show: false } }, { stroke: () => palette.line, width: 1.2, points: { show: false } }],
-      bands: [{ series: [1, 2], fill: () => palette.fill }],
-    }, [[], [], []], strip.box);
+    strip.plot = new Dygraph(strip.box, NOTHING, {
+      labels: ['t', 'value'], customBars: true, legend: 'never', showLabelsOnHighlight: false, highlightCircleSize: 0, interactionModel: {},
+      strokeWidth: 1.2, fillAlpha: 0.25, rightGap: 14, labelsKMB: false, dateWindow: [0, span], valueRange: ranges[strip.kind], ...colours(),
+      axes: {
+        x: { pixelsPerLabel: 55, axisLabelWidth: 50, axisLabelFormatter: (t) => (t < 0 ? '' : fixed(t, Number.isInteger(t) ? 0 : 1) + ' s') },
+        y: { pixelsPerLabel: 15, axisLabelWidth: 46, axisLabelFormatter: (v) => String(Number(v.toPrecision(6))) },
+      },
+    });
   };
   const makeStrip = (index, channel, parent) => {
     const kind = index < TRANSDUCERS ? 'displacement' : 'tension';
@@ -166,7 +164,7 @@
     }
     $('tensions').style.gridTemplateRows = 'repeat(' + Math.max(1, Math.ceil(strips.filter((s) => s.kind === 'tension').length / 2)) + ',auto)';
   };
-  const resize = () => strips.forEach((s) => s.plot.setSize({ width: Math.max(60, s.box.clientWidth), height: s.box.clientHeight }));
+  const resize = () => strips.forEach((s) => s.plot.resize());
 
   const endOfTime = () => (newestBucket < 0 ? span : (newestBucket + 1) * (configuration ? configuration.bucket_s : 0.02));
   /* One scale for all of a kind, so that they compare; it grows at once and is a round number. */
@@ -189,12 +187,14 @@
       let least = Infinity, most = -Infinity;
       strips.forEach((s, i) => {
         if (s.kind !== kind) return;
-        for (const v of data[i][2]) if (v !== null && v < least) least = v;
-        for (const v of data[i][1]) if (v !== null && v > most) most = v;
+        for (const [, [low, , high]] of data[i]) {
+          if (low < least) least = low;
+          if (high > most) most = high;
+        }
       });
       ranges[kind] = niceRange(least, most, (kind === 'displacement' ? 0.05 : 10) * unit(kind).factor) || ranges[kind];
     }
-    strips.forEach((s, i) => s.plot.setData(data[i]));
+    strips.forEach((s, i) => s.plot.updateOptions({ file: data[i].length ? data[i] : NOTHING, dateWindow: [from, from + span], valueRange: ranges[s.kind] }));
   };
 
   /* ---- the runway ---- */
@@ -566,14 +566,14 @@
     say('theme', 'Theme: ' + name);
     try { localStorage.setItem('matrig-theme', name); } catch (e) { /* not kept */ }
     readPalette();
-    for (const s of strips) s.plot.redraw();
+    strips.forEach((s) => s.plot.updateOptions(colours()));
   };
   const nextTheme = () => setTheme(THEMES[(THEMES.indexOf(document.documentElement.dataset.theme || 'auto') + 1) % THEMES.length]);
   const start = () => {
     let theme = 'auto';
     try { theme = localStorage.getItem('matrig-theme') || 'auto'; } catch (e) { /* none kept */ }
     setTheme(THEMES.includes(theme) ? theme : 'auto');
-    const recolour = () => { readPalette(); strips.forEach((s) => s.plot.redraw()); };
+    const recolour = () => { readPalette(); strips.forEach((s) => s.plot.updateOptions(colours())); };
     for (const query of ['(prefers-color-scheme:dark)', 'print']) matchMedia(query).addEventListener('change', recolour);
     for (const b of document.querySelectorAll('[data-span]')) b.addEventListener('click', () => setSpan(Number(b.dataset.span)));
     $('sound').addEventListener('click', toggleSound);

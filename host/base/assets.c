@@ -1,0 +1,44 @@
+#include "host/base/assets.h"
+
+#include <string.h>
+
+/* Each file between two names. dygraphs is a package of Debian (host/base/module.mk). */
+#define ASSET(name, file)                                  \
+    __asm__(".section .rodata\n"                           \
+            "asset_" #name ":\n.incbin \"" file "\"\n"     \
+            "asset_" #name "_end:\n.byte 0\n.previous\n"); \
+    extern const char asset_##name[], asset_##name##_end[]
+
+ASSET(page, "host/live/page/live.html");
+ASSET(script, "host/live/page/live.js");
+ASSET(style, "host/live/page/live.css");
+ASSET(day_page, "host/live/page/day.html");
+ASSET(day_script, "host/live/page/day.js");
+ASSET(plot_script, "dygraph.min.js");
+ASSET(plot_style, "dygraph.min.css");
+ASSET(plot_licence, "copyright");
+
+#define ROW(path, type, name)                        \
+    {                                                \
+        path, type, asset_##name, asset_##name##_end \
+    }
+
+static const struct asset assets[] = {
+    ROW("/", "text/html; charset=utf-8", page),
+    ROW("/live.js", "text/javascript; charset=utf-8", script),
+    ROW("/live.css", "text/css; charset=utf-8", style),
+    ROW("/day", "text/html; charset=utf-8", day_page),
+    ROW("/day.js", "text/javascript; charset=utf-8", day_script),
+    ROW("/dygraph.js", "text/javascript; charset=utf-8", plot_script),
+    ROW("/dygraph.css", "text/css; charset=utf-8", plot_style),
+    ROW("/licences.txt", "text/plain; charset=utf-8", plot_licence),
+};
+
+const struct asset *asset_find(const char *path)
+{
+    for (size_t i = 0; i < sizeof assets / sizeof assets[0]; i++) {
+        if (strcmp(path, assets[i].path) == 0)
+            return &assets[i];
+    }
+    return NULL;
+}
