@@ -218,9 +218,7 @@ void account_trouble(struct account *account, enum link_trouble trouble, int64_t
     }
     if (trouble == LINK_BUS_OFF)
         account->other_cause = "bus-off";
-    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_GARBLED ||
-              trouble == LINK_UART_OVERRUN) &&
-             !account->other_cause)
+    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_UART_OVERRUN) && !account->other_cause)
         account->other_cause = "adapter";
     else if (trouble == LINK_AWAY)
         account->other_cause = "away";

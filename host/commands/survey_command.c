@@ -560,8 +560,8 @@ static const struct command_part parts[] = {
                 "in-plane bow"),
     OPTION_FLAG("--list", list, "all surveys"),
     OPTION_TEXT("--load", "LINK", load,
-                "give the board the openings and read them back; serial, or CAN when it is can:, "
-                "slcan: or with --can. Exit 1\n"
+                "give the board the openings and read them back; serial, or CAN when it is can: "
+                "or with --can. Exit 1\n"
                 "when the board holds something else then"),
     OPTION_FORCE(force),
     HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; "

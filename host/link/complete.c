@@ -125,10 +125,11 @@ enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LIN
     }
     if (is_port(spec, port) && kind == LINK_SERIAL)
         return say(out, "serial", port);
-    if (is_port(spec, port))
+    if (is_port(strncmp(spec, "slcan:", 6) == 0 ? spec + 6 : spec, port))
         return error_set(error, MR_USAGE,
-                         "a serial port carries CAN with a LAWICEL adapter only: '%s'; write "
-                         "slcan:%s for one, or give the board's own line as --serial",
+                         "not a CAN link: '%s'; for an SLCAN adapter run slcand -o -s8 %s can0 and "
+                         "ip link set can0 up, then give can:can0; the board's own line is "
+                         "--serial",
                          spec, port);
     if (stat(spec, &info) == 0)
         return complete_file(spec, kind, out, &info, error);
@@ -149,6 +150,6 @@ bool link_is_can(const char *spec)
     char plain[LINK_SPEC_MAX];
     snprintf(plain, sizeof plain, "%s", spec);
     (void)link_take_bases(plain, &bases, &ignored); /* whoever opens it says what is wrong there */
-    return strncmp(plain, "can:", 4) == 0 || strncmp(plain, "slcan:", 6) == 0 ||
+    return strncmp(plain, "can:", 4) == 0 ||
            (!has_kind(plain) && stat(plain, &info) != 0 && is_can(plain));
 }

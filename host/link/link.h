@@ -6,9 +6,8 @@
  * can_frame of SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN,
  * recorded bytes for serial, from a file or a pipe; paced: a log at the pace at which it was
  * recorded. can: is a CAN interface of the Linux kernel, with :board the board's messages alone,
- * slcan: a LAWICEL adapter on a serial port (host/link/slcan.h), serial: a serial port, 8N1,
- * 2000000 baud unless given, or the usual rate at which frames come, pty: the pseudo-terminal of an
- * emulated board.
+ * serial: a serial port, 8N1, 2000000 baud unless given, or the usual rate at which frames come,
+ * pty: the pseudo-terminal of an emulated board.
  *
  * Behind a LINK that carries CAN, @BASE says where on the bus the board is (common/canbase.h):
  * can0@0x190; @0,0x190 is two boards. Without it the base is 0. Frames carry the identifiers that
@@ -84,12 +83,12 @@ struct link;
 enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LINK_SPEC_MAX],
                              struct error *error);
 
-/* It carries CAN frames whatever else could be meant: can:, slcan:, or the name of an interface. */
+/* It carries CAN frames whatever else could be meant: can:, or the name of an interface. */
 bool link_is_can(const char *spec);
 
 /* Open a link, also by such a name. The caller closes it. Waits at most 5 s for a unix: socket to
- * appear, 3 s for an slcan: adapter. MR_USAGE: not a LINK, or of a kind that this version or this
- * use does not have; MR_IO, MR_TIMEOUT: does not open. */
+ * appear. MR_USAGE: not a LINK, or of a kind that this version or this use does not have; MR_IO,
+ * MR_TIMEOUT: does not open. */
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
                          struct error *error);
 void link_close(struct link *link); /* NULL is allowed */

@@ -30,7 +30,6 @@ struct link_ops {
 #define LINK_BUFFER 65536u
 
 struct tty;
-struct slcan;
 
 struct link {
     const struct link_ops *ops;
@@ -65,9 +64,8 @@ struct link {
     uint64_t service_us;
     uint32_t queue_lost;        /* can: the kernel's counter */
     struct adapter_clock clock; /* can: of an adapter with a clock of its own */
-    struct tty *tty;            /* serial:, slcan: */
+    struct tty *tty;            /* serial: */
     int baud;                   /* serial: its rate; 0: not opened yet */
-    struct slcan *slcan;        /* slcan: */
 };
 
 #define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;

@@ -26,8 +26,6 @@
     X(LINK_TRANSCEIVER,            "transceiver or wiring fault")                         \
     X(LINK_OTHER_ERROR,            "other bus errors")                                    \
     X(LINK_QUEUE_LOST,             "frames lost in this computer's receive queue")        \
-    X(LINK_GARBLED,                "garbled lines from the adapter")                      \
-    X(LINK_REFUSED,                "frames refused by the adapter")                       \
     X(LINK_UART_OVERRUN,           "UART overruns")                                       \
     X(LINK_UART_LINE,              "UART framing, parity or break errors")                \
     X(LINK_AWAY,                   "went away")                                           \

@@ -20,7 +20,6 @@ check "time that is no number" fails_with 2 "'soon' for --for" $matrig log --can
 check "time out of range" fails_with 2 "out of range: 0 for --for" $matrig log --can file:x --db "$tmp/x.db" --for 0
 check "not a link" fails_with 2 "not a link: 'tty'" $matrig log --serial tty --db "$tmp/x.db"
 check "can: without such an interface, or without CAN" fails_with 3 "CAN.*can:no_such_can; " $matrig log --can can:no_such_can --db "$tmp/x.db"
-check "slcan: without such a port" fails_with 3 "no serial port .*slcan:/dev/no-such-port:115200; there " $matrig log --can slcan:/dev/no-such-port:115200 --db "$tmp/x.db"
 check "serial: without such a port" fails_with 3 "no serial port .*serial:/dev/no-such-port; there " $matrig log --serial serial:/dev/no-such-port --db "$tmp/x.db"
 check "serial: with a wrong rate" fails_with 2 "not a baud rate: .7." $matrig log --serial serial:/dev/ttyS0:7 --db "$tmp/x.db"
 check "a file is no serial port" fails_with 3 "not a serial device" $matrig log --serial serial:/dev/null --db "$tmp/x.db"

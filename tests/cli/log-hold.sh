@@ -145,7 +145,7 @@ overflows() {
     exec 8>&-
     wait $wire $logger
     cat "$tmp/wire.err"
-    lost=$(db wire "select sum(detail) from events where kind = 'serial-link' and code = 21")
+    lost=$(db wire "select sum(detail) from events where kind = 'serial-link' and code = 19")
     echo "lost $lost bytes; gaps $(db wire "select group_concat(cause || ' ' || count) from gaps where message = 'frame'")"
     [ $early = 0 ] && [ "$lost" -gt 0 ] && [ "$(db wire "select count(*), sum(count) > 0 from gaps where cause = 'lock'")" = "1|1" ] && [ "$(grep -c "lost so far in this session: $lost bytes of serial$" "$tmp/wire.err")" -ge 1 ] &&
         [ "$(json wire 'links.serial.troubles')" = "{\"went away\":1,\"frames or bytes that a full queue lost (another program held the campaign)\":$lost}" ] &&

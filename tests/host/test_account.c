@@ -274,7 +274,7 @@ static void losses_have_their_causes(void **state)
     assert_int_equal(account.counts.lost, 10);
     assert_int_equal(account.gaps, 3);
     account_trouble(&account, LINK_BUS_OFF, 1);
-    account_trouble(&account, LINK_GARBLED, 1);
+    account_trouble(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 0, 500, 0, 5000);
     assert_int_equal(account.counts.lost, 109);
     assert_string_equal(account.gap[3].cause, "bus-off");

@@ -17,7 +17,7 @@ static void bases_of_links(void **state)
         {"can0", "can0", 1, {0}, ""},
         {"can0@0x190", "can0", 1, {400}, "@0x190"},
         {"can:can0:board@400", "can:can0:board", 1, {400}, "@0x190"},
-        {"slcan:/dev/ttyACM0:115200@0X3C0", "slcan:/dev/ttyACM0:115200", 1, {960}, "@0x3c0"},
+        {"can:can0:board@0X3C0", "can:can0:board", 1, {960}, "@0x3c0"},
         {"unix:bus.sock@0,0x190", "unix:bus.sock", 2, {0, 400}, "@0x000,0x190"},
         {"can0@0x3c0,0,0x190", "can0", 3, {960, 0, 400}, "@0x3c0,0x000,0x190"},
         {"can0@1022", "can0", 1, {1022}, "@0x3fe"},

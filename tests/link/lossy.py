@@ -4,10 +4,8 @@
     lossy.py check ALL.csv LOSSY.serial LOSSY.can LOSSY.csv    each row of the export against the streams that are left
     lossy.py whole ALL.csv BOX.csv                             each row the same again, and B where the black box filled it
     lossy.py cut   ALL.serial BEFORE AFTER                     frames, and blocks of them, that are whole without the bytes in between
-    lossy.py stamps DB CANDUMP                                 times in the campaign against those of the log, but for the delay
 """
 import re
-import sqlite3
 import sys
 
 BLOCK = 0x300  # type of a block record on serial
@@ -156,18 +154,4 @@ def cut(serial, before, after):
     print(kept, blocks, lost)
 
 
-def stamps(db, log):
-    """A frame reaches the computer late by this and that; an adapter's stamps take it out again, but for a delay that is estimated."""
-    with open(log) as f:
-        sent = [round(float(line.split()[0][1:-1]) * 1000) for line in f]
-    got = [row[0] for row in sqlite3.connect(db).execute('select host_us from frames where can_id < 2048 order by id')]
-    assert len(got) == len(sent), (len(got), len(sent))
-    late = [at - 1000 * ms for at, ms in zip(got, sent)]
-    same = sum(a == b for a, b in zip(late, late[1:]))
-    print('estimated anew', len(late) - 1 - same, 'times; off by', (max(late) - min(late)) / 1e6, 's at most in', (sent[-1] - sent[0]) / 1000, 's')
-    assert same > 0.8 * len(late)  # the stamps are used: by the time of reception it would be every millisecond that differs,
-    assert max(late) - min(late) < 25e6  # and no minute is lost or won where they begin again (a busy computer is late by seconds here)
-    assert sent[-1] - sent[0] > 65000
-
-
-{'cut': cut, 'stamps': stamps, 'lose': lose, 'check': check, 'whole': whole_again}[sys.argv[1]](*sys.argv[2:])
+{'cut': cut, 'lose': lose, 'check': check, 'whole': whole_again}[sys.argv[1]](*sys.argv[2:])

@@ -28,7 +28,7 @@ get_kernel() {
     download_kernel || die "no kernel: package linux-image-amd64 cannot be downloaded; see $dir/apt.log, or put its .deb into $dir"
 }
 
-modules=(can can-raw can-dev vcan sja1000 kvaser_pci virtio virtio_ring virtio_pci virtio_pci_legacy_dev virtio_pci_modern_dev
+modules=(can can-raw can-dev vcan slcan sja1000 kvaser_pci virtio virtio_ring virtio_pci virtio_pci_legacy_dev virtio_pci_modern_dev
     virtio_console usb-common usbcore xhci-hcd xhci-pci usbserial ftdi_sio)
 unpack_kernel() {
     local deb patterns=()
@@ -58,7 +58,7 @@ make_root() {
     printf '%s\n' 'root:x:0:0::/tmp:/bin/sh' 'user:x:1000:1000::/tmp:/bin/sh' >$root/etc/passwd
     cp "$(command -v busybox)" $root/bin/busybox
     export PATH=$PATH:/usr/sbin:/sbin
-    for program in build/matrig build/tests/linux/bridge ip sqlite3 candump cansend cangen canplayer canbusload slcanpty; do
+    for program in build/matrig build/tests/linux/bridge ip sqlite3 candump cansend cangen canplayer canbusload slcanpty slcand; do
         put $program
     done
     cp -r $dir/kernel/lib/modules/* $root/lib/modules/
