@@ -24,7 +24,7 @@ static void become(const char *const words[], const int streams[3])
         if (streams[i] == i ? fcntl(i, F_SETFD, 0) < 0 : dup2(streams[i], i) < 0)
             _exit(126);
     }
-    execv(words[0], (char *const *)words);
+    execvp(words[0], (char *const *)words);
     _exit(127);
 }
 

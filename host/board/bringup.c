@@ -312,8 +312,7 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
 static enum mr_status ask(struct listening *l, struct link *link, const char *section,
                           const char *answer, const char **from, struct error *error)
 {
-    enum mr_status status = link_recorded(link) ? MR_OK
-                                                : link_line(link, BRINGUP_BAUD, false, error);
+    enum mr_status status = link_recorded(link) ? MR_OK : link_line(link, BRINGUP_BAUD, error);
     l->begun_s = l->heard_s = steady_s();
     l->said_s = l->begun_s - SAY_AGAIN_S;
     l->heard_s -= SAY_AGAIN_S; /* the first time at once */

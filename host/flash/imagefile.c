@@ -8,7 +8,6 @@
 
 #include "common/crc32.h"
 #include "common/wire.h"
-#include "host/flash/sectors.h"
 
 #define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
 #define RAM_START      0x20000000u
@@ -56,7 +55,7 @@ static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t by
         return error_set(error, MR_MALFORMED,
                          "outside the flash (0x%08llx): %s of %s; it is for another board",
                          (unsigned long long)address, place, image->path);
-    if (at >= CONFIGURATION_START && at < CONFIGURATION_END)
+    if (at >= IMAGEFILE_CONFIGURATION_START && at < IMAGEFILE_CONFIGURATION_END)
         return error_set(error, MR_MALFORMED,
                          "it holds something at 0x%08llx, where the configuration is kept "
                          "(0x08008000 to 0x0800ffff): %s of %s; "
@@ -231,7 +230,8 @@ static enum mr_status read_bin(struct imagefile *image, const struct source *sou
                                struct error *error)
 {
     enum mr_status status = MR_OK;
-    size_t low = source->length < CONFIGURATION_START ? source->length : CONFIGURATION_START;
+    size_t low = source->length < IMAGEFILE_CONFIGURATION_START ? source->length
+                                                                : IMAGEFILE_CONFIGURATION_START;
     if (source->length > IMAGEFILE_BYTES)
         return error_set(error, MR_TOO_LONG,
                          "%zu bytes, more than the flash has (%u): %s; is it an image?",
@@ -239,7 +239,7 @@ static enum mr_status read_bin(struct imagefile *image, const struct source *sou
     while (low && source->bytes[low - 1] == 0xff)
         low--;
     for (size_t i = 0; status == MR_OK && i < source->length; i++) {
-        bool spared = i >= low && i < CONFIGURATION_END && source->bytes[i] == 0xff;
+        bool spared = i >= low && i < IMAGEFILE_CONFIGURATION_END && source->bytes[i] == 0xff;
         if (!spared)
             status = give(image, MR_IMAGE_FLASH + i, source->bytes[i], "a byte", error);
     }

@@ -40,7 +40,7 @@ enum mr_status find_baud(struct tty *tty, const char *spec, int *baud, struct er
     uint64_t heard = 0;
     for (const int *usual = hearing_usual_bauds(); *usual; usual++) {
         struct error cannot = {0};
-        if (tty_line(tty, *usual, false, &cannot) != MR_OK)
+        if (tty_line(tty, *usual, &cannot) != MR_OK)
             continue; /* a rate that this port does not do */
         *baud = *usual;
         enum mr_status status = listen(tty, *usual, &heard, error);

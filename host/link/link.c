@@ -439,9 +439,9 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
     return link_send_frame(link, &frame, error);
 }
 
-enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error)
+enum mr_status link_line(struct link *link, int baud, struct error *error)
 {
     link->start = link->end = 0;
     link_hear_anew(link, link->counters.hearing.baud ? baud : 0);
-    return link->ops->line ? link->ops->line(link, baud, even_parity, error) : MR_OK;
+    return link->ops->line ? link->ops->line(link, baud, error) : MR_OK;
 }

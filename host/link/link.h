@@ -126,9 +126,9 @@ enum mr_status link_service(struct link *link, struct error *error);
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
                                   uint64_t *host_us, struct error *error);
 
-/* Rate and parity (8N1 or 8E1) of the line from now on; what was received before is forgotten.
+/* Rate of the line from now on; what was received before is forgotten.
  * Links that have no line stay as they are. MR_IO: the port does not do it. */
-enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error);
+enum mr_status link_line(struct link *link, int baud, struct error *error);
 
 /* Send to the board; waits at most 1 s for room. MR_NOT_NOW: a file cannot be sent to;
  * MR_IO: the device is away, or fails. */

@@ -22,7 +22,7 @@ struct link_ops {
     /* as read(2); NULL: read(2) of fd */
     ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size);
     void (*service)(struct link *link); /* about once a second */
-    enum mr_status (*line)(struct link *link, int baud, bool even_parity, struct error *error);
+    enum mr_status (*line)(struct link *link, int baud, struct error *error);
     void (*close)(struct link *link); /* NULL: close(2) of fd */
     void (*moved)(struct link *link); /* its bases are others */
 };

@@ -10,9 +10,8 @@
 #define OPEN_TRIES    250
 #define OPEN_PAUSE_MS 20 /* 5 s in all, as unix: does: the board may just be starting */
 
-static enum mr_status pty_line(struct link *link, int baud, bool even_parity, struct error *error)
+static enum mr_status pty_line(struct link *link, int baud, struct error *error)
 {
-    (void)even_parity;
     return pts_line(link->spec, link->fd, baud, error);
 }
 

@@ -43,10 +43,9 @@ static void serial_service(struct link *link)
     tty_news(link->tty, link);
 }
 
-static enum mr_status serial_line(struct link *link, int baud, bool even_parity,
-                                  struct error *error)
+static enum mr_status serial_line(struct link *link, int baud, struct error *error)
 {
-    return tty_line(link->tty, baud, even_parity, error);
+    return tty_line(link->tty, baud, error);
 }
 
 static void serial_close(struct link *link)

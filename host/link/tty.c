@@ -99,17 +99,17 @@ static enum mr_status open_failed(const char *spec, struct error *error)
     return no_port(spec, strerror(reason), error);
 }
 
-static enum mr_status set_line(struct tty *tty, int baud, bool even_parity, struct error *error)
+static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
 {
     struct sp_port_config *config = NULL;
     int took = 0;
     if (sp_set_baudrate(tty->port, baud) != SP_OK || sp_set_bits(tty->port, 8) != SP_OK ||
-        sp_set_parity(tty->port, even_parity ? SP_PARITY_EVEN : SP_PARITY_NONE) != SP_OK ||
+        sp_set_parity(tty->port, SP_PARITY_NONE) != SP_OK ||
         sp_set_stopbits(tty->port, 1) != SP_OK ||
         sp_set_flowcontrol(tty->port, SP_FLOWCONTROL_NONE) != SP_OK)
         return error_set(error, MR_IO,
-                         "the serial port does not take %d baud, 8%c1 (%s): %s; give another rate",
-                         baud, even_parity ? 'E' : 'N', strerror(sp_last_error_code()), tty->spec);
+                         "the serial port does not take %d baud, 8N1 (%s): %s; give another rate",
+                         baud, strerror(sp_last_error_code()), tty->spec);
     /* A driver that cannot do a rate takes another one and does not say so. */
     if (sp_new_config(&config) == SP_OK) {
         if (sp_get_config(tty->port, config) != SP_OK ||
@@ -149,7 +149,7 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
                            tty->spec);
     if (status == MR_OK)
         status = take_alone(tty, error);
-    return status == MR_OK ? set_line(tty, baud, false, error) : status;
+    return status == MR_OK ? set_line(tty, baud, error) : status;
 }
 
 enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty,
@@ -190,11 +190,11 @@ void tty_close(struct tty *tty)
     free(tty);
 }
 
-enum mr_status tty_line(struct tty *tty, int baud, bool even_parity, struct error *error)
+enum mr_status tty_line(struct tty *tty, int baud, struct error *error)
 {
     if (!tty->port)
         return pts_line(tty->spec, tty->fd, baud, error);
-    enum mr_status status = set_line(tty, baud, even_parity, error);
+    enum mr_status status = set_line(tty, baud, error);
     if (status == MR_OK)
         sp_flush(tty->port, SP_BUF_INPUT);
     return status;

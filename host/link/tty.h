@@ -30,9 +30,8 @@ enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty
 void tty_close(struct tty *tty); /* NULL is allowed */
 int tty_fd(const struct tty *tty);
 
-/* Another rate, and even parity or none; what was received before is forgotten. MR_IO as
- * tty_open. */
-enum mr_status tty_line(struct tty *tty, int baud, bool even_parity, struct error *error);
+/* Another rate; what was received before is forgotten. MR_IO as tty_open. */
+enum mr_status tty_line(struct tty *tty, int baud, struct error *error);
 
 /* As read(2) of a non-blocking descriptor; a port that was unplugged or hung up is -1 with errno
  * ENODEV. */

@@ -58,7 +58,7 @@ make_root() {
     printf '%s\n' 'root:x:0:0::/tmp:/bin/sh' 'user:x:1000:1000::/tmp:/bin/sh' >$root/etc/passwd
     cp "$(command -v busybox)" $root/bin/busybox
     export PATH=$PATH:/usr/sbin:/sbin
-    for program in build/matrig build/tests/linux/bridge ip sqlite3 candump cansend cangen canplayer canbusload slcanpty slcand; do
+    for program in build/matrig build/tests/linux/bridge ip sqlite3 candump cansend cangen canplayer canbusload slcanpty slcand stm32flash; do
         put $program
     done
     cp -r $dir/kernel/lib/modules/* $root/lib/modules/
