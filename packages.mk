@@ -1,14 +1,12 @@
 # What Debian 12 must have: to build and play the demo, beyond that for studies (matrig-study), and to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libjs-dygraphs libc6-dev
+	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libjs-dygraphs libc6-dev stm32flash
 STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev
 TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox clang-format python3-canmatrix
+	gdb-multiarch gtkwave python3 python3-can python3-canmatrix groff-base gnuplot-nox clang-format
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And a second compiler, for warnings and fuzzing.
 CLANG_PACKAGES := $(TEST_PACKAGES) clang
-# And to decode a candump log beside matrig.
-BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
 # To drive the pages in a browser.
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
 # And to test in a Debian without anything.
@@ -47,8 +45,6 @@ $(B)/.study-packages: $(B)/.demo-packages
 	$(call install_packages,$(STUDY_PACKAGES))
 $(B)/.test-packages: $(B)/.study-packages
 	$(call install_packages,$(TEST_PACKAGES))
-$(B)/.bench-packages: $(B)/.test-packages
-	$(call install_packages,$(BENCH_PACKAGES))
 $(B)/.browser-packages: $(B)/.test-packages
 	$(call install_packages,$(BROWSER_PACKAGES))
 $(B)/.bare-packages:

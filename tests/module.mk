@@ -46,7 +46,7 @@ test-browser: in-build $(B)/.browser-packages all ## tests | live view and repor
 	@tests/browser/run.sh
 
 .PHONY: bench
-bench: in-build $(B)/.bench-packages all $(variants) $(bench_programs) $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## longer | timings, as ratios within one run
+bench: in-build $(B)/.test-packages all $(variants) $(bench_programs) $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## longer | timings, as ratios within one run
 	@tests/bench.sh
 	@tests/exchange/bench.sh
 

@@ -83,7 +83,7 @@ void reference_messages(FILE *out)
         "([the base](../howto/configure.md#several-boards-on-one-bus-the-base)); all pages "
         "are in terms of these, without a base.\n"
         "All integers are little-endian. A scaled field keeps one code for \"missing\". `matrig "
-        "dbc` writes the same as a DBC file.\n\n## Messages\n",
+        "export --format dbc` writes the same as a DBC file.\n\n## Messages\n",
         MR_LAYOUT);
     for (size_t i = 0; i < count; i++)
         write_message(out, &messages[i]);

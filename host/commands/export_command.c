@@ -7,9 +7,11 @@
 #include "host/analyse/film.h"
 #include "host/analyse/measured_source.h"
 #include "host/commands/commands.h"
+#include "host/export/dbc.h"
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"
 #include "host/export/origin.h"
+#include "host/link/bases.h"
 #include "host/base/output.h"
 #include "host/base/run.h"
 #include "host/base/units.h"
@@ -219,9 +221,50 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
 }
 
 struct request {
-    const char *format, *path;
+    const char *format, *path, *base;
     bool force;
 };
+
+/* The message catalogue: of no landing. */
+static int export_dbc(const struct request *r, const struct cli *cli)
+{
+    struct error error = {0};
+    struct output output;
+    uint16_t base = 0;
+    unsigned messages = 0;
+    if ((!r->base || link_read_base(r->base, "--base", &base, &error) == MR_OK) &&
+        output_begin(&output, r->path, r->force, &error) == MR_OK) {
+        messages = dbc_write(output.file, base);
+        output_end(&output, &error);
+    }
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    if (cli->json)
+        return cli_print_json(json_pack("{sssssisi}", "file", r->path, "format", r->format,
+                                        "messages", (int)messages, "base", base),
+                              0);
+    return 0;
+}
+
+/* DB RUN for every format but dbc. */
+static enum mr_status check_operands(const struct request *r, bool dbc, const char *const words[2],
+                                     struct error *error)
+{
+    if (!r->format)
+        return error_set(error, MR_USAGE,
+                         "no format: matrig export needs --format csv, candump, dbc, frames or "
+                         "mdf4; see matrig export --help");
+    if (dbc && words[0])
+        return error_set(error, MR_USAGE,
+                         "one word too many: '%s'; --format dbc is of all boards, of no landing",
+                         words[0]);
+    if (!dbc && r->base)
+        return error_set(error, MR_USAGE, "--base is for --format dbc");
+    if (!dbc && !words[1])
+        return error_set(error, MR_USAGE,
+                         "something is missing: export needs DB RUN; see matrig export --help");
+    return MR_OK;
+}
 
 static int export_command(int argc, char **argv, const struct cli *cli)
 {
@@ -232,14 +275,15 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     int64_t run = 0;
     long rows = 0;
     enum mr_status status = command_parse(&command_export, argc, argv, cli, &r, words, &error);
-    if (status == MR_OK && !r.format)
-        status = error_set(&error, MR_USAGE,
-                           "no format: matrig export needs --format csv, candump, frames or mdf4; "
-                           "see matrig export --help");
+    bool dbc = r.format && strcmp(r.format, "dbc") == 0;
+    if (status == MR_OK)
+        status = check_operands(&r, dbc, words, &error);
     if (status == MR_OK && cli->json && !r.path)
         status = error_set(
             &error, MR_USAGE,
             "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
+    if (status == MR_OK && dbc)
+        return export_dbc(&r, cli);
     if (status == MR_OK && !r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
         status = error_set(&error, MR_USAGE,
                            "binary data on a terminal: matrig export --format mdf4; give -o F, or "
@@ -268,6 +312,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file; without DB RUN"),
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
     HELP_ITEM("--format candump", "the CAN frames as `candump -L` writes them, stamped with the "
                                   "time of day by the board's clock;\n"
@@ -281,15 +326,20 @@ static const struct command_part parts[] = {
                                "with the DBC attached"),
     OPTION_TEXT("-o", "F", path, "where to write; else standard output"),
     OPTION_FORCE(force),
-    HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv"),
-    OPTION_CHOICE("--format", "F", format, "format", "csv|candump|frames|mdf4", NULL),
+    OPTION_TEXT("--base", "B", base,
+                "dbc of a board with this base on its bus, which is added to every identifier: 400 "
+                "and 0x190 are the same"),
+    HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv\n"
+                 "         matrig export --format dbc -o matrig.dbc"),
+    OPTION_CHOICE("--format", "F", format, "format", "csv|candump|dbc|frames|mdf4", NULL),
 };
 
 const struct command command_export = {
     "export",
     export_command,
-    "DB RUN --format csv|candump|frames|mdf4 [-o F] [--force]",
-    "one landing for other tools",
+    "DB RUN --format csv|candump|frames|mdf4 [-o F] [--force] | --format dbc [--base B] [-o F] "
+    "[--force]",
+    "one landing, or the DBC, for other tools",
     COMMAND_PARTS(parts),
-    {2, 2, "DB RUN"},
+    {0, 2, "DB RUN"},
 };

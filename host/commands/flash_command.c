@@ -1,5 +1,5 @@
-/* matrig flash: asks a board into its chip's boot ROM, has stm32flash program it, and checks that it
- * runs the image. */
+/* matrig flash: asks a board into its chip's boot ROM, has stm32flash program it, and checks that
+ * it runs the image. */
 #include <limits.h>
 #include <poll.h>
 #include <stdio.h>

@@ -325,8 +325,7 @@ static const struct command_part parts[] = {
         "touchdown_ft,\n"
         "switch_error_ft, gap_s (more is missing data; else 1.5 times the usual), last_line_open "
         "(true: the last line needs\n"
-        "no newline), note. For frames, in place of column: \"signal\": \"Message.Signal\" of the "
-        "file that \"dbc\" names, or\n"
+        "no newline), note. For frames, in place of column:\n"
         "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
                "it is of the same landing as RUN: gear, switches, survey and stations are RUN's, "

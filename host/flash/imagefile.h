@@ -14,7 +14,7 @@
 #include "host/base/error.h"
 
 #define IMAGEFILE_BYTES               MR_IMAGE_FLASH_BYTES
-/* The configuration's sectors, 2 and 3 (RM0090 3.3 table 5), as offsets: kept whatever is flashed. */
+/* The configuration's sectors, 2 and 3 (RM0090 3.3 table 5), as offsets; they are always kept. */
 #define IMAGEFILE_CONFIGURATION_START 0x8000u
 #define IMAGEFILE_CONFIGURATION_END   0x10000u
 

@@ -1,10 +1,10 @@
 /* A board in its chip's boot ROM, programmed by stm32flash (a program of its own, Debian's package
  * stm32flash), which talks AN3155 with it.
  *
- * An image goes into flash in parts: first sector 0 gets a few instructions that start the boot ROM,
- * then the program is written, at last vectors and header. A board that loses its power or its
- * cable in between starts into the boot ROM, and the whole is done again. Each part is read back
- * by stm32flash. It erases only the sectors of a part: those of the configuration are spared. */
+ * An image goes into flash in parts: first sector 0 gets a few instructions that start the boot
+ * ROM, then the program is written, at last vectors and header. A board that loses its power or its
+ * cable in between starts into the boot ROM, and the whole is done again. stm32flash reads each
+ * part back and erases its sectors alone, so the configuration is kept. */
 #ifndef MATRIG_HOST_FLASH_STM32FLASH_H
 #define MATRIG_HOST_FLASH_STM32FLASH_H
 

@@ -196,21 +196,12 @@ static void read_time(const struct reader *r, json_t *root, struct mapping *m)
 }
 
 /* Where the numbers are: column or signal. */
-static void read_source(const struct reader *r, const char *where, json_t *entry, const char *dbc,
-                        struct mapping *m, struct mapping_channel *c)
+static void read_source(const struct reader *r, const char *where, json_t *entry, struct mapping *m,
+                        struct mapping_channel *c)
 {
-    char name[MAPPING_NAME * 2] = "", id[16] = "", order[8] = "little";
+    char id[16] = "", order[8] = "little";
     if (!m->signals) {
         column(r, where, entry, c->column, &c->place);
-        return;
-    }
-    c->signal = (struct import_signal){.factor = 1.0};
-    text(r, where, entry, "signal", name, sizeof name);
-    if (name[0]) {
-        if (!dbc[0])
-            wrong(r, "", "dbc", "name the DBC file that knows the signals");
-        else
-            signal_from_dbc(dbc, name, &c->signal, r->error);
         return;
     }
     char *end = NULL;
@@ -218,8 +209,7 @@ static void read_source(const struct reader *r, const char *where, json_t *entry
     unsigned long value = strtoul(id, &end, 16);
     bool wide = strlen(id) > 5; /* 0x321 or 0x00000321 */
     if (!id[0] || strncmp(id, "0x", 2) != 0 || *end || value > (wide ? 0x1fffffffUL : 0x7ffUL))
-        wrong(r, where, "id",
-              "give \"signal\", or the identifier as 0x and 3 or 8 hexadecimal digits");
+        wrong(r, where, "id", "give the identifier as 0x and 3 or 8 hexadecimal digits");
     c->signal.id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
     c->signal.start_bit = whole(r, where, entry, "start_bit", 63, 0);
     c->signal.bits = whole(r, where, entry, "bits", 64, 0);
@@ -238,7 +228,6 @@ static void read_unit(const struct reader *r, const char *where, json_t *entry,
 {
     char unit[16] = "";
     double factor = 1.0;
-    snprintf(unit, sizeof unit, "%s", c->signal.bits ? c->signal.unit : "");
     text(r, where, entry, "unit", unit, sizeof unit);
     if (c->role == MAPPING_DISPLACEMENT || c->role == MAPPING_TENSION || c->role == MAPPING_GEAR)
         factor = mapping_unit(c->role, unit);
@@ -267,13 +256,12 @@ static void read_edge(const struct reader *r, const char *where, json_t *entry,
         wrong(r, where, "threshold", "give the value that the edge passes");
 }
 
-static void read_channel(const struct reader *r, json_t *entry, size_t index, const char *dbc,
-                         struct mapping *m)
+static void read_channel(const struct reader *r, json_t *entry, size_t index, struct mapping *m)
 {
-    static const char *const known[] = {"column",     "channel",   "unit",       "scale",  "offset",
-                                        "threshold",  "edge",      "station_ft", "error",  "signal",
-                                        "id",         "start_bit", "bits",       "signed", "float",
-                                        "byte_order", NULL};
+    static const char *const known[] = {"column", "channel",   "unit",       "scale",
+                                        "offset", "threshold", "edge",       "station_ft",
+                                        "error",  "id",        "start_bit",  "bits",
+                                        "signed", "float",     "byte_order", NULL};
     struct mapping_channel *c = &m->channel[m->channels++];
     char where[32], name[16] = "";
     snprintf(where, sizeof where, "channels[%zu]", index);
@@ -292,18 +280,18 @@ static void read_channel(const struct reader *r, json_t *entry, size_t index, co
         if (m->channel[i].role == c->role && m->channel[i].number == c->number)
             wrong(r, where, "channel", "this one is there twice");
     }
-    read_source(r, where, entry, dbc, m, c);
+    read_source(r, where, entry, m, c);
     read_unit(r, where, entry, c);
     if (c->role == MAPPING_SWITCH)
         read_edge(r, where, entry, c);
     c->station_ft = number(r, where, entry, "station_ft", (double)NAN);
 }
 
-static void read_align(const struct reader *r, json_t *root, const char *dbc, struct mapping *m)
+static void read_align(const struct reader *r, json_t *root, struct mapping *m)
 {
-    static const char *const known[] = {"column", "threshold", "edge",       "switch",
-                                        "signal", "id",        "start_bit",  "bits",
-                                        "signed", "float",     "byte_order", NULL};
+    static const char *const known[] = {"column", "threshold",  "edge", "switch",
+                                        "id",     "start_bit",  "bits", "signed",
+                                        "float",  "byte_order", NULL};
     json_t *align = json_object_get(root, "align");
     if (!align || m->channels == MAPPING_CHANNELS)
         return;
@@ -315,7 +303,7 @@ static void read_align(const struct reader *r, json_t *root, const char *dbc, st
     *c = (struct mapping_channel){
         .role = MAPPING_ALIGN, .scale = 1.0, .station_ft = (double)NAN, .error = (double)NAN};
     check_keys(r, "align", align, known);
-    read_source(r, "align", align, dbc, m, c);
+    read_source(r, "align", align, m, c);
     read_edge(r, "align", align, c);
     c->number = whole(r, "align", align, "switch", SWITCH_MAX, 0);
     if (c->number == 0)
@@ -340,24 +328,14 @@ static void read_missing(const struct reader *r, json_t *root, struct mapping *m
     }
 }
 
-/* "../x.dbc" beside the mapping file, or as it is. */
-static void path_beside(const char *path, const char *name, char *out, size_t size)
-{
-    const char *slash = strrchr(path, '/');
-    if (!name[0] || name[0] == '/' || !slash)
-        snprintf(out, size, "%s", name);
-    else
-        snprintf(out, size, "%.*s/%s", (int)(slash - path), path, name);
-}
-
 static void read_root(const struct reader *r, json_t *root, struct mapping *m)
 {
     static const char *const known[] = {
         "separator",       "decimal", "header_lines", "comment",  "missing",
         "last_line_open",  "time",    "align",        "channels", "touchdown_ft",
-        "switch_error_ft", "gap_s",   "dbc",          "note",     NULL};
+        "switch_error_ft", "gap_s",   "note",         NULL};
     json_t *channels = json_object_get(root, "channels");
-    char dbc[400] = "", name[200] = "", note[400] = "";
+    char note[400] = "";
     if (!json_is_object(root) || !json_is_array(channels) || json_array_size(channels) == 0 ||
         json_array_size(channels) >= MAPPING_CHANNELS) {
         wrong(r, "", "channels", "give a list of one to 99 objects");
@@ -366,9 +344,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
     check_keys(r, "", root, known);
     text(r, "", root, "note", note, sizeof note);
     json_t *first = json_array_get(channels, 0);
-    m->signals = json_object_get(first, "signal") || json_object_get(first, "id");
-    text(r, "", root, "dbc", name, sizeof name);
-    path_beside(r->path, name, dbc, sizeof dbc);
+    m->signals = json_object_get(first, "id");
     m->decimal = character(r, root, "decimal", '.');
     m->separator = character(r, root, "separator", m->decimal == ',' ? ';' : ',');
     m->comment = character(r, root, "comment", '#');
@@ -382,9 +358,9 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
     read_missing(r, root, m);
     read_time(r, root, m);
     for (size_t i = 0; i < json_array_size(channels) && r->error->status == MR_OK; i++)
-        read_channel(r, json_array_get(channels, i), i, dbc, m);
+        read_channel(r, json_array_get(channels, i), i, m);
     if (r->error->status == MR_OK)
-        read_align(r, root, dbc, m);
+        read_align(r, root, m);
 }
 
 enum mr_status mapping_parse(const char *json, size_t length, const char *path,

@@ -16,10 +16,9 @@
  * `edge` rising or falling; `station_ft` says where it is). value = (what stands there * scale +
  * offset) in `unit`. `error`: standard error of a reading, in `unit`.
  *
- * In place of "column" a channel of a candump log has {"signal": "Message.Signal"} of the file that
- * "dbc" names, or {"id": "0x321", "start_bit": 0, "bits": 16, "signed": true, "byte_order":
- * "little"}; an 8-digit id is an extended one. Times are then those of the log. The rest is as
- * above.
+ * In place of "column" a channel of a candump log has {"id": "0x321", "start_bit": 0, "bits": 16,
+ * "signed": true, "float": false, "byte_order": "little"}; an 8-digit id is an extended one. Times
+ * are then those of the log. The rest is as above.
  *
  * Without "align" time 0 is touchdown of the landing that it is put beside (--like); without that
  * landing the table has its own time. */
@@ -92,7 +91,7 @@ struct mapping {
 /* MR_IO, MR_MALFORMED: names the key. The caller releases it with mapping_free, also after an
  * error. */
 enum mr_status mapping_load(const char *path, struct mapping *mapping, struct error *error);
-/* The same from text; `path` for errors, and for where a DBC file lies. */
+/* The same from text; `path` for errors. */
 enum mr_status mapping_parse(const char *text, size_t length, const char *path,
                              struct mapping *mapping, struct error *error);
 /* For a table that matrig export --format csv wrote, by its names. False: it is none. Its rows are

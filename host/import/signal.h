@@ -1,11 +1,10 @@
-/* A number in a CAN frame: where its bits lie and what they mean, as DBC files say it. Pure. */
+/* A number in a CAN frame: where its bits lie and what they mean, as DBC files count bits. Pure. */
 #ifndef MATRIG_HOST_IMPORT_SIGNAL_H
 #define MATRIG_HOST_IMPORT_SIGNAL_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/base/error.h"
 #include "host/link/link.h"
 
 struct import_signal {
@@ -14,8 +13,6 @@ struct import_signal {
      * counts */
     unsigned start_bit, bits;
     bool is_signed, big_endian, is_float;
-    double factor, offset;
-    char unit[16];
 };
 
 /* The bits lie within `length` bytes. */
@@ -23,13 +20,5 @@ bool signal_fits(const struct import_signal *signal, unsigned length);
 /* False: another frame, or a shorter one. */
 bool signal_value(const struct import_signal *signal, const struct link_frame *frame,
                   double *value);
-
-/* "Message.Signal" of a DBC file. MR_IO; MR_MALFORMED: names the line; MR_UNKNOWN: not in it;
- * MR_USAGE: multiplexed, which is not understood. */
-enum mr_status signal_from_dbc(const char *path, const char *name, struct import_signal *signal,
-                               struct error *error);
-enum mr_status signal_from_dbc_text(const char *text, size_t length, const char *path,
-                                    const char *name, struct import_signal *signal,
-                                    struct error *error);
 
 #endif

@@ -121,7 +121,7 @@ an_output_never_replaces_a_campaign() {
     before=$(md5sum <"$db")
     fails_with 2 "would overwrite a database: $db" build/matrig report "$db" -o "$db" || return 1
     fails_with 2 "would overwrite a database: $db" build/matrig export "$db" 1 --format csv -o "$db" || return 1
-    fails_with 2 "would overwrite a database: $db" build/matrig dbc -o "$db" || return 1
+    fails_with 2 "would overwrite a database: $db" build/matrig export --format dbc -o "$db" || return 1
     fails_with 2 "would overwrite a database" build/matrig-board --elf $elf --can "file:$db" --for 1 || return 1
     [ "$(md5sum <"$db")" = "$before" ]
 }

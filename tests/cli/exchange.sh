@@ -9,7 +9,7 @@ played --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/la
 build/matrig --quiet log --can "file:$tmp/can" --db "$db" >/dev/null
 build/matrig export "$db" 1 --format csv -o "$tmp/run.csv"
 build/matrig export "$db" 1 --format candump -o "$tmp/run.log"
-build/matrig dbc -o "$tmp/matrig.dbc"
+build/matrig export --format dbc -o "$tmp/matrig.dbc"
 
 # Over 100,000 values, none further off than a digit of the CSV; no line of the DBC that the parser does not understand.
 foreign_parser() {
@@ -32,8 +32,8 @@ shift_dbc() { # BASE: the DBC of base 0 on stdin
         { print }' FS=' ' OFS=' '
 }
 dbc_of_a_base() {
-    build/matrig dbc --base 0x190 -o "$tmp/second.dbc" && build/matrig dbc --base 400 | cmp - "$tmp/second.dbc" &&
-        build/matrig dbc --base 0 | cmp - "$tmp/matrig.dbc" || return 1
+    build/matrig export --format dbc --base 0x190 -o "$tmp/second.dbc" && build/matrig export --format dbc --base 400 | cmp - "$tmp/second.dbc" &&
+        build/matrig export --format dbc --base 0 | cmp - "$tmp/matrig.dbc" || return 1
     # a foreign parser has the same messages in it, 400 further
     /usr/bin/python3 tests/exchange/dbc_read.py "$tmp/second.dbc" >"$tmp/second.ids" || return 1
     grep -E '^BO_ ' "$tmp/matrig.dbc" | awk '{ sub(":", "", $3); print $3, $2 + 400 }' | diff - "$tmp/second.ids" &&
@@ -48,10 +48,10 @@ foreign_parser_of_a_base() { # the same readings from the frames of that board
     foreign_parser "$tmp/second.dbc" "$tmp/second.log" 400 && ! foreign_parser "$tmp/matrig.dbc" "$tmp/second.log" 400
 }
 dbc_refuses() {
-    fails_with 2 "^matrig: base 0x3ff: --base; 0x3fe at most, or identifiers would be beyond 0x7ff$" build/matrig dbc --base 0x3ff &&
-        fails_with 2 "^matrig: base 0x3ff: --base" build/matrig dbc --base 1023 && fails_with 2 "'19g' of --base; write 0x190" build/matrig dbc --base 19g &&
-        fails_with 2 "'-1'" build/matrig dbc --base=-1 && fails_with 2 "'0x'" build/matrig dbc --base 0x && fails_with 2 "''" build/matrig dbc --base '' &&
-        build/matrig dbc --base 0x3fe | grep -qx 'BO_ 2047 config_word: 8 HOST'
+    fails_with 2 "^matrig: base 0x3ff: --base; 0x3fe at most, or identifiers would be beyond 0x7ff$" build/matrig export --format dbc --base 0x3ff &&
+        fails_with 2 "^matrig: base 0x3ff: --base" build/matrig export --format dbc --base 1023 && fails_with 2 "'19g' of --base; write 0x190" build/matrig export --format dbc --base 19g &&
+        fails_with 2 "'-1'" build/matrig export --format dbc --base=-1 && fails_with 2 "'0x'" build/matrig export --format dbc --base 0x && fails_with 2 "''" build/matrig export --format dbc --base '' &&
+        build/matrig export --format dbc --base 0x3fe | grep -qx 'BO_ 2047 config_word: 8 HOST'
 }
 # The median time between two frames of a message, as the board sent them, is its cycle time.
 cycle_times() {

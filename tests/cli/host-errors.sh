@@ -27,7 +27,7 @@ check "can: carries no serial bytes" fails_with 2 "carries no serial bytes: can:
 check "compare without RUN" fails_with 2 "compare needs DB RUN" $matrig compare x.db
 check "RUN that is no number" fails_with 2 "not a RUN: 'last'" $matrig compare x.db last
 check "RUN 0" fails_with 2 "not a RUN: '0'" $matrig export x.db 0 --format csv
-check "export without a format" fails_with 2 "--format csv, candump, frames or mdf4" $matrig export x.db 1
+check "export without a format" fails_with 2 "--format csv, candump, dbc, frames or mdf4" $matrig export x.db 1
 check "unknown format" fails_with 2 "unknown format: 'mdf'" $matrig export x.db 1 --format mdf
 check "JSON and data on one output" fails_with 2 "needs -o F" $matrig --json export x.db 1 --format csv
 check "report without a database" fails_with 2 "report needs DB" $matrig report
@@ -70,7 +70,7 @@ check "database of another version, reading" fails_with 4 "version 9, this matri
 check "database of another version, logging" fails_with 4 "version 9, this matrig has version [0-9]+" $matrig log --can "file:$tmp/hello.log" --db "$tmp/g.db"
 check "an empty campaign has a report" $matrig --quiet report "$tmp/f.db" -o "$tmp/f.html"
 check "page that cannot be written" fails_with 3 "cannot write.*no/page.html" $matrig report "$tmp/f.db" -o "$tmp/no/page.html"
-check "full output" fails_with 3 "cannot write.*/dev/full" $matrig dbc -o /dev/full
+check "full output" fails_with 3 "cannot write.*/dev/full" $matrig export --format dbc -o /dev/full
 
 # --- scenes ---
 echo '{"model": "chain", "Nn": 5}' >"$tmp/key.json"
@@ -78,7 +78,7 @@ check "scene with an unknown key" fails_with 4 "Nn" $matrig compare "$tmp/f.db" 
 check "scene that is not there" fails_with 3 "none.json" $matrig compare "$tmp/f.db" 1 --scene "$tmp/none.json"
 
 # --- help ---
-check "help names every command" bash -c "for c in log sim compare report export dbc; do $matrig --help | grep -q \"^  \$c \" || exit 1; done"
-check "every command has help" bash -c "for c in log sim compare report export dbc; do $matrig \$c --help | grep -q \"^usage: matrig .* \$c\" || exit 1; done"
+check "help names every command" bash -c "for c in log sim compare report export import; do $matrig --help | grep -q \"^  \$c \" || exit 1; done"
+check "every command has help" bash -c "for c in log sim compare report export import; do $matrig \$c --help | grep -q \"^usage: matrig .* \$c\" || exit 1; done"
 check "help of a command needs nothing else" $matrig log --db --help
 finish

@@ -58,7 +58,7 @@ frames_are_the_candump() {
              END {printf "worst time difference %.6f s\n", worst; exit worst > 0.0000021}'
 }
 dbc_is_attached() {
-    read_mdf4 attachment matrig.dbc | cmp - <(build/matrig dbc)
+    read_mdf4 attachment matrig.dbc | cmp - <(build/matrig export --format dbc)
 }
 # By its time of day each frame lies where the candump log has it, which is when it was received: up to 2 ms after board time.
 start_is_the_time_of_day() {

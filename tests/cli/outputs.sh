@@ -53,7 +53,7 @@ campaign.html report $db
 run.csv export $db 1 --format csv -o $tmp/run.csv
 run.log export $db 1 --format candump -o $tmp/run.log
 run.mf4 export $db 1 --format mdf4 -o $tmp/run.mf4
-matrig.dbc dbc -o $tmp/matrig.dbc
+matrig.dbc export --format dbc -o $tmp/matrig.dbc
 sheet.csv survey $db --edges none --sheet $tmp/sheet.csv
 sim.csv sim host/scenes/wave.json --csv $tmp/sim.csv
 flat.svg error host/scenes/friction_block.json --plot $tmp/flat.svg
@@ -182,15 +182,15 @@ journals() { # there or not, by any name of theirs
         ln -sf "own/c.db$tail" "$tmp/dangling$tail" && ln -sf "dangling$tail" "$tmp/twice$tail" || return 1
         for other in "own/c.db$tail" "own/sub/../c.db$tail" "own.link/c.db$tail" "dangling$tail" "twice$tail"; do
             fails_with 2 "$own, .*c\.db: .*$other; give another file" $matrig export "$db" 1 --format csv -o "$tmp/$other" --force &&
-                fails_with 2 "$own" $matrig dbc -o "$tmp/$other" && fails_with 2 "$own" $matrig bundle "$db" 1 -o "$tmp/$other" --force &&
+                fails_with 2 "$own" $matrig export --format dbc -o "$tmp/$other" && fails_with 2 "$own" $matrig bundle "$db" 1 -o "$tmp/$other" --force &&
                 fails_with 2 "$own" $matrig sim host/scenes/wave.json --csv "$tmp/$other" --force &&
                 fails_with 2 "$own" $matrig sweep "$tmp/sweep.json" -o "$tmp/$other" -j 1 &&
                 fails_with 2 "$own" $matrig import "$tmp/$other" "$tmp/can.log" || return 1
         done
     done
     [ "$(ls "$tmp/own")" = "$(printf 'c.db\nsub')" ] && cmp "$db" "$tmp/own/c.db" || return 1
-    : >"$tmp/own/c.db" && fails_with 2 "$own" $matrig dbc -o "$tmp/own/c.db-journal" || return 1 # a database that is being made
-    echo text >"$tmp/own/text" && quiet $matrig dbc -o "$tmp/own/text-wal" && quiet $matrig dbc -o "$tmp/own/none-wal" # no database has them
+    : >"$tmp/own/c.db" && fails_with 2 "$own" $matrig export --format dbc -o "$tmp/own/c.db-journal" || return 1 # a database that is being made
+    echo text >"$tmp/own/text" && quiet $matrig export --format dbc -o "$tmp/own/text-wal" && quiet $matrig export --format dbc -o "$tmp/own/none-wal" # no database has them
 }
 check "what SQLite keeps beside a campaign is not, by force neither" journals
 committed() { # by a name that does not say so, or when the campaign was moved away
@@ -230,19 +230,19 @@ check "a folder that is not there, and one in place of a file" gone
 # ---- pipes and devices ----
 
 streams() {
-    $matrig dbc >"$tmp/dbc" && $matrig dbc -o /dev/stdout | cmp - "$tmp/dbc" && $matrig dbc -o /dev/stdout >"$tmp/dbc2" && cmp "$tmp/dbc" "$tmp/dbc2" &&
-        { echo head; $matrig dbc -o /dev/stdout; echo tail; } >"$tmp/dbc3" && { echo head; cat "$tmp/dbc"; echo tail; } | cmp - "$tmp/dbc3" &&
-        $matrig dbc -o /dev/fd/7 7>"$tmp/dbc4" && cmp "$tmp/dbc" "$tmp/dbc4" && $matrig dbc -o >(cat >"$tmp/dbc5"; : >"$tmp/dbc5.done") &&
-        $matrig dbc -o /dev/null && $matrig survey "$db" --sheet - | grep -q . || return 1
+    $matrig export --format dbc >"$tmp/dbc" && $matrig export --format dbc -o /dev/stdout | cmp - "$tmp/dbc" && $matrig export --format dbc -o /dev/stdout >"$tmp/dbc2" && cmp "$tmp/dbc" "$tmp/dbc2" &&
+        { echo head; $matrig export --format dbc -o /dev/stdout; echo tail; } >"$tmp/dbc3" && { echo head; cat "$tmp/dbc"; echo tail; } | cmp - "$tmp/dbc3" &&
+        $matrig export --format dbc -o /dev/fd/7 7>"$tmp/dbc4" && cmp "$tmp/dbc" "$tmp/dbc4" && $matrig export --format dbc -o >(cat >"$tmp/dbc5"; : >"$tmp/dbc5.done") &&
+        $matrig export --format dbc -o /dev/null && $matrig survey "$db" --sheet - | grep -q . || return 1
     await test -e "$tmp/dbc5.done"
-    cmp "$tmp/dbc" "$tmp/dbc5" && [ -c /dev/null ] && fails_with 3 'cannot write .No space' $matrig dbc -o /dev/full
+    cmp "$tmp/dbc" "$tmp/dbc5" && [ -c /dev/null ] && fails_with 3 'cannot write .No space' $matrig export --format dbc -o /dev/full
 }
 check "standard output, a descriptor, a pipe, a device" streams
 fifo() {
     rm -f "$tmp/fifo" && mkfifo "$tmp/fifo" || return 1
     timeout 20 cat "$tmp/fifo" >"$tmp/dbc6" &
     local reader=$!
-    timeout 20 $matrig dbc -o "$tmp/fifo" && wait "$reader" && [ -p "$tmp/fifo" ] && cmp "$tmp/dbc" "$tmp/dbc6"
+    timeout 20 $matrig export --format dbc -o "$tmp/fifo" && wait "$reader" && [ -p "$tmp/fifo" ] && cmp "$tmp/dbc" "$tmp/dbc6"
 }
 check "a named pipe" fifo
 finish

@@ -408,7 +408,7 @@ static void who_leaves_is_in_nobodys_way(void **state)
     assert_int_equal(busscan_conflicts(found, 0x10, NULL, 0), 32);
 }
 
-/* Expected: by the identifiers of `matrig dbc`, in Python. */
+/* Expected: by the identifiers of `matrig export --format dbc`, in Python. */
 static void free_bases(void **state)
 {
     uint16_t bases[400];

@@ -24,30 +24,23 @@ static void bits_lie_as_dbc_says(void **state)
     const uint8_t data[] = {0x12, 0x34, 0x56, 0x78}, minus[] = {0xff, 0xfe};
     const uint8_t single[] = {0x00, 0x00, 0x20, 0xc0}; /* -2.5 */
     (void)state;
-    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 4, .bits = 12, .factor = 1},
-                          data, 4),
+    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 4, .bits = 12}, data, 4),
                 0x341, 0);
+    assert_near(
+        signal_of(&(struct import_signal){.id = 1, .start_bit = 3, .bits = 12, .big_endian = true},
+                  data, 4),
+        0x234, 0);
     assert_near(signal_of(
                     &(struct import_signal){
-                        .id = 1, .start_bit = 3, .bits = 12, .big_endian = true, .factor = 1},
-                    data, 4),
-                0x234, 0);
-    assert_near(signal_of(&(struct import_signal){.id = 1,
-                                                  .start_bit = 7,
-                                                  .bits = 16,
-                                                  .big_endian = true,
-                                                  .is_signed = true,
-                                                  .factor = 0.5,
-                                                  .offset = 3},
-                          minus, 2),
-                2, 0);
+                        .id = 1, .start_bit = 7, .bits = 16, .big_endian = true, .is_signed = true},
+                    minus, 2),
+                -2, 0);
     assert_near(
-        signal_of(&(struct import_signal){.id = 1, .bits = 32, .is_float = true, .factor = 2},
-                  single, 4),
-        -5, 0);
+        signal_of(&(struct import_signal){.id = 1, .bits = 32, .is_float = true}, single, 4), -2.5,
+        0);
     /* beyond it */
-    assert_true(isnan(signal_of(
-        &(struct import_signal){.id = 1, .start_bit = 24, .bits = 16, .factor = 1}, data, 4)));
+    assert_true(
+        isnan(signal_of(&(struct import_signal){.id = 1, .start_bit = 24, .bits = 16}, data, 4)));
     assert_false(
         signal_fits(&(struct import_signal){.start_bit = 0, .bits = 9, .big_endian = true}, 1));
 }

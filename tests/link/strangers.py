@@ -21,7 +21,7 @@ LONG = bool(os.environ.get("MATRIG_LONG"))
 
 def catalogue(matrig):
     """(name, identifier, bytes) of each message that the board sends."""
-    text = subprocess.run([matrig, "dbc"], capture_output=True, text=True, check=True).stdout
+    text = subprocess.run([matrig, "export", "--format", "dbc"], capture_output=True, text=True, check=True).stdout
     for identifier, name, size in re.findall(r"^BO_ (\d+) (\w+): (\d+) BOARD$", text, re.M):
         yield name, int(identifier), int(size)
 
