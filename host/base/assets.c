@@ -12,8 +12,6 @@
 ASSET(page, "host/live/page/live.html");
 ASSET(script, "host/live/page/live.js");
 ASSET(style, "host/live/page/live.css");
-ASSET(day_page, "host/live/page/day.html");
-ASSET(day_script, "host/live/page/day.js");
 ASSET(plot_script, "dygraph.min.js");
 ASSET(plot_style, "dygraph.min.css");
 ASSET(plot_licence, "copyright");
@@ -27,8 +25,6 @@ static const struct asset assets[] = {
     ROW("/", "text/html; charset=utf-8", page),
     ROW("/live.js", "text/javascript; charset=utf-8", script),
     ROW("/live.css", "text/css; charset=utf-8", style),
-    ROW("/day", "text/html; charset=utf-8", day_page),
-    ROW("/day.js", "text/javascript; charset=utf-8", day_script),
     ROW("/dygraph.js", "text/javascript; charset=utf-8", plot_script),
     ROW("/dygraph.css", "text/css; charset=utf-8", plot_style),
     ROW("/licences.txt", "text/plain; charset=utf-8", plot_licence),

@@ -162,16 +162,9 @@ enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *c
     return STORE_NUMBER(store, error, DAY_COUNT, count, BIND(since_us));
 }
 
-enum mr_status store_day_word_add(struct store *store, const struct store_day_word *word,
-                                  struct error *error)
+enum mr_status store_day_session(struct store *store, int64_t *session, struct error *error)
 {
-    return STORE_PUT(store, error, day_word, word);
-}
-
-enum mr_status store_day_words(struct store *store, struct store_day_word **rows, size_t *count,
-                               struct error *error)
-{
-    STORE_ROWS(DAY_WORDS);
+    return STORE_NUMBER(store, error, DAY_SESSION, session);
 }
 
 /* Its own corrections stand for the landing alone. */

@@ -51,10 +51,7 @@ enum mr_status store_advices(struct store *store, struct store_advice **rows, si
 enum mr_status store_day_newest(struct store *store, int64_t *run, struct error *error);
 enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *count,
                                struct error *error);
-/* What was said to `matrig day`, oldest first. */
-enum mr_status store_day_word_add(struct store *store, const struct store_day_word *word,
-                                  struct error *error);
-enum mr_status store_day_words(struct store *store, struct store_day_word **rows, size_t *count,
-                               struct error *error);
+/* The newest session that was logged here; 0: none. */
+enum mr_status store_day_session(struct store *store, int64_t *session, struct error *error);
 
 #endif

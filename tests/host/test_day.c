@@ -1,5 +1,5 @@
-/* The steps of a day: what is next, for facts made by hand; what is expected is what a person at
- * the runway would say. */
+/* The steps of a day: what is next, for facts made by hand; the expectation is what a person at the
+ * runway would answer. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -8,14 +8,12 @@
 #include <string.h>
 
 #include "common/catalogue.h"
-#include "host/day/steps.h"
-#include "host/day/walk.h"
-#include "host/store/store.h"
+#include "host/day/day.h"
 
 #define MINUTE_US ((int64_t)60000000)
 #define NOON_US   ((int64_t)1790000000000000)
 
-/* A day in which all is done up to arming, one minute for each step; landing 3 was looked at. */
+/* A day in which all is done up to arming, one minute for each step; landing 3 has a note. */
 static struct day_facts all_ready(void)
 {
     return (struct day_facts){.now_us = NOON_US + 10 * MINUTE_US,
@@ -25,7 +23,7 @@ static struct day_facts all_ready(void)
                               .run = 3,
                               .armed_us = NOON_US,
                               .state = MR_LANDING_DONE,
-                              .looked = true,
+                              .noted = true,
                               .survey = 4,
                               .survey_ended_us = NOON_US + 2 * MINUTE_US,
                               .survey_us = NOON_US + MINUTE_US,
@@ -77,15 +75,15 @@ static void each_step_follows_from_what_is_missing(void **state)
     assert_int_equal(next(&f), DAY_LOAD);
     f.survey_us = NOON_US - 1; /* read before the last landing */
     assert_int_equal(next(&f), DAY_SURVEY);
-    f.looked = false;
+    f.noted = false;
     assert_int_equal(next(&f), DAY_LOOK);
 }
 
-static void what_is_of_before_does_not_hold(void **state)
+static void a_check_that_predates_a_change_does_not_hold(void **state)
 {
     (void)state;
     struct day_facts f = all_ready();
-    f.ready_us = f.loaded_us - 1; /* the board knew another runway then */
+    f.ready_us = f.loaded_us - 1; /* the board had another runway then */
     assert_int_equal(next(&f), DAY_READY);
     f = all_ready();
     f.survey_us = NOON_US - 1; /* without a survey, the landing alone counts */
@@ -98,11 +96,11 @@ static void what_is_of_before_does_not_hold(void **state)
     assert_int_equal(next(&f), DAY_READY);
     f.calibration_due = true;
     assert_int_equal(next(&f), DAY_CALIBRATE);
-    f.calibrated_us = f.ready_us + 1; /* what ready said is of before it */
+    f.calibrated_us = f.ready_us + 1;
     assert_int_equal(next(&f), DAY_READY);
 }
 
-static void a_survey_that_was_broken_off_goes_on(void **state)
+static void a_survey_that_is_not_finished_goes_on(void **state)
 {
     (void)state;
     struct day_facts f = all_ready();
@@ -126,32 +124,30 @@ static void a_skipped_step_is_passed_and_the_rest_is_not(void **state)
     assert_int_equal(next(&f), DAY_READY);
 }
 
-static void a_log_that_runs_is_next_whatever_is_open(void **state)
+static void while_a_log_runs_the_landing_is_next(void **state)
 {
     (void)state;
     struct day_facts f = all_ready();
+    struct day_plan plan;
     f.logging = true;
-    f.run = 4;
-    f.state = MR_LANDING_LANDING;
-    f.looked = false;
+    f.logging_since_us = f.now_us;
+    f.ready_us = 0;
+    day_plan_make(&f, &plan);
     assert_int_equal(next(&f), DAY_LAND);
-    f.logging = false; /* it was killed in the landing */
+    assert_non_null(strstr(plan.reason[DAY_LAND], "nothing is armed"));
+    f.run = 4;
+    f.armed_us = f.now_us + 1;
+    f.state = MR_LANDING_LANDING;
+    f.noted = false;
+    assert_int_equal(next(&f), DAY_LAND);
+    f.state = MR_LANDING_DONE;
+    day_plan_make(&f, &plan);
+    assert_int_equal(next(&f), DAY_LAND);
+    assert_non_null(strstr(plan.reason[DAY_LAND], "end the log"));
+    f.logging = false;
     assert_int_equal(next(&f), DAY_LOOK);
-}
-
-static void a_channel_is_due_from_the_day_on_which_it_expires(void **state)
-{
-    (void)state;
-    static struct mr_config config;
-    config.channel[0] = (struct mr_channel_config){
-        .kind = MR_KIND_DISPLACEMENT, .calibrated_day = 20000, .expires_day = 20365};
-    assert_false(day_walk_is_due(&config, 0, 20364));
-    assert_true(day_walk_is_due(&config, 0, 20365));
-    config.channel[0].expires_day = 0; /* never */
-    assert_false(day_walk_is_due(&config, 0, 99999));
-    config.channel[0].calibrated_day = 0;
-    assert_true(day_walk_is_due(&config, 0, 20364));
-    assert_false(day_walk_is_due(&config, 1, 20364)); /* not fitted */
+    f.state = MR_LANDING_LANDING; /* the log was killed in the landing */
+    assert_int_equal(next(&f), DAY_LOOK);
 }
 
 int main(void)
@@ -159,11 +155,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_empty_campaign_begins_with_a_series),
         cmocka_unit_test(each_step_follows_from_what_is_missing),
-        cmocka_unit_test(what_is_of_before_does_not_hold),
-        cmocka_unit_test(a_survey_that_was_broken_off_goes_on),
+        cmocka_unit_test(a_check_that_predates_a_change_does_not_hold),
+        cmocka_unit_test(a_survey_that_is_not_finished_goes_on),
         cmocka_unit_test(a_skipped_step_is_passed_and_the_rest_is_not),
-        cmocka_unit_test(a_log_that_runs_is_next_whatever_is_open),
-        cmocka_unit_test(a_channel_is_due_from_the_day_on_which_it_expires),
+        cmocka_unit_test(while_a_log_runs_the_landing_is_next),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
