@@ -51,8 +51,7 @@ struct campaign_landing {
      * strip */
     double tow_lb;
     enum campaign_back back;
-    /* as the runway is then: the file's scene with what has been applied; model and path unset. Of
-     * two strips the left one, with the right one beside it */
+    /* as the runway is then: the file's scene with what has been applied; model and path unset */
     struct sim_scene scene;
     bool modified; /* a modification was applied or removed before this landing */
 };
@@ -72,14 +71,11 @@ enum campaign_quantity {
     /* from the first of them to the second, downfield; none where there is one */
     CAMPAIGN_APART_FT
 };
-/* Of two strips. A campaign of one has all of these on that one, and no ratio. */
-enum campaign_strip { CAMPAIGN_LEFT, CAMPAIGN_RIGHT, CAMPAIGN_RIGHT_OVER_LEFT };
 enum campaign_when { CAMPAIGN_IN_LANDINGS, CAMPAIGN_BEFORE_BUCKLING, CAMPAIGN_AT_BUCKLING };
 
 struct campaign_fact {
     char says[160];
     enum campaign_quantity quantity;
-    enum campaign_strip strip;
     enum campaign_when when;
     size_t first, last; /* landings, from 1 */
     /* the quantity is divided by what it is over these; 0: not */
@@ -106,11 +102,6 @@ struct campaign {
     bool parting;          /* during a landing; else it is told after it */
     double wave_in;        /* a rise above this is a wave, */
     double buckle_in;      /* above this a buckle */
-    /* One strip, or two: under the left and the right line of wheels, the aircraft's path being
-     * offset_ft left of the centre line of a runway width_ft wide; mats of the two that lie beside
-     * each other are held together by an elastic spring that slips beyond shear_lb. */
-    int strips;
-    double width_ft, offset_ft, shear_lb_ft, shear_lb;
     /* aircraft */
     double weight_lb, axles, onset_s, dwell_s;
     double back_ft_s, back_drag_ft_s2;
@@ -139,22 +130,18 @@ enum mr_status campaign_load(struct campaign *campaign, const char *path, struct
  * beside the file `where`. */
 enum mr_status campaign_from_json(struct campaign *campaign, const char *where, const json_t *root,
                                   struct error *error);
-/* The same on this ground, "weightless" or "elastic", and of so many strips, whatever the file
- * says; NULL, 0: as it says. */
+/* The same on this ground, "weightless" or "elastic"; NULL: the file's. */
 enum mr_status campaign_load_on(struct campaign *campaign, const char *path, const char *ground,
-                                int strips, struct error *error);
+                                struct error *error);
 void campaign_free(struct campaign *campaign);
 /* The scene of a campaign that was read from `file`: what it holds, or what the file holds that it
  * names beside itself; on elastic ground with that ground's keys. The caller owns the reference;
  * NULL: absent, or as the error says. */
 json_t *campaign_scene_json(const char *file, const json_t *root, struct error *error);
-/* Likewise the scene keys that elastic ground adds, and how the runway is divided in strips. */
+/* Likewise the scene keys that elastic ground adds. */
 json_t *campaign_elastic_json(const char *file, const json_t *root, struct error *error);
-json_t *campaign_strips_json(const char *file, const json_t *root, struct error *error);
 
 /* Which ground the first landing is on, in words for one line. */
 void campaign_ground_text(const struct campaign *campaign, char *text, size_t size);
-/* How two strips divide the runway and what holds them together, likewise. */
-void campaign_strips_text(const struct campaign *campaign, char *text, size_t size);
 
 #endif

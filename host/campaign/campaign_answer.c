@@ -75,15 +75,14 @@ static void add_landing(struct answer *answer, const struct campaign *c,
     answer_json_value(answer, "total_in", spreads_json(s->total_in, c->station_count));
 }
 
-/* `of`: "", or the strip that it is of. */
 static void add_stations(struct answer *answer, const struct campaign *c,
-                         const struct campaign_landing_summary *s, const char *of)
+                         const struct campaign_landing_summary *s)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer)),
                       *movement = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
     char label[80];
-    snprintf(label, sizeof label, "%smovement in all, %s, median, at station, %s", of,
-             movement->text, station->text);
+    snprintf(label, sizeof label, "movement in all, %s, median, at station, %s", movement->text,
+             station->text);
     answer_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
         answer_row(answer);
@@ -139,21 +138,6 @@ static json_t *outcome_json(const struct campaign_outcome *o, size_t number)
     return object;
 }
 
-/* Two strips: the right one's landings, and which of them buckled. */
-static void set_right(json_t *object, const struct campaign_run *run)
-{
-    static const char *const sides[] = {"left", "right", "both"};
-    json_t *outcomes = json_array();
-    for (size_t i = 0; i < run->played; i++)
-        json_array_append_new(outcomes, outcome_json(&run->right[i], i + 1));
-    json_object_set_new(object, "right", outcomes);
-    if (run->buckled == 0)
-        return;
-    bool left = run->outcomes[run->buckled - 1].buckled,
-         right = run->right[run->buckled - 1].buckled;
-    json_object_set_new(object, "buckled_side", json_string(sides[right ? left ? 2 : 1 : 0]));
-}
-
 static json_t *run_json(const struct campaign_run *run)
 {
     json_t *outcomes = json_array();
@@ -163,8 +147,6 @@ static json_t *run_json(const struct campaign_run *run)
         "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
         run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
         run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
-    if (run->right)
-        set_right(object, run);
     if (run->error.status != MR_OK)
         json_object_set_new(object, "failed", json_string(run->error.text));
     return object;
@@ -270,22 +252,6 @@ static void add_buckled(struct answer *answer, const struct campaign *c,
     answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));
 }
 
-/* How the runway is divided, and which strip buckled. */
-static void add_strips(struct answer *answer, const struct campaign *c,
-                       const struct campaign_summary *s)
-{
-    char text[200];
-    if (c->strips < 2)
-        return;
-    campaign_strips_text(c, text, sizeof text);
-    answer_words(answer, "strips", "strips", "%s", text);
-    answer_words(answer, NULL, "side that buckled", "left on %zu, right on %zu, both on %zu",
-                 s->left_alone, s->right_alone, s->both);
-    answer_count(answer, "left_alone", NULL, (int64_t)s->left_alone);
-    answer_count(answer, "right_alone", NULL, (int64_t)s->right_alone);
-    answer_count(answer, "both_sides", NULL, (int64_t)s->both);
-}
-
 static void add_told(struct answer *answer, const char *label, const char *text)
 {
     if (text[0])
@@ -315,7 +281,6 @@ void campaign_answer_outcome(struct answer *answer, const struct campaign *c,
     campaign_ground_text(c, ground, sizeof ground);
     answer_words(answer, "ground", "ground", "%s", ground);
     add_buckled(answer, c, s);
-    add_strips(answer, c, s);
     add_told(answer, "observed", c->observed);
     add_told(answer, "parameters", c->basis);
     add_told(answer, "put in afterwards, so no prediction", c->afterwards);
@@ -326,24 +291,13 @@ void campaign_answer_landings(struct answer *answer, const struct campaign *c,
                               const struct campaign_run *runs, const struct campaign_summary *s)
 {
     json_t *list = json_array();
-    bool two = s->right != NULL;
     answer_table(answer, "landings",
-                 two ? "left strip: median and, in brackets, 5th to 95th percentile over the "
-                       "runways that took the landing; buckled: either strip"
-                     : "landings: median and, in brackets, 5th to 95th percentile over the "
-                       "runways that took the landing");
+                 "landings: median and, in brackets, 5th to 95th percentile over the runways that "
+                 "took the landing");
     for (size_t i = 0; i < c->landing_count; i++)
         add_landing(answer, c, &s->landing[i], i + 1);
     answer_close(answer);
-    if (two) {
-        answer_table(answer, "landings_right", "right strip: likewise");
-        for (size_t i = 0; i < c->landing_count; i++)
-            add_landing(answer, c, &s->right[i], i + 1);
-        answer_close(answer);
-    }
-    add_stations(answer, c, s->landing, two ? "left strip: " : "");
-    if (two)
-        add_stations(answer, c, s->right, "right strip: ");
+    add_stations(answer, c, s->landing);
     answer_json_value(answer, "stations_ft", stations_json(c->stations_ft, c->station_count));
     for (size_t i = 0; i < c->seeds; i++)
         json_array_append_new(list, run_json(&runs[i]));

@@ -6,8 +6,6 @@
 #include "host/campaign/campaign.h"
 
 enum draw_stream { DRAW_GAPS, DRAW_CLOSING, DRAW_GROUND, DRAW_LANDING };
-/* Added to the first three for a runway's right strip: beyond those of any landing. */
-#define DRAW_RIGHT 0x10000u
 
 struct draw {
     uint64_t state;

@@ -23,10 +23,8 @@ static void read_landings(const struct keys *keys, const char *where, const char
 static void read_fact(const struct keys *keys, const char *where, const json_t *entry,
                       const struct campaign *c, struct campaign_fact *fact)
 {
-    static const char *const known[] = {"says",       "quantity", "landings", "against",
-                                        "station_ft", "at_least", "at_most",  "needed",
-                                        "strip",      "strips",   NULL};
-    static const char *const strips[] = {"left", "right", "right over left", NULL};
+    static const char *const known[] = {"says",     "quantity", "landings", "against", "station_ft",
+                                        "at_least", "at_most",  "needed",   NULL};
     static const char *const whens[] = {"before buckling", "at buckling", NULL};
     const json_t *landings = json_object_get(entry, "landings"),
                  *against = json_object_get(entry, "against");
@@ -45,7 +43,6 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
             "what was seen: moved_in, each_in, most_in, mean_in, zone_mats, waves, slack, torn, "
             "failures or apart_ft");
     fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
-    fact->strip = keys_choice(keys, where, entry, "strip", strips, CAMPAIGN_LEFT);
     if (json_is_string(landings))
         fact->when = CAMPAIGN_BEFORE_BUCKLING +
                      keys_choice(keys, where, entry, "landings", whens, 0);
@@ -70,13 +67,6 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
         keys_wrong(keys, where, "at_least", "a range: at_least, at_most or both in order");
 }
 
-bool facts_of_two(const json_t *entry)
-{
-    const char *strip = json_string_value(json_object_get(entry, "strip"));
-    return json_integer_value(json_object_get(entry, "strips")) == 2 ||
-           (strip && strcmp(strip, "right over left") == 0);
-}
-
 void facts_read(const struct keys *keys, const json_t *root, struct campaign *c)
 {
     const json_t *list = json_object_get(root, "facts");
@@ -87,13 +77,7 @@ void facts_read(const struct keys *keys, const json_t *root, struct campaign *c)
     for (size_t i = 0; i < json_array_size(list) && !keys_failed(keys); i++) {
         char where[32];
         snprintf(where, sizeof where, "facts[%zu]", i);
-        struct campaign_fact *fact = &c->facts[c->fact_count];
-        const json_t *entry = json_array_get(list, i);
-        double strips = 1.0;
-        read_fact(keys, where, entry, c, fact);
-        keys_number(keys, where, entry, "strips", 1.0, 2.0, &strips);
-        if (c->strips == 2 || !facts_of_two(entry))
-            c->fact_count++;
+        read_fact(keys, where, json_array_get(list, i), c, &c->facts[c->fact_count++]);
     }
 }
 
@@ -156,11 +140,11 @@ static double of_landing(const struct campaign *c, const struct campaign_fact *f
     }
 }
 
-/* The quantity over landings of a run, as one of its strips had it. */
+/* The quantity over landings of a run. */
 static double over(const struct campaign *c, const struct campaign_fact *fact,
-                   const struct campaign_run *run, const struct campaign_outcome *outcomes,
-                   size_t first, size_t last)
+                   const struct campaign_run *run, size_t first, size_t last)
 {
+    const struct campaign_outcome *outcomes = run->outcomes;
     bool buckling = fact->when == CAMPAIGN_AT_BUCKLING;
     double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
@@ -186,20 +170,6 @@ static double over(const struct campaign *c, const struct campaign_fact *fact,
     }
 }
 
-/* The same on the strip that the fact is of, or as a ratio of the two. */
-static double on_strip(const struct campaign *c, const struct campaign_fact *fact,
-                       const struct campaign_run *run, size_t first, size_t last)
-{
-    const struct campaign_outcome *right = run->right ? run->right : run->outcomes;
-    if (fact->strip == CAMPAIGN_LEFT)
-        return over(c, fact, run, run->outcomes, first, last);
-    double value = over(c, fact, run, right, first, last);
-    if (fact->strip == CAMPAIGN_RIGHT)
-        return value;
-    double left = over(c, fact, run, run->outcomes, first, last);
-    return left > 0.0 ? value / left : (double)NAN;
-}
-
 double facts_value(const struct campaign *c, const struct campaign_fact *fact,
                    const struct campaign_run *run)
 {
@@ -211,10 +181,10 @@ double facts_value(const struct campaign *c, const struct campaign_fact *fact,
             return (double)NAN;
         first = last = (size_t)run->buckled - (fact->when == CAMPAIGN_BEFORE_BUCKLING);
     }
-    double value = on_strip(c, fact, run, first, last);
+    double value = over(c, fact, run, first, last);
     if (fact->against_first == 0)
         return value;
-    double other = on_strip(c, fact, run, fact->against_first, fact->against_last);
+    double other = over(c, fact, run, fact->against_first, fact->against_last);
     return other > 0.0 ? value / other : (double)NAN;
 }
 
@@ -240,7 +210,7 @@ const char *facts_unit(const struct campaign_fact *fact)
 {
     static const char *const units[] = {"in",       "in",       "in",       "in",       "mats",
                                         "landings", "landings", "landings", "stations", "ft"};
-    bool ratio = fact->against_first > 0 || fact->strip == CAMPAIGN_RIGHT_OVER_LEFT;
+    bool ratio = fact->against_first > 0;
     return ratio ? "times" : units[fact->quantity];
 }
 

@@ -10,9 +10,6 @@
 /* The key `facts` of a campaign whose landings and stations have been read. */
 void facts_read(const struct keys *keys, const json_t *root, struct campaign *campaign);
 
-/* Whether an entry of `facts` is of a runway of two strips alone: others leave it out. */
-bool facts_of_two(const json_t *entry);
-
 /* The fact's quantity on one runway; NaN where it has none, as its landings were not reached. A
  * landing in which the runway buckled counts for CAMPAIGN_AT_BUCKLING alone. */
 double facts_value(const struct campaign *campaign, const struct campaign_fact *fact,

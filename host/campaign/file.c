@@ -10,7 +10,6 @@
 #include "host/campaign/campaign.h"
 #include "host/campaign/facts.h"
 #include "host/campaign/keys.h"
-#include "host/campaign/strips.h"
 #include "host/sim/scene/scene_keys.h"
 
 #define IN_PER_FT 12.0
@@ -156,8 +155,6 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
     }
     if (apply && !json_is_object(apply))
         keys_wrong(r, where, "apply", "an object of scene keys");
-    if (strips_refuse(r, where, "apply", apply))
-        return true;
     json_object_foreach(apply, name, value)
     {
         json_object_set(now, name, value);
@@ -166,24 +163,27 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
 }
 
 /* The runway as a landing finds it. */
-static void read_scene(const struct keys *r, const char *where, const struct campaign *c,
-                       const json_t *now, const struct strips_own *own, struct sim_scene *scene)
+static void read_scene(const struct keys *r, const char *where, const json_t *now,
+                       struct sim_scene *scene)
 {
     char scene_where[700];
     snprintf(scene_where, sizeof scene_where, "%s: %s", r->path, where);
-    if (c->strips == 2)
-        strips_scene(r, scene_where, c, now, own, scene);
-    else
-        sim_scene_from_json(scene, scene_where, (json_t *)now, r->error);
+    sim_scene_from_json(scene, scene_where, (json_t *)now, r->error);
 }
 
 static void read_landing(const struct keys *r, const char *where, const json_t *entry,
-                         const struct campaign *c, const json_t *scene, json_t *now,
-                         const struct strips_own *own, struct campaign_landing *landing)
+                         const json_t *scene, json_t *now, struct campaign_landing *landing)
 {
-    static const char *const known[] = {
-        "touchdown_ft", "speed_ft_s", "deceleration_ft_s2", "profile", "tow_lb", "push_back",
-        "apply",        "apply_left", "apply_right",        "remove",  "times",  NULL};
+    static const char *const known[] = {"touchdown_ft",
+                                        "speed_ft_s",
+                                        "deceleration_ft_s2",
+                                        "profile",
+                                        "tow_lb",
+                                        "push_back",
+                                        "apply",
+                                        "remove",
+                                        "times",
+                                        NULL};
     static const char *const backs[] = {"plywood", "mat", NULL};
     keys_check(r, where, entry, known);
     keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
@@ -200,12 +200,8 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     if (keys_failed(r))
         return;
     landing->modified = modify(r, where, entry, scene, now);
-    strips_modify(r, where, entry, own);
-    if (c->strips == 2 &&
-        (json_object_get(entry, "apply_left") || json_object_get(entry, "apply_right")))
-        landing->modified = true;
     if (!keys_failed(r))
-        read_scene(r, where, c, now, own, &landing->scene);
+        read_scene(r, where, now, &landing->scene);
     if (!keys_failed(r) &&
         landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
         char says[100];
@@ -218,10 +214,9 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
 /* The engines set these, landing by landing. */
 static void check_scene(const struct keys *r, const json_t *scene)
 {
-    static const char *const own[] = {"model",    "path",     "gap0",    "grit",   "ground",
-                                      "bump",     "t_dwell",  "tend",    "t_out",  "Vac",
-                                      "s0",       "F",        "F_tstop", "beside", "shear_lb_ft",
-                                      "shear_lb", "shear_ft", NULL};
+    static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
+                                      "bump",  "t_dwell", "tend",    "t_out", "Vac",
+                                      "s0",    "F",       "F_tstop", NULL};
     if (!json_is_object(scene))
         keys_wrong(r, "", "scene", "an object of scene keys, or the name of a scene file");
     for (size_t i = 0; own[i] && !keys_failed(r); i++) {
@@ -237,10 +232,9 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
 {
     const json_t *list = json_object_get(root, "landings"), *entry;
     json_t *now = json_deep_copy(scene);
-    const struct strips_own own = {json_object(), json_object()};
     size_t i;
     c->landings = calloc(CAMPAIGN_LANDINGS_MAX, sizeof *c->landings);
-    if (!c->landings || !now || !own.left || !own.right)
+    if (!c->landings || !now)
         error_set(r->error, MR_FULL, "out of memory: %s", r->path);
     else if (!json_is_array(list) || json_array_size(list) == 0)
         keys_wrong(r, "", "landings", "a list of at least one landing");
@@ -265,13 +259,11 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
             sim_scene_defaults(&landing->scene);
             landing->touchdown_ft = (struct campaign_range){3.0, 3.0};
             landing->speed_ft_s = (struct campaign_range){28.0, 28.0};
-            read_landing(r, where, entry, c, scene, now, &own, landing);
+            read_landing(r, where, entry, scene, now, landing);
             landing->modified = landing->modified && k == 0;
         }
     }
     json_decref(now);
-    json_decref(own.left);
-    json_decref(own.right);
 }
 
 static void check_lengths(const struct keys *r, const struct campaign *c)
@@ -330,16 +322,6 @@ json_t *campaign_elastic_json(const char *file, const json_t *root, struct error
     return elastic;
 }
 
-json_t *campaign_strips_json(const char *file, const json_t *root, struct error *error)
-{
-    const struct keys r = {file, error};
-    const json_t *value = json_object_get(root, "strips");
-    json_t *strips = value ? object_or_file(&r, file, value) : NULL;
-    if (value && !keys_failed(&r) && !json_is_object(strips))
-        keys_wrong(&r, "", "strips", "an object with width_ft, or the name of a file with it");
-    return strips;
-}
-
 json_t *campaign_scene_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
@@ -361,15 +343,13 @@ json_t *campaign_scene_json(const char *file, const json_t *root, struct error *
     return both;
 }
 
-/* `strips`: how many, whatever the file says; 0: as it says. */
-static void read_root(const struct keys *r, const json_t *root, int strips, struct campaign *c)
+static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {
-        "name",       "scene",  "runway",      "aircraft", "engine",
-        "landings",   "seeds",  "stations_ft", "observed", "observed_landing",
-        "within",     "needed", "facts",       "awaits",   "basis",
-        "afterwards", "ground", "elastic",     "parting",  "press_flat",
-        "strips",     NULL};
+        "name",    "scene",       "runway",   "aircraft",         "engine", "landings",
+        "seeds",   "stations_ft", "observed", "observed_landing", "within", "needed",
+        "facts",   "awaits",      "basis",    "afterwards",       "ground", "elastic",
+        "parting", "press_flat",  NULL};
     static const char *const grounds[] = {"weightless", "elastic", NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
@@ -398,10 +378,6 @@ static void read_root(const struct keys *r, const json_t *root, int strips, stru
     read_aircraft(r, root, c);
     read_engines(r, root, c);
     read_seeds(r, root, c);
-    json_t *divided = keys_failed(r) ? NULL : campaign_strips_json(r->path, root, r->error);
-    if (!keys_failed(r))
-        strips_read(r, divided, strips, c);
-    json_decref(divided);
     json_t *scene = keys_failed(r) ? NULL : campaign_scene_json(r->path, root, r->error);
     if (!keys_failed(r))
         check_scene(r, scene);
@@ -417,7 +393,7 @@ static void read_root(const struct keys *r, const json_t *root, int strips, stru
 }
 
 static enum mr_status from_json(struct campaign *c, const char *where, const json_t *root,
-                                int strips, struct error *error)
+                                struct error *error)
 {
     const struct keys r = {where, error};
     /* model scale, of the standard series (README.md, "Calibration") */
@@ -439,7 +415,7 @@ static enum mr_status from_json(struct campaign *c, const char *where, const jso
         .skip_share = 0.9,
         .needed = 0.625,
     };
-    read_root(&r, root, strips, c);
+    read_root(&r, root, c);
     if (keys_failed(&r))
         campaign_free(c);
     if (!keys_failed(&r) && !c->name[0])
@@ -450,16 +426,16 @@ static enum mr_status from_json(struct campaign *c, const char *where, const jso
 enum mr_status campaign_from_json(struct campaign *c, const char *where, const json_t *root,
                                   struct error *error)
 {
-    return from_json(c, where, root, 0, error);
+    return from_json(c, where, root, error);
 }
 
 enum mr_status campaign_load(struct campaign *c, const char *path, struct error *error)
 {
-    return campaign_load_on(c, path, NULL, 0, error);
+    return campaign_load_on(c, path, NULL, error);
 }
 
 enum mr_status campaign_load_on(struct campaign *c, const char *path, const char *ground,
-                                int strips, struct error *error)
+                                struct error *error)
 {
     const struct keys r = {path, error};
     *c = (struct campaign){0};
@@ -467,7 +443,7 @@ enum mr_status campaign_load_on(struct campaign *c, const char *path, const char
     if (root && ground)
         json_object_set_new(root, "ground", json_string(ground));
     if (root)
-        from_json(c, path, root, strips, error);
+        from_json(c, path, root, error);
     json_decref(root);
     return error->status;
 }
@@ -491,19 +467,6 @@ void campaign_ground_text(const struct campaign *c, char *text, size_t size)
     else
         snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses%s",
                  parts);
-}
-
-void campaign_strips_text(const struct campaign *c, char *text, size_t size)
-{
-    char slips[60] = "";
-    double left_ft = 0.5 * c->width_ft - c->offset_ft;
-    if (isfinite(c->shear_lb))
-        snprintf(slips, sizeof slips, " up to %.6g lb", c->shear_lb);
-    snprintf(
-        text, size,
-        "two: %.6g ft left of the path and %.6g ft right of it, held together by %.6g lb/ft at "
-        "each mat%s",
-        left_ft, c->width_ft - left_ft, c->shear_lb_ft, slips);
 }
 
 void campaign_free(struct campaign *campaign)

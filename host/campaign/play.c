@@ -6,7 +6,6 @@
 #include "host/campaign/draw.h"
 #include "host/campaign/failures.h"
 #include "host/campaign/flatten.h"
-#include "host/campaign/strips.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
@@ -15,13 +14,10 @@
 #define ZONE_SHARE  (1.0 / 3.0)
 #define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
 
-/* A strip of a runway between landings. */
+/* A runway between landings. */
 struct runway {
     const struct campaign *campaign;
     int mats;
-    double share;          /* of the width that the campaign's scene stands for */
-    struct runway *beside; /* the right strip, of the left one; NULL: one strip, or this is it */
-    double *tie_ft;        /* per mat, from [0]: stretch of the ties to it; NULL: none */
     size_t joints;
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
@@ -32,13 +28,10 @@ struct runway {
     struct sim_mods mods; /* as the last landing left them; lists are its own */
 };
 
-/* `stream`: 0, or DRAW_RIGHT. */
 static enum mr_status lay(struct runway *r, const struct campaign *campaign, uint64_t seed,
-                          unsigned stream, struct error *error)
+                          struct error *error)
 {
-    *r = (struct runway){.campaign = campaign,
-                         .mats = campaign->landings[0].scene.mats,
-                         .share = strips_share(campaign, stream > 0)};
+    *r = (struct runway){.campaign = campaign, .mats = campaign->landings[0].scene.mats};
     r->joints = (size_t)r->mats + 1;
     r->storage = calloc(5 * (r->joints + 1), sizeof *r->storage);
     if (!r->storage)
@@ -49,14 +42,13 @@ static enum mr_status lay(struct runway *r, const struct campaign *campaign, uin
     r->ground_ft = r->closing_lb + r->joints;
     r->high_ft = r->ground_ft + r->joints;
     r->u_ft = r->high_ft + r->joints;
-    struct draw gaps = draw_from(seed, stream + DRAW_GAPS),
-                closing = draw_from(seed, stream + DRAW_CLOSING),
-                ground = draw_from(seed, stream + DRAW_GROUND);
+    struct draw gaps = draw_from(seed, DRAW_GAPS), closing = draw_from(seed, DRAW_CLOSING),
+                ground = draw_from(seed, DRAW_GROUND);
     double slack_ft = campaign->landings[0].scene.slack_ft;
     for (size_t j = 0; j < r->joints; j++) {
         r->gap_ft[j] = fmin(draw_between(&gaps, campaign->gap_in) / IN_PER_FT, slack_ft);
         r->laid_ft += r->gap_ft[j] / (double)r->joints;
-        r->closing_lb[j] = r->share * draw_between(&closing, campaign->closing_lb);
+        r->closing_lb[j] = draw_between(&closing, campaign->closing_lb);
         r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, campaign->irregularity_in) /
                                           IN_PER_FT;
     }
@@ -84,7 +76,7 @@ static void follow_ground(struct runway *r)
 static double strength_lb(const struct runway *r)
 {
     const struct campaign *c = r->campaign;
-    return r->share * (c->strength_lb_in * c->strip_ft * IN_PER_FT);
+    return c->strength_lb_in * c->strip_ft * IN_PER_FT;
 }
 
 static enum mr_status own_list(struct sim_list *list, struct error *error)
@@ -114,8 +106,6 @@ static enum mr_status modify(struct runway *r, const struct sim_scene *scene, st
         free(r->mods.torn.values);
         r->mods.torn = torn;
     }
-    if (r->beside)
-        modify(r->beside, scene->beside, error);
     return error->status;
 }
 
@@ -129,21 +119,13 @@ static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed,
     return error->status;
 }
 
-/* `beside`: room for the right strip's. */
 static enum mr_status set_scene(const struct runway *r, const struct sim_scene *made,
                                 enum sim_model model, const struct sim_path_row *rows, size_t count,
-                                struct sim_scene *scene, struct sim_scene *beside,
-                                struct error *error)
+                                struct sim_scene *scene, struct error *error)
 {
     *scene = *made; /* lists that this one replaces are the campaign's: copies follow */
     scene->model = model;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
-    scene->beside = r->beside ? beside : NULL;
-    if (r->tie_ft) /* only read */
-        scene->ties.stretch_ft = (struct sim_list){r->tie_ft, (size_t)r->mats};
-    if (r->beside &&
-        set_scene(r->beside, made->beside, model, rows, count, beside, NULL, error) != MR_OK)
-        return error->status;
     scene->mods = r->mods; /* only read */
     scene->path = NULL;
     scene->path_count = 0;
@@ -176,12 +158,11 @@ static enum mr_status run_engine(const struct runway *r, const struct campaign_l
         .no_prune = all,
         .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
     };
-    struct sim_scene scene = {0}, beside = {0};
+    struct sim_scene scene = {0};
     *result = (struct sim_result){0};
-    if (set_scene(r, &landing->scene, model, rows, count, &scene, &beside, error) == MR_OK)
+    if (set_scene(r, &landing->scene, model, rows, count, &scene, error) == MR_OK)
         sim_run(&scene, &options, result, error);
     drop_scene(&scene);
-    drop_scene(&beside);
     if (result->status == SIM_FOLDED) /* an outcome, not a failure */
         *error = (struct error){0};
     return error->status;
@@ -251,7 +232,7 @@ static void note_parted(const struct runway *r, const struct sim_scene *scene,
                                    out->failure_ft, &out->buckle_ft);
 }
 
-/* `folded`: a mat of this strip stood upright. */
+/* `folded`: a mat stood upright. */
 static void note_planar(const struct runway *r, const struct sim_scene *scene,
                         const struct sim_result *result, bool folded, struct campaign_outcome *out)
 {
@@ -407,7 +388,7 @@ static void press_flat(struct runway *r, const struct sim_scene *scene)
     flatten(&flat);
 }
 
-/* What a strip's mats have come to in a landing. */
+/* What the mats have come to in a landing. */
 static enum mr_status settle(struct runway *r, const struct sim_scene *scene,
                              const struct draw_path *path, const struct sim_result *moved,
                              struct campaign_outcome *out, struct error *error)
@@ -423,17 +404,9 @@ static enum mr_status settle(struct runway *r, const struct sim_scene *scene,
     return carry(r, scene, moved, error);
 }
 
-/* Ties between the strips keep what they are stretched by. */
-static void carry_ties(struct runway *r, const struct sim_result *result)
-{
-    for (int n = 0; r->tie_ft && result->tie_ft && n < r->mats; n++)
-        r->tie_ft[n] = result->tie_ft[n + 1];
-}
-
-/* `right`: outcome of the right strip; NULL: one strip. */
 static enum mr_status land(struct runway *r, const struct campaign_landing *landing,
                            const struct draw_path *path, bool all, struct campaign_outcome *out,
-                           struct campaign_outcome *right, struct error *error)
+                           struct error *error)
 {
     const struct campaign *c = r->campaign;
     const struct sim_scene *scene = &landing->scene;
@@ -444,31 +417,18 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         out->ms_chain = chain.run_ms;
         out->mats_chain = chain.mats_mean;
         out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
-        if (right)
-            right->skip_ratio = lift_ratio(r->beside, scene->beside, chain.beside->push_lb);
     }
-    double most_ratio = right ? fmax(out->skip_ratio, right->skip_ratio) : out->skip_ratio;
     bool ask = c->engine == CAMPAIGN_PLANAR ||
-               (c->engine == CAMPAIGN_AUTO &&
-                (most_ratio > c->skip_share || tips(scene) || (right && tips(scene->beside))));
+               (c->engine == CAMPAIGN_AUTO && (out->skip_ratio > c->skip_share || tips(scene)));
     if (error->status == MR_OK && ask &&
         run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) ==
             MR_OK) {
-        bool folded = planar.status == SIM_FOLDED, waves;
-        note_planar(r, scene, &planar, folded && !planar.ended_beside, out);
-        if (right)
-            note_planar(r->beside, scene->beside, planar.beside, folded && planar.ended_beside,
-                        right);
-        waves = out->waves > 0 || (right && right->waves > 0);
-        if (planar.u_ft && (c->engine == CAMPAIGN_PLANAR || waves))
+        note_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
+        if (planar.u_ft && (c->engine == CAMPAIGN_PLANAR || out->waves > 0))
             moved = &planar;
     }
-    if (error->status == MR_OK && moved->u_ft) {
+    if (error->status == MR_OK && moved->u_ft)
         settle(r, scene, path, moved, out, error);
-        if (right)
-            settle(r->beside, scene->beside, path, moved->beside, right, error);
-        carry_ties(r, moved);
-    }
     sim_result_free(&chain);
     sim_result_free(&planar);
     return error->status;
@@ -497,85 +457,62 @@ static enum mr_status push_back(struct runway *r, const struct campaign_landing 
                                         {ramp_s + way_ft / c->back_ft_s, touchdown_ft, force_lb},
                                         {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
     struct sim_result result = {0};
-    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK) {
+    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK)
         move_back(r, &landing->scene, &result, error);
-        if (r->beside)
-            move_back(r->beside, landing->scene.beside, result.beside, error);
-        carry_ties(r, &result);
-    }
     sim_result_free(&result);
     return error->status;
 }
 
-/* The strips of a runway, and room for what becomes of them. */
-static enum mr_status lay_runway(struct runway *left, struct runway *right,
-                                 const struct campaign *campaign, struct campaign_run *run)
+static enum mr_status lay_runway(struct runway *r, const struct campaign *campaign,
+                                 struct campaign_run *run)
 {
-    size_t landings = campaign->landing_count;
-    run->outcomes = calloc(landings, sizeof *run->outcomes);
-    if (campaign->strips == 2)
-        run->right = calloc(landings, sizeof *run->right);
-    if (!run->outcomes || (campaign->strips == 2 && !run->right))
-        return error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer", landings);
-    if (lay(left, campaign, run->seed, 0, &run->error) != MR_OK || campaign->strips < 2)
-        return run->error.status;
-    if (lay(right, campaign, run->seed, DRAW_RIGHT, &run->error) != MR_OK)
-        return run->error.status;
-    left->beside = right;
-    if (campaign->shear_lb_ft > 0.0 && !(left->tie_ft = calloc((size_t)left->mats, sizeof(double))))
-        error_set(&run->error, MR_FULL, "out of memory: a runway of %d mats; use a smaller N",
-                  left->mats);
-    return run->error.status;
+    run->outcomes = calloc(campaign->landing_count, sizeof *run->outcomes);
+    if (!run->outcomes)
+        return error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer",
+                         campaign->landing_count);
+    return lay(r, campaign, run->seed, &run->error);
 }
 
 static void clear(struct runway *r)
 {
     mods_free_lists(&r->mods);
-    free(r->tie_ft);
     free(r->storage);
 }
 
 void campaign_play(const struct campaign *campaign, uint64_t seed, bool all,
                    struct campaign_run *run)
 {
-    struct runway runway = {0}, beside = {0};
+    struct runway runway = {0};
     struct draw_path path = {0};
     *run = (struct campaign_run){.seed = seed};
-    lay_runway(&runway, &beside, campaign, run);
+    lay_runway(&runway, campaign, run);
     for (size_t i = 0;
          i < campaign->landing_count && run->error.status == MR_OK && run->buckled == 0; i++) {
         const struct campaign_landing *landing = &campaign->landings[i];
-        struct campaign_outcome *out = &run->outcomes[i],
-                                *right = run->right ? &run->right[i] : NULL;
+        struct campaign_outcome *out = &run->outcomes[i];
         if ((i == 0 || landing->modified) && modify(&runway, &landing->scene, &run->error) != MR_OK)
             break;
         if (draw_landing(campaign, landing, seed, i, &path, &run->error) != MR_OK)
             break;
         out->stop_ft = path.stop_ft;
         out->deceleration_ft_s2 = path.mean_ft_s2;
-        if (right) {
-            right->stop_ft = path.stop_ft;
-            right->deceleration_ft_s2 = path.mean_ft_s2;
-        }
-        if (land(&runway, landing, &path, all, out, right, &run->error) != MR_OK)
+        if (land(&runway, landing, &path, all, out, &run->error) != MR_OK)
             break;
         run->ms += out->ms_chain + out->ms_planar;
         run->played = i + 1;
-        if (out->buckled || (right && right->buckled)) {
+        if (out->buckled) {
             run->buckled = (int)i + 1;
-            run->buckle_ft = out->buckled ? out->buckle_ft : right->buckle_ft;
+            run->buckle_ft = out->buckle_ft;
         } else if (landing->back == CAMPAIGN_BARE) {
             push_back(&runway, landing, path.stop_ft, path.touchdown_ft, all, &run->error);
         }
     }
     draw_path_free(&path);
     clear(&runway);
-    clear(&beside);
 }
 
 void campaign_run_free(struct campaign_run *run)
 {
     free(run->outcomes);
-    free(run->right);
-    run->outcomes = run->right = NULL;
+    run->outcomes = NULL;
 }

@@ -53,9 +53,8 @@ struct campaign_run {
     uint64_t seed;
     size_t played;                     /* landings; a buckled runway takes no more */
     int buckled;                       /* landing, from 1; 0: none */
-    double buckle_ft;                  /* of two strips that both buckled in it, the left one's */
-    struct campaign_outcome *outcomes; /* landing_count; of two strips the left one's */
-    struct campaign_outcome *right;    /* the right one's; NULL: one strip */
+    double buckle_ft;                  /* station */
+    struct campaign_outcome *outcomes; /* landing_count */
     double ms;
     struct error error; /* why this runway could not be played to its end */
 };

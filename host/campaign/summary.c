@@ -29,13 +29,11 @@ struct gather {
     const struct campaign_run *runs;
     size_t landing;
     double *values;
-    bool right; /* the right strip's */
 };
 
 static const struct campaign_outcome *outcome_at(const struct gather *g, size_t run)
 {
-    const struct campaign_run *r = &g->runs[run];
-    return g->right ? &r->right[g->landing] : &r->outcomes[g->landing];
+    return &g->runs[run].outcomes[g->landing];
 }
 
 /* Spread of one number at `offset` in the outcomes of a landing. */
@@ -68,7 +66,7 @@ static void summarise_landing(struct campaign_landing_summary *s, const struct g
             continue;
         const struct campaign_outcome *out = outcome_at(g, i);
         s->played++;
-        s->buckled += g->right ? out->buckled : g->runs[i].buckled == (int)g->landing + 1;
+        s->buckled += g->runs[i].buckled == (int)g->landing + 1;
         s->planar += out->asked_planar;
         s->waved += out->waves > 0;
         s->unhinged += out->unhinged;
@@ -89,24 +87,6 @@ static void summarise_landing(struct campaign_landing_summary *s, const struct g
     }
 }
 
-/* The outcomes of the strip that buckled, of two that did the left one's. */
-static const struct campaign_outcome *that_buckled(const struct campaign_run *run)
-{
-    size_t last = (size_t)run->buckled - 1;
-    return run->right && !run->outcomes[last].buckled ? run->right : run->outcomes;
-}
-
-static void count_sides(struct campaign_summary *s, const struct campaign_run *run)
-{
-    if (run->buckled == 0 || !run->right)
-        return;
-    bool left = run->outcomes[run->buckled - 1].buckled,
-         right = run->right[run->buckled - 1].buckled;
-    s->left_alone += left && !right;
-    s->right_alone += right && !left;
-    s->both += left && right;
-}
-
 enum mr_status campaign_summarise(struct campaign_summary *s, const struct campaign *campaign,
                                   const struct campaign_run *runs, struct error *error)
 {
@@ -114,10 +94,8 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
     size_t buckled = 0, before = 0, seeds = campaign->seeds;
     *s = (struct campaign_summary){0};
     s->landing = calloc(campaign->landing_count, sizeof *s->landing);
-    if (campaign->strips == 2)
-        s->right = calloc(campaign->landing_count, sizeof *s->right);
     g.values = calloc(4 * seeds, sizeof *g.values);
-    if (!s->landing || !g.values || (campaign->strips == 2 && !s->right)) {
+    if (!s->landing || !g.values) {
         free(g.values);
         campaign_summary_free(s);
         return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign->seeds);
@@ -132,13 +110,12 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
             s->ms_chain += runs[i].outcomes[k].ms_chain;
             s->ms_planar += runs[i].outcomes[k].ms_planar;
         }
-        count_sides(s, &runs[i]);
         if (runs[i].buckled > 0) {
             g.values[buckled] = runs[i].buckle_ft;
             g.values[seeds + buckled++] = runs[i].buckled;
         }
         if (runs[i].buckled > 1) {
-            const struct campaign_outcome *last = that_buckled(&runs[i]) + runs[i].buckled - 2;
+            const struct campaign_outcome *last = &runs[i].outcomes[runs[i].buckled - 2];
             g.values[2 * seeds + before] = last->zone_mats;
             g.values[3 * seeds + before++] = last->peak_in;
         }
@@ -149,9 +126,6 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
     s->peak_before_in = campaign_spread_of(g.values + 3 * seeds, before);
     for (g.landing = 0; g.landing < campaign->landing_count; g.landing++)
         summarise_landing(&s->landing[g.landing], &g);
-    g.right = true;
-    for (g.landing = 0; s->right && g.landing < campaign->landing_count; g.landing++)
-        summarise_landing(&s->right[g.landing], &g);
     for (size_t i = 0; i < campaign->fact_count; i++)
         s->fact[i] = facts_summarise(campaign, &campaign->facts[i], runs, g.values);
     free(g.values);
@@ -161,8 +135,7 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
 void campaign_summary_free(struct campaign_summary *summary)
 {
     free(summary->landing);
-    free(summary->right);
-    summary->landing = summary->right = NULL;
+    summary->landing = NULL;
 }
 
 size_t campaign_agree(const struct campaign *c, const struct campaign_run *runs)
@@ -191,16 +164,11 @@ struct campaign_difference campaign_compare(const struct campaign *campaign,
         for (size_t k = 0; k < a[i].played && k < b[i].played; k++) {
             if (a[i].buckled == (int)k + 1 || b[i].buckled == (int)k + 1)
                 break;
-            waved = waved || a[i].outcomes[k].waves > 0 || b[i].outcomes[k].waves > 0 ||
-                    (a[i].right && (a[i].right[k].waves > 0 || b[i].right[k].waves > 0));
+            waved = waved || a[i].outcomes[k].waves > 0 || b[i].outcomes[k].waves > 0;
             double *apart_in = waved ? &most.waved_in : &most.movement_in;
-            for (size_t s = 0; s < campaign->station_count; s++) {
+            for (size_t s = 0; s < campaign->station_count; s++)
                 *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] -
                                                  b[i].outcomes[k].movement_in[s]));
-                if (a[i].right)
-                    *apart_in = fmax(*apart_in, fabs(a[i].right[k].movement_in[s] -
-                                                     b[i].right[k].movement_in[s]));
-            }
         }
     }
     most.times = b_ms / a_ms;

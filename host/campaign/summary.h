@@ -15,7 +15,7 @@ struct campaign_spread campaign_spread_of(double *values, size_t count); /* sort
 /* Of the runways that took this landing. */
 struct campaign_landing_summary {
     size_t played;
-    size_t buckled; /* of two strips: either, in those of the left one */
+    size_t buckled;
     size_t planar, waved, unhinged, torn;
     struct campaign_spread stop_ft, deceleration_ft_s2, peak_in, reach_ft, zone_mats, push_lb,
         pull_lb;
@@ -36,9 +36,7 @@ struct campaign_summary {
     size_t planar;                                      /* of them with the planar engine */
     struct campaign_spread station_ft, buckle_landing;  /* of those that buckled */
     struct campaign_spread zone_before, peak_before_in; /* of them, in the landing before */
-    struct campaign_landing_summary *landing;           /* landing_count; of two strips the left */
-    struct campaign_landing_summary *right;             /* the right; NULL: one strip */
-    size_t left_alone, right_alone, both;               /* of two strips: which buckled, runways */
+    struct campaign_landing_summary *landing;           /* landing_count */
     struct campaign_fact_summary fact[CAMPAIGN_FACTS_MAX];
     double ms_chain, ms_planar;
 };

@@ -17,9 +17,6 @@ static const struct command_part parts[] = {
         "--ground", "G", ground, "ground", "weightless|elastic",
         "weightless: the gear has thrust and no weight. elastic: axle lines with weight on "
         "ground that gives way (the file's key elastic). Else as the file says"),
-    OPTION_WHOLE("--strips", "N", strips, 1.0, 2.0, 0.0,
-                 "2: a strip of its own under the left and the right line of wheels, held together "
-                 "(the file's key strips). Else as the file says"),
     OPTION_FLAG("--parting", parting,
                 "joints come apart during a landing (the file's key parting)"),
     OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
@@ -37,8 +34,7 @@ static const struct command_part parts[] = {
 const struct command command_campaign = {
     "study",
     study_start,
-    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--strips N] [--parting] [-o "
-    "F.html|F.svg] "
+    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [-o F.html|F.svg] "
     "[--force] [--check] [--no-prune]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),

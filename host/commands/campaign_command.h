@@ -11,7 +11,6 @@
 struct campaign_request {
     const char *path, *page;
     const char *ground; /* NULL: as the file says */
-    int64_t strips;     /* 1 or 2; 0: as the file says */
     bool parting;       /* whatever the file says */
     bool check, no_prune, force;
     int64_t jobs, seeds; /* 0: one per core; the file's */

@@ -85,9 +85,6 @@ static const struct scaled_key scaled_keys[] = {
     {"ground", {0, 1, 0}},
     {"gear_lines_ft", {0, 1, 0}},
     {"gear_foot_ft", {0, 1, 0}},
-    {"shear_lb_ft", {1, -1, 0}},
-    {"shear_lb", {1, 0, 0}},
-    {"shear_ft", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
 static const char *const path_units[] = {"s", "ft", "lb"};
@@ -146,21 +143,6 @@ static void complete_mods(const json_t *scene, json_t *complete)
     }
 }
 
-static json_t *scaled_entry(const struct scale_request *request, const char *key,
-                            const json_t *value);
-
-/* What another strip has otherwise: what it does not say is the first one's. */
-static json_t *scaled_beside(const struct scale_request *request, const json_t *beside)
-{
-    json_t *result = json_object(), *value;
-    const char *key;
-    json_object_foreach((json_t *)beside, key, value)
-    {
-        json_object_set_new(result, key, scaled_entry(request, key, value));
-    }
-    return result;
-}
-
 /* A scene key's value on the other side. */
 static json_t *scaled_entry(const struct scale_request *request, const char *key,
                             const json_t *value)
@@ -171,8 +153,6 @@ static json_t *scaled_entry(const struct scale_request *request, const char *key
         snprintf(first, sizeof first, "band_%s", key + 6);
     if (strcmp(key, "path") == 0)
         return scaled_path(request, value);
-    if (strcmp(key, "beside") == 0)
-        return scaled_beside(request, value);
     for (size_t i = 0; i < sizeof scaled_keys / sizeof scaled_keys[0]; i++) {
         if (strcmp(first[0] ? first : key, scaled_keys[i].name) == 0)
             by *= scale_factor(request, scaled_keys[i].dimension);
@@ -285,8 +265,8 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
                               const struct campaign_landing *landing, json_t *scene)
 {
     static const struct mr_dimension ft = {0, 1, 0}, speed = {0, 1, -1}, drag = {0, 1, -2};
-    static const char *const applied[] = {"apply", "apply_left", "apply_right"};
     json_t *result = json_deep_copy(entry), *value;
+    json_t *apply = json_object_get(entry, "apply");
     json_t *drag_entry = json_object_get(entry, "deceleration_ft_s2"),
            *profile = json_object_get(entry, "profile");
     const char *key;
@@ -305,30 +285,25 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
             row, times(json_array_get(value, 1), scale_factor(request, drag), "ft/s2"));
         json_array_set_new(json_object_get(result, "profile"), i, row);
     }
-    for (size_t k = 0; k < sizeof applied / sizeof applied[0]; k++) {
-        json_t *apply = json_object_get(entry, applied[k]);
-        json_object_foreach(apply, key, value)
-        {
-            json_object_set_new(json_object_get(result, applied[k]), key,
-                                scaled_entry(request, key, value));
-        }
-        if (apply)
-            complete_mods(apply, scene);
+    json_object_foreach(apply, key, value)
+    {
+        json_object_set_new(json_object_get(result, "apply"), key,
+                            scaled_entry(request, key, value));
     }
+    if (apply)
+        complete_mods(apply, scene);
     return result;
 }
 
-/* Movements and their stations change; mats, landings and ratios do not. `fact`: NULL for one that
- * only a runway of two strips has. */
+/* Movements and their stations change; mats, landings and ratios do not. */
 static json_t *scaled_fact(const struct scale_request *request, const json_t *entry,
                            const struct campaign_fact *fact)
 {
     static const struct mr_dimension ft = {0, 1, 0};
     static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
     json_t *result = json_deep_copy(entry);
-    bool length = fact &&
-                  (fact->quantity <= CAMPAIGN_MEAN_IN || fact->quantity == CAMPAIGN_APART_FT) &&
-                  fact->against_first == 0 && fact->strip != CAMPAIGN_RIGHT_OVER_LEFT;
+    bool length = (fact->quantity <= CAMPAIGN_MEAN_IN || fact->quantity == CAMPAIGN_APART_FT) &&
+                  fact->against_first == 0;
     for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
             json_object_set_new(result, lengths[i],
@@ -353,29 +328,6 @@ static void scale_elastic(const struct scale_request *request, const char *path,
     }
     json_object_set_new(result, "elastic", scaled);
     json_decref(elastic);
-}
-
-/* How the runway is divided, and what holds the strips together. */
-static void scale_strips(const struct scale_request *request, const char *path,
-                         const json_t *source, json_t *result, struct error *error)
-{
-    static const struct scaled_key parts[] = {{"width_ft", {0, 1, 0}},
-                                              {"offset_ft", {0, 1, 0}},
-                                              {"shear_lb_ft", {1, -1, 0}},
-                                              {"shear_lb", {1, 0, 0}}};
-    json_t *strips = campaign_strips_json(path, source, error);
-    if (!strips)
-        return;
-    json_t *scaled = json_deep_copy(strips);
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
-        const json_t *value = json_object_get(strips, parts[i].name);
-        if (value)
-            json_object_set_new(scaled, parts[i].name,
-                                times(value, scale_factor(request, parts[i].dimension),
-                                      quantity_unit_of_name(parts[i].name)));
-    }
-    json_object_set_new(result, "strips", scaled);
-    json_decref(strips);
 }
 
 static json_t *scaled_campaign(const struct scale_request *request, const char *path,
@@ -408,19 +360,16 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
     json_object_del(scaled, "Vac");
     json_object_set_new(result, "scene", scaled);
     scale_elastic(request, path, source, result, error);
-    scale_strips(request, path, source, result, error);
     json_object_set_new(result, "landings", list);
     scaled_parts(request, c, result);
     if (json_object_get(source, "stations_ft"))
         json_object_set_new(
             result, "stations_ft",
             times(json_object_get(source, "stations_ft"), scale_factor(request, ft), "ft"));
-    at = 0;
     json_array_foreach(json_object_get(source, "facts"), i, entry)
     {
-        bool read = c->strips == 2 || !facts_of_two(entry);
         json_array_set_new(json_object_get(result, "facts"), i,
-                           scaled_fact(request, entry, read ? &c->facts[at++] : NULL));
+                           scaled_fact(request, entry, &c->facts[i]));
     }
     json_decref(scene);
     json_decref(held);

@@ -41,11 +41,6 @@ enum mr_status scale_lay_scene(json_t *scene, double deg, const char *path, stru
         return error_set(error, MR_USAGE,
                          "laid already: %s: lay_deg is %g; give --lay a standard pattern", path,
                          json_number_value(json_object_get(scene, "lay_deg")));
-    if (json_object_get(scene, "beside"))
-        return error_set(error, MR_USAGE,
-                         "two strips: %s: what ties mats at an angle together is not known; give "
-                         "--lay a scene without beside",
-                         path);
     for (size_t i = 0; i < sizeof by_joint / sizeof by_joint[0]; i++) {
         if (json_is_array(json_object_get(scene, by_joint[i])))
             return error_set(error, MR_USAGE,

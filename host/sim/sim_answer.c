@@ -108,31 +108,6 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
             ->end = " at most";
 }
 
-/* The second strip: what is its own. */
-static void add_beside(struct answer *answer, const struct sim_scene *scene,
-                       const struct sim_result *result)
-{
-    const struct sim_result *beside = result->beside;
-    if (!beside || !beside->u_ft)
-        return;
-    answer_open(answer, "beside", "strip beside");
-    answer_value(answer, "peak_u", "largest movement", UNIT_MOVEMENT, beside->peak_u_ft, 4)
-        ->digits = 12;
-    answer_remark(answer, ", of mat %d", beside->peak_mat);
-    if (scene->model != SIM_CHAIN)
-        answer_value(answer, "max_lift", "largest lift", UNIT_MOVEMENT, beside->max_lift_ft, 4)
-            ->digits = 12;
-    if (result->tie_ft) {
-        json_t *stretch = json_array();
-        for (int n = 1; n <= result->mats; n++)
-            json_array_append_new(stretch, cli_json_number(result->tie_ft[n], 12));
-        answer_json_value(answer, "shear_ft", stretch);
-    }
-    mods_answer(answer, scene->beside, beside->mods);
-    add_outputs(answer, scene->beside, beside);
-    answer_close(answer);
-}
-
 static void add_active(struct answer *answer, const struct sim_result *result)
 {
     answer_open(answer, "active", "integrated");
@@ -184,7 +159,6 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
     add_extremes(answer, scene, result);
     mods_answer(answer, scene, result->mods);
     add_outputs(answer, scene, result);
-    add_beside(answer, scene, result);
     add_active(answer, result);
     return answer;
 }

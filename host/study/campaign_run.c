@@ -136,8 +136,7 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
                                 .next_s = steady_s() + PROGRESS_S,
                                 .underway = &underway};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        campaign_load_on(&campaign, request.path, request.ground, (int)request.strips, &error) !=
-            MR_OK)
+        campaign_load_on(&campaign, request.path, request.ground, &error) != MR_OK)
         return cli_fail(&error);
     campaign.parting = campaign.parting || request.parting;
     if (request.seeds)

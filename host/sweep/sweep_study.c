@@ -57,7 +57,7 @@ static enum mr_status complete_campaign(struct sweep_study *study, const char *f
                                         struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
-    static const char *const named[] = {"scene", "elastic", "strips"};
+    static const char *const named[] = {"scene", "elastic"};
     char path[PATH_MAX];
     for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
         json_t *part = json_object_get(study->base, named[i]);

@@ -165,7 +165,7 @@ static int play(struct played *p, const char *folder, const char *path, const ch
 {
     struct error error = {0};
     *p = (struct played){0};
-    if (campaign_load_on(&p->campaign, path, ground, 0, &error) != MR_OK) {
+    if (campaign_load_on(&p->campaign, path, ground, &error) != MR_OK) {
         fprintf(stderr, "campaigns: %s\n", error.text);
         return 3;
     }

@@ -62,26 +62,6 @@ check "a touchdown beyond the runway" fails_with 4 "touchdown_ft.*34.2857 ft" $m
 check "too many seeds" fails_with 2 "--seeds" $m study "$tmp/small.json" --seeds 100001
 check "a page that cannot be written" fails_with 3 "no-such" $m --quiet campaign "$tmp/small.json" --seeds 1 -o "$tmp/no-such/page.html"
 
-# Two strips: off unless asked for, and then both are told.
-sed 's/"seeds"/"strips": {"width_ft": 14, "offset_ft": 1.4, "shear_lb_ft": 5}, "seeds"/' "$tmp/small.json" >"$tmp/two.json"
-two_strips() {
-    $m --json study "$tmp/two.json" >"$tmp/one.out" && cmp "$tmp/one.out" "$tmp/j1.json" && $m --json study "$tmp/two.json" --strips 2 >"$tmp/two.out" &&
-        python3 - "$tmp/two.out" <<'P'
-import json, sys
-two = json.load(open(sys.argv[1]))
-assert two["strips"].startswith("two: 5.6 ft left of the path and 8.4 ft right of it, held together by 5 lb/ft"), two["strips"]
-assert len(two["landings_right"]) == len(two["landings"]) == 3 and two["left_alone"] == two["right_alone"] == two["both_sides"] == 0
-for runway in two["runways"]:
-    assert [o["landing"] for o in runway["right"]] == [1, 2, 3] and "buckled_side" not in runway
-    assert all(a["peak_in"] != b["peak_in"] > 0.01 for a, b in zip(runway["landings"], runway["right"]))
-P
-}
-check "two strips: as the file says one, both with --strips 2" two_strips
-check "their table" sh -c "$m study $tmp/two.json --strips 2 >$tmp/table && grep -q '^right strip: likewise' $tmp/table && grep -q '^right strip: movement in all' $tmp/table &&
-    grep -q '^side that buckled *left on 0, right on 0, both on 0' $tmp/table"
-check "two strips of a runway that is not divided" fails_with 4 "no second strip: .*small.json.*width_ft" $m study "$tmp/small.json" --strips 2
-check "three strips" fails_with 2 "--strips" $m study "$tmp/two.json" --strips 3
-
 # Extremes end with an answer, or say why not.
 extreme() { # NAME, replacements in the file, in the scene
     sed "$2" "$tmp/scene.json" >"$tmp/scene_$1.json"

@@ -129,7 +129,6 @@ def study_rows(matrig, series, folder, wrong):
     for key in ("scene", "elastic"):
         with open(os.path.join(series, base[key]), encoding="utf-8") as source:
             base[key] = json.load(source)
-    base.pop("strips", None)
     for name, change in STUDY_EXTREMES:
         study = {**change(base), "seeds": 2, "name": name, "facts": []}
         path = os.path.join(folder, "study.json")

@@ -345,10 +345,6 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
         told(told_ctx, 0);
     if (sim_scene_check(scene, scene->name[0] ? scene->name : "scene", error) != MR_OK)
         return error->status;
-    if (scene->beside)
-        return error_set(error, MR_USAGE,
-                         "no second method: %s: beside; leave it out, and check each strip alone",
-                         scene->name[0] ? scene->name : "scene");
     study->end_s = sim_scene_end_s(scene);
     if (scene->model == SIM_CHAIN)
         error_study_chain(study, scene, error);

@@ -444,7 +444,6 @@ double chain_step_limit_s(const struct chain *chain)
     double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
     if (chain->mods)
         rate2 += mods_stiffness_lb_ft(chain->mods) / chain->mass_slug;
-    rate2 += chain->tied_lb_ft / chain->mass_slug;
     return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate2));
 }
 

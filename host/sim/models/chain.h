@@ -34,9 +34,8 @@ struct chain {
     double load_limit_lb;   /* added under the wheel, f wheel_load */
     double v0_ft_s;
     int v0_mat;
-    double tied_lb_ft; /* what ties to another strip add to a mat's row; 0: none */
-    double *storage;   /* all arrays below, with padding around each */
-    size_t length;     /* of one of them */
+    double *storage; /* all arrays below, with padding around each */
+    size_t length;   /* of one of them */
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;

@@ -47,11 +47,6 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
                         report ? "leave it out, or give model chain or consistent"
                                : "leave it out, or give solver fixed",
                         scene, error);
-    if (scene->beside && !grit)
-        return not_here(report ? "beside" : "beside with a solver that chooses its step",
-                        report ? "leave it out, or give model chain or consistent"
-                               : "leave it out, or give solver fixed",
-                        scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
     if (scene->ground_ft.count > 0 && !grit)

@@ -56,9 +56,5 @@ void sim_result_free(struct sim_result *result)
     free(result->mods);
     free(result->sample_u_ft);
     free(result->sample_y_ft);
-    free(result->tie_ft);
-    if (result->beside)
-        sim_result_free(result->beside);
-    free(result->beside);
     *result = (struct sim_result){0};
 }

@@ -78,13 +78,6 @@ struct sim_result {
     /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
     double *gap_ft;
 
-    /* Two strips: the second one's, the costs being the first one's; NULL: one strip. Where
-     * `status` is not SIM_OK it is that of the strip in which the run ended; if that is the first
-     * one, the second was interrupted. */
-    struct sim_result *beside;
-    bool ended_beside;
-    double *tie_ft; /* how far each mat has stretched its tie: mats + 1 values; NULL without */
-
     struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
 
     size_t sample_count;  /* rows, at k * sample_dt_s, k = 0.. */

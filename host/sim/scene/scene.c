@@ -41,7 +41,6 @@ void sim_scene_defaults(struct sim_scene *scene)
         .mats_crossed = 3.0,
         .t_dwell_s = -1.0,
         .gear = {.damping = 0.5, .unloading = 1.0, .axle_law = 1.0},
-        .ties = {.most_lb = (double)INFINITY},
     };
     mods_defaults(&scene->mods);
 }
@@ -57,10 +56,6 @@ void sim_scene_free(struct sim_scene *scene)
     free(scene->gear.lines_ft.values);
     free(scene->gear.axles.values);
     free(scene->path);
-    free(scene->ties.stretch_ft.values);
-    if (scene->beside)
-        sim_scene_free(scene->beside);
-    free(scene->beside);
     mods_free_lists(&scene->mods);
     sim_scene_defaults(scene);
 }
@@ -168,7 +163,6 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     double value;
     switch (key->kind) {
     case SIM_KEY_TEXT:
-    case SIM_KEY_STRIP:
     case SIM_KEY_PATH: return MR_OK;
     case SIM_KEY_CHOICE: {
         unsigned choice;
@@ -267,66 +261,6 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
     return MR_OK;
 }
 
-/* Where the aircraft goes is one thing for both strips; what it pushes each with is not. */
-static bool same_way(const struct sim_scene *a, const struct sim_scene *b)
-{
-    if (a->path_count != b->path_count || a->vac_ft_s != b->vac_ft_s || a->s0_ft != b->s0_ft)
-        return false;
-    for (size_t i = 0; i < a->path_count; i++) {
-        if (a->path[i].t_s != b->path[i].t_s || a->path[i].x_ft != b->path[i].x_ft)
-            return false;
-    }
-    return true;
-}
-
-static bool same_times(const struct sim_scene *a, const struct sim_scene *b)
-{
-    bool same = a->t_out_s.count == b->t_out_s.count && sim_scene_end_s(a) == sim_scene_end_s(b);
-    for (size_t i = 0; same && i < a->t_out_s.count; i++)
-        same = a->t_out_s.values[i] == b->t_out_s.values[i];
-    return same;
-}
-
-static enum mr_status check_beside(const struct sim_scene *scene, const char *where,
-                                   struct error *error)
-{
-    const struct sim_scene *beside = scene->beside;
-    const struct sim_ties *ties = &scene->ties;
-    char inner[200];
-    if (!beside) {
-        if (ties->k_lb_ft > 0.0 || ties->stretch_ft.count > 0)
-            return error_set(error, MR_MALFORMED,
-                             "nothing to hold: %s: shear_lb_ft or shear_ft without beside; give "
-                             "the other strip, or leave them out",
-                             where);
-        return MR_OK;
-    }
-    if (beside->beside)
-        return error_set(error, MR_MALFORMED,
-                         "a third strip: %s: beside has beside; a scene has two strips at most",
-                         where);
-    snprintf(inner, sizeof inner, "%s: beside", where);
-    if (sim_scene_check(beside, inner, error) != MR_OK)
-        return error->status;
-    const char *otherwise = beside->mats != scene->mats           ? "N"
-                          : beside->length_ft != scene->length_ft ? "L"
-                          : beside->g_ft_s2 != scene->g_ft_s2     ? "g"
-                          : beside->model != scene->model         ? "model"
-                          : !same_way(scene, beside)              ? "the aircraft's way"
-                          : !same_times(scene, beside)            ? "its end or t_out"
-                                                                  : NULL;
-    if (otherwise)
-        return error_set(error, MR_MALFORMED,
-                         "another runway: %s: beside has %s otherwise; both strips have it alike",
-                         where, otherwise);
-    if (ties->stretch_ft.count > 1 && ties->stretch_ft.count != (size_t)scene->mats)
-        return error_set(error, MR_MALFORMED,
-                         "list of the wrong length: %s: shear_ft has %zu values; give one number "
-                         "or %d, one per mat",
-                         where, ties->stretch_ft.count, scene->mats);
-    return MR_OK;
-}
-
 enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
                                struct error *error)
 {
@@ -356,8 +290,7 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
             error, MR_MALFORMED,
             "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)",
             where, scene->ground_ft.count, scene->mats + 1);
-    if (mods_check(scene, where, error) != MR_OK || check_gear(scene, where, error) != MR_OK ||
-        check_beside(scene, where, error) != MR_OK)
+    if (mods_check(scene, where, error) != MR_OK || check_gear(scene, where, error) != MR_OK)
         return error->status;
     double end_s = sim_scene_end_s(scene);
     if (!(end_s > 0.0 && end_s <= SIM_LARGEST))

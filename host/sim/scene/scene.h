@@ -109,13 +109,6 @@ struct sim_gear {
     struct sim_list axles;    /* on each line; empty: one */
 };
 
-/* Connections between neighbouring mats of two strips, along the runway (elements/ties.h). */
-struct sim_ties {
-    double k_lb_ft;             /* of one mat; 0: none */
-    double most_lb;             /* beyond it slips; INFINITY: never */
-    struct sim_list stretch_ft; /* at the start: one value, or one per mat; empty: 0 */
-};
-
 struct sim_scene {
     char name[80];
     enum sim_model model;
@@ -169,10 +162,6 @@ struct sim_scene {
     double t_dwell_s; /* negative: not given */
     struct sim_mods mods;
     struct sim_gear gear;
-    /* the strip on the right of this one (README.md, "Two strips"), its own in all; NULL: none.
-     * A scene that is copied by assignment shares it, as it shares its lists. */
-    struct sim_scene *beside;
-    struct sim_ties ties;
     /* by place in elements/table.h: parameter of each element; 0: absent */
     double element[SIM_ELEMENTS_MAX];
 };

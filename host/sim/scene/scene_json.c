@@ -218,10 +218,6 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         if (!json_is_array(value))
             return wrong_type(path, key->name, value, "a list of rows [t_s, x_ft, F_lb]", error);
         return read_path(scene, path, value, error);
-    case SIM_KEY_STRIP: /* read_beside, when all others have been read */
-        if (!json_is_object(value))
-            return wrong_type(path, key->name, value, "an object of scene keys", error);
-        return MR_OK;
     }
     return MR_OK;
 }
@@ -242,36 +238,6 @@ static enum mr_status check_written_lengths(const struct sim_scene *scene, const
                              path, names[i], json_array_size(value), joints);
     }
     return MR_OK;
-}
-
-/* The strip beside has every key of this one that it does not have otherwise. */
-static enum mr_status read_beside(struct sim_scene *scene, const char *path, json_t *root,
-                                  struct error *error)
-{
-    static const char *const own[] = {"beside", "shear_lb_ft", "shear_lb", "shear_ft"};
-    json_t *differs = json_object_get(root, "beside"), *whole;
-    char where[500];
-    if (!differs)
-        return MR_OK;
-    for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) {
-        if (json_object_get(differs, own[i]))
-            return error_set(error, MR_MALFORMED,
-                             "not here: %s: beside has %s; the first strip has it for both", path,
-                             own[i]);
-    }
-    whole = json_copy(root);
-    scene->beside = calloc(1, sizeof *scene->beside);
-    if (!whole || !scene->beside) {
-        json_decref(whole);
-        return error_set(error, MR_FULL, "out of memory: %s: beside; use a smaller scene", path);
-    }
-    for (size_t i = 0; i < sizeof own / sizeof own[0]; i++)
-        json_object_del(whole, own[i]);
-    json_object_update(whole, differs);
-    snprintf(where, sizeof where, "%s: beside", path);
-    sim_scene_from_json(scene->beside, where, whole, error);
-    json_decref(whole);
-    return error->status;
 }
 
 /* Keys are written as the report writes them, so capitals count: name the one that was meant. */
@@ -308,8 +274,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
         if (status != MR_OK)
             return status;
     }
-    if (check_written_lengths(scene, path, root, error) != MR_OK ||
-        read_beside(scene, path, root, error) != MR_OK)
+    if (check_written_lengths(scene, path, root, error) != MR_OK)
         return error->status;
     return sim_scene_check(scene, path, error);
 }

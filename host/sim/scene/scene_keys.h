@@ -17,8 +17,7 @@ enum sim_key_kind {
     SIM_KEY_MATS,   /* list of mat numbers */
     SIM_KEY_JOINTS, /* one real, or a list of N+1 */
     SIM_KEY_PARTS,  /* one real, or a list with one per part of a modification (mods_check) */
-    SIM_KEY_PATH,   /* rows of three reals */
-    SIM_KEY_STRIP   /* object of the keys that another strip has otherwise */
+    SIM_KEY_PATH    /* rows of three reals */
 };
 
 struct sim_key {

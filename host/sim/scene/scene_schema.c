@@ -74,7 +74,6 @@ static json_t *value_schema(const struct sim_key *key)
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
         return json_pack("{s:[o,o]}", "anyOf", real_schema(key), list_schema(real_schema(key)));
-    case SIM_KEY_STRIP: return json_pack("{s:s}", "type", "object");
     case SIM_KEY_PATH: break;
     }
     json_t *row = list_schema(json_pack("{s:[s,s]}", "type", "number", "string"));
@@ -105,7 +104,6 @@ static json_t *default_json(const struct sim_key *key)
     case SIM_KEY_MATS:
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS:
-    case SIM_KEY_STRIP:
     case SIM_KEY_PATH: break;
     }
     return NULL;

@@ -6,7 +6,6 @@
 
 #include "host/base/steady.h"
 #include "host/sim/models/chain.h"
-#include "host/sim/models/strips.h"
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
 
@@ -50,15 +49,8 @@ struct pass {
     int mat; /* where, when failed */
     double t_s;
     double speed_end_ft_s;
-    struct sim_record record, beside; /* beside: of two strips */
-    struct mods_state *mods;          /* at its end; NULL without modifications */
-    struct mods_state *beside_mods;
-};
-
-/* What a pass computes with. */
-struct rig {
-    struct chain chain;
-    struct strips *strips; /* NULL: one strip */
+    struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
 };
 
 /* Nothing in the window has moved for a while. */
@@ -83,25 +75,17 @@ LAW_INLINE void cover(struct window *window, const struct chain *chain,
     }
 }
 
-/* Mat n, or the one beside it. */
-LAW_INLINE bool moves(const struct chain *chain, const struct strips *strips, int n)
-{
-    return chain->v_ft_s[n] != 0.0 || (strips && strips->chain.v_ft_s[n] != 0.0);
-}
-
 /* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
  * a mat waits a little. */
-LAW_INLINE void follow(struct window *window, const struct chain *chain,
-                       const struct strips *strips)
+LAW_INLINE void follow(struct window *window, const struct chain *chain)
 {
-    if (moves(chain, strips, window->first) && window->first > 1)
+    if (chain->v_ft_s[window->first] != 0.0 && window->first > 1)
         window->first--;
-    if (moves(chain, strips, window->last) && window->last < chain->mats)
+    if (chain->v_ft_s[window->last] != 0.0 && window->last < chain->mats)
         window->last++;
-    bool first_rests = !moves(chain, strips, window->first) &&
-                       !moves(chain, strips, window->first + 1);
-    bool last_rests = !moves(chain, strips, window->last) &&
-                      !moves(chain, strips, window->last - 1);
+    bool first_rests = chain->v_ft_s[window->first] == 0.0 &&
+                       chain->v_ft_s[window->first + 1] == 0.0;
+    bool last_rests = chain->v_ft_s[window->last] == 0.0 && chain->v_ft_s[window->last - 1] == 0.0;
     window->quiet_first = first_rests ? window->quiet_first + 1 : 0;
     window->quiet_last = last_rests ? window->quiet_last + 1 : 0;
     if (window->quiet_first >= QUIET_STEPS && window->last - window->first > 2) {
@@ -115,15 +99,14 @@ LAW_INLINE void follow(struct window *window, const struct chain *chain,
 }
 
 /* The first kick has been given to all: whoever is still at rest sleeps. */
-LAW_INLINE void settle(struct window *window, const struct chain *chain,
-                       const struct strips *strips)
+LAW_INLINE void settle(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
-    while (first < chain->mats && !moves(chain, strips, first))
+    while (first < chain->mats && chain->v_ft_s[first] == 0.0)
         first++;
-    while (last > first && !moves(chain, strips, last))
+    while (last > first && chain->v_ft_s[last] == 0.0)
         last--;
-    if (!moves(chain, strips, first))
+    if (chain->v_ft_s[first] == 0.0)
         first = last = 2; /* nobody: anywhere */
     window->first = first > 1 ? first - 1 : 1;
     window->last = last < chain->mats ? last + 1 : chain->mats;
@@ -141,42 +124,9 @@ static int fastest(const struct chain *chain)
     return mat;
 }
 
-/* What the wheels put in over a step. */
-LAW_INLINE double work_lb_ft(const struct chain *chain, const struct sim_touch *touch, int count,
-                             double h_s)
-{
-    double sum = 0.0;
-    for (int k = 0; k < count; k++)
-        sum += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h_s;
-    return sum;
-}
-
-/* The kick of the strip beside, which lies in the same window. */
-static unsigned kick_beside(struct strips *strips, double h_s, struct window *window)
-{
-    unsigned stops = chain_kick(&strips->chain, h_s, window->first, window->last);
-    if (strips->chain.mods)
-        chain_unbrace(&strips->chain);
-    return stops;
-}
-
-/* Wheels and ties of both strips, before the kick of either. */
-static void load_beside(struct strips *strips, struct chain *chain, double from_s, double to_s,
-                        struct window *window)
-{
-    strips_span(strips, from_s, to_s);
-    cover(window, chain, strips->touch, strips->count);
-    strips_tie(strips, chain, window->first, window->last);
-    chain_touch(&strips->chain, strips->touch, strips->count);
-    if (strips->chain.mods)
-        chain_brace(&strips->chain, to_s - from_s, strips->touch, strips->count, &window->first,
-                    &window->last);
-}
-
-/* `touch`: room for the wheel's parts. `strips`: NULL, as a constant, for one strip. */
-LAW_INLINE void run_with(struct pass *pass, struct chain *chain, struct strips *strips,
-                         const struct sim_scene *scene, const struct sim_options *options,
-                         struct sim_touch *touch)
+/* `touch`: room for the wheel's parts. */
+LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                         const struct sim_options *options, struct sim_touch *touch)
 {
     bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
     struct sim_wheel wheel;
@@ -187,42 +137,28 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, struct strips *
     int count = 0;
 
     chain_reset(chain, scene);
-    if (strips)
-        strips_start(strips, chain, h);
     put_in_lb_ft = chain_energy_lb_ft(chain, 1, chain->mats);
-    if (strips) {
-        put_in_lb_ft += strips_energy_lb_ft(strips, 1, chain->mats);
-        prune = prune && element_rests(&strips->chain.elements);
-    }
     sim_wheel_start(&wheel, scene);
     if (chain->gear)
         chain_mount(chain, &wheel, h);
     sim_record_take(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
-    if (strips)
-        sim_record_take(&pass->beside, 0.0, strips->chain.u_ft, strips->chain.v_ft_s);
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
 
         chain_release(chain, touch, count);
-        if (strips)
-            strips_release(strips, chain, touch, count);
         count = sim_wheel_span(&wheel, from_s, to_s, touch);
         cover(&window, chain, touch, count);
-        if (strips)
-            load_beside(strips, chain, from_s, to_s, &window);
         chain_touch(chain, touch, count);
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
         if (chain->mods)
             chain_unbrace(chain);
-        if (strips)
-            pass->events += kick_beside(strips, to_s - from_s, &window);
         if (prune && i == 0)
-            settle(&window, chain, strips);
+            settle(&window, chain);
         else if (prune)
-            follow(&window, chain, strips);
+            follow(&window, chain);
         /* at rest under forces that no longer change: nothing will ever move again */
         bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
@@ -232,22 +168,13 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, struct strips *
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        if (strips)
-            put_in_lb_ft += work_lb_ft(&strips->chain, strips->touch, strips->count, h);
-        if (i % NOTE_STEPS == 0) {
+        if (i % NOTE_STEPS == 0)
             chain_note(chain, window.first, window.last);
-            if (strips)
-                chain_note(&strips->chain, window.first, window.last);
-        }
         chain_drift(chain, h, window.first, window.last);
-        if (strips)
-            chain_drift(&strips->chain, h, window.first, window.last);
 
         double t_s = (double)(i + 1) * h;
         if (i % ENERGY_STEPS == 0 || last) {
             double energy_lb_ft = chain_energy_lb_ft(chain, window.first, window.last);
-            if (strips)
-                energy_lb_ft += strips_energy_lb_ft(strips, window.first, window.last);
             if (!(energy_lb_ft <= ENERGY_EXCESS * put_in_lb_ft)) {
                 pass->failed = true;
                 pass->mat = fastest(chain);
@@ -258,11 +185,8 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, struct strips *
         if (last)
             /* a rounding must not miss what is wanted at the end */
             t_s = (double)pass->steps * h * (1.0 + 1e-11);
-        if (pass->record.next_s <= t_s) {
+        if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
-            if (strips)
-                sim_record_take(&pass->beside, t_s, strips->chain.u_ft, strips->chain.v_ft_s);
-        }
         if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
             !options->go_on(options->go_on_ctx, pass->number, (double)i / (double)pass->steps)) {
             pass->interrupted = true;
@@ -279,63 +203,42 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, struct strips *
         struct mods_view view = chain_view(chain);
         pass->mods = mods_finish(chain->mods, &view);
     }
-    if (strips && strips->chain.mods) {
-        struct mods_view view = chain_view(&strips->chain);
-        pass->beside_mods = mods_finish(strips->chain.mods, &view);
-    }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = 1e3 * (steady_s() - begin_s);
 }
 
-/* A gear of several axle lines gets a loop of its own, and so do two strips. */
+/* A gear of several axle lines gets a loop of its own. */
 static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
                      const struct sim_options *options)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
-    run_with(pass, chain, NULL, scene, options, touch);
+    run_with(pass, chain, scene, options, touch);
 }
 
 static void run_gear_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
                           const struct sim_options *options)
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
-    run_with(pass, chain, NULL, scene, options, touch);
-}
-
-static void run_strips_pass(struct pass *pass, struct rig *rig, const struct sim_scene *scene,
-                            const struct sim_options *options)
-{
-    struct sim_touch touch[SIM_TOUCH_MAX];
-    run_with(pass, &rig->chain, rig->strips, scene, options, touch);
+    run_with(pass, chain, scene, options, touch);
 }
 
 static void drop_pass(struct pass *pass)
 {
     sim_record_free(&pass->record);
-    sim_record_free(&pass->beside);
     free(pass->mods);
-    free(pass->beside_mods);
     *pass = (struct pass){0};
 }
 
-static enum mr_status start_pass(struct pass *pass, struct rig *rig, const struct sim_scene *scene,
-                                 const struct sim_options *options, uint64_t steps,
-                                 struct sim_result *result, struct error *error)
+static enum mr_status start_pass(struct pass *pass, struct chain *chain,
+                                 const struct sim_scene *scene, const struct sim_options *options,
+                                 uint64_t steps, struct sim_result *result, struct error *error)
 {
-    struct chain *chain = &rig->chain;
-    const struct mods *beside_mods = rig->strips ? rig->strips->chain.mods : NULL;
     *pass = (struct pass){
         .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
-    if (sim_record_make(&pass->record, scene, options, error) != MR_OK ||
-        (rig->strips && sim_record_make(&pass->beside, scene->beside, options, error) != MR_OK)) {
-        sim_record_free(&pass->record);
+    if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
-    }
-    if (rig->strips)
-        run_strips_pass(pass, rig, scene, options);
-    else
-        (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
-    if ((chain->mods && !pass->mods) || (beside_mods && !pass->beside_mods))
+    (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
+    if (chain->mods && !pass->mods)
         return error_set(error, MR_FULL,
                          "out of memory: the modifications of %d mats; use a smaller N",
                          chain->mats);
@@ -373,35 +276,7 @@ static enum mr_status deliver(struct chain *chain, struct sim_record *record,
     return sim_record_deliver(record, result, error);
 }
 
-/* The second strip's part of the answer. */
-static enum mr_status answer_beside(struct rig *rig, struct pass *pass, const struct pass *other,
-                                    struct sim_result *result, struct error *error)
-{
-    struct sim_result *beside = calloc(1, sizeof *beside);
-    struct chain *chain = &rig->strips->chain;
-    if (!beside)
-        return error_set(error, MR_FULL, "out of memory: the strip beside; use a smaller N");
-    result->beside = beside;
-    beside->status = result->status;
-    beside->solver = result->solver;
-    beside->mats = result->mats;
-    beside->t_end_s = result->t_end_s;
-    beside->dt_s = result->dt_s;
-    beside->checked_dt_s = result->checked_dt_s;
-    if (pass->beside_mods && other->beside_mods)
-        pass->beside_mods->error_lb = mods_difference_lb(pass->beside_mods, other->beside_mods);
-    beside->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
-    if (deliver(chain, &pass->beside, &pass->beside_mods, beside, error) != MR_OK)
-        return error->status;
-    if (rig->strips->ties) /* at the places that both tell */
-        result->tie_ft = strips_stretch_ft(rig->strips, &rig->chain);
-    if (rig->strips->ties && !result->tie_ft)
-        error_set(error, MR_FULL, "out of memory: the ties of %d mats; use a smaller N",
-                  result->mats);
-    return error->status;
-}
-
-static enum mr_status answer(struct rig *rig, struct pass *pass, const struct pass *other,
+static enum mr_status answer(struct chain *chain, struct pass *pass, const struct pass *other,
                              struct sim_result *result, struct error *error)
 {
     result->dt_s = pass->h_s;
@@ -418,9 +293,7 @@ static enum mr_status answer(struct rig *rig, struct pass *pass, const struct pa
     if (pass->mods && other->mods)
         pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
     result->speed_end_ft_s = pass->speed_end_ft_s;
-    if (deliver(&rig->chain, &pass->record, &pass->mods, result, error) == MR_OK && rig->strips)
-        answer_beside(rig, pass, other, result, error);
-    return error->status;
+    return deliver(chain, &pass->record, &pass->mods, result, error);
 }
 
 /* The finer pass is the coarser one of the next pair. */
@@ -431,32 +304,16 @@ static void take_over(struct pass *to, struct pass *from)
     *from = (struct pass){0};
 }
 
-/* Where two passes differ most, over both strips; and the largest movement. */
-static struct sim_difference apart_of(const struct pass *a, const struct pass *b)
-{
-    struct sim_difference apart = sim_record_difference(&a->record, &b->record), other = {0};
-    if (a->beside.snapshot_count > 0)
-        other = sim_record_difference(&a->beside, &b->beside);
-    return other.u_ft > apart.u_ft ? other : apart;
-}
-
-static double peak_of_ft(const struct pass *pass)
-{
-    double peak_ft = sim_record_peak(&pass->record).u_ft;
-    return pass->beside.snapshot_count > 0 ? fmax(peak_ft, sim_record_peak(&pass->beside).u_ft)
-                                           : peak_ft;
-}
-
-static enum mr_status run_single(struct rig *rig, const struct sim_scene *scene,
+static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene,
                                  const struct sim_options *options, uint64_t steps,
                                  struct sim_result *result, struct error *error)
 {
     struct pass only = {0};
-    if (start_pass(&only, rig, scene, options, steps, result, error) == MR_OK) {
+    if (start_pass(&only, chain, scene, options, steps, result, error) == MR_OK) {
         if (only.failed || only.interrupted)
             sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat,
                            only.t_s);
-        answer(rig, &only, &only, result, error);
+        answer(chain, &only, &only, result, error);
     }
     drop_pass(&only);
     return error->status;
@@ -466,13 +323,12 @@ static enum mr_status run_single(struct rig *rig, const struct sim_scene *scene,
  * third, at a step between them, widens what is stated. */
 static bool tears(const struct sim_scene *scene)
 {
-    return scene->mods.tear_lb < HUGE_VAL ||
-           (scene->beside && scene->beside->mods.tear_lb < HUGE_VAL);
+    return scene->mods.tear_lb < HUGE_VAL;
 }
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
  * of the two answers. */
-static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
+static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *scene,
                                 const struct sim_options *options, uint64_t steps,
                                 bool coarser_answers, struct sim_result *result,
                                 struct error *error)
@@ -482,10 +338,10 @@ static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
     double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
     bool asks = tears(scene) &&
-                start_pass(&third, rig, scene, options, (uint64_t)ceil(THIRD_STEPS * (double)steps),
-                           result, error) == MR_OK;
+                start_pass(&third, chain, scene, options,
+                           (uint64_t)ceil(THIRD_STEPS * (double)steps), result, error) == MR_OK;
     if (error->status != MR_OK ||
-        start_pass(&coarse, rig, scene, options, steps, result, error) != MR_OK) {
+        start_pass(&coarse, chain, scene, options, steps, result, error) != MR_OK) {
         drop_pass(&third);
         return error->status;
     }
@@ -494,7 +350,7 @@ static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
             take_over(&fine, &coarse);
             break;
         }
-        if (start_pass(&fine, rig, scene, options, 2 * coarse.steps, result, error) != MR_OK)
+        if (start_pass(&fine, chain, scene, options, 2 * coarse.steps, result, error) != MR_OK)
             break;
         if (fine.interrupted)
             break;
@@ -508,8 +364,8 @@ static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
             sim_result_end(result, SIM_UNSTABLE, failed->mat, failed->t_s);
             break;
         }
-        apart = apart_of(&coarse, &fine);
-        double peak_ft = peak_of_ft(&fine);
+        apart = sim_record_difference(&coarse.record, &fine.record);
+        double peak_ft = sim_record_peak(&fine.record).u_ft;
         result->error_u_ft = apart.u_ft * (coarser_answers ? 2.0 : 1.0);
         if (result->error_u_ft <= tolerance * peak_ft)
             break;
@@ -527,12 +383,13 @@ static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
         sim_result_end(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
         coarser_answers = false;
     } else if (asks && !third.failed && !third.interrupted && result->status == SIM_OK) {
-        double most_ft = fmax(apart_of(&coarse, &third).u_ft, apart_of(&fine, &third).u_ft);
+        double most_ft = fmax(sim_record_difference(&coarse.record, &third.record).u_ft,
+                              sim_record_difference(&fine.record, &third.record).u_ft);
         result->error_u_ft = fmax(result->error_u_ft, 2.0 * most_ft);
     }
     drop_pass(&third);
     if (error->status == MR_OK)
-        answer(rig, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result,
+        answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result,
                error);
     drop_pass(&coarse);
     drop_pass(&fine);
@@ -542,29 +399,22 @@ static enum mr_status run_pairs(struct rig *rig, const struct sim_scene *scene,
 enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options *options,
                          struct sim_result *result, struct error *error)
 {
-    struct rig rig = {0};
+    struct chain chain = {0};
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(scene);
     double begin_s = steady_s();
 
     sim_wheel_start(&wheel, scene);
-    if (chain_make(&rig.chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
+    if (chain_make(&chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
         return error->status;
-    if (strips_make(&rig.strips, &rig.chain, scene, error) != MR_OK) {
-        chain_free(&rig.chain);
-        return error->status;
-    }
     double hop_s =
         /* INFINITY for an aircraft that stands */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "fixed";
     result->mats = scene->mats;
     result->t_end_s = end_s;
-    result->dt_limit_s = fmin(chain_step_limit_s(&rig.chain), hop_s);
-    if (rig.strips)
-        result->dt_limit_s = fmin(result->dt_limit_s, chain_step_limit_s(&rig.strips->chain));
-    chain_describe(&rig.chain, scene, result);
-    ties_describe(scene, result);
+    result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
+    chain_describe(&chain, scene, result);
 
     bool given = options->dt_s > 0.0;
     double h = given ? options->dt_s
@@ -580,13 +430,12 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
                   scene->name[0] ? scene->name : "scene", end_s, h);
     } else if (options->single) {
-        run_single(&rig, scene, options, (uint64_t)steps, result, error);
+        run_single(&chain, scene, options, (uint64_t)steps, result, error);
     } else {
         uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
-        run_pairs(&rig, scene, options, first, coarser_answers, result, error);
+        run_pairs(&chain, scene, options, first, coarser_answers, result, error);
     }
     result->run_ms = 1e3 * (steady_s() - begin_s);
-    strips_free(rig.strips);
-    chain_free(&rig.chain);
+    chain_free(&chain);
     return error->status;
 }

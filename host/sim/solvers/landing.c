@@ -30,9 +30,6 @@ static void drop(struct march *march)
 {
     sim_record_free(&march->record);
     free(march->mods);
-    if (march->beside)
-        drop(march->beside);
-    free(march->beside);
     *march = (struct march){0};
 }
 
@@ -41,7 +38,6 @@ static void leave(struct march *march)
 {
     march->record = (struct sim_record){0};
     march->mods = NULL;
-    march->beside = NULL;
 }
 
 static enum mr_status start_march(struct landing *l, struct march *march,
@@ -51,18 +47,10 @@ static enum mr_status start_march(struct landing *l, struct march *march,
     *march = (struct march){.steps = steps,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
                             .number = ++result->passes};
-    if (l->beside && !(march->beside = calloc(1, sizeof *march->beside)))
-        return error_set(error, MR_FULL, "out of memory: the strip beside; use a smaller N");
-    if (l->beside) {
-        *march->beside = *march;
-        march->beside->beside = NULL;
-    }
-    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK ||
-        (l->beside &&
-         sim_record_make(&march->beside->record, l->beside->scene, options, error) != MR_OK))
+    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
         return error->status;
     landing_march(l, march, options);
-    if ((l->mods && !march->mods) || (l->beside && l->beside->mods && !march->beside->mods))
+    if (l->mods && !march->mods)
         return error_set(error, MR_FULL,
                          "out of memory: the modifications of %d mats; use a smaller N",
                          l->model.mats);
@@ -79,10 +67,6 @@ static enum mr_status keep_most(double **to, const double *from, size_t count, s
     memcpy(*to + 1, from, count * sizeof **to);
     return MR_OK;
 }
-
-static enum mr_status answer_beside(struct landing *l, struct march *fine,
-                                    const struct march *coarse, struct sim_result *result,
-                                    struct error *error);
 
 static enum mr_status answer(struct landing *l, struct march *fine, const struct march *coarse,
                              struct sim_result *result, struct error *error)
@@ -112,39 +96,8 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
         fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
-    if (planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
-                       result, error) == MR_OK &&
-        l->beside)
-        answer_beside(l, fine, coarse, result, error);
-    return error->status;
-}
-
-/* The second strip's part. Where the first one ended the run, it was interrupted. */
-static enum mr_status answer_beside(struct landing *l, struct march *fine,
-                                    const struct march *coarse, struct sim_result *result,
-                                    struct error *error)
-{
-    struct sim_result *beside = calloc(1, sizeof *beside);
-    if (!beside)
-        return error_set(error, MR_FULL, "out of memory: the strip beside; use a smaller N");
-    result->beside = beside;
-    result->ended_beside = fine->ended_beside;
-    bool ended = result->status != SIM_OK && result->status != SIM_UNPREDICTABLE;
-    beside->status = ended && !fine->ended_beside ? SIM_INTERRUPTED : result->status;
-    beside->mat = result->mat;
-    beside->t_s = result->t_s;
-    beside->solver = result->solver;
-    beside->mats = result->mats;
-    beside->t_end_s = result->t_end_s;
-    beside->rhs = result->rhs;
-    if (answer(l->beside, fine->beside, coarse->beside, beside, error) != MR_OK || !l->ties)
-        return error->status;
-    result->tie_ft = ties_stretch_ft(l->ties, (struct ties_view){l->z, 2, -1},
-                                     (struct ties_view){l->beside->z, 2, -1});
-    if (!result->tie_ft)
-        error_set(error, MR_FULL, "out of memory: the ties of %d mats; use a smaller N",
-                  result->mats);
-    return error->status;
+    return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
+                          result, error);
 }
 
 /* How far two marches are apart. */
@@ -153,41 +106,17 @@ struct apart {
     double lift_ft;
 };
 
-static struct apart apart_in_strip(const struct march *a, const struct march *b)
+static struct apart apart_of(const struct march *a, const struct march *b)
 {
     return (struct apart){sim_record_difference(&a->record, &b->record),
                           fmax(sim_record_lift_difference(&a->record, &b->record),
                                fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
-static struct apart apart_of(const struct march *a, const struct march *b)
-{
-    struct apart apart = apart_in_strip(a, b), other;
-    if (!a->beside)
-        return apart;
-    other = apart_in_strip(a->beside, b->beside);
-    return (struct apart){other.u.u_ft > apart.u.u_ft ? other.u : apart.u,
-                          fmax(apart.lift_ft, other.lift_ft)};
-}
-
-static double peak_ft(const struct march *march)
-{
-    double own_ft = sim_record_peak(&march->record).u_ft;
-    return march->beside ? fmax(own_ft, peak_ft(march->beside)) : own_ft;
-}
-
-static double most_lift_ft(const struct march *march)
-{
-    return march->beside ? fmax(march->max_lift_ft, march->beside->max_lift_ft)
-                         : march->max_lift_ft;
-}
-
-/* Whether two complete marches say the same, in each strip. */
+/* Whether two complete marches say the same. */
 static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine)
 {
-    if (l->beside && !agree(l->beside, coarse->beside, fine->beside))
-        return false;
-    struct apart apart = apart_in_strip(coarse, fine);
+    struct apart apart = apart_of(coarse, fine);
     double threshold = planar_bow_threshold_ft(l->scene),
            lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
     return apart.u.u_ft <= PLANAR_DISAGREEMENT * sim_record_peak(&fine->record).u_ft +
@@ -216,9 +145,7 @@ static void state_error(const struct landing *l, const struct march *rough,
     result->error_u_ft = CAUTION * apart.u.u_ft;
     /* a node that lands has done so up to a step before it is seen to: that far it is off, whatever
      * the marches say of each other */
-    double jolt_ft_s = fine->beside ? fmax(fine->jolt_ft_s, fine->beside->jolt_ft_s)
-                                    : fine->jolt_ft_s;
-    result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * jolt_ft_s);
+    result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (!complete(rough))
         return;
     struct apart before = apart_of(rough, coarse);
@@ -231,22 +158,12 @@ static enum mr_status march_aside(struct landing *l, struct march *march,
                                   const struct sim_options *options, uint64_t steps,
                                   struct sim_result *result, struct error *error)
 {
-    size_t count = l->stored + (l->beside ? l->beside->stored : 0),
-           ties = (size_t)l->model.mats + 1;
-    double *kept = malloc((count + ties) * sizeof *kept);
+    double *kept = malloc(l->stored * sizeof *kept);
     if (!kept)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", l->model.mats);
     memcpy(kept, l->z, l->stored * sizeof *kept);
-    if (l->beside)
-        memcpy(kept + l->stored, l->beside->z, l->beside->stored * sizeof *kept);
-    if (l->ties)
-        memcpy(kept + count, l->ties->rest_ft, ties * sizeof *kept);
     start_march(l, march, options, steps, result, error);
     memcpy(l->z, kept, l->stored * sizeof *kept);
-    if (l->beside)
-        memcpy(l->beside->z, kept + l->stored, l->beside->stored * sizeof *kept);
-    if (l->ties)
-        memcpy(l->ties->rest_ft, kept + count, ties * sizeof *kept);
     free(kept);
     return error->status;
 }
@@ -287,8 +204,8 @@ static enum mr_status doubt(struct landing *l, const struct sim_options *options
                             struct error *error)
 {
     struct march beside = {0};
-    if (result->error_u_ft <= SENSITIVE * peak_ft(fine) &&
-        result->error_lift_ft <= SENSITIVE * most_lift_ft(fine))
+    if (result->error_u_ft <= SENSITIVE * sim_record_peak(&fine->record).u_ft &&
+        result->error_lift_ft <= SENSITIVE * fine->max_lift_ft)
         return MR_OK;
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
     if (march_aside(l, &beside, options, steps, result, error) == MR_OK && complete(&beside)) {
@@ -407,16 +324,13 @@ static enum mr_status run_checked(struct landing *l, const struct sim_options *o
     return error->status;
 }
 
-/* `row_lb_ft`: what ties add to a mat's row. */
-static double step_limit_s(struct landing *l, double row_lb_ft, double hop_s)
+static double step_limit_s(struct landing *l, double hop_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
     double rate = model_fastest_rate(m, l->z, MODEL_STAGGERED);
     if (l->mods)
         rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
-    if (l->tied_lb)
-        rate = sqrt(rate * rate + row_lb_ft / m->mass_slug);
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
 }
 
@@ -428,10 +342,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
     sim_wheel_start(&wheel, l->scene);
     /* INFINITY for an aircraft that stands */
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
-    double row_lb_ft = ties_row_lb_ft(l->ties);
-    result->dt_limit_s = step_limit_s(l, row_lb_ft, hop_s);
-    if (l->beside)
-        result->dt_limit_s = fmin(result->dt_limit_s, step_limit_s(l->beside, row_lb_ft, hop_s));
+    result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0
                  ? options->dt_s
                  : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
@@ -468,12 +379,9 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
 enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options,
                            struct sim_result *result, struct error *error)
 {
-    struct landing l = {0}, beside = {0};
+    struct landing l = {0};
     double begin_s = steady_s();
-    if (landing_make(&l, scene, result, error) == MR_OK && scene->beside &&
-        landing_make(&beside, scene->beside, NULL, error) == MR_OK)
-        landing_join(&l, &beside, error);
-    if (error->status == MR_OK) {
+    if (landing_make(&l, scene, result, error) == MR_OK) {
         result->solver = "fixed";
         result->mats = scene->mats;
         result->t_end_s = sim_scene_end_s(scene);
@@ -481,11 +389,9 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
                                 "2.6 and 3.6 times the step, twice that of the first two");
         if (l.mods)
             mods_describe(l.mods, result);
-        ties_describe(scene, result);
         run_with(&l, options, result, error);
         result->run_ms = 1e3 * (steady_s() - begin_s);
     }
-    landing_free(&beside);
     landing_free(&l);
     return error->status;
 }

@@ -12,7 +12,6 @@
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
-#include "host/sim/elements/ties.h"
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
@@ -51,12 +50,6 @@ struct landing {
     struct mods *mods;       /* NULL when the scene has none */
     struct gear *gear;       /* likewise */
     struct parting *parting; /* likewise, with mods */
-    /* Two strips: the second, which marches in lock step with this one, and what holds them
-     * together. NULL: one strip, or this is the second, or nothing holds them. */
-    struct landing *beside;
-    struct ties *ties;
-    const double *tied_lb; /* by mat from 1: ties push mats with tied_by times it; NULL: nothing */
-    double tied_by;        /* -1 in the first strip, 1 in the second */
 };
 
 struct march {
@@ -78,23 +71,13 @@ struct march {
     struct sim_record record;
     struct mods_state *mods; /* at its end; NULL without modifications */
     int number;              /* of this march, for go_on */
-    struct march *beside;    /* of the second strip; NULL: one */
-    bool ended_beside;       /* `status` is that strip's */
 };
-
-/* What ties push mat n with. */
-static inline double landing_tied_lb(const struct landing *l, int n)
-{
-    return l->tied_lb ? l->tied_by * l->tied_lb[n + 1] : 0.0;
-}
 
 /* One strip, ready to march; the landing is all zero before. The result, if any, is told what is
  * left out. Whatever becomes of it, landing_free releases it. */
 enum mr_status landing_make(struct landing *l, const struct sim_scene *scene,
                             struct sim_result *result, struct error *error);
 void landing_free(struct landing *l);
-/* Have `beside`, which stays the caller's, march along. */
-enum mr_status landing_join(struct landing *l, struct landing *beside, struct error *error);
 
 /* What the modifications see of a landing. */
 static inline struct mods_view landing_view(const struct landing *l)

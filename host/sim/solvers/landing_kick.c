@@ -22,8 +22,7 @@ void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int 
     mods_pull_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->braces; c++) {
         int n = mods->brace_mat[c] - 1;
-        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c] +
-                         landing_tied_lb(l, n);
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
         double limit_lb = m->law == SIM_NONE ? 0.0
                                              : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
@@ -111,8 +110,6 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
     for (int c = 0; l->mods && c < l->mods->braces; c++)
         /* those outside are not looked at */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c];
-    for (int n = l->slides.first; l->tied_lb && n <= l->slides.last; n++)
-        thrust[n] += landing_tied_lb(l, n);
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)

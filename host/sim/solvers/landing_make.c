@@ -86,21 +86,9 @@ enum mr_status landing_make(struct landing *l, const struct sim_scene *scene,
 
 void landing_free(struct landing *l)
 {
-    ties_free(l->ties);
     mods_free(l->mods);
     gear_free(l->gear);
     parting_free(l->parting);
     model_free(&l->model);
     free(l->z);
-}
-
-enum mr_status landing_join(struct landing *l, struct landing *beside, struct error *error)
-{
-    l->beside = beside;
-    if (ties_make(&l->ties, l->scene, error) != MR_OK || !l->ties)
-        return error->status;
-    l->tied_lb = beside->tied_lb = l->ties->lb;
-    l->tied_by = -1.0;
-    beside->tied_by = 1.0;
-    return MR_OK;
 }

@@ -171,7 +171,7 @@ static void begin(struct landing *l, bool prunes)
     landing_stretch_joints(l);
     l->slides.last = l->heaves.last = -1;
     for (int n = 0; n < m->mats; n++) {
-        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + landing_tied_lb(l, n);
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
         if (l->z[m->size + 2 * n + 1] != 0.0 ||
             fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
             landing_take_in(&l->slides, m, n - 1, n + 1);
@@ -232,7 +232,7 @@ static double heave_in_parts(struct landing *l, bool after_parts, double first_k
     return jolt_ft_s;
 }
 
-/* The march of one strip under way. */
+/* A march under way. */
 struct under_way {
     struct landing *l;
     struct march *march;
@@ -375,49 +375,17 @@ LAW_INLINE void arrive(struct under_way *way)
     }
 }
 
-/* A mat that moves pulls the one beside it, so the same mats slide in both strips. */
-static void tie(struct landing *l)
-{
-    struct landing *beside = l->beside;
-    struct part own = l->slides;
-    if (!l->ties)
-        return;
-    if (beside->slides.last >= beside->slides.first)
-        landing_take_in(&l->slides, &l->model, beside->slides.first, beside->slides.last);
-    if (own.last >= own.first)
-        landing_take_in(&beside->slides, &beside->model, own.first, own.last);
-    ties_pull(l->ties, (struct ties_view){l->z, 2, -1}, (struct ties_view){beside->z, 2, -1},
-              l->slides.first + 1, l->slides.last + 1);
-}
-
-/* `beside`: NULL, as a constant, for one strip. */
-LAW_INLINE void march_with(struct under_way *way, struct under_way *beside)
+LAW_INLINE void march_with(struct under_way *way)
 {
     struct march *march = way->march;
     double begin_s = steady_s();
-    if (beside && way->l->ties)
-        ties_reset(way->l->ties);
     set_out(way);
-    if (beside)
-        set_out(beside);
     for (uint64_t i = 0; i < march->steps; i++) {
         double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
         ride(way, i);
-        if (beside) {
-            ride(beside, i);
-            tie(way->l);
-            heave(beside, i);
-        }
         heave(way, i);
         slide(way, i);
-        if (beside)
-            slide(beside, i);
-        bool goes_on = look(way, i, t_s);
-        if (beside && !look(beside, i, t_s)) {
-            march->ended_beside = goes_on;
-            goes_on = false;
-        }
-        if (!goes_on)
+        if (!look(way, i, t_s))
             break;
         if (i % STEPS_BETWEEN_ASKING == 0 && way->options->go_on &&
             !way->options->go_on(way->options->go_on_ctx, march->number,
@@ -429,19 +397,17 @@ LAW_INLINE void march_with(struct under_way *way, struct under_way *beside)
         }
     }
     arrive(way);
-    if (beside)
-        arrive(beside);
     march->ms = 1e3 * (steady_s() - begin_s);
 }
 
-/* A gear of several axle lines gets a loop of its own, and so do two strips. */
+/* A gear of several axle lines gets a loop of its own. */
 static void march_gear(struct landing *l, struct march *march, const struct sim_options *options)
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
     struct sim_wheel wheel;
     struct under_way way = {
         .l = l, .march = march, .options = options, .wheel = &wheel, .touch = touch};
-    march_with(&way, NULL);
+    march_with(&way);
 }
 
 static void march_wheel(struct landing *l, struct march *march, const struct sim_options *options)
@@ -450,29 +416,10 @@ static void march_wheel(struct landing *l, struct march *march, const struct sim
     struct sim_wheel wheel;
     struct under_way way = {
         .l = l, .march = march, .options = options, .wheel = &wheel, .touch = touch};
-    march_with(&way, NULL);
-}
-
-static void march_strips(struct landing *l, struct march *march, const struct sim_options *options)
-{
-    struct sim_touch touch[2][SIM_TOUCH_MAX];
-    struct sim_wheel wheel[2];
-    struct under_way way = {
-        .l = l, .march = march, .options = options, .wheel = &wheel[0], .touch = touch[0]};
-    struct under_way beside = {.l = l->beside,
-                               .march = march->beside,
-                               .options = options,
-                               .wheel = &wheel[1],
-                               .touch = touch[1]};
-    march_with(&way, &beside);
-    if (march->ended_beside) {
-        march->status = march->beside->status;
-        march->mat = march->beside->mat;
-        march->t_s = march->beside->t_s;
-    }
+    march_with(&way);
 }
 
 void landing_march(struct landing *l, struct march *march, const struct sim_options *options)
 {
-    (l->beside ? march_strips : l->gear ? march_gear : march_wheel)(l, march, options);
+    (l->gear ? march_gear : march_wheel)(l, march, options);
 }

@@ -389,7 +389,7 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result, struct error *error)
 {
-    bool landing = scene->model == SIM_CONSISTENT && (scene->path_count > 0 || scene->beside);
+    bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
     if (options->solver && strcmp(options->solver, "fixed") == 0
             ? scene->model == SIM_CONSISTENT
             : landing && weigh_automatic(options)) {
