@@ -194,7 +194,7 @@ static const struct command_part parts[] = {
                 "list the keys of scenes with default, unit and meaning; with --json the JSON "
                 "Schema of a scene"),
     OPTION_TEXT("--solver", "S", options.solver,
-                "auto (the default) chooses and says why; event, implicit, cvode, cvode-roots, "
+                "auto (the default) chooses and says why; event, implicit, cvode, "
                 "rk4, rkgs, hamming,\n"
                 "moreau for the planar models, fixed for the chain. Each answer is checked by a "
                 "second run"),

@@ -8,8 +8,7 @@
 
 bool sim_solver_elsewhere(const char *solver)
 {
-    return (strcmp(solver, "cvode") == 0 || strcmp(solver, "cvode-roots") == 0) &&
-           !planar_has_solver(solver);
+    return strcmp(solver, "cvode") == 0 && !planar_has_solver(solver);
 }
 
 static enum mr_status check_options(const struct sim_scene *scene,
@@ -25,7 +24,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
     if (!chain && options->solver && !planar_has_solver(options->solver))
         return error_set(error, MR_USAGE,
                          "solver not available: %s for model %s; give auto, event, implicit, "
-                         "cvode, cvode-roots, rk4, rkgs, hamming or moreau",
+                         "cvode, rk4, rkgs, hamming or moreau",
                          options->solver, sim_model_name(scene->model));
     if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
         return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step",

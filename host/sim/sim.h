@@ -6,7 +6,7 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Whether this program lacks a solver that matrig-study has: true for cvode and cvode-roots in
+/* Whether this program lacks a solver that matrig-study has: true for cvode in
  * matrig, which is not linked with SUNDIALS. */
 bool sim_solver_elsewhere(const char *solver);
 

@@ -55,7 +55,7 @@ static void mats_that_collide_part_again(void **state)
         const char *solver;
         double rtol;
     } runs[] = {{"implicit", 0.0},  {"implicit", 1e-5}, {"implicit", 1e-6}, {"implicit", 1e-8},
-                {"implicit", 1e-9}, {"event", 0.0},     {NULL, 0.0},        {"cvode-roots", 1e-9}};
+                {"implicit", 1e-9}, {"event", 0.0},     {NULL, 0.0}};
     struct sim_scene scene;
     two_mats(&scene);
     for (size_t k = 0; k < sizeof runs / sizeof runs[0]; k++) {

@@ -1,16 +1,12 @@
 /* cvode: SUNDIALS' variable-order BDF with its banded direct solver, the general-purpose peer.
  * Restarted at hops and where a mat stops or breaks loose (exact sticking is no differential
  * equation); the other switches are sampled, as a user of the library may do.
- * cvode-roots: the same with the library's own rootfinding. The margin of every switch that the
- * scene has is a root function; the library ends a step where one changes sign, and is restarted
- * in the other mode.
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
  * mass matrix, which is full, so the Newton matrix is given as M (I - gamma J), which is banded,
- * and the right-hand side is multiplied by M before the library's solver sees it. Where switches
- * are sampled it is made anew for every step: one from before a foot left the soil holds the foot
- * with the soil's damper, so the iteration is done at once and the library takes a step that it
- * should refuse. With its rootfinding the library decides.
+ * and the right-hand side is multiplied by M before the library's solver sees it. It is made anew
+ * for every step: one from before a foot left the soil holds the foot with the soil's damper, so
+ * the iteration is done at once and the library takes a step that it should refuse.
  *
  * As a check of the other solvers: method, step control and matrix solution are the library's.
  * Right-hand side, Jacobian and laws are the model's own (models/model.h), as of every solver;
@@ -35,8 +31,6 @@ struct work {
     SUNMatrix matrix;
     SUNLinearSolver solver, band;
     bool begun;
-    struct model_switch *roots; /* cvode-roots */
-    int root_count;
 };
 
 static void to_state(const struct work *w, const double *y, double *z)
@@ -92,8 +86,7 @@ static int newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix, 
     if (!reuse) {
         to_state(w, N_VGetArrayPointer(y), w->z);
         to_state(w, N_VGetArrayPointer(fy), w->rate);
-        if (w->stepper->kind->samples_shape)
-            model_sample_shape(m, w->z);
+        model_sample_shape(m, w->z);
         model_linearise(m, t, w->z, w->rate + m->size, w->mass, w->by_p, w->by_v, w->drift);
     }
     *fresh = !reuse;
@@ -152,7 +145,6 @@ static void release(struct stepper *s)
         N_VDestroy(w->between);
     if (w->context)
         SUNContext_Free(&w->context);
-    free(w->roots);
 }
 
 /* Library objects; false when one could not be made. */
@@ -188,8 +180,8 @@ static bool make_library(struct stepper *s)
            CVodeSVtolerances(w->cvode, s->rtol, w->tolerance) == CV_SUCCESS &&
            CVodeSetLinearSolver(w->cvode, w->solver, w->matrix) == CV_SUCCESS &&
            CVodeSetLinSysFn(w->cvode, newton_matrix) == CV_SUCCESS &&
-           (!s->kind->samples_shape || (CVodeSetLSetupFrequency(w->cvode, 1) == CV_SUCCESS &&
-                                        CVodeSetJacEvalFrequency(w->cvode, 1) == CV_SUCCESS)) &&
+           CVodeSetLSetupFrequency(w->cvode, 1) == CV_SUCCESS &&
+           CVodeSetJacEvalFrequency(w->cvode, 1) == CV_SUCCESS &&
            CVodeSetMaxErrTestFails(w->cvode, 40) == CV_SUCCESS &&
            CVodeSetMaxConvFails(w->cvode, 40) == CV_SUCCESS;
 }
@@ -204,59 +196,6 @@ static enum mr_status make(struct stepper *s, double *more, struct error *error)
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
     if (make_library(s))
-        return MR_OK;
-    return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N",
-                     s->model->mats);
-}
-
-/* Margins in the present modes; 1 where a switch cannot happen. */
-static int margins(realtype t, N_Vector y, realtype *to, void *user)
-{
-    struct work *w = user;
-    struct model *m = w->stepper->model;
-    to_state(w, N_VGetArrayPointer(y), w->z);
-    for (int i = 0; i < w->root_count; i++) {
-        struct model_switch s = w->roots[i];
-        bool apex = m->lifted > 0 && s.index != m->apex;
-        if (s.kind == MODEL_SLIDE && m->slide[s.index] == 0) /* one function for both of a mat's */
-            s.kind = MODEL_STICK;
-        to[i] = (s.kind == MODEL_APEX && !apex) || (s.kind == MODEL_CONTACT && s.index == m->held)
-                  ? 1.0
-                  : model_margin(m, t, w->z, s);
-    }
-    return 0;
-}
-
-/* Every switch that the scene has; held nodes are left to the driver, which looks at them at the
- * end of each step. */
-static bool find_roots(struct work *w)
-{
-    const struct model *m = w->stepper->model;
-    int joints = m->mats + 1;
-    const struct {
-        enum model_switch_kind kind;
-        int first, count;
-    } all[] = {
-        {MODEL_CONTACT, 0, joints},
-        {MODEL_TORSION, 1, m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0) ? joints - 2 : 0},
-        {MODEL_SLACK, 0, m->slack_ft > 0.0 ? joints : 0},
-        {MODEL_SLIDE, 0, m->law == SIM_STICK ? m->mats : 0},
-        {MODEL_APEX, 0, m->shear != SIM_NO_SHEAR ? joints : 0},
-    };
-    w->roots = calloc(5 * (size_t)joints, sizeof *w->roots);
-    for (size_t k = 0; w->roots && k < sizeof all / sizeof all[0]; k++) {
-        for (int i = 0; i < all[k].count; i++)
-            w->roots[w->root_count++] = (struct model_switch){all[k].kind, all[k].first + i};
-    }
-    return w->roots && CVodeRootInit(w->cvode, w->root_count, margins) == CV_SUCCESS &&
-           CVodeSetNoInactiveRootWarn(w->cvode) == CV_SUCCESS;
-}
-
-static enum mr_status make_roots(struct stepper *s, double *more, struct error *error)
-{
-    if (make(s, more, error) != MR_OK)
-        return error->status;
-    if (find_roots(s->work))
         return MR_OK;
     return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N",
                      s->model->mats);
@@ -310,20 +249,6 @@ const struct stepper_kind stepper_cvode = {
     .rows = 3,
     .more = 1 + 3 * MODEL_ROW,
     .make = make,
-    .free = release,
-    .restart = restart,
-    .advance = advance,
-    .dense = dense,
-};
-
-const struct stepper_kind stepper_cvode_roots = {
-    .name = "cvode-roots",
-    .rtol = 1e-8,
-    .method = "SUNDIALS CVODE, BDF, banded, every switch located by its rootfinding",
-    .work_bytes = sizeof(struct work),
-    .rows = 3,
-    .more = 1 + 3 * MODEL_ROW,
-    .make = make_roots,
     .free = release,
     .restart = restart,
     .advance = advance,

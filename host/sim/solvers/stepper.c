@@ -7,8 +7,8 @@
 const struct stepper_kind *stepper_find(const char *name)
 {
     static const struct stepper_kind *const kinds[] = {
-        &stepper_event, &stepper_implicit, &stepper_cvode,   &stepper_cvode_roots,
-        &stepper_rk4,   &stepper_rkgs,     &stepper_hamming, &stepper_moreau};
+        &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rk4,
+        &stepper_rkgs,  &stepper_hamming,  &stepper_moreau};
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         if (kinds[i] && strcmp(kinds[i]->name, name) == 0)
             return kinds[i];

@@ -55,10 +55,8 @@ struct stepper {
 
 extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit,
     stepper_rkgs, stepper_hamming, stepper_moreau;
-/* SUNDIALS': only where it is linked, which it is not in matrig but in matrig-study. Weak: its
- * address is NULL elsewhere. */
+/* SUNDIALS': only matrig-study links it. Weak: its address is NULL elsewhere. */
 extern const struct stepper_kind stepper_cvode __attribute__((weak));
-extern const struct stepper_kind stepper_cvode_roots __attribute__((weak));
 
 /* The kind of that name, or NULL. */
 const struct stepper_kind *stepper_find(const char *name);
