@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/sim/models/kernel.h"
+#include "host/sim/models/model.h"
 
 #define MATS        1000
 #define FLOPS       38.0
@@ -107,44 +107,6 @@ static double evaluation_ns(struct model *m, const double *z, double *accel)
     return bench_median(ns, REPETITIONS);
 }
 
-/* Least time of one evaluation over the mats, four at a time and mat by mat. */
-static void with_and_without(enum sim_model kind, int mats, enum sim_friction law)
-{
-    struct sim_scene scene;
-    struct model m;
-    struct error error = {0};
-    double ns[2] = {HUGE_VAL, HUGE_VAL};
-    sim_scene_defaults(&scene);
-    scene.model = kind;
-    scene.mats = mats;
-    scene.friction_law = law;
-    scene.veps_ft_s = 1e-2;
-    double *z = calloc(3 * (2 * (size_t)mats + 1), sizeof *z);
-    if (!z || model_make(&m, &scene, false, &error) != MR_OK) {
-        printf("  %s\n", error.text);
-        free(z);
-        return;
-    }
-    model_start(&m, z);
-    scatter(&m, z);
-    int evaluations = MATS * EVALUATIONS / mats;
-    for (int r = 0; r < 2 * REPETITIONS; r++) {
-        void (*const rates)(const struct model *, double, const double *, double *) =
-            kind == SIM_REPORT ? (r % 2 ? report_rates_by_mat : report_rates)
-                               : (r % 2 ? consistent_rates_by_mat : consistent_rates);
-        double begin_ms = bench_clock_ms();
-        for (int i = 0; i < evaluations; i++)
-            rates(&m, 0.0, z, z + 2 * m.size);
-        ns[r % 2] = fmin(ns[r % 2], 1e6 * (bench_clock_ms() - begin_ms) / evaluations / mats);
-        sink = z[2 * m.size];
-    }
-    printf("  %-10s %4d mats, friction %-5s %5.2f ns four at a time, %5.2f ns mat by mat\n",
-           sim_model_name(kind), mats, law == SIM_TANH ? "tanh" : "stick", ns[0], ns[1]);
-    model_free(&m);
-    free(z);
-    sim_scene_free(&scene);
-}
-
 void bench_kernel(void)
 {
     const enum sim_friction laws[] = {SIM_STICK, SIM_TANH};
@@ -189,6 +151,4 @@ void bench_kernel(void)
         free(z);
         sim_scene_free(&scene);
     }
-    for (int i = 0; i < 8; i++)
-        with_and_without(i & 4 ? SIM_CONSISTENT : SIM_REPORT, i & 2 ? MATS : 30, laws[i & 1]);
 }

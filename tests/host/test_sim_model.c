@@ -12,7 +12,7 @@
 
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/pass.h"
-#include "host/sim/models/lanes.h"
+#include "host/sim/models/vector.h"
 
 #define N    4
 #define SIZE (2 * N + 1)
@@ -486,13 +486,16 @@ static void many_tanhs_are_the_librarys(void **state)
     for (int round = 0; round < 200; round++) {
         for (int i = 0; i < 997; i++)
             in[2 * i] = ldexp(sin(1e3 * i + round), round % 40 - 30);
-        lanes_tanh(in, 20.0, out, 997 - round % 7);
+        vector_tanh(in, 20.0, out, 997 - round % 7);
         for (int i = 0; i < 997 - round % 7; i++)
             assert_true(fabs(out[i] - tanh(20.0 * in[2 * i])) < 4e-16);
     }
     in[0] = 0.0;
-    lanes_tanh(in, 20.0, out, 1);
+    vector_tanh(in, 20.0, out, 1);
     assert_true(out[0] == 0.0);
+    in[0] = -0.0;
+    vector_tanh(in, 20.0, out, 1);
+    assert_true(out[0] == 0.0 && signbit(out[0]));
 }
 
 int main(void)

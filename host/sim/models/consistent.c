@@ -1,6 +1,6 @@
 /* The consistent model (PLANAR.md, "Consistent model"): forces on the nodes, then one tridiagonal
  * solve. */
-#include "host/sim/models/kernel_lanes.h"
+#include "host/sim/models/kernel.h"
 
 KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l,
                              const struct kernel_mat *r, const struct kernel_parts parts)
@@ -132,82 +132,9 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
                                         : accel[2 * n + 2]);
 }
 
-/* The same without what consistent_heave asks for, four mats at a time but for the solve. */
-KERNEL_INLINE void four(const struct model *m, double t_s, const double *z, double *accel,
-                        const struct kernel_parts parts)
-{
-    const struct kernel_lanes of = kernel_lanes(m);
-    const lanes half = lanes_all(m->half_ft), inertia = lanes_all(m->inertia);
-    const lanes inverse_length = lanes_all(1.0 / m->length_ft);
-    const double quarter = 0.25 * m->mass_slug;
-    const int first = of.first, last = m->last, count = of.count;
-    double *g = of.more[0], *a = of.more[1], *down = of.more[2]; /* per mat */
-    double *diagonal = of.u, *force = of.v; /* per left node: what the solve begins from */
-    kernel_lanes_common(&of, m, t_s, z, parts);
-
-    LANES_EACH(k, 0, count)
-    {
-        lanes s = lanes_load(of.s + k), c = lanes_load(of.c + k), w = lanes_load(of.w + k);
-        lanes turning = lanes_load(of.moment_lb_ft + k + 1) - lanes_load(of.moment_lb_ft + k) -
-                        half * s *
-                            (lanes_load(of.tension_lb + k) + lanes_load(of.tension_lb + k + 1));
-        lanes inverse_lc = inverse_length / c;
-        lanes_store(g + k, turning * inverse_lc - inertia * s * w * w * inverse_lc / c);
-        lanes_store(a + k, inertia * inverse_lc * inverse_lc);
-        lanes_store(down + k, lanes_all(0.5 * m->weight_lb));
-    }
-    if (m->span.mat >= first && m->span.mat <= last)
-        down[m->span.mat - first] += 0.5 * m->wheel_load_lb;
-    diagonal[0] = 0.0 + quarter + a[0];
-    force[0] = 0.0 - g[0] + down[0] - of.soil_lb[0];
-    LANES_EACH(k, 1, count)
-    {
-        lanes here = lanes_load(a + k), soil = lanes_load(of.soil_lb + k);
-        lanes before = lanes_load(g + k - 1) + lanes_load(down + k - 1) - soil;
-        lanes_store(diagonal + k,
-                    lanes_all(quarter) + lanes_load(a + k - 1) + lanes_all(quarter) + here);
-        lanes_store(force + k, before - lanes_load(g + k) + lanes_load(down + k) - soil);
-    }
-    double *upper = m->mass_upper + first;
-    double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
-    accel += 2 * first;
-    for (int k = 0; k < count; k++) {
-        double pivot = diagonal[k] - off_before * upper_before;
-        double solved = (force[k] - off_before * solved_before) / pivot;
-        off_before = quarter - a[k];
-        upper_before = off_before / pivot;
-        if (k == 0 && first > 0)
-            solved = upper_before = 0.0;
-        solved_before = solved;
-        upper[k] = upper_before;
-        accel[2 * k] = solved;
-        accel[2 * k + 1] = of.slide_ft_s2[k];
-    }
-    accel[2 * count] =
-        last < m->mats - 1
-            ? 0.0
-            : (g[count - 1] + down[count - 1] - of.soil_lb[count] - off_before * solved_before) /
-                  (quarter + a[count - 1] - off_before * upper_before);
-    for (int k = count - 1; k >= 0; k--)
-        accel[2 * k] -= upper[k] * accel[2 * k + 2];
-}
-
-LANES static void by_lanes(const struct model *model, double t_s, const double *z, double *accel)
-{
-    KERNEL_DISPATCH(four, model, t_s, z, accel)
-}
-
-void consistent_rates_by_mat(const struct model *model, double t_s, const double *z, double *accel)
-{
-    KERNEL_DISPATCH(kernel, model, t_s, z, accel)
-}
-
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel)
 {
-    if (kernel_lanes_take(model))
-        by_lanes(model, t_s, z, accel);
-    else
-        consistent_rates_by_mat(model, t_s, z, accel);
+    KERNEL_DISPATCH(kernel, model, t_s, z, accel)
 }
 
 void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)

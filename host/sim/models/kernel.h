@@ -11,7 +11,7 @@
 #include "host/sim/elements/joint.h"
 #include "host/sim/elements/soil.h"
 #include "host/sim/models/model.h"
-#include "host/sim/models/lanes.h"
+#include "host/sim/models/vector.h"
 
 #define KERNEL_INLINE static inline __attribute__((always_inline))
 
@@ -155,8 +155,8 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
 KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
     if (law == SIM_TANH)
-        lanes_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first,
-                   m->last - m->first + 1);
+        vector_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first,
+                    m->last - m->first + 1);
 }
 
 /* m u'' under push x. */
@@ -199,11 +199,8 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
     }
 /* clang-format on */
 
-/* Four mats at a time where that can be; _by_mat: one after the other, the same bits. */
 void report_rates(const struct model *model, double t_s, const double *z, double *accel);
-void report_rates_by_mat(const struct model *model, double t_s, const double *z, double *accel);
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
-void consistent_rates_by_mat(const struct model *model, double t_s, const double *z, double *accel);
 
 /* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions
  * model->given_lb and the soil's dampers taken at the end of the step. What it writes for the mats

@@ -138,7 +138,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
     if (check(s, grit, error) != MR_OK)
         return error->status;
     m->tail = tail_mats(m);
-    m->storage = calloc((5 + MODEL_LANES_ROWS) * (nodes + 1), sizeof *m->storage);
+    m->storage = calloc(5 * (nodes + 1), sizeof *m->storage);
     m->contact = calloc(5 * (nodes + 1), sizeof *m->contact);
     if (!m->storage || !m->contact) {
         model_free(m);
@@ -148,7 +148,6 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
     m->rest_u_ft = m->storage + nodes + 1;
     m->spare = m->storage + 2 * (nodes + 1);
     m->tanh = m->storage + 4 * (nodes + 1);
-    m->lanes = m->storage + 5 * (nodes + 1);
     m->torsion = m->contact + nodes + 1;
     m->joint = m->torsion + nodes + 1;
     m->slide = m->joint + nodes + 1;

@@ -27,10 +27,9 @@
 #include "host/sim/elements/parting.h"
 #include "host/sim/elements/span.h"
 
-#define MODEL_BAND       4 /* half-bandwidth of mass matrix and Jacobians in p */
-#define MODEL_ROW        (2 * MODEL_BAND + 1)
-#define MODEL_TAIL       3e-8
-#define MODEL_LANES_ROWS 12
+#define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
+#define MODEL_ROW  (2 * MODEL_BAND + 1)
+#define MODEL_TAIL 3e-8
 
 enum model_switch_kind {
     MODEL_CONTACT,
@@ -96,7 +95,6 @@ struct model {
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
     double *tanh;       /* per mat: of its speed over veps */
-    double *lanes;      /* work of kernel_lanes.h, MODEL_LANES_ROWS of it per mat */
     /* Of an engine that has its own joints and takes its own steps; model_lay, model_lend and
      * model_brace set them. */
     const double *tilt_ft; /* per mat; NULL: level ground */

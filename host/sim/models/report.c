@@ -1,6 +1,6 @@
 /* The report's model (PLANAR.md, "Report model"), evaluated from one end of the window to the
  * other: each mat's angular acceleration is local, node heights accelerate as its running sum. */
-#include "host/sim/models/kernel_lanes.h"
+#include "host/sim/models/kernel.h"
 
 /* A flat mat with nothing in its joints, both feet in the same mode. */
 KERNEL_INLINE bool flat_stays(const struct model *m, int n, const struct kernel_mat *mat)
@@ -77,68 +77,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     }
 }
 
-/* The same, four mats at a time but for the running sum. */
-KERNEL_INLINE void four(const struct model *m, double t_s, const double *z, double *accel,
-                        const struct kernel_parts parts)
-{
-    const struct kernel_lanes of = kernel_lanes(m);
-    const double inverse_mass = 1.0 / m->mass_slug;
-    const lanes half = lanes_all(m->half_ft), length = lanes_all(m->length_ft);
-    const lanes inverse_inertia = lanes_all(1.0 / m->inertia), shear = lanes_all(m->shear_lb);
-    const lanes zero = lanes_all(0.0);
-    const int first = of.first, count = of.count;
-    double height = 0.0;
-    int summed = 0;
-    kernel_lanes_common(&of, m, t_s, z, parts);
-    accel += 2 * first;
-
-    LANES_EACH(k, 0, count)
-    {
-        const signed char *torsion = m->torsion + first + k, *contact = m->contact + first + k;
-        lanes s = lanes_load(of.s + k), c = lanes_load(of.c + k), w = lanes_load(of.w + k);
-        lanes_int lift = lanes_modes(m->lift + first + k);
-        lanes_int differs = lanes_modes(torsion) | lanes_modes(torsion + 1) | lift |
-                            (lanes_modes(contact) ^ lanes_modes(contact + 1));
-        lanes_mask flat = (s == zero) & (w == zero) & lanes_wide(differs == 0);
-        lanes soil = lanes_load(of.soil_lb + k) - lanes_load(of.soil_lb + k + 1);
-        lanes turning = lanes_load(of.moment_lb_ft + k + 1) - lanes_load(of.moment_lb_ft + k) +
-                        half * c * (soil + lanes_number(lift) * shear) -
-                        half * s *
-                            (lanes_load(of.tension_lb + k) + lanes_load(of.tension_lb + k + 1));
-        lanes rise = c * turning * inverse_inertia - s * w * w;
-        lanes step = lanes_pick(flat, lanes_all(-0.0), length * rise); /* x + -0 is x */
-        if (k == 0) {
-            height = (m->q1_lb - 2.0 * of.soil_lb[0]) * inverse_mass;
-            if (first == 0 && !flat[0])
-                height = (m->q1_lb - of.soil_lb[0] - of.soil_lb[1]) * inverse_mass -
-                         m->half_ft * rise[0];
-            accel[0] = height;
-        }
-        for (int i = 0; i < LANES_COUNT; i++) {
-            if (k + i < summed)
-                continue;
-            height += step[i];
-            accel[2 * (k + i) + 1] = of.slide_ft_s2[k + i];
-            accel[2 * (k + i) + 2] = height;
-        }
-        summed = k + LANES_COUNT;
-    }
-}
-
-LANES static void by_lanes(const struct model *model, double t_s, const double *z, double *accel)
-{
-    KERNEL_DISPATCH(four, model, t_s, z, accel)
-}
-
-void report_rates_by_mat(const struct model *model, double t_s, const double *z, double *accel)
-{
-    KERNEL_DISPATCH(kernel, model, t_s, z, accel)
-}
-
 void report_rates(const struct model *model, double t_s, const double *z, double *accel)
 {
-    if (kernel_lanes_take(model))
-        by_lanes(model, t_s, z, accel);
-    else
-        report_rates_by_mat(model, t_s, z, accel);
+    KERNEL_DISPATCH(kernel, model, t_s, z, accel)
 }

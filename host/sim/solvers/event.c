@@ -3,7 +3,7 @@
  * II.6). */
 #include <math.h>
 
-#include "host/sim/models/lanes.h"
+#include "host/sim/models/vector.h"
 #include "host/sim/solvers/stepper.h"
 
 #define STAGES 16 /* 12, the new point, 3 for the dense output */
@@ -134,7 +134,7 @@ static void restart(struct stepper *s)
 }
 
 /* State of stage i: z plus h times the weighed rates; both halves of the state. */
-LANES static void combine(const struct stepper *s, int i, double h, double *to)
+VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
 {
     const struct work *w = s->work;
     int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
@@ -249,7 +249,7 @@ static void prepare(struct stepper *s)
     w->dense = true;
 }
 
-LANES static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+VECTOR static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;
     if (!w->dense)

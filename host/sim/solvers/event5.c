@@ -4,7 +4,7 @@
  * the evaluations of the order 8 method give the same step. */
 #include <math.h>
 
-#include "host/sim/models/lanes.h"
+#include "host/sim/models/vector.h"
 #include "host/sim/solvers/stepper.h"
 
 #define STAGES 7 /* the last is the first of the next step */
@@ -42,7 +42,7 @@ static void restart(struct stepper *s)
     w->error_before = 1e-4;
 }
 
-LANES static void combine(const struct stepper *s, int i, double h, double *to)
+VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
 {
     const struct work *w = s->work;
     const double *row = stage[i];
@@ -148,7 +148,7 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-LANES static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+VECTOR static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     const struct work *w = s->work;
     double h = w->h_s, x = (t_s - s->t_s) / h, y = 1.0 - x;
