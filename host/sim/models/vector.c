@@ -36,13 +36,12 @@ static inline __attribute__((always_inline)) four tanh_of(four x)
 
 VECTOR void vector_tanh(const double *restrict from, double scale, double *restrict to, int count)
 {
-    for (int i = 0; i < count; i += COUNT) {
-        int here = count - i < COUNT ? count - i : COUNT;
-        four x = {0.0};
-        for (int k = 0; k < here; k++)
-            x[k] = from[2 * (i + k)];
+    int i = 0;
+    for (; i + COUNT <= count; i += COUNT) {
+        four x = {from[2 * i], from[2 * i + 2], from[2 * i + 4], from[2 * i + 6]};
         x = tanh_of(scale * x);
-        for (int k = 0; k < here; k++)
-            to[i + k] = x[k];
+        memcpy(to + i, &x, sizeof x);
     }
+    for (; i < count; i++)
+        to[i] = tanh_of((four){scale * from[2 * i]})[0];
 }
