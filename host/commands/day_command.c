@@ -333,10 +333,10 @@ static void take_step(struct day *day, enum day_step step)
 
 static void report(struct day *day)
 {
-    char folder[4200];
+    char page[4200];
     struct line line = line_of("report", day->r.db);
-    snprintf(folder, sizeof folder, "%s-report/", day->r.db);
-    add_option(&line, "-o", folder);
+    snprintf(page, sizeof page, "%s-report.html", day->r.db);
+    add_option(&line, "-o", page);
     run(day, &line);
 }
 

@@ -2,11 +2,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "host/commands/commands.h"
 #include "host/base/output.h"
-#include "host/report/folder.h"
 #include "host/report/page.h"
 #include "host/sweep/sweep_page.h"
 
@@ -70,29 +68,8 @@ static enum mr_status write_page(struct report *report, const char *path, bool f
     return error->status;
 }
 
-/* A page for each landing; says how many. */
-static int write_folder(struct report *report, const char *path, bool force, const struct cli *cli,
-                        struct error *error)
-{
-    struct folder_made made;
-    report->folder = true;
-    if (folder_write(report, path, force, &made, error) != MR_OK)
-        return 0;
-    if (cli->json)
-        return cli_print_json(json_pack("{sssIsIsIsI}", "folder", path, "landings",
-                                        (json_int_t)report->landings, "made", (json_int_t)made.made,
-                                        "left", (json_int_t)made.left, "removed",
-                                        (json_int_t)made.removed),
-                              0);
-    cli_note(cli, "%zu landing%s in %s%sindex.html: %zu page%s made, %zu as before%s",
-             report->landings, report->landings == 1 ? "" : "s", path,
-             path[strlen(path) - 1] == '/' ? "" : "/", made.made, made.made == 1 ? "" : "s",
-             made.left, made.removed ? ", others removed" : "");
-    return 0;
-}
-
 struct request {
-    const char *path, *film;
+    const char *path;
     int64_t run; /* 0: all landings */
     bool voided, force;
 };
@@ -104,29 +81,18 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     char made_path[1000];
     struct error error = {0};
     struct report report = {.si = cli->si};
-    struct stat film;
     int exit_code = 0;
     enum mr_status status = command_parse(&command_report, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && is_sweep(words[0]))
         return report_sweep(words[0], r.path, r.force, cli);
-    if (status == MR_OK && r.film && (stat(r.film, &film) != 0 || !S_ISDIR(film.st_mode)))
-        status = error_set(&error, MR_IO,
-                           "cannot read the film's folder: %s; --film names a folder with a folder "
-                           "of pictures for each RUN",
-                           r.film);
     report.path = words[0];
-    report.film = r.film;
     report.run = r.run;
     report.json = cli->json ? json_array() : NULL;
     if (status == MR_OK && !r.path) {
         default_path(words[0], made_path, sizeof made_path);
         r.path = made_path;
     }
-    bool folder = status == MR_OK && folder_meant(r.path);
-    if (folder && r.run)
-        status = error_set(&error, MR_USAGE,
-                           "--run is one page, and %s is a folder; give a file: -o F.html", r.path);
-    else if (status == MR_OK && !folder)
+    if (status == MR_OK)
         status = output_check(r.path, r.force, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &report.store, &error);
@@ -134,14 +100,10 @@ static int report_command(int argc, char **argv, const struct cli *cli)
         status = store_refuse_void(report.store, report.run, r.voided, &error);
     if (status == MR_OK)
         status = report_begin(&report, r.voided, &error);
-    if (status == MR_OK && folder)
-        exit_code = write_folder(&report, r.path, r.force, cli, &error);
-    else if (status == MR_OK)
+    if (status == MR_OK)
         write_page(&report, r.path, r.force, &error);
     status = error.status;
-    if (status == MR_OK && folder)
-        ; /* said */
-    else if (status == MR_OK && cli->json)
+    if (status == MR_OK && cli->json)
         exit_code = cli_print_json(json_pack("{sssO}", "file", r.path, "landings", report.json), 0);
     else if (status == MR_OK)
         cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s",
@@ -156,28 +118,22 @@ static int report_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     HELP_ITEM("SWEEP.jsonl", "results of matrig sweep"),
-    OPTION_TEXT("-o", "F", path,
-                "where to write the page; else the name of what it shows with .html. DIR/, or a "
-                "folder that is there: index.html and a page for each landing, made anew only "
-                "where something changed. For many landings"),
+    OPTION_TEXT("-o", "F.html", path,
+                "where to write the page; else the name of what it shows with .html"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
-    OPTION_TEXT("--film", "FOLDER", film,
-                "pictures of the film (JPEG, PNG; the last number in a name is the frame's), a "
-                "folder RUN for each landing"),
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
     OPTION_FORCE(force),
     HELP_NOTE("A PDF of it is printed by the browser. "),
     HELP_NOTE(
         "The front says date, place, runway, series, gear weight, operator, what was tested and "
         "what went wrong; what nobody said, with the command that says it. "),
-    HELP_EXAMPLE("matrig report campaign.db -o report.html; matrig report campaign.db -o pages/"),
+    HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 
 const struct command command_report = {
     "report",
     report_command,
-    "DB [-o F.html | -o DIR/] [--force] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o "
-    "F.html]",
+    "DB [-o F.html] [--force] [--run RUN] [--void] | SWEEP.jsonl [-o F.html]",
     "the campaign, or a sweep, as one page, with plots",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

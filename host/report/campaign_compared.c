@@ -22,12 +22,11 @@ static void row(FILE *out, const struct report *report, const struct report_fact
 {
     const struct report_compared *compared = &facts->compared;
     const bool si = report->si;
-    char link[REPORT_LINK];
     const double in = unit_of(UNIT_DISPLACEMENT, si)->factor;
     const int d = si ? 2 : 4;
     const struct compare_mean mean = compared->mean;
-    report_link(report, facts->landing.id, link);
-    fprintf(out, "<tr><td><a href=\"%s\">%lld</a></td><td>", link, (long long)facts->landing.id);
+    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td><td>", (long long)facts->landing.id,
+            (long long)facts->landing.id);
     html_text(out, compared->against);
     fputs("</td>", out);
     html_cell(out, "%zu of %zu", mean.channels, compared->channels);

@@ -28,9 +28,8 @@ static void campaign_row(FILE *out, const struct report *report, const struct re
     const struct report_moved *largest = largest_movement(facts);
     const bool si = report->si;
     double station = unit_of(UNIT_STATION, si)->factor;
-    char link[REPORT_LINK];
-    report_link(report, facts->landing.id, link);
-    fprintf(out, "<tr><td><a href=\"%s\">%lld</a></td>", link, (long long)facts->landing.id);
+    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td>", (long long)facts->landing.id,
+            (long long)facts->landing.id);
     html_cell(out, "%lld, %s%s", (long long)facts->landing.board_landing,
               mr_landing_state_text((unsigned)facts->landing.state),
               facts->torn       ? ", torn"

@@ -139,12 +139,10 @@ static void runs_text(const struct report *report, const bool *of, FILE *out)
 {
     size_t named = 0, count = 0;
     for (size_t i = 0; i < report->landings; i++) {
-        char link[REPORT_LINK];
         if (!of[i] || ++count > RUNS_MOST)
             continue;
-        report_link(report, report->facts[i].landing.id, link);
-        fprintf(out, "%s<a href=\"%s\">%lld</a>", named++ ? ", " : "RUN ", link,
-                (long long)report->facts[i].landing.id);
+        fprintf(out, "%s<a href=\"#run%lld\">%lld</a>", named++ ? ", " : "RUN ",
+                (long long)report->facts[i].landing.id, (long long)report->facts[i].landing.id);
     }
     if (count > RUNS_MOST)
         fprintf(out, " and %zu more", count - RUNS_MOST);

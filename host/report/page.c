@@ -6,27 +6,23 @@
 #include "host/base/html.h"
 #include "host/report/closer.h"
 
-#define WAY_TEXT    300u
-#define LISTED_MOST 30u /* pages that the contents of a front name */
-
 /* In the order of the page. */
 static const struct section {
     const char *id, *title;
     report_section *write;
-    size_t least;    /* landings that it takes */
-    bool of_landing; /* also on the page of a landing in a folder */
+    size_t least; /* landings that it takes */
 } sections[] = {
-    {"summary", "Summary", campaign_summary, 1, false},
-    {"cumulative", "Cumulative displacement", campaign_cumulative, 2, false},
-    {"zones", "Zone map over the landings", campaign_zones, 2, false},
-    {"tension", "Band tension against deceleration", campaign_tension, 2, false},
-    {"advice", "Advice before the landings", campaign_advice, 0, false},
-    {"record", "Warnings and what came of them", campaign_record, 0, false},
-    {"predictor", "Verdicts of the predictor", campaign_predictor, 2, false},
-    {"compared", "Measured against simulated", campaign_compared, 2, false},
-    {"slow", "Between the landings", campaign_slow, 0, false},
-    {"journal", "What was seen and said", campaign_journal, 0, true},
-    {"survey", "Surveys of the mat", campaign_survey, 0, false},
+    {"summary", "Summary", campaign_summary, 1},
+    {"cumulative", "Cumulative displacement", campaign_cumulative, 2},
+    {"zones", "Zone map over the landings", campaign_zones, 2},
+    {"tension", "Band tension against deceleration", campaign_tension, 2},
+    {"advice", "Advice before the landings", campaign_advice, 0},
+    {"record", "Warnings and what came of them", campaign_record, 0},
+    {"predictor", "Verdicts of the predictor", campaign_predictor, 2},
+    {"compared", "Measured against simulated", campaign_compared, 2},
+    {"slow", "Between the landings", campaign_slow, 0},
+    {"journal", "What was seen and said", campaign_journal, 0},
+    {"survey", "Surveys of the mat", campaign_survey, 0},
 };
 
 /* Of each landing. */
@@ -120,12 +116,12 @@ static enum mr_status write_section(const struct report *report, const struct se
     return status;
 }
 
-static enum mr_status write_sections(const struct report *report, bool of_landing, FILE *contents,
-                                     FILE *body, struct error *error)
+static enum mr_status write_sections(const struct report *report, FILE *contents, FILE *body,
+                                     struct error *error)
 {
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < sizeof sections / sizeof sections[0] && status == MR_OK; i++) {
-        if (report->landings >= sections[i].least && (!of_landing || sections[i].of_landing))
+        if (report->landings >= sections[i].least)
             status = write_section(report, &sections[i], contents, body, error);
     }
     return status;
@@ -148,21 +144,12 @@ static enum mr_status write_landings(struct report *report, FILE *body, struct e
     return status;
 }
 
-void report_link(const struct report *report, int64_t run, char link[REPORT_LINK])
-{
-    snprintf(link, REPORT_LINK, report->folder ? "run%lld.html" : "#run%lld", (long long)run);
-}
-
-/* In a folder the table of the summary leads to them, where they are many. */
 static void landing_contents(const struct report *report, FILE *contents)
 {
-    if (report->folder && report->landings > LISTED_MOST)
-        return;
     for (size_t i = 0; i < report->landings; i++) {
-        char link[REPORT_LINK];
-        report_link(report, report->row[i].id, link);
-        fprintf(contents, "<li><a href=\"%s\">RUN %lld: landing %lld</a></li>\n", link,
-                (long long)report->row[i].id, (long long)report->row[i].board_landing);
+        fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld</a></li>\n",
+                (long long)report->row[i].id, (long long)report->row[i].id,
+                (long long)report->row[i].board_landing);
     }
 }
 
@@ -211,15 +198,14 @@ static void free_parts(struct page *page)
 
 /* Hash of the provenance reaches from <main> to </main>, both with it. */
 static enum mr_status put_together(const struct report *report, const struct page *page,
-                                   const char *title, const char *way, char **text, size_t *length,
-                                   struct error *error)
+                                   char **text, size_t *length, struct error *error)
 {
     FILE *out = open_memstream(text, length);
     if (!out)
         abort();
-    page_head(out, title);
+    page_head(out, name_of(report));
     fputs(hatch, out);
-    fprintf(out, "<main>%s", way);
+    fputs("<main>", out);
     enum mr_status status = cover_write(report, out, error);
     fprintf(out,
             "<nav aria-label=\"contents\"><ul>\n%s<li><a "
@@ -251,86 +237,14 @@ enum mr_status page_write(struct report *report, char **text, size_t *length, st
     if (status == MR_OK && !report->run)
         status = record_end(report->store, &report->record, error);
     if (status == MR_OK)
-        status = write_sections(report, false, page.contents, page.body, error);
+        status = write_sections(report, page.contents, page.body, error);
     landing_contents(report, page.contents);
     fputs(written, page.body);
     free(written);
     end_parts(&page);
     if (status == MR_OK)
-        status = put_together(report, &page, name_of(report), "", text, length, error);
+        status = put_together(report, &page, text, length, error);
     free_parts(&page);
     report->calibrations = NULL;
-    return status;
-}
-
-enum mr_status page_front(struct report *report, char **text, size_t *length, struct error *error)
-{
-    struct page page;
-    *text = NULL;
-    begin(&page);
-    enum mr_status status = record_end(report->store, &report->record, error);
-    if (status == MR_OK)
-        status = write_sections(report, false, page.contents, page.body, error);
-    landing_contents(report, page.contents);
-    end_parts(&page);
-    if (status == MR_OK)
-        status = put_together(report, &page, name_of(report), "", text, length, error);
-    free_parts(&page);
-    return status;
-}
-
-/* The overview, and the pages before and after. */
-static void way_text(const struct report *report, size_t at, char way[WAY_TEXT])
-{
-    char before[REPORT_LINK], after[REPORT_LINK];
-    int used = snprintf(way, WAY_TEXT, "<p class=\"way\"><a href=\"index.html\">All landings</a>");
-    if (at > 0) {
-        report_link(report, report->row[at - 1].id, before);
-        used += snprintf(way + used, WAY_TEXT - (size_t)used, " <a href=\"%s\">&larr; RUN %lld</a>",
-                         before, (long long)report->row[at - 1].id);
-    }
-    if (at + 1 < report->landings) {
-        report_link(report, report->row[at + 1].id, after);
-        used += snprintf(way + used, WAY_TEXT - (size_t)used, " <a href=\"%s\">RUN %lld &rarr;</a>",
-                         after, (long long)report->row[at + 1].id);
-    }
-    snprintf(way + used, WAY_TEXT - (size_t)used, "</p>\n");
-}
-
-enum mr_status page_of_landing(struct report *report, size_t at, char **text, size_t *length,
-                               struct error *error)
-{
-    struct report_landing *landing = malloc(sizeof *landing);
-    struct report one = *report; /* of this landing alone */
-    struct page page;
-    char way[WAY_TEXT], title[200];
-    if (!landing)
-        abort();
-    *text = NULL;
-    begin(&page);
-    report->calibrations = NULL;
-    enum mr_status status = report_landing_load(report, at, landing, error);
-    one.record = report->record;
-    one.row = &report->row[at];
-    one.facts = &report->facts[at];
-    one.run = report->row[at].id;
-    one.landings = 1;
-    one.voided = 0;
-    if (status == MR_OK) {
-        provenance_calibration(landing, page.calibrations);
-        status = write_landing(&one, landing, page.body, error);
-    }
-    report_landing_free(landing);
-    free(landing);
-    one.folder = false; /* its links stay in it */
-    if (status == MR_OK)
-        status = write_sections(&one, true, page.contents, page.body, error);
-    landing_contents(&one, page.contents);
-    end_parts(&page);
-    way_text(report, at, way);
-    snprintf(title, sizeof title, "RUN %lld: %s", (long long)one.run, name_of(report));
-    if (status == MR_OK)
-        status = put_together(&one, &page, title, way, text, length, error);
-    free_parts(&page);
     return status;
 }

@@ -1,4 +1,4 @@
-/* The pages of a report: each a self-contained HTML file. */
+/* The page of a report: a self-contained HTML file. */
 #ifndef MATRIG_HOST_REPORT_PAGE_H
 #define MATRIG_HOST_REPORT_PAGE_H
 
@@ -12,11 +12,5 @@ void page_head(FILE *out, const char *title);
 /* All of a report that report_begin has begun, in memory: the caller frees *text. Reads one landing
  * after the other. Fails with a section's error. */
 enum mr_status page_write(struct report *report, char **text, size_t *length, struct error *error);
-
-/* The pages of a folder (report->folder): the front, of report->facts, each row of report->record
- * judged where it is in the report; and that of landing `at`, which fills its facts. */
-enum mr_status page_front(struct report *report, char **text, size_t *length, struct error *error);
-enum mr_status page_of_landing(struct report *report, size_t at, char **text, size_t *length,
-                               struct error *error);
 
 #endif

@@ -176,8 +176,6 @@ void provenance_write(const struct report *report, const char *page, size_t leng
     landings(report, out);
     if (calibrations)
         fputs(calibrations, out);
-    else
-        fputs("<p>Calibrations are on the page of each landing.</p>\n", out);
     recalibrated(report, out);
     fputs("</section>\n", out);
 }

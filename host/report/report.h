@@ -47,8 +47,7 @@ enum report_wrong {
 };
 #define REPORT_WRONGS 11u
 
-/* What the front of a report says of a landing. No pointers: a folder of pages keeps it, so that a
- * landing is not read again. Feet, pounds, inches, seconds; NaN: not known. */
+/* What the front of a report says of a landing. Feet, pounds, inches, seconds; NaN: not known. */
 struct report_facts {
     struct store_landing landing;
     struct store_series series; /* id 0: none */
@@ -99,10 +98,8 @@ struct report {
     struct record record;
     struct store_slow *slow;
     size_t slow_rows;
-    int64_t run;      /* the only one; 0: all */
-    const char *film; /* folder with pictures of the film; NULL: none given */
+    int64_t run; /* the only one; 0: all */
     bool si;
-    bool folder;        /* a page for each landing: the front leads to them */
     json_t *json;       /* receives summary_json of each landing that is loaded; NULL: not wanted */
     FILE *calibrations; /* receives a table for each other calibration; NULL: not wanted */
 };
@@ -122,9 +119,6 @@ void report_facts_take(const struct report_landing *landing, struct report_facts
                        struct error *error);
 /* "a wave was seen" of the bit `1 << i`. Static storage. */
 const char *report_wrong_text(unsigned i);
-/* Where the page of a landing is, for a link. */
-#define REPORT_LINK 40u
-void report_link(const struct report *report, int64_t run, char link[REPORT_LINK]);
 
 /* A section writes what is to be read under its heading; one that writes nothing is left out of the
  * page and its contents. */

@@ -164,10 +164,8 @@ FIRST = ["date (UTC)", "place", "runway", "series", "landings", "operator", "gea
          "warnings, by what came", "what went wrong"]
 
 
-def check_front(browser, db, folder):
-    made = subprocess.run(["build/matrig", "--quiet", "report", db, "-o", folder + "/"], timeout=60, capture_output=True, text=True)
-    tap.check("a folder of pages is made", made.returncode == 0, made.stderr)
-    show(browser, folder + "/index.html")
+def check_front(browser, db):
+    show(browser, make_page(db, "front.html"))
     for width, height in ((1200, 900), (800, 1100), (390, 844)):
         browser.size(width, height)
         shown = browser.js("[...document.querySelectorAll('.cover dt')].map(t => [t.innerText, t.nextSibling.innerText, t.parentNode.getBoundingClientRect().bottom, "
@@ -181,10 +179,7 @@ def check_front(browser, db, folder):
     tap.check("words in its plots can be read on a telephone", not small, small)
     browser.picture(OUT + "/report-390.png")
     links = browser.js("[...document.querySelectorAll('.cover a, #summary a')].map(a => a.href)")
-    tap.check("the front leads to its landings", links and set(links) == {pathlib.Path("%s/run%d.html" % (folder, n)).resolve().as_uri() for n in (1, 2)}, links)
-    show(browser, folder + "/run2.html")
-    tap.check("and they lead back", browser.js("document.querySelector('.way a').href") == pathlib.Path(folder + "/index.html").resolve().as_uri() and
-              browser.js("document.querySelector('section.landing').id") == "run2")
+    tap.check("the front leads to its landings", links and {l.split("#")[1] for l in links} == {"run1", "run2"}, links)
 
 
 def check_print(browser, db):
@@ -257,7 +252,7 @@ def main():
     try:
         check_hostile(browser, two)
         check_looks(browser, clean)
-        check_front(browser, clean, work + "/pages")
+        check_front(browser, clean)
         check_print(browser, clean)
         check_plots(browser, clean)
         check_live(browser, db)
