@@ -32,14 +32,12 @@ static void write_row(FILE *out, const struct help_row *row, bool *in_table)
         fprintf(out, "\n```text\n%s```\n", row->text);
 }
 
-static void write_command(FILE *out, const struct command *command, const char *formerly)
+static void write_command(FILE *out, const struct command *command)
 {
     struct help_page page = help_page_make(command);
     bool in_table = false;
     fprintf(out, "\n### matrig %s\n\n%s.\n\n```text\nmatrig %s %s\n```\n", command->name,
             command->summary, command->name, command->words);
-    if (formerly)
-        fprintf(out, "\n`matrig %s` is the older name of this command.\n", formerly);
     for (size_t i = 0; i < page.rows; i++)
         write_row(out, &page.row[i], &in_table);
     help_page_free(&page);
@@ -59,6 +57,6 @@ void reference_commands(FILE *out)
         const struct command_entry *entry = &command_table.commands[i];
         if (i == 0 || entry->group != entry[-1].group)
             fprintf(out, "\n## %s\n", help_group_title(entry->group));
-        write_command(out, entry->command, entry->formerly);
+        write_command(out, entry->command);
     }
 }

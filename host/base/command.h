@@ -98,7 +98,6 @@ enum command_group {
 struct command_entry {
     enum command_group group;
     const struct command *command;
-    const char *formerly; /* an older name, which people may still type; NULL: none */
 };
 
 /* All commands, in the order in which help lists them; those of a group stand together. */

@@ -84,8 +84,7 @@ const struct command *help_find(const struct command_table *table, const char *n
 {
     for (size_t i = 0; i < table->count; i++) {
         const struct command_entry *entry = &table->commands[i];
-        if (strcmp(entry->command->name, name) == 0 ||
-            (entry->formerly && strcmp(entry->formerly, name) == 0))
+        if (strcmp(entry->command->name, name) == 0)
             return entry->command;
     }
     return NULL;

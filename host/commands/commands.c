@@ -1,7 +1,6 @@
 #include "host/commands/commands.h"
 
-#define COMMAND(group, name)                    {HELP_##group, &command_##name, NULL},
-#define COMMAND_FORMERLY(group, name, formerly) {HELP_##group, &command_##name, formerly},
+#define COMMAND(group, name) {HELP_##group, &command_##name},
 static const struct command_entry commands[] = {
 #include "host/commands/commands.def"
 };

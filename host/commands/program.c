@@ -4,7 +4,6 @@
 
 #include "host/base/command.h"
 #include "host/base/output.h"
-#include "host/store/store.h"
 
 int program_end(int exit_code)
 {
@@ -16,15 +15,9 @@ int program_end(int exit_code)
     return output_end(&standard, &error) == MR_OK ? 0 : cli_fail(&error);
 }
 
-static void tell_migration(const char *line)
-{
-    fprintf(stderr, "matrig: %s\n", line);
-}
-
 int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
                 const struct cli *cli)
 {
-    store_on_migration(cli->quiet ? NULL : tell_migration);
     return program_end(run(argc, argv, cli));
 }
 

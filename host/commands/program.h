@@ -10,8 +10,7 @@
  * failed, the code of that error, which is then told on standard error. */
 int program_end(int exit_code);
 
-/* Runs a command: argv[0] is the command's name. A campaign that is migrated on the way is told on
- * standard error, unless --quiet. */
+/* Runs a command: argv[0] is the command's name. */
 int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
                 const struct cli *cli);
 

@@ -32,16 +32,13 @@ static void general(const struct report *report, const char *page, size_t length
 {
     char when[40], hash[SHA256_DIGEST_STRING_LENGTH];
     struct stat file;
-    bool older = false;
-    int64_t version = store_version(report->store, &older);
     const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
     survey_time_text(now_us(), when, sizeof when);
     page_hash(page, length, hash);
     fputs("<dl>\n", out);
     html_fact(out, "made by", "matrig " VERSION_TEXT);
     html_fact(out, "made", "%s", when);
-    html_fact(out, "database", "%s, version %lld%s", name, (long long)version,
-              older ? ", of an older matrig" : "");
+    html_fact(out, "database", "%s, version %d", name, STORE_VERSION);
     if (stat(report->path, &file) == 0)
         html_fact(out, "its size", "%lld bytes", (long long)file.st_size);
     html_fact(out, "SHA-256 of what was drawn, <main> to </main>", "%s", hash);

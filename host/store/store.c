@@ -10,10 +10,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/version.h"
 #include "host/base/output.h"
 #include "host/store/store_guard.h"
 #include "host/store/store_log.h"
-#include "host/store/store_migrate.h"
 #include "host/store/store_sql.h"
 
 /* another program may hold the file; what comes meanwhile waits in the links */
@@ -101,19 +101,6 @@ static enum mr_status create_tables(struct store *store, struct error *error)
     return status;
 }
 
-static enum mr_status bring_forward(struct store *store, enum store_mode mode, int64_t version,
-                                    struct error *error)
-{
-    bool due = false;
-    enum mr_status status = store_migrate_due(store, &due, error);
-    due |= version < STORE_VERSION;
-    store->found_version = version;
-    store->found_due = due;
-    if (status == MR_OK && due && mode == STORE_READ)
-        return store_migrate_view(store, error);
-    return status == MR_OK && due ? store_migrate(store, mode != STORE_BARE, error) : status;
-}
-
 /* Before anything of it is used. */
 static enum mr_status refuse_foreign(struct store *store, struct error *error)
 {
@@ -147,6 +134,23 @@ static enum mr_status read_header(struct store *store, struct header *header, st
     return status;
 }
 
+/* Every version has the column sessions.matrig. */
+static enum mr_status refuse_version(struct store *store, int64_t version, struct error *error)
+{
+    sqlite3_stmt *statement = NULL;
+    char by[40] = "(unknown)";
+    if (sqlite3_prepare_v2(store->database, "SELECT matrig FROM sessions ORDER BY id DESC LIMIT 1",
+                           -1, &statement, NULL) == SQLITE_OK &&
+        sqlite3_step(statement) == SQLITE_ROW)
+        store_text(statement, 0, by, sizeof by);
+    sqlite3_finalize(statement);
+    return error_set(
+        error, MR_VERSION,
+        "campaign database of version %lld, written by matrig %s; this is matrig " VERSION_TEXT
+        " and reads version %d: %s; use the matrig that wrote it",
+        (long long)version, by, STORE_VERSION, store->path);
+}
+
 static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
 {
     struct header header;
@@ -162,14 +166,9 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
         return error_set(error, MR_MALFORMED,
                          "no campaign database: %s; name a database that matrig log made",
                          store->path);
-    if (header.version > STORE_VERSION || header.version < 1)
-        return error_set(error, MR_VERSION,
-                         "campaign database of version %lld, this matrig has version %d: %s; use "
-                         "the matrig that made it",
-                         (long long)header.version, STORE_VERSION, store->path);
-    if (refuse_foreign(store, error) != MR_OK)
-        return error->status;
-    return bring_forward(store, mode, header.version, error);
+    if (header.version != STORE_VERSION)
+        return refuse_version(store, header.version, error);
+    return refuse_foreign(store, error);
 }
 
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
@@ -262,12 +261,6 @@ void store_close(struct store *store)
 const char *store_path(const struct store *store)
 {
     return store->path;
-}
-
-int64_t store_version(const struct store *store, bool *older)
-{
-    *older = store->found_due;
-    return store->found_version;
 }
 
 enum mr_status store_begin(struct store *store, struct error *error)

@@ -23,7 +23,7 @@
 #include "host/base/error.h"
 #include "host/store/rows.h"
 
-#define STORE_VERSION      4          /* of the tables: PRAGMA user_version */
+#define STORE_VERSION      1          /* of the tables: PRAGMA user_version */
 #define STORE_APPLICATION  0x4d545247 /* "MTRG": PRAGMA application_id */
 #define STORE_SWITCHES_MAX 64u
 
@@ -31,21 +31,13 @@ enum store_mode {
     STORE_OPEN,   /* must exist */
     STORE_CREATE, /* is made when it does not exist */
     STORE_READ,   /* must exist, nothing is written */
-    STORE_BARE,   /* as STORE_OPEN, but no copy is kept of one that is brought forward */
 };
 
 struct store;
 
-/* A campaign of an older version is brought forward when it is opened for writing, in one
- * transaction, after a copy PATH.vN was made beside it (host/store/store_migrate.h); STORE_READ
- * reads it as it is. MR_IO: cannot be opened; MR_MALFORMED: no campaign database; MR_VERSION: a
- * newer version's, named in the error. */
+/* MR_IO: cannot be opened; MR_MALFORMED: no campaign database; MR_VERSION: another version's. */
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error);
-/* Of the file as it was found; `older`: it lacked tables or columns of this version. */
-int64_t store_version(const struct store *store, bool *older);
-/* From now on `tell` (NULL: nobody) is told when a campaign was brought forward, in one line. */
-void store_on_migration(void (*tell)(const char *line));
 /* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes,
  * surveys and reports go on beside it. MR_IO: another one does. */
 enum mr_status store_take_alone(struct store *store, struct error *error);

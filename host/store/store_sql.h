@@ -43,9 +43,7 @@ struct store {
     char *path;
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use, as the next two */
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
-    int64_t found_version; /* of the tables when it was opened */
-    bool found_due;        /* it lacked some of this version's */
-    int alone;             /* descriptor that keeps others who log out; 0: none */
+    int alone; /* descriptor that keeps others who log out; 0: none */
     sqlite3_stmt *frames_put;
     struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
     unsigned waiting_count;

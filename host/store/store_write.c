@@ -1,3 +1,4 @@
+#include "common/version.h"
 #include "host/store/store_sql.h"
 
 enum mr_status store_session_add(struct store *store, struct store_session *session,
@@ -6,6 +7,7 @@ enum mr_status store_session_add(struct store *store, struct store_session *sess
     struct store_session row = *session;
     row.ended_us = STORE_NONE; /* it begins */
     row.ended_by = NULL;
+    row.matrig = VERSION_TEXT;
     enum mr_status status = STORE_PUT(store, error, session, &row);
     session->id = sqlite3_last_insert_rowid(store->database);
     return status;

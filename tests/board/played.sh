@@ -38,3 +38,9 @@ played() {
     { [ -z "$can" ] || [ "$can" = none ] || cp "$kept/can" "$can"; } &&
         { [ -z "$serial" ] || [ "$serial" = none ] || cp "$kept/serial" "$serial"; } && cat "$kept/said" >&2
 }
+
+# begun_landing DB: the campaign of the first 2.2 s of landing 5 over serial.
+begun_landing() {
+    played --elf "$played_root/build/firmware/matrig.elf" --serial "file:$tmp/begun" --rig "$played_root/tests/runs/landing5.run" --for 2.2 2>/dev/null &&
+        "$played_root/build/matrig" --quiet log --serial "file:$tmp/begun" --db "$1" >/dev/null
+}

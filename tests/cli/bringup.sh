@@ -141,11 +141,6 @@ numbers_are_finite() { # nan and inf are words
     reseal zg changed 's/^low_speed [^ ]*/low_speed inf/; s/^supply [^ ]*/supply nan/' && build/matrig --json board --serial "file:$tmp/changed.txt" bringup >"$tmp/out"
     [ $? = 1 ] && grep -q '"value":"inf"' "$tmp/out" && grep -q '"value":"nan"' "$tmp/out"
 }
-older_campaign_gets_the_table() {
-    cp "$tmp/c.db" "$tmp/old.db" && sqlite3 "$tmp/old.db" 'drop table bringups' && judge zg --db "$tmp/old.db" 2>"$tmp/err" | grep -q 'the first of this board$' &&
-        grep -q 'tables of this matrig added' "$tmp/err" &&
-        gzip -dc tests/host/campaigns/v3.db.gz >"$tmp/v3.db" && judge zg --db "$tmp/v3.db" >"$tmp/out" 2>"$tmp/err" && grep -q 'brought forward from version 3' "$tmp/err"
-}
 json_says_the_same() {
     build/matrig --json board --serial "file:$tmp/zg.txt" bringup >"$tmp/out.json" && python3 - "$tmp/out.json" <<'P'
 import json, sys
@@ -297,7 +292,6 @@ check "kept with the board's identity, and compared with the last time" kept_and
 check "one that was kept in another format" kept_of_another_format
 check "the level that brown-out set has not moved" own_level_has_not_moved
 check "no number but finite ones" numbers_are_finite
-check "campaigns of before get the table" older_campaign_gets_the_table
 check "the same as JSON" json_says_the_same
 check "the brown-out level of 3.3 V; then the boot ROM on a word, and the firmware" brown_out_rom_and_firmware
 check "the brown-out level of 3.0 V; no boot ROM where it does not listen" brown_out_at_3_volts

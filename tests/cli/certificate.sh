@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # matrig certificate: entered, listed, corrected, taken back. What matrig ready says of them: ready.sh.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 export USER=tester
-gzip -dc tests/host/campaigns/v3.db.gz >"$tmp/c.db"
-$matrig migrate --no-backup "$tmp/c.db" 2>/dev/null
+begun_landing "$tmp/c.db"
 paper=(--number 2026-4711 --laboratory 'Metrology Lab' --calibrated 2026-03-02 --due 2027-03-01 --uncertainty 0.05mm --coverage 2 --sensor ET-17)
 of() { $matrig --json certificate "$tmp/c.db" "${@:2}" | python3 -c 'import json, sys; rows = json.load(sys.stdin)["certificates"]; print('"$1"')'; }
 

@@ -66,8 +66,8 @@ sqlite3 "$tmp/recipes.db" 'create table recipes(name)'
 check "somebody else's database" fails_with 4 "no campaign database: $tmp/recipes.db" $matrig log --can "file:$tmp/hello.log" --db "$tmp/recipes.db"
 cp "$tmp/f.db" "$tmp/g.db"
 sqlite3 "$tmp/g.db" 'pragma user_version=9'
-check "database of another version, reading" fails_with 4 "version 9, this matrig has version [0-9]+: $tmp/g.db" $matrig report "$tmp/g.db"
-check "database of another version, logging" fails_with 4 "version 9, this matrig has version [0-9]+" $matrig log --can "file:$tmp/hello.log" --db "$tmp/g.db"
+check "database of another version, reading" fails_with 4 "version 9, written by matrig [0-9.]+; this is matrig [0-9.]+ and reads version 1: $tmp/g.db" $matrig report "$tmp/g.db"
+check "database of another version, logging" fails_with 4 "version 9, written by matrig" $matrig log --can "file:$tmp/hello.log" --db "$tmp/g.db"
 check "an empty campaign has a report" $matrig --quiet report "$tmp/f.db" -o "$tmp/f.html"
 check "page that cannot be written" fails_with 3 "cannot write.*no/page.html" $matrig report "$tmp/f.db" -o "$tmp/no/page.html"
 check "full output" fails_with 3 "cannot write.*/dev/full" $matrig export --format dbc -o /dev/full

@@ -61,8 +61,6 @@ survey survey DB --new
 survey-show survey DB --show
 log log --can file:$tmp/can.log --db DB
 import import DB $tmp/can.log
-migrate migrate DB
-check migrate DB --check
 EOL
 check "nothing was written" test ! -e "$tmp/none.html" -a ! -e "$tmp/none.csv" -a ! -e "$tmp/none.bundle"
 
@@ -107,11 +105,6 @@ bundle() {
     refused 4 bundle 'view gaps' $matrig report DB -o "$tmp/none.html"
 }
 check "a page of a bundle; of one with a view, none" bundle
-
-older() { # VERSION: reads as before, and is brought forward
-    gzip -dc "tests/host/campaigns/v$1.db.gz" >"$tmp/v$1.db" && $matrig landing "$tmp/v$1.db" && $matrig migrate "$tmp/v$1.db" --no-backup && $matrig landing "$tmp/v$1.db"
-}
-for version in 1 2 3; do check "a campaign of version $version is none of all that" older $version; done
 
 # ---- pages in circles ----
 

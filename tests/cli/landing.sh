@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # What people say of a landing: notes, corrections, voiding, waves and breaks; its history; series; what the report makes of it.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
 db=$tmp/campaign.db
 export USER=tester
-gzip -dc tests/host/campaigns/v2.db.gz >"$db"
+begun_landing "$db"
 landing() { $matrig --quiet landing "$db" "$@"; }
 zero_s() { $matrig export "$db" 1 --format csv | sed -n 's/.*board time of t_s = 0: \([0-9.]*\) s.*/\1/p'; }
 
@@ -44,7 +45,7 @@ history_cannot_be_changed() {
     [ "$(sqlite3 "$db" 'select count(*) from landing_changes')" = 7 ]
 }
 nothing_yet_is_said() { # of a campaign without any landing, survey or series
-    gzip -dc tests/host/campaigns/v2.db.gz >"$tmp/none.db" && sqlite3 "$tmp/none.db" "delete from landings" 2>/dev/null
+    begun_landing "$tmp/none.db" && sqlite3 "$tmp/none.db" "delete from landings" 2>/dev/null
     $matrig landing "$tmp/none.db" 2>"$tmp/err" && grep 'no landing yet: .*; matrig log --db .* collects them$' "$tmp/err" &&
         $matrig survey "$tmp/none.db" --list 2>"$tmp/err" && grep 'no survey yet: .*; matrig survey .* begins one$' "$tmp/err" &&
         $matrig series "$tmp/none.db" 2>"$tmp/err" && grep 'no series yet: .*; matrig series DB NAME begins one$' "$tmp/err"

@@ -169,7 +169,7 @@ object() { # WORD...: JSON and nothing else
 db=$away/c.db
 printf '{"base": {"model": "chain", "N": 2, "F": 10, "tend": 0.001}, "vary": {"KL": [1e6, 2e6]}, "outputs": ["peak_u_ft"]}' >"$tmp/study.json"
 printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >"$tmp/readings.json"
-for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "series $db" "migrate $db --check" "compare $db 1" "predict $db 1" "report $db -o $tmp/r.html" \
+for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "series $db" "compare $db 1" "predict $db 1" "report $db -o $tmp/r.html" \
     "export $db 1 --format csv -o $tmp/x.csv" "export --format dbc -o $tmp/x.dbc" "bundle $db 1 -o $tmp/bundle.db" "scale" "bands --design-only" \
     "sim host/scenes/friction_block.json" "error host/scenes/friction_block.json" "sweep $tmp/study.json --list" "sweep $tmp/study.json" "report $tmp/study.jsonl" \
     "params $tmp/readings.json" "gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625" "survey $db --list" "live $db" help; do

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # matrig uncertainty: the budget of each channel adds up to the stated error of the summary; certificates; a page.
 . "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
 matrig=build/matrig
-gzip -dc tests/host/campaigns/v3.db.gz >"$tmp/c.db"
-$matrig migrate --no-backup "$tmp/c.db" 2>/dev/null
+begun_landing "$tmp/c.db"
 
 # The stated error of a peak as `show` has it, and the sums made here once more, of every channel.
 adds_up() {

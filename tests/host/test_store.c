@@ -148,13 +148,13 @@ static void refuse(const char *name, enum store_mode mode, enum mr_status status
 
 static void another_version_is_refused(void **state)
 {
-    char wanted[40];
     (void)state;
     store_close(fresh("store.db"));
-    sql(path, "PRAGMA user_version=7");
-    snprintf(wanted, sizeof wanted, "version 7, this matrig has version %d", STORE_VERSION);
-    refuse(path, STORE_OPEN, MR_VERSION, wanted);
-    refuse(path, STORE_CREATE, MR_VERSION, wanted);
+    sql(path, "PRAGMA user_version=7; INSERT INTO sessions(started_us, matrig) VALUES(1, '9.8.7')");
+    refuse(path, STORE_OPEN, MR_VERSION, "version 7, written by matrig 9.8.7");
+    refuse(path, STORE_CREATE, MR_VERSION, "version 7, written by matrig 9.8.7");
+    sql(path, "DROP TABLE sessions");
+    refuse(path, STORE_READ, MR_VERSION, "version 7, written by matrig (unknown)");
     assert_int_equal(sql_number(path, "PRAGMA user_version"), 7);
 }
 

@@ -1,7 +1,6 @@
-/* The tables of host/store/tables.def: they are those that campaigns have, each field lies in its
- * own column, and rows of one key are put together by the rules. What is expected is asked of
+/* The tables of host/store/tables.def: each field lies in its own
+ * column, and rows of one key are put together by the rules. What is expected is asked of
  * SQLite by the columns' names, not by way of the store. */
-#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -19,79 +18,6 @@ static void begin(const char *name)
     error = (struct error){0};
     store_open(scratch_path(path, sizeof path, name), STORE_CREATE, &store, &error);
     assert_no_error(&error);
-}
-
-static void squeeze(char *text)
-{
-    char *to = text;
-    for (const char *from = text; *from; from++) {
-        if (!isspace((unsigned char)*from))
-            *to++ = *from;
-    }
-    *to = '\0';
-}
-
-/* The text of a table, trigger or index without white space; the caller frees it. */
-static char *made_text(sqlite3 *database, const char *name)
-{
-    sqlite3_stmt *s;
-    char *text = NULL;
-    assert_int_equal(
-        sqlite3_prepare_v2(database, "SELECT sql FROM sqlite_schema WHERE name=?", -1, &s, NULL),
-        SQLITE_OK);
-    sqlite3_bind_text(s, 1, name, -1, SQLITE_STATIC);
-    if (sqlite3_step(s) == SQLITE_ROW)
-        text = strdup((const char *)sqlite3_column_text(s, 0));
-    sqlite3_finalize(s);
-    if (text)
-        squeeze(text);
-    return text;
-}
-
-static char *whole_file(const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    char *text = calloc(1, 100000);
-    assert_non_null(text);
-    assert_in_range(fread(text, 1, 99999, file), 1000, 99998);
-    fclose(file);
-    return text;
-}
-
-static void a_new_campaign_has_the_tables_that_it_always_had(void **state)
-{
-    (void)state;
-    sqlite3 *before;
-    sqlite3_stmt *s;
-    char *sql = whole_file("tests/campaigns/version4.sql");
-    begin("tables.db");
-    assert_int_equal(sqlite3_open(":memory:", &before), SQLITE_OK);
-    assert_int_equal(sqlite3_exec(before, sql, NULL, NULL, NULL), SQLITE_OK);
-    assert_int_equal(sqlite3_prepare_v2(before,
-                                        "SELECT name FROM sqlite_schema WHERE sql IS NOT NULL", -1,
-                                        &s, NULL),
-                     SQLITE_OK);
-    int objects = 0;
-    for (; sqlite3_step(s) == SQLITE_ROW; objects++) {
-        const char *name = (const char *)sqlite3_column_text(s, 0);
-        char *was = made_text(before, name), *is = made_text(store->database, name);
-        assert_non_null(is);
-        assert_string_equal(is, was);
-        free(was);
-        free(is);
-    }
-    sqlite3_finalize(s);
-    assert_int_equal(sqlite3_prepare_v2(store->database,
-                                        "SELECT count(*) FROM sqlite_schema WHERE sql IS NOT NULL",
-                                        -1, &s, NULL),
-                     SQLITE_OK);
-    sqlite3_step(s);
-    assert_int_equal(sqlite3_column_int(s, 0), objects); /* and no others */
-    sqlite3_finalize(s);
-    sqlite3_close(before);
-    free(sql);
-    store_close(store);
 }
 
 static void every_statement_fits_its_struct(void **state)
@@ -339,7 +265,6 @@ static void a_change_of_a_landing_leaves_who_it_is(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_new_campaign_has_the_tables_that_it_always_had),
         cmocka_unit_test(every_statement_fits_its_struct),
         cmocka_unit_test(every_field_goes_to_its_column_and_comes_back),
         cmocka_unit_test(both_links_fill_one_row),
