@@ -42,10 +42,10 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan)
 
 static float *item_of(struct mr_risk_plan *plan, unsigned item)
 {
-    float *const list[] = {plan->row_ft_s2,     plan->row_odds, plan->row_ft,
-                           plan->row_wave_odds, plan->knot_s,   plan->knot_ft_s2};
-    static const unsigned count[] = {MR_RISK_ROWS, MR_RISK_ROWS,  MR_RISK_ROWS,
-                                     MR_RISK_ROWS, MR_RISK_KNOTS, MR_RISK_KNOTS};
+    float *const list[] = {plan->row_ft_s2, plan->row_odds, plan->row_ft, plan->knot_s,
+                           plan->knot_ft_s2};
+    static const unsigned count[] = {MR_RISK_ROWS, MR_RISK_ROWS, MR_RISK_ROWS, MR_RISK_KNOTS,
+                                     MR_RISK_KNOTS};
     if (item < 2u)
         return item ? &plan->speed_ft_s : &plan->landings;
     item -= 2u;
@@ -101,11 +101,6 @@ static unsigned knots_of(const struct mr_risk_plan *plan)
     return n;
 }
 
-static bool has_waves(const struct mr_risk_plan *plan)
-{
-    return !__builtin_isnan(plan->row_wave_odds[0]);
-}
-
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
 {
     unsigned knots = knots_of(plan), rows = rows_of(plan);
@@ -124,9 +119,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
         if (!between(plan->row_ft_s2[i], LEAST_FT_S2, 64.0f) ||
             !between(plan->row_odds[i], -20.0f, 20.0f) ||
             (i && !(plan->row_ft_s2[i] > plan->row_ft_s2[i - 1u])) ||
-            !(__builtin_isnan(plan->row_ft[i]) || between(plan->row_ft[i], -100.0f, 1e4f)) ||
-            !(has_waves(plan) ? between(plan->row_wave_odds[i], -20.0f, 20.0f)
-                              : __builtin_isnan(plan->row_wave_odds[i])))
+            !(__builtin_isnan(plan->row_ft[i]) || between(plan->row_ft[i], -100.0f, 1e4f)))
             return MR_USAGE;
     }
     return MR_OK;
@@ -449,23 +442,10 @@ static float by_rule(const struct mr_risk_said *said)
     return mr_risk_logistic(sum);
 }
 
-/* Of a bow wave. */
-static float wave_of(const struct mr_risk_state *risk, const struct mr_predictor *p)
-{
-    float ft_s2 = follows_plan(risk) ? risk->mean_ft_s2 * risk->met
-                : p->braking         ? p->deceleration_ft_s2
-                                     : MR_NAN;
-    if (!risk->charted || !has_waves(&risk->plan) || __builtin_isnan(ft_s2))
-        return MR_NAN;
-    return mr_risk_logistic(
-        on_line(risk->plan.row_ft_s2, risk->plan.row_wave_odds, rows_of(&risk->plan), ft_s2));
-}
-
 void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
                  const struct mr_predictor_zone *zone, struct mr_risk_said *said)
 {
-    *said = (struct mr_risk_said){
-        .risk = MR_NAN, .wave = wave_of(risk, p), .basis = basis_of(risk, p, zone)};
+    *said = (struct mr_risk_said){.risk = MR_NAN, .basis = basis_of(risk, p, zone)};
     say_lead(p, zone, said);
     bool moves = !(said->basis & MR_RISK_NO_MOTION);
     /* switches may be lost: then nothing is known of the motion that the rule rests on */
@@ -485,7 +465,6 @@ void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
     if (moves && risk->down && p->speed_ft_s < SLOW_FT_S) {
         said->basis |= MR_RISK_STOPPED;
         said->risk = 0.0f;
-        said->wave = __builtin_isnan(said->wave) ? MR_NAN : 0.0f;
     }
     said->reason = reason_of(risk, zone, said);
 }

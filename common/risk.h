@@ -12,11 +12,6 @@
  * for the rest of the landing, and the chart with it. A chart speaks of the runway of one landing:
  * it counts as long as the runway has had as many landings as when it was made.
  *
- * Bow waves. One rises as soon as the thrust is large enough, with a long zone or without, and
- * nothing that the board measures foretells it better than the braking does (tests/score/README.md,
- * "A second truth"): so its probability is the chart's, at the braking planned times how it was
- * met; and at the braking measured when the plan is left.
- *
  * A function of the predictor and of its inputs alone: board and host agree on every bit. No heap,
  * single precision, no library call. Feet, pounds, seconds. */
 #ifndef MATRIG_COMMON_RISK_H
@@ -42,12 +37,10 @@ struct mr_risk_plan {
     /* chart: mean decelerations, rising; the logarithm of the odds of a zone p / (1 - p); the
      * station where half of the members that come to one have come to it */
     float row_ft_s2[MR_RISK_ROWS], row_odds[MR_RISK_ROWS], row_ft[MR_RISK_ROWS];
-    /* the same odds of a bow wave; in no row, or in each */
-    float row_wave_odds[MR_RISK_ROWS];
     /* braking over the time from touchdown, straight lines between */
     float knot_s[MR_RISK_KNOTS], knot_ft_s2[MR_RISK_KNOTS];
 };
-#define MR_RISK_ITEMS (2u + 4u * MR_RISK_ROWS + 2u * MR_RISK_KNOTS)
+#define MR_RISK_ITEMS (2u + 3u * MR_RISK_ROWS + 2u * MR_RISK_KNOTS)
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan);
 /* As a list of MR_RISK_ITEMS numbers, in the order of the struct. NaN beyond the list. */
@@ -108,7 +101,6 @@ struct mr_risk_state {
 /* One statement. */
 struct mr_risk_said {
     float risk;     /* NaN: nobody knows: no motion and no plan */
-    float wave;     /* probability of a bow wave; NaN: no chart of waves */
     unsigned basis; /* bits of enum mr_risk_basis */
     enum mr_risk_reason reason;
     /* until the wheel is at the zone's start, and where failure is expected; NaN: no zone is

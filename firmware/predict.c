@@ -220,7 +220,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     release_arm(&p->release, &settings, index);
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
                 config.site[0].touchdown_ft);
-    p->risk_said = (struct mr_risk_said){.risk = MR_NAN, .wave = MR_NAN};
+    p->risk_said = (struct mr_risk_said){.risk = MR_NAN};
     begin_saying(p, telemetry);
     p->telling_risk = 0;
 }
@@ -331,7 +331,6 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
         p->warning = false;
         board_warn(false);
         p->risk_said = (struct mr_risk_said){.risk = MR_NAN,
-                                             .wave = MR_NAN,
                                              .start_s = MR_NAN,
                                              .failure_s = MR_NAN,
                                              .failure_ft = MR_NAN,

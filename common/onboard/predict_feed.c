@@ -133,7 +133,6 @@ void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
                             struct predict_said *said)
 {
     said->risk = (struct mr_risk){.risk = risk->risk,
-                                  .wave = risk->wave,
                                   .basis = (uint8_t)risk->basis,
                                   .reason = (uint8_t)risk->reason,
                                   .block16 = (uint16_t)index};

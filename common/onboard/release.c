@@ -154,8 +154,7 @@ bool release_look(struct release *release, const struct mr_predictor *p,
         ease(release, p);
         return over;
     }
-    bool by_wave = said->wave >= s->release_limit && !(said->risk >= said->wave),
-         beyond = by_wave || said->risk >= s->release_limit;
+    bool beyond = said->risk >= s->release_limit;
     if (beyond && !release->beyond)
         release->beyond_block = index;
     release->beyond = beyond;
@@ -166,7 +165,7 @@ bool release_look(struct release *release, const struct mr_predictor *p,
     if (reason != MR_RELEASE_BY_RISK)
         return change(release, MR_RELEASE_REFUSED, reason, index);
     release->braked_ft_s2 = p->deceleration_ft_s2;
-    bool changed = change(release, MR_RELEASE_ASKED, by_wave ? MR_RELEASE_BY_WAVE : reason, index);
+    bool changed = change(release, MR_RELEASE_ASKED, reason, index);
     ease(release, p);
     return changed;
 }

@@ -7,7 +7,6 @@
 
 #include "host/base/ordered.h"
 #include "host/base/steady.h"
-#include "host/store/store_journal.h"
 
 #define SPEED_SPREAD     0.01 /* of a speed planned */
 #define TOUCHDOWN_SPREAD 0.5  /* ft */
@@ -164,41 +163,6 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     }
 }
 
-/* Nobody saw a wave or a break in it. */
-static enum mr_status raised_none(struct store *store, int64_t run, bool *none, struct error *error)
-{
-    struct store_observation *seen = NULL;
-    size_t count = 0;
-    enum mr_status status = store_observations(store, run, &seen, &count, error);
-    *none = true;
-    for (size_t i = 0; i < count; i++)
-        *none = *none && (seen[i].withdrawn || (strcmp(seen[i].kind, "wave") != 0 &&
-                                                strcmp(seen[i].kind, "break") != 0));
-    free(seen);
-    return status;
-}
-
-/* Waves of all rows. A landing raised none when its mats still lay in the next one, or lie now. */
-static enum mr_status find_waves(struct advise *advise, struct store *store, struct error *error)
-{
-    const struct past *past = &advise->past;
-    struct advise_braking *stood = calloc(past->landings + 1, sizeof *stood);
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; stood && status == MR_OK && i < past->landings; i++) {
-        bool anew = i + 1 < past->landings ? past->landing[i + 1].relaid : past->relaid, none;
-        status = raised_none(store, past->landing[i].run, &none, error);
-        if (past->landing[i].measured && !anew && none)
-            stood[advise->stood++] = past->landing[i].seen.braking;
-    }
-    if (status == MR_OK && (!stood || !advise_waves(&advise->members, &advise->plan, stood,
-                                                    advise->stood, advise->row, advise->rows)))
-        status = error_set(error, MR_FULL,
-                           "no memory for %zu members: matrig advise; ask for fewer (--members)",
-                           advise->members.count);
-    free(stood);
-    return status;
-}
-
 static void find_hardest(struct advise *advise)
 {
     /* what rolls off is no braking to advise */
@@ -265,21 +229,14 @@ static void judge(struct advise *advise, bool si)
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
     hardest_text(advise, si, hardest);
-    bool off = row->off_runway > limit, likely = row->wave.low >= limit;
-    bool unsure = !isnan(row->wave.p) && row->wave.p >= limit;
-    advise->verdict = off || likely || row->zone.low >= limit     ? ADVISE_AGAINST
-                    : row->zone.high < limit && !lacks && !unsure ? ADVISE_CLEAR
-                                                                  : ADVISE_CAUTION;
+    bool off = row->off_runway > limit;
+    advise->verdict = off || row->zone.low >= limit    ? ADVISE_AGAINST
+                    : row->zone.high < limit && !lacks ? ADVISE_CLEAR
+                                                       : ADVISE_CAUTION;
     if (off)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s, %.0f %% of the members roll off the runway's end", braking,
                  100.0 * row->off_runway);
-    else if (unsure && row->zone.low < limit)
-        snprintf(advise->reason, sizeof advise->reason,
-                 "at %s a bow wave has a probability of %.0f %% (%.0f to %.0f), the limit is %.0f "
-                 "%%",
-                 braking, 100.0 * row->wave.p, 100.0 * row->wave.low, 100.0 * row->wave.high,
-                 100.0 * limit);
     else if (row->zone.high < limit)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s a zone of %u mats has a probability of %.0f %%, below the limit of "
@@ -323,15 +280,7 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
         status = find_rows(advise, error);
     }
     if (status == MR_OK)
-        status = find_waves(advise, store, error);
-    if (status == MR_OK)
         find_hardest(advise);
-    advise->members_s = steady_s() - began_s;
-    if (status == MR_OK && request->waves) {
-        tell(advise, "members in the planar model", 0, request->waves);
-        status = advise_waves_played(&advise->members, &advise->plan, request->waves, advise->row,
-                                     advise->rows, advise->plan_row, &advise->planar, error);
-    }
     if (status == MR_OK)
         judge(advise, si);
     advise->took_s = steady_s() - began_s;
@@ -356,7 +305,6 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
         .zone = row->zone.p,
         .zone_low = row->zone.low,
         .zone_high = row->zone.high,
-        .wave = row->wave.p,
         .most = advise->request.limit,
         .hardest_ft_s2 = advise->hardest_ft_s2,
         .members = (int64_t)advise->members.count,

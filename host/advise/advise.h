@@ -8,7 +8,7 @@
 
 #include "host/advise/forecast.h"
 #include "host/advise/past.h"
-#include "host/advise/waves.h"
+#include "host/advise/forecast.h"
 #include "host/base/answer.h"
 
 /* A missed zone costs four times what a needlessly gentle landing does: runway relaid against
@@ -28,7 +28,7 @@ struct advise_request {
     double share;                  /* of the thrust that the strip bears; NaN: not measured */
     struct advise_profile profile; /* factors of the deceleration; count 0: even */
     double limit;
-    size_t members, waves; /* waves: members that are played in the planar model too, 0: none */
+    size_t members;
     uint64_t seed;
     int64_t before; /* as if RUN were still to come; 0: after all landings */
     FILE *to;       /* how far it is, a line every ADVISE_TELL_S at most; NULL: nothing is said */
@@ -43,7 +43,6 @@ struct advise {
     unsigned planned;   /* landings whose plan was kept */
     bool outside;       /* of what the landings before were: widened */
     size_t unlearned;   /* landings that could not be learned from */
-    size_t stood;       /* landings after which the mats lay as before: they raised no wave */
     double least_ft_s2; /* stops at the runway's end */
     struct advise_row row[ADVISE_ROWS];
     size_t rows, plan_row; /* ascending; which is the plan's */
@@ -53,9 +52,8 @@ struct advise {
     double worth[ADVISE_GROUPS];
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
-    size_t planar;                         /* runs of the planar model */
-    double tell_s;                         /* on steady_s: before it nothing is said */
-    double took_s, members_s, processor_s; /* members_s: without the planar runs */
+    double tell_s; /* on steady_s: before it nothing is said */
+    double took_s, processor_s;
 };
 
 /* MR_OK: there is an advice. Else as past_load has it, or MR_USAGE: the plan is not complete, or

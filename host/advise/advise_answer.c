@@ -34,9 +34,6 @@ static void row_answer(const struct advise *advise, const struct advise_row *row
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
     chance_answer(answer, "zone", "zone, 95 %", &row->zone);
-    chance_answer(answer, "wave", "bow wave", &row->wave);
-    if (advise->planar)
-        chance_answer(answer, "planar", "played", &row->played);
     answer_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_STATIONS; s++) {
         answer_row(answer);
@@ -157,34 +154,30 @@ static void worth_answer(const struct advise *advise, struct answer *answer)
         answer_none(answer, "most", "most", "no single group narrows it");
 }
 
-static void waves_answer(const struct advise *advise, struct answer *answer)
+/* A bow wave rises above a threshold of the thrust (docs/explanation/bow-waves.md). */
+static void thrust_answer(const struct advise *advise, struct answer *answer)
 {
-    double wave = advise->row[advise->plan_row].wave.p;
-    if (isfinite(wave)) {
-        answer_words(answer, NULL, "bow waves",
-                     "by a law of the thrust; %zu landings before raised none", advise->stood);
-        answer_value(answer, "critical", "critical thrust", UNIT_TENSION,
-                     advise_wave_critical_lb(&advise->past.runway), 1);
-        answer_remark(answer, ", for the irregularity assumed");
-        answer_value(answer, "wave", NULL, UNIT_NUMBER, wave, 3);
+    const struct advise_runway *runway = &advise->past.runway;
+    double share, spread,
+        critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
+                      (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
+    advise_unknown(&advise->members, ADVISE_SHARE, &share, &spread);
+    if (runway->bump_ft > 0.0) {
+        answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
+                     share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
+        answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
+        answer_remark(answer, ", for the assumed irregularity; bow waves rise above about 1.2 "
+                              "times this");
     } else {
-        answer_words(answer, NULL, "bow waves",
-                     "not foretold: the board is told no irregularity (predict.bump_in)");
-        answer_none(answer, "wave", NULL, "");
+        answer_none(answer, "critical", "critical thrust",
+                    "unknown: the board has no irregularity (predict.bump_in)");
     }
-    answer_count(answer, "stood", NULL, (int64_t)advise->stood);
-    if (advise->planar)
-        answer_words(answer, NULL, "played",
-                     "%zu members in the planar model (%zu runs), on ground drawn up to the "
-                     "irregularity assumed",
-                     advise->request.waves, advise->planar);
 }
 
 void advise_answer(const struct advise *advise, struct answer *answer)
 {
-    double members_per_s = advise->members_s > 0.0
-                             ? (double)advise->members.computed / advise->members_s
-                             : (double)NAN;
+    double members_per_s = advise->took_s > 0.0 ? (double)advise->members.computed / advise->took_s
+                                                : (double)NAN;
     answer_words(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
@@ -213,8 +206,7 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
     known_answer(advise, answer);
     worth_answer(advise, answer);
-    waves_answer(advise, answer);
-    answer_count(answer, "planar_runs", NULL, (int64_t)advise->planar);
+    thrust_answer(advise, answer);
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
     answer_remark(answer, "; seed %llu; %.1f s, %.0f members' landings a second on %u processors",
                   (unsigned long long)advise->request.seed, advise->took_s, members_per_s,

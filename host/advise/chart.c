@@ -4,7 +4,6 @@
 
 _Static_assert(MR_RISK_ROWS >= ADVISE_ROWS, "a board takes all rows");
 
-/* NaN stays NaN: waves are looked for in all rows or in none. */
 static float odds(double p)
 {
     return (float)log(p / (1.0 - p));
@@ -20,7 +19,6 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
     for (size_t i = 0; i < advise->rows; i++) {
         plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
         plan->row_odds[i] = odds(advise->row[i].zone.p);
-        plan->row_wave_odds[i] = odds(advise->row[i].wave.p);
         plan->row_ft[i] = (float)advise->row[i].half_ft;
     }
     plan->knot_s[0] = 0.0f;

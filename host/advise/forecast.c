@@ -98,8 +98,6 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
     }
     qsort(at_ft, come, sizeof *at_ft, by_size);
     *row = (struct advise_row){.mean_ft_s2 = mean_ft_s2,
-                               .wave = {(double)NAN, (double)NAN, (double)NAN},
-                               .played = {(double)NAN, (double)NAN, (double)NAN},
                                .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
     if (played) {
         row->share = (double)come / (double)played;
@@ -119,19 +117,13 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
     return plan->speed_ft_s * plan->speed_ft_s / (2.0 * left_ft);
 }
 
-/* A zone or a bow wave, whichever is more probable. */
-static double worse_of(const struct advise_row *row)
-{
-    return fmax(row->zone.p, row->wave.p);
-}
-
 double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
                             double *short_ft_s2)
 {
     size_t last = rows; /* the last that is not below */
     *beyond = false;
     *short_ft_s2 = (double)NAN;
-    while (last > 0 && worse_of(&row[last - 1]) < limit)
+    while (last > 0 && row[last - 1].zone.p < limit)
         last--;
     if (!last && rows) {
         *beyond = true;
@@ -139,14 +131,14 @@ double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double li
     }
     if (last < rows)
         *short_ft_s2 = row[last].mean_ft_s2;
-    if (!rows || worse_of(&row[0]) >= limit)
+    if (!rows || row[0].zone.p >= limit)
         return (double)NAN;
     size_t i = 1;
-    while (worse_of(&row[i]) < limit)
+    while (row[i].zone.p < limit)
         i++;
     return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
-                                       (limit - worse_of(&row[i - 1])) /
-                                       (worse_of(&row[i]) - worse_of(&row[i - 1]));
+                                       (limit - row[i - 1].zone.p) /
+                                       (row[i].zone.p - row[i - 1].zone.p);
 }
 
 /* --- what would narrow it --- */

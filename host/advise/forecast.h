@@ -31,8 +31,6 @@ struct advise_row {
     double mean_ft_s2;
     double share; /* of the members that come to a zone, as counted */
     struct advise_chance zone;
-    struct advise_chance wave;   /* of a bow wave (waves.h); NaN: no irregularity is told */
-    struct advise_chance played; /* the same of some members in the planar model; NaN: not asked */
     struct advise_chance by_station[ADVISE_STATIONS]; /* come to by the end of each part */
     double off_runway;                                /* share of the members that roll off */
     double half_ft; /* where half of those that come to a zone have come to it; NaN: none does */
@@ -63,7 +61,7 @@ double advise_odds(double share);
 /* Mean deceleration that stops the gear at the runway's end. */
 double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan);
 
-/* Hardest braking up to which the probability, of a zone and of a bow wave, stays below `limit`,
+/* Hardest braking up to which the probability of a zone stays below `limit`,
  * between rows (ascending) in proportion. NaN: the first is not below; *beyond: all of them are,
  * and it is the last row's. Where mats are closed already far from touchdown, harder braking stops
  * before them: *short_ft_s2 is the least of the rows from which on all are below again, NaN: there

@@ -43,7 +43,7 @@ struct advise_runway {
     double grit_lb;                   /* mean closing resistance, as configured */
     double thrust_lb_per_g;           /* of the lead axle on the strip */
     double share;                     /* of that, measured within 3 %; 0: nobody did */
-    double bump_ft;                   /* the ground's irregularity, for bow waves alone */
+    double bump_ft;                   /* the ground's irregularity; 0: unknown */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
 

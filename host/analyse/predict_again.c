@@ -241,7 +241,6 @@ static void compare_risk(struct again *again, struct predict_said *said)
     THROUGH_WIRE(risk, &said->risk);
     THROUGH_WIRE(risk_lead, &said->risk_lead);
     compare(again, "risk", r->risk, (double)said->risk.risk);
-    compare(again, "wave", r->wave, (double)said->risk.wave);
     compare(again, "risk_basis", whole(r->basis), said->risk.basis);
     compare(again, "risk_reason", whole(r->reason), said->risk.reason);
     compare(again, "risk_start_s", r->start_s, (double)said->risk_lead.start_s);
@@ -335,7 +334,7 @@ static void arm(struct again *again, const struct mr_block *block)
     mr_predictor_arm(&again->predictor);
     mr_risk_arm(&again->hazard, __builtin_isnan(again->plan.speed_ft_s) ? NULL : &again->plan,
                 &again->predictor, again->config.site[0].touchdown_ft);
-    again->hazard_said = (struct mr_risk_said){.risk = NAN, .wave = NAN};
+    again->hazard_said = (struct mr_risk_said){.risk = NAN};
     again->look = (struct mr_predictor_zone){.level = again->predictor.level};
     again->armed = true;
 }

@@ -22,7 +22,7 @@ struct request {
     double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, share,
         limit_percent;
     const char *profile, *who, *serial;
-    int64_t members, waves, seed, before;
+    int64_t members, seed, before;
     bool keep, load;
 };
 
@@ -206,7 +206,6 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                                      .share = r.share,
                                      .limit = r.limit_percent / 100.0,
                                      .members = (size_t)r.members,
-                                     .waves = (size_t)r.waves,
                                      .seed = (uint64_t)r.seed,
                                      .before = r.before,
                                      .to = cli->quiet ? NULL : stderr};
@@ -261,9 +260,6 @@ static const struct command_part parts[] = {
                   "does"),
     OPTION_WHOLE("--members", "N", members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
-    OPTION_WHOLE("--waves", "N", waves, 0.0, (double)ADVISE_WAVES_MOST, 0.0,
-                 "members that are played in the planar model besides, for mats unlike the rig's; "
-                 "else none"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of all draws; else {standard}. The same seed says the same"),
     OPTION_RUN("--before", "RUN", before,
@@ -289,7 +285,7 @@ const struct command command_advise = {
     advise_command,
     "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--spread PERCENT] "
     "[--friction F] [--share S] [--limit PERCENT]\n"
-    "                         [--members N] [--waves N] [--seed N] [--before RUN] [--keep [--who "
+    "                         [--members N] [--seed N] [--before RUN] [--keep [--who "
     "W]]\n"
     "                         [--load --serial LINK]",
     "before a landing: how probable a zone of 50 mats is, and how hard to brake",

@@ -165,11 +165,10 @@ static json_t *risk_json(const struct live_model *model)
     if (r->block < 0)
         return json_null();
     return json_pack(
-        "{sosososssbsbsosososs}", "risk", number((double)r->said.risk), "wave",
-        number((double)r->said.wave), "lamp_limit", number((double)r->lamp_limit), "reason",
-        mr_risk_reason_text(r->said.reason), "of_plan", (r->said.basis & MR_RISK_OF_PLAN) != 0,
-        "of_chart", (r->said.basis & MR_RISK_OF_CHART) != 0, "start_s",
-        number((double)r->lead.start_s), "failure_s", number((double)r->lead.failure_s),
+        "{sososssbsbsosososs}", "risk", number((double)r->said.risk), "lamp_limit",
+        number((double)r->lamp_limit), "reason", mr_risk_reason_text(r->said.reason), "of_plan",
+        (r->said.basis & MR_RISK_OF_PLAN) != 0, "of_chart", (r->said.basis & MR_RISK_OF_CHART) != 0,
+        "start_s", number((double)r->lead.start_s), "failure_s", number((double)r->lead.failure_s),
         "failure_ft", number((double)r->lead.failure_ft), "release",
         r->release_block < 0 ? "" : mr_release_state_text(r->release.state));
 }

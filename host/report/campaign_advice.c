@@ -43,14 +43,12 @@ static void draw(const struct store_advice *advice, size_t count, FILE *out)
         svg_line(&plot, "line mark", at, limit, 2);
         chart_whisker(&plot, "line a", x - 0.05, 100.0 * a->zone_low, 100.0 * a->zone_high);
         chart_mark(&plot, 0, x - 0.05, 100.0 * a->zone);
-        if (isfinite(a->wave))
-            chart_mark(&plot, 1, x + 0.05, 100.0 * a->wave);
         snprintf(name, sizeof name, "%zu: %s", i + 1, a->verdict);
         svg_text(&plot, "tick", "middle", x, 0.0, 0.0, 14.0, name);
     }
     svg_close(out);
-    fputs("<figcaption>Probability of a zone of 50 mats with its sampling interval, beside it that "
-          "of a bow wave; dashed: the limit.</figcaption></figure>\n",
+    fputs("<figcaption>Probability of a zone of 50 mats with its sampling interval; "
+          "dashed: the limit.</figcaption></figure>\n",
           out);
 }
 
@@ -69,7 +67,6 @@ static void row(const struct report *report, const struct store_advice *advice, 
     html_number(out, speed * advice->speed_ft_s, 1);
     html_number(out, braking * advice->deceleration_ft_s2, 2);
     html_number(out, 100.0 * advice->zone, 0);
-    html_number(out, 100.0 * advice->wave, 0);
     html_number(out, braking * advice->hardest_ft_s2, 1);
     if (facts) {
         const struct zone_warning *warning = &facts->warning;
@@ -106,9 +103,9 @@ enum mr_status campaign_advice(const struct report *report, FILE *out, struct er
         snprintf(was, sizeof was, "it had, %s", v);
         snprintf(had, sizeof had, "braking, %s", a);
         draw(advice, count, out);
-        html_table(out, (const char *const[]){"advice", "verdict", speed, braking, "zone, %",
-                                              "bow wave, %", hardest, "RUN", was, had,
-                                              "the board then", "why", NULL});
+        html_table(out,
+                   (const char *const[]){"advice", "verdict", speed, braking, "zone, %", hardest,
+                                         "RUN", was, had, "the board then", "why", NULL});
         for (size_t i = 0; i < count; i++)
             row(report, &advice[i], i + 1, out);
         fputs("</tbody></table></div>\n<p>Said by matrig advise before the landing beside it. No "

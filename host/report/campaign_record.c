@@ -16,7 +16,6 @@ static void advice_cells(const struct record_row *row, FILE *out)
     else
         html_cell(out, "%s%s", row->advice.verdict, row->off_plan ? ", landed otherwise" : "");
     html_number(out, row->advised ? 100.0 * row->advice.zone : (double)NAN, 0);
-    html_number(out, row->advised ? 100.0 * row->advice.wave : (double)NAN, 0);
 }
 
 static void board_cells(const struct record_row *row, double station, FILE *out)
@@ -58,11 +57,11 @@ static void write_rows(const struct report *report, const struct record *record,
     char at[40], longest[60];
     snprintf(at, sizeof at, "of a zone from, %s", station->text);
     snprintf(longest, sizeof longest, "from, %s", station->text);
-    html_table(out, (const char *const[]){"RUN", "advice", "zone, %", "bow wave, %", "the board",
-                                          "at, s", at, "risk, most", "brake release", "a zone",
-                                          "longest, mats", longest, "50 mats at, s",
-                                          "left at the wheel, mats", "waves, breaks seen",
-                                          "so it was", "lead, s", "known by", NULL});
+    html_table(out, (const char *const[]){"RUN", "advice", "zone, %", "the board", "at, s", at,
+                                          "risk, most", "brake release", "a zone", "longest, mats",
+                                          longest, "50 mats at, s", "left at the wheel, mats",
+                                          "waves, breaks seen", "so it was", "lead, s", "known by",
+                                          NULL});
     for (size_t i = 0; i < record->rows; i++) {
         const struct record_row *row = &record->row[i];
         fputs("<tr>", out);

@@ -22,7 +22,6 @@ items = [float(landings), float(speed)]
 items += [3.0 + 1.5 * row for row in range(ROWS)]  # ft/s2
 items += [-3.0 + 0.6 * row for row in range(ROWS)]  # log odds of a zone
 items += [50.0 + 4.0 * row for row in range(ROWS)]  # where, ft
-items += [-4.0 + 1.0 * row for row in range(ROWS)]  # log odds of a bow wave
 items += [t for t, _ in knots] + [NAN] * (KNOTS - len(knots))
 items += [a for _, a in knots] + [NAN] * (KNOTS - len(knots))
 words = [(i, v) for i, v in enumerate(items) if v == v]

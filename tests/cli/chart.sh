@@ -15,7 +15,7 @@ load() { # OUT OPTION...: gives it to a board of its own
     local out=$1
     shift
     board
-    $matrig --quiet --json advise "$tmp/campaign.db" --members 64 --waves 0 --load --serial "unix:$tmp/board.sock" "$@" >"$tmp/$out.json" 2>"$tmp/$out.err"
+    $matrig --quiet --json advise "$tmp/campaign.db" --members 64 --load --serial "unix:$tmp/board.sock" "$@" >"$tmp/$out.json" 2>"$tmp/$out.err"
     local status=$?
     stop
     return $status
@@ -51,12 +51,12 @@ told_before() { # LANDINGS SPEED PROFILE
 }
 both_count() {
     told_before 0 35.5 0:7.0,1.5:7.0,1.7:8.5 && grep -q 'risk of a zone .* by chart and plan$' "$tmp/told.txt" && ! grep 'plan was not followed' "$tmp/told.txt" &&
-        [ "$(sqlite3 "$tmp/told.db" 'select count(*) > 100 from risks where wave between 0 and 1')" = 1 ] &&
+        [ "$(sqlite3 "$tmp/told.db" 'select count(*) > 100 from risks')" = 1 ] &&
         $matrig --quiet replay "$tmp/told.db" 1 --exact >"$tmp/replay.txt" && grep 'result *0 of ' "$tmp/replay.txt"
 }
 gentle_plan_is_left() { told_before 0 35.5 0:3.0 && grep -q 'the plan was not followed, seen at ' "$tmp/told.txt"; }
 # the board refuses it: it has had no landing
-of_another_runway() { told_before 3 35.5 0:7.5 && grep -q 'without plan and chart$' "$tmp/told.txt" && [ "$(sqlite3 "$tmp/told.db" 'select count(*) from risks where wave is not null and block < 6000')" = 0 ]; }
+of_another_runway() { told_before 3 35.5 0:7.5 && grep -q 'without plan and chart$' "$tmp/told.txt" && [ "$(sqlite3 "$tmp/told.db" 'select count(*) from risks where basis & 2 and block < 6000')" = 0 ]; }
 needs_a_link() { ! $matrig advise "$tmp/campaign.db" --load 2>"$tmp/link.err" && grep -q -- '--load --serial LINK' "$tmp/link.err"; }
 
 check "a campaign of a landing" campaign

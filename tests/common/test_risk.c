@@ -130,9 +130,6 @@ static void what_makes_no_sense_is_no_plan(void **state)
     WRONG(p.row_odds[0] = INFINITY);
     WRONG(p.landings = NAN);
     WRONG(p.row_ft[0] = 1e9f);
-    WRONG(p.row_wave_odds[0] = 1.0f); /* not in the other row */
-    WRONG(p.row_wave_odds[1] = 1.0f);
-    WRONG(p.row_wave_odds[0] = 1.0f; p.row_wave_odds[1] = INFINITY);
 }
 
 static void nobody_knows_before_it_rolls(void **state)
@@ -214,29 +211,6 @@ static void a_chart_of_another_runway_is_ignored(void **state)
     struct mr_risk_said said = roll(30.0, 6.0, 1001);
     assert_int_equal(said.basis & 15u, MR_RISK_OF_PLAN | MR_RISK_CHART_OLD);
     assert_true(said.input[MR_RISK_CHART] == 0.0f);
-}
-
-/* Log odds of -2 at 4 ft/s2 and 2 at 8. */
-static void a_wave_is_the_charts_at_the_braking(void **state)
-{
-    (void)state;
-    struct mr_risk_plan plan = charted(0.0f);
-    begin(&plan);
-    assert_true(isnan(roll(30.0, 6.0, 1000).wave)); /* a chart of zones alone */
-    plan.row_wave_odds[0] = -2.0f;
-    plan.row_wave_odds[1] = 2.0f;
-    assert_int_equal(mr_risk_plan_check(&plan), MR_OK);
-    begin(&plan);
-    is_near((double)roll(30.0, 6.0, 1000).wave, 0.5, 0.01); /* as planned */
-    begin(&plan);
-    is_near((double)roll(30.0, 7.5, 1500).wave, 1.0 / (1.0 + exp(-1.5)), 0.01); /* a quarter more */
-    begin(&plan); /* left: the braking measured */
-    struct mr_risk_said said = roll(30.0, 3.0, 2000);
-    assert_true(said.basis & MR_RISK_PLAN_LEFT);
-    is_near((double)said.wave, 1.0 / (1.0 + exp(2.0)), 0.01);
-    plan.landings = 2.0f; /* of another runway */
-    begin(&plan);
-    assert_true(isnan(roll(30.0, 6.0, 1000).wave));
 }
 
 static void who_stands_comes_to_no_zone(void **state)
@@ -324,7 +298,6 @@ int main(void)
         cmocka_unit_test(hard_braking_that_is_planned_counts),
         cmocka_unit_test(a_plan_that_is_not_met_is_left),
         cmocka_unit_test(a_chart_of_another_runway_is_ignored),
-        cmocka_unit_test(a_wave_is_the_charts_at_the_braking),
         cmocka_unit_test(who_stands_comes_to_no_zone),
         cmocka_unit_test(no_transducer_is_told),
         cmocka_unit_test(failure_is_expected_inside_the_zone),

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "host/advise/smoother.h"
-#include "host/advise/waves.h"
+#include "host/advise/forecast.h"
 #include "host/base/wilson.h"
 
 #define MANY   20000u
@@ -487,94 +487,6 @@ static void the_hardest_braking(void **state)
     assert_true(isnan(short_ft_s2));
 }
 
-/* A gentle landing raises no wave, one with a thrust beyond all measure does; rows between are not
- * asked, and each member counts as by itself. */
-static void waves_are_counted(void **state)
-{
-    static struct advise_braking braking[COUNT];
-    struct advise_members members;
-    struct advise_runway runway = rig();
-    struct advise_plan plan = {.speed_ft_s = 16.0, .spread = 0.05, .touchdown_ft = 3.0, .seed = 6};
-    struct advise_chance none = {(double)NAN, (double)NAN, (double)NAN};
-    struct advise_row row[3] = {{.mean_ft_s2 = 5.0, .played = none},
-                                {.mean_ft_s2 = 5.5, .played = none},
-                                {.mean_ft_s2 = 6.0, .played = none}};
-    struct error error = {0};
-    size_t played;
-    (void)state;
-    runway.bump_ft = 0.0036;
-    for (unsigned times = 1; times <= 5; times += 2) {
-        unsigned waves = 0;
-        runway.thrust_lb_per_g = times * 1300.0 / 24.0;
-        assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
-        assert_int_equal(advise_waves_played(&members, &plan, 4, row, 3, 0, &played, &error),
-                         MR_OK);
-        assert_int_equal(played, 8);
-        advise_draw_braking(&members, &plan, 6.0, braking);
-        for (size_t m = 0; m < 4; m++) {
-            bool wave;
-            assert_int_equal(advise_wave(&members, m, &braking[m], 6, &wave, &error), MR_OK);
-            waves += wave;
-        }
-        print_message("%u times the thrust: %u of 4 with a wave\n", times, waves);
-        assert_near(row[2].played.p, waves / 4.0, 1e-12);
-        assert_true(isnan(row[1].played.p));
-        assert_true(times == 3 || row[2].played.p == (times == 5 ? 1.0 : 0.0));
-        advise_members_free(&members);
-    }
-}
-
-/* More thrust is a greater chance, of which none is certain; only the thrust over the critical one
- * counts; landings that raised none tell that the strip bears little, and a hardest deceleration
- * that is told counts for the mean. */
-static void waves_follow_the_thrust(void **state)
-{
-    struct advise_profile late = {.count = 2, .t_s = {0.0, 1.0}, .factor = {0.7, 1.6}};
-    struct advise_members members;
-    struct advise_runway runway = rig();
-    struct advise_plan plan = {.speed_ft_s = 16.0, .spread = 0.05, .touchdown_ft = 3.0, .seed = 6};
-    struct advise_braking stood[6];
-    struct advise_row row[5], other[5], even[5];
-    (void)state;
-    for (unsigned i = 0; i < 6; i++)
-        stood[i] = (struct advise_braking){.speed_ft_s = 16.0, .mean_ft_s2 = 8.0 - i};
-    for (unsigned i = 0; i < 5; i++) {
-        row[i] = (struct advise_row){.mean_ft_s2 = 3.0 * exp(0.35 * i),
-                                     .wave = {(double)NAN, (double)NAN, (double)NAN}};
-        even[i] = other[i] = row[i];
-    }
-    assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
-    members.runway.bump_ft = 0.0; /* none is told */
-    assert_true(advise_waves(&members, &plan, NULL, 0, row, 5));
-    assert_true(isnan(row[0].wave.p));
-    members.runway.bump_ft = 0.0036;
-    members.runway.thrust_lb_per_g = 1300.0 / 12.0;
-    assert_true(advise_waves(&members, &plan, NULL, 0, row, 5));
-    for (unsigned i = 0; i < 5; i++) {
-        print_message("%.1f ft/s2: %.3f (%.3f to %.3f)\n", row[i].mean_ft_s2, row[i].wave.p,
-                      row[i].wave.low, row[i].wave.high);
-        assert_true(row[i].wave.low > 0.0 && row[i].wave.high < 1.0);
-        assert_true(row[i].wave.low < row[i].wave.p && row[i].wave.p < row[i].wave.high);
-        assert_true(i == 0 || row[i].wave.p > row[i - 1].wave.p);
-    }
-    assert_true(row[0].wave.p < 0.1 && row[4].wave.p > 0.9);
-    members.runway.bump_ft *= 0.5; /* critical at twice the thrust */
-    members.runway.thrust_lb_per_g *= 2.0;
-    assert_true(advise_waves(&members, &plan, NULL, 0, other, 5));
-    assert_near(other[2].wave.p, row[2].wave.p, 1e-9);
-    members.runway.thrust_lb_per_g *= 0.5;
-    members.runway.bump_ft *= 2.0;
-    assert_true(advise_waves(&members, &plan, stood, 4, other, 5));
-    print_message("after four that stood: %.3f, before %.3f\n", other[2].wave.p, row[2].wave.p);
-    assert_true(other[2].wave.p < row[2].wave.p - 0.05);
-    assert_true(advise_waves(&members, &plan, stood, 6, even, 5)); /* the hardest four count */
-    assert_near(even[2].wave.p, other[2].wave.p, 1e-12);
-    plan.profile = late;
-    assert_true(advise_waves(&members, &plan, NULL, 0, other, 5));
-    assert_true(other[2].wave.p > row[2].wave.p + 0.05);
-    advise_members_free(&members);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -593,8 +505,6 @@ int main(void)
         cmocka_unit_test(how_plans_are_met),
         cmocka_unit_test(what_inputs_explain),
         cmocka_unit_test(the_hardest_braking),
-        cmocka_unit_test(waves_are_counted),
-        cmocka_unit_test(waves_follow_the_thrust),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

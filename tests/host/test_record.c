@@ -83,7 +83,6 @@ static void advise(int64_t after_run, const char *verdict, double zone, double p
                                   .speed_ft_s = 35.0,
                                   .deceleration_ft_s2 = planned_ft_s2,
                                   .zone = zone,
-                                  .wave = (double)NAN,
                                   .after_run = after_run};
     snprintf(advice.verdict, sizeof advice.verdict, "%s", verdict);
     snprintf(advice.reason, sizeof advice.reason, "by hand");

@@ -157,7 +157,6 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
     struct advised_known known[SCORE_LANDINGS];
     struct score_series series = truth->series;
     double log_ratio[SCORE_LANDINGS];
-    struct advise_braking stood[SCORE_LANDINGS];
     uint64_t facts = 0xc4a70000u + series.number;
     memset(known, 0, sizeof known);
     series.told_friction *= told->friction_times;
@@ -187,12 +186,7 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
             chart[i].p[r] = row.zone.p;
             chart[i].share[r] = row.share;
             chart[i].half_ft[r] = row.half_ft;
-            good = good && advise_waves(&members, &plan, stood, i, &row, 1);
-            chart[i].wave[r] = row.wave.p;
         }
-        stood[i] = (struct advise_braking){.speed_ft_s = truth->landing[i].speed_ft_s,
-                                           .touchdown_ft = TOUCHDOWN,
-                                           .mean_ft_s2 = known[i].true_ft_s2};
         if (good && i + 1 < series.landings)
             good = advised_teach(&members, &truth->landing[i], &known[i], &known[i + 1]);
     }
@@ -206,6 +200,5 @@ void advised_chart_put(const struct advised_chart *chart, size_t rows, struct mr
         plan->row_ft_s2[r] = (float)chart->mean_ft_s2[r];
         plan->row_odds[r] = (float)log(chart->p[r] / (1.0 - chart->p[r]));
         plan->row_ft[r] = (float)chart->half_ft[r];
-        plan->row_wave_odds[r] = (float)log(chart->wave[r] / (1.0 - chart->wave[r]));
     }
 }

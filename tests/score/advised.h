@@ -5,7 +5,7 @@
 
 #include "common/risk.h"
 #include "host/advise/forecast.h"
-#include "host/advise/waves.h"
+#include "host/advise/forecast.h"
 #include "tests/score/score.h"
 
 #define ADVISED_STATIONS 7 /* 40 to 100 ft */
@@ -54,8 +54,7 @@ double advised_plan_hardest_ft_s2(const struct mr_risk_plan *plan);
 /* A chart for each landing of a series: what is said at `factors` times the planned mean. */
 #define ADVISED_ROWS 3
 struct advised_chart {
-    double mean_ft_s2[ADVISED_ROWS], p[ADVISED_ROWS], share[ADVISED_ROWS], half_ft[ADVISED_ROWS],
-        wave[ADVISED_ROWS]; /* probability of a bow wave */
+    double mean_ft_s2[ADVISED_ROWS], p[ADVISED_ROWS], share[ADVISED_ROWS], half_ft[ADVISED_ROWS];
 };
 bool advised_charts(const struct score_truth *truth, const struct advised_told *told,
                     const double *factors, size_t rows, struct advised_chart *chart);

@@ -1,5 +1,5 @@
 # The predictor on landings that are not its model.
-score_programs := risk closed waves
+score_programs := risk closed
 score_mains := $(patsubst %,tests/score/%.c,main $(score_programs) foresight foresight_table foresight_diagram)
 score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out $(score_mains),$(wildcard tests/score/*.c)))
 $(patsubst %,$(B)/tests/score/%,$(score_programs)): %: %.o $(score_parts) $(host_lib) $(common_lib)

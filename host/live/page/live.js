@@ -316,7 +316,7 @@
   const riskWords = () => {
     const r = state.risk;
     if (!r || r.risk === null) return '';
-    return '; risk ' + fixed(r.risk, 2) + (r.wave !== null ? ', of a bow wave ' + fixed(r.wave, 2) : '') + (r.lamp_limit !== null ? ' (the lamp warns from ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ' by chart and plan' : r.of_plan ? ' by the plan' : '') +
+    return '; risk ' + fixed(r.risk, 2) + (r.lamp_limit !== null ? ' (the lamp warns from ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ' by chart and plan' : r.of_plan ? ' by the plan' : '') +
       (r.failure_s !== null ? ', failure expected at ' + shown(r.failure_ft, 'station', 1) + ' in ' + fixed(r.failure_s, 2) + ' s' : '') + (r.release ? '; brake release ' + r.release : '');
   };
   const showWarning = () => {

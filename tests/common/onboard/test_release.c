@@ -37,7 +37,7 @@ static int start(void **state)
     predictor.speed_ft_s = 20.0f;
     predictor.deceleration_ft_s2 = 8.0f;
     lost = 0;
-    said = (struct mr_risk_said){.risk = 0.8f, .wave = NAN};
+    said = (struct mr_risk_said){.risk = 0.8f};
     release_settings_of(&config, true, &settings);
     now = 1000;
     release_arm(&release, &settings, now);
@@ -164,22 +164,6 @@ static void what_refuses(void **state)
     assert_true(release_asked(&release));
 }
 
-static void a_wave_asks_as_well(void **state)
-{
-    (void)state;
-    said.risk = NAN;
-    said.wave = 0.49f;
-    assert_false(look_for(1000));
-    said.wave = 0.6f;
-    assert_true(look_for(200));
-    assert_true(release_asked(&release));
-    assert_int_equal(release.reason, MR_RELEASE_BY_WAVE);
-    start(state);
-    said.wave = 0.6f; /* less than that of a zone, 0.8 */
-    assert_true(look_for(200));
-    assert_int_equal(release.reason, MR_RELEASE_BY_RISK);
-}
-
 /* With 30 ft/s at 40 ft, 75 ft to go: 30 x 30 / (2 x 75) = 6 ft/s2 stops it there. */
 static void eased_to_what_still_stops(void **state)
 {
@@ -297,7 +281,6 @@ int main(void)
         cmocka_unit_test_setup(the_limit_is_set_by_costs, start),
         cmocka_unit_test_setup(never_where_none_is_wired, start),
         cmocka_unit_test_setup(what_refuses, start),
-        cmocka_unit_test_setup(a_wave_asks_as_well, start),
         cmocka_unit_test_setup(eased_to_what_still_stops, start),
         cmocka_unit_test_setup(asked_no_longer_than_it_may, start),
         cmocka_unit_test_setup(ends_when_something_speaks_against_it, start),
