@@ -4,33 +4,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
+#include "host/base/xmalloc.h"
 #include "host/board/configplace.h"
+#include "host/calibrate/points.h"
+#include "host/store/store_readiness.h"
 
 #define DAY_S 86400
-
-static int64_t day_of(int64_t s)
-{
-    return s / DAY_S - (s % DAY_S < 0);
-}
-
-int64_t certificates_newest_day(int64_t now_s)
-{
-    return day_of(now_s + CERTIFICATES_AHEAD_S);
-}
-
-const struct store_certificate *certificates_find(const struct store_certificate *rows,
-                                                  size_t count, unsigned index)
-{
-    const struct store_certificate *found = NULL;
-    for (size_t i = 0; i < count; i++) {
-        const struct store_certificate *row = &rows[i];
-        if (row->index == (int64_t)index && !row->gone && row->withdraws == STORE_NONE &&
-            (!found || row->calibrated_day >= found->calibrated_day))
-            found = row;
-    }
-    return found;
-}
 
 enum mr_status certificates_read(struct store *store, const char *board_uid,
                                  struct certificates *certificates, struct error *error)
@@ -39,67 +20,147 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
     size_t count = 0;
     memset(certificates, 0, sizeof *certificates);
     enum mr_status status = store_certificates(store, board_uid, &rows, &count, error);
-    if (status == MR_OK)
-        status = store_certificates_required(store, &certificates->required, error);
-    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES && status == MR_OK; i++) {
-        const struct store_certificate *found = certificates_find(rows, count, i);
-        certificates->known[i] = found != NULL;
-        if (found)
-            certificates->of[i] = *found;
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (rows[i].index < 0 || rows[i].index >= (int64_t)(MR_TRANSDUCERS + MR_GAGES))
+            continue;
+        certificates->known[rows[i].index] = true;
+        certificates->of[rows[i].index] = rows[i];
     }
     free(rows);
     return status;
 }
 
-/* Both say which sensor it is, and they differ. */
-static bool another(const struct store_certificate *certificate,
-                    const struct mr_channel_config *channel)
+/* ---- entry ---- */
+
+static bool parse_date(const char *text, int64_t *day)
 {
-    return channel && channel->serial[0] && certificate->sensor[0] &&
-           (strlen(certificate->sensor) > sizeof channel->serial ||
-            strncmp(certificate->sensor, channel->serial, sizeof channel->serial) != 0);
+    uint32_t days;
+    if (!configplace_date_read(text, &days) || text[CONFIGPLACE_DATE - 1] != '\0')
+        return false;
+    *day = days;
+    return true;
 }
+
+static bool parse_uncertainty(const char *text, struct store_certificate *row)
+{
+    bool movement = row->index < (int64_t)MR_TRANSDUCERS;
+    const char *unit = movement ? "in" : "lb";
+    size_t length = strlen(text);
+    char bare[40];
+    double value;
+    struct quantity_wrong wrong;
+    bool relative = length > 1 && text[length - 1] == '%';
+    if (length >= sizeof bare)
+        return false;
+    snprintf(bare, sizeof bare, "%.*s", (int)(length - relative), text);
+    if (!(relative ? quantity_parse(bare, NULL, NULL, &value, &wrong)
+                   : calibrate_value(bare, movement ? UNIT_DISPLACEMENT : UNIT_TENSION,
+                                     unit_read(unit, 2), &value, &wrong)) ||
+        !(value > 0.0 && value <= (relative ? 50.0 : 1000.0)))
+        return false;
+    row->expanded = relative ? (double)NAN : value;
+    row->expanded_rel = relative ? value / 100.0 : (double)NAN;
+    return true;
+}
+
+static bool parse_coverage(const char *text, struct store_certificate *row)
+{
+    char *end;
+    double value = strtod(text, &end);
+    bool percent = end != text && strcmp(end, "%") == 0;
+    row->coverage_factor = percent ? certificates_factor(value) : value;
+    return end != text && (percent ? value >= 50.0 && value <= 99.99
+                                   : *end == '\0' && value >= 0.5 && value <= 5.0);
+}
+
+static bool parse_text(const char *text, char *into, size_t size)
+{
+    snprintf(into, size, "%s", text);
+    return text[0] && strlen(text) < size;
+}
+
+static bool parse_field(const char *name, const char *value, struct store_certificate *row,
+                        unsigned *seen)
+{
+    static const char *const names[] = {"number", "laboratory",  "calibrated",
+                                        "due",    "uncertainty", "coverage"};
+    unsigned i = 0;
+    while (i < 6 && strcmp(names[i], name) != 0)
+        i++;
+    *seen |= 1u << i;
+    switch (i) {
+    case 0: return parse_text(value, row->number, sizeof row->number);
+    case 1: return parse_text(value, row->laboratory, sizeof row->laboratory);
+    case 2:
+        return parse_date(value, &row->calibrated_day) &&
+               row->calibrated_day <= (int64_t)(time(NULL) / DAY_S) + 1;
+    case 3:
+        row->due_day = STORE_NONE;
+        return strcmp(value, "never") == 0 ||
+               (parse_date(value, &row->due_day) && row->due_day >= row->calibrated_day);
+    case 4: return parse_uncertainty(value, row);
+    case 5: return parse_coverage(value, row);
+    default: return false;
+    }
+}
+
+enum mr_status certificates_parse(const char *text, struct store_certificate *row,
+                                  struct error *error)
+{
+    char *copy = xstrdup(text), *rest = NULL;
+    unsigned seen = 2; /* no laboratory: it may be absent */
+    for (char *part = strtok_r(copy, ",", &rest); part && error->status == MR_OK;
+         part = strtok_r(NULL, ",", &rest)) {
+        char *equals = strchr(part, '=');
+        part += strspn(part, " ");
+        if (equals)
+            *equals = '\0';
+        if (!equals || !parse_field(part, equals + 1, row, &seen))
+            error_set(error, MR_USAGE,
+                      "not understood: '%s%s%s' for --certificate; number=N, calibrated=DATE, "
+                      "due=DATE (never; not before calibrated), uncertainty=U (0.05mm, 0.4%%), "
+                      "coverage=K (2, 95%%), laboratory=L",
+                      part, equals ? "=" : "", equals ? equals + 1 : "");
+    }
+    free(copy);
+    if (error->status == MR_OK && seen != 63)
+        return error_set(error, MR_USAGE,
+                         "incomplete: '%s' for --certificate; it needs number, calibrated, due, "
+                         "uncertainty and coverage",
+                         text);
+    return error->status;
+}
+
+/* ---- state ---- */
 
 enum certificate_state certificates_state(const struct store_certificate *certificate,
                                           const struct mr_channel_config *channel, int64_t now_s)
 {
-    int64_t newest = certificates_newest_day(now_s), oldest = day_of(now_s - CERTIFICATES_BEHIND_S);
-    if (another(certificate, channel))
+    if (channel->serial[0] && certificate->sensor[0] &&
+        (strlen(certificate->sensor) > sizeof channel->serial ||
+         strncmp(certificate->sensor, channel->serial, sizeof channel->serial) != 0))
         return CERTIFICATE_ANOTHER;
-    if (certificate->calibrated_day > newest)
-        return CERTIFICATE_AHEAD;
-    if (certificate->due_day == STORE_NONE || newest <= certificate->due_day)
-        return CERTIFICATE_VALID;
-    return oldest > certificate->due_day ? CERTIFICATE_OVERDUE : CERTIFICATE_DUE_NOW;
+    return certificate->due_day == STORE_NONE || now_s / DAY_S <= certificate->due_day
+             ? CERTIFICATE_VALID
+             : CERTIFICATE_OVERDUE;
 }
 
 void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
                        const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT])
 {
-    char due[CONFIGPLACE_DATE] = "", over[CONFIGPLACE_DATE] = "", made[CONFIGPLACE_DATE] = "";
-    if (certificate->due_day != STORE_NONE) {
-        configplace_date_text((uint32_t)certificate->due_day, due);
-        configplace_date_text((uint32_t)certificate->due_day + 1u, over);
-    }
-    if (certificate->calibrated_day != STORE_NONE)
-        configplace_date_text((uint32_t)certificate->calibrated_day, made);
-    switch (state) {
-    case CERTIFICATE_VALID:
-        snprintf(out, CERTIFICATES_TEXT, "%s%s", due[0] ? "valid until " : "valid, no due date",
-                 due);
-        break;
-    case CERTIFICATE_DUE_NOW:
-        snprintf(out, CERTIFICATES_TEXT, "valid until %s, which is today or was yesterday", due);
-        break;
-    case CERTIFICATE_OVERDUE: snprintf(out, CERTIFICATES_TEXT, "overdue since %s", over); break;
-    case CERTIFICATE_AHEAD:
-        snprintf(out, CERTIFICATES_TEXT, "calibrated on %s, a day to come", made);
-        break;
-    case CERTIFICATE_ANOTHER:
+    char date[CONFIGPLACE_DATE] = "";
+    if (certificate->due_day != STORE_NONE)
+        configplace_date_text((uint32_t)certificate->due_day + (state == CERTIFICATE_OVERDUE),
+                              date);
+    if (state == CERTIFICATE_ANOTHER)
         snprintf(out, CERTIFICATES_TEXT, "of sensor %s; the board has %.*s", certificate->sensor,
                  (int)sizeof channel->serial, channel->serial);
-        break;
-    }
+    else
+        snprintf(out, CERTIFICATES_TEXT, "%s%s",
+                 state == CERTIFICATE_OVERDUE ? "overdue since "
+                 : date[0]                    ? "valid until "
+                                              : "valid, no due date",
+                 date);
 }
 
 double certificates_factor(double percent)

@@ -9,12 +9,14 @@
 #include "common/gain.h"
 #include "host/base/answer.h"
 #include "host/board/calibrationpast.h"
+#include "host/board/certificates.h"
 #include "host/board/configtext.h"
 #include "host/calibrate/fit.h"
 #include "host/board/guided.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
+#include "host/commands/said.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
 #include "host/store/store_journal.h"
@@ -27,7 +29,7 @@
 struct request {
     const struct cli *cli;
     const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
-        *reason, *who, *unit_text, *changed, *db;
+        *reason, *who, *unit_text, *changed, *db, *certificate;
     const struct unit_word *unit; /* of values that name none; NULL: not given */
     bool table, zeros, force;
     double days, known; /* days: NaN while it is not given */
@@ -256,6 +258,37 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     return MR_OK;
 }
 
+/* ---- certificates ---- */
+
+/* Enters a certificate for the channel of the board that was logged or checked last. */
+static enum mr_status enter_certificate(const struct request *r, struct error *error)
+{
+    struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
+    struct calibrationpast past;
+    struct store *store = NULL;
+    enum mr_status status = certificates_parse(r->certificate, &row, error);
+    if (status == MR_OK)
+        status = store_open(r->db, STORE_OPEN, &store, error);
+    if (status == MR_OK)
+        status = store_board_newest(store, row.board_uid, error);
+    if (status == MR_OK && !row.board_uid[0])
+        status = error_set(error, MR_UNKNOWN,
+                           "the campaign has no board yet: %s; run matrig ready DB first", r->db);
+    if (status == MR_OK)
+        status = calibrationpast_read(store, row.board_uid, &past, error);
+    if (status == MR_OK) {
+        const struct mr_channel_config *fitted = &past.channel[r->channel];
+        snprintf(row.sensor, sizeof row.sensor, "%.*s", (int)sizeof fitted->serial,
+                 r->sensor ? r->sensor : fitted->serial);
+        status = store_certificate_add(store, &row, error);
+    }
+    store_close(store);
+    if (status == MR_OK)
+        cli_note(r->cli, "%s: certificate %s entered, of sensor %s", r->word, row.number,
+                 said_or_dash(row.sensor));
+    return status;
+}
+
 /* ---- recorded landings ---- */
 
 /* All measuring channels of one landing that the configuration has as well. */
@@ -375,8 +408,8 @@ static enum mr_status check(struct request *r, struct error *error)
     enum mr_status status = MR_OK;
     struct mr_channel_config room;
     if (r->recompute) {
-        if (r->unit_text || r->changed || r->db || r->serial || r->points || r->config ||
-            r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
+        if (r->unit_text || r->changed || r->db || r->certificate || r->serial || r->points ||
+            r->config || r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
             return error_set(error, MR_USAGE,
                              "--recompute goes with --series, --run, --zeros, --reason and --who "
                              "alone; see matrig calibrate --help");
@@ -390,7 +423,12 @@ static enum mr_status check(struct request *r, struct error *error)
         return error_set(error, MR_USAGE,
                          "--series, --run, --zeros, --reason and --who go with --recompute; see "
                          "matrig calibrate --help");
-    if ((r->serial != NULL) == (r->points != NULL))
+    if (r->certificate && !r->db)
+        return error_set(error, MR_USAGE,
+                         "--certificate goes with --db DB: matrig calibrate; see matrig calibrate "
+                         "--help");
+    bool measures = r->serial || r->points || !r->certificate;
+    if (measures && (r->serial != NULL) == (r->points != NULL))
         return error_set(error, MR_USAGE,
                          "--serial LINK or --points F, one of them: matrig calibrate; see matrig "
                          "calibrate --help");
@@ -402,6 +440,9 @@ static enum mr_status check(struct request *r, struct error *error)
         return error_set(error, MR_USAGE, "serial number too long: '%s'; %zu characters at most",
                          r->sensor, sizeof room.serial);
     status = parse_channel(r->word, &r->channel, error);
+    if (status == MR_OK && r->certificate)
+        status = certificates_parse(r->certificate,
+                                    &(struct store_certificate){.index = r->channel}, error);
     if (status == MR_OK && r->unit_text)
         r->unit = unit_read(r->unit_text, strlen(r->unit_text));
     if (status == MR_OK && r->unit_text && (!r->unit || r->unit->kind != unit_kind(r)))
@@ -432,7 +473,11 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
         /* before somebody turns a screw for half an hour */
         status = output_check(r.output, r.force, r.points, &error);
     if (status == MR_OK)
-        status = r.recompute ? recompute(&r, &error) : calibrate(&r, &error);
+        status = r.recompute          ? recompute(&r, &error)
+               : r.serial || r.points ? calibrate(&r, &error)
+                                      : MR_OK;
+    if (status == MR_OK && r.certificate)
+        status = enter_certificate(&r, &error);
     return status == MR_OK ? 0 : cli_fail(&error);
 }
 
@@ -469,14 +514,24 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--db", "DB", db,
                 "hold the gain against what the campaign knows of its last board too, and keep the "
                 "note of --changed there"),
+    OPTION_TEXT(
+        "--certificate", "C", certificate,
+        "enter the laboratory's certificate of the sensor into the campaign of --db, also "
+        "without points: 'number=2026-4711,\n"
+        "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, "
+        "coverage=2'. The expanded uncertainty is in in or\n"
+        "lb, with a unit (0.05mm), or of the reading (0.4%); the coverage is its factor or "
+        "probability (95%); due may be never.\n"
+        "The one entered last holds; after its due day matrig ready says no-go. --sensor S: "
+        "its serial number, else as fitted"),
     OPTION_TEXT("--recompute", "C", recompute,
                 "give the landings of DB (of a series, or one) the calibration of configuration C. "
                 "Readings come from the stored\n"
                 "integers; the old values are kept (table recalibrations). Zeros of gages stay as "
                 "measured, without --zeros"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are in inches and pounds, also with --si. Certificates: matrig certificate. "
-              "Uncertainty budgets: matrig uncertainty. "),
+    HELP_NOTE("Results are in inches and pounds, also with --si. Uncertainty budgets: matrig "
+              "uncertainty."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
     OPTION_TEXT("--config", "F", config, NULL),
     OPTION_TEXT("--series", "NAME", series, NULL),
@@ -492,6 +547,7 @@ const struct command command_calibrate = {
     "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--force] [--sensor S] "
     "[--days N] [--known E] [--table]\n"
     "                         [--changed NOTE] [--db DB] |\n"
+    "                         CHANNEL --certificate C --db DB [--sensor S] |\n"
     "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason "
     "T [--who W]",
     "a channel against known values; a corrected calibration for recorded landings",

@@ -57,6 +57,22 @@ enum mr_status store_readiness_all(struct store *store, const char *board_uid,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
+enum mr_status store_certificate_add(struct store *store, const struct store_certificate *row,
+                                     struct error *error)
+{
+    enum mr_status status = store_begin(store, error);
+    if (status == MR_OK)
+        status = STORE_PUT(store, error, certificate, row);
+    return status == MR_OK ? store_commit(store, error) : status;
+}
+
+enum mr_status store_certificates(struct store *store, const char *board_uid,
+                                  struct store_certificate **rows, size_t *count,
+                                  struct error *error)
+{
+    STORE_ROWS(CERTIFICATES, BIND(board_uid));
+}
+
 enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error)
 {
     struct store_board_newest row = {.board_uid = ""};

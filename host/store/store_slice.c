@@ -53,8 +53,6 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
                "main.landings WHERE id<?1), 0))";
     if (strcmp(table, "certificates") == 0) /* of its board, those entered later too */
         return "board_uid=" BOARD_UID;
-    if (strcmp(table, "demands") == 0)
-        return "1";
     if (strcmp(table, "gage_surveys") == 0)
         return "id IN " SURVEYS;
     if (strcmp(table, "gage_readings") == 0 || strcmp(table, "gage_loads") == 0)

@@ -132,6 +132,13 @@ a_series_only() {
     fails_with 1 'another channel in' $matrig calibrate "$tmp/c.db" --recompute "$tmp/swapped.cfg" --reason x &&
         [ "$(sqlite3 "$tmp/c.db" 'select count(*) from recalibrations')" = 4 ]
 }
+certificate_without_points() { # of the sensor that is fitted, or the one named; half a certificate is none, and changes nothing
+    local whole='number=2026-4711, laboratory=Metrology Lab, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.05mm, coverage=2'
+    $matrig calibrate d3 --db "$tmp/c.db" --sensor ET-17 --certificate "$whole" && fails_with 2 'incomplete' $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole#*, }" &&
+        fails_with 2 "not understood: 'due=2026-01-01'" $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole/2027-03-01/2026-01-01}" && fails_with 2 'goes with --db' $matrig calibrate d3 --certificate "$whole" &&
+        fails_with 2 'not understood' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/not.cfg" --db "$tmp/c.db" --certificate "number=1, x=2" && [ ! -e "$tmp/not.cfg" ] &&
+        [ "$(sqlite3 "$tmp/c.db" "select group_concat(idx||' '||number||' '||sensor||' '||round(expanded*25.4, 4)) from certificates")" = '2 2026-4711 ET-17 0.05' ]
+}
 silly() {
     printf '1,2\n3,x\n' >"$tmp/bad.csv"
     fails_with 4 'not a value and a code: .*line 2' $matrig calibrate d1 --points "$tmp/bad.csv" --config "$tmp/rig.cfg" &&
@@ -144,5 +151,6 @@ check "from a file of points" from_points
 check "guided, on the emulated board" guided
 check "recorded landings get a corrected calibration; the old one is kept" recomputes
 check "a series that is not there, a channel that is another" a_series_only
+check "a certificate is entered without points; half of one is refused" certificate_without_points
 check "silly words" silly
 finish

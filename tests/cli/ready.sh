@@ -93,9 +93,9 @@ the_second_time_compares() {
         with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as RUN 1 had' "$tmp/ready.txt"
 }
 an_overdue_certificate_is_no_go() { # in a copy; one that holds beside it, the others as a note
-    local cert=(build/matrig --quiet certificate "$tmp/cert.db")
     sqlite3 "$tmp/campaign.db" ".backup $tmp/cert.db"
-    "${cert[@]}" d3 --number A-1 --laboratory Lab --calibrated 2021-03-02 --due 2022-03-01 --uncertainty 0.4% --coverage 2 && "${cert[@]}" t2 --number A-2 --calibrated 2021-03-02 --due 2199-12-31 --uncertainty 1 --coverage 2 || return 1
+    build/matrig --quiet calibrate d3 --db "$tmp/cert.db" --certificate 'number=A-1, laboratory=Lab, calibrated=2021-03-02, due=2022-03-01, uncertainty=0.4%, coverage=2' &&
+        build/matrig --quiet calibrate t2 --db "$tmp/cert.db" --certificate 'number=A-2, calibrated=2021-03-02, due=2199-12-31, uncertainty=1, coverage=2' || return 1
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/cert.db"
     [ $? = 1 ] && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 2 ] && grep -Eq '^NO-GO +certificate d3 +overdue since 2022-03-02: No\. A-1, Lab$' "$tmp/ready.txt" && grep -Eq '^ +-> have the sensor calibrated' "$tmp/ready.txt" &&
         grep -Eq '^GO +certificate t2 +valid until 2199-12-31: No\. A-2$' "$tmp/ready.txt" && grep -Eq '^told +certificates +none is entered of d1, d2, d4, ' "$tmp/ready.txt" && grep -Eq '^NO-GO after [0-9.]+ s: certificate d3; ' "$tmp/ready.txt"

@@ -27,7 +27,7 @@ for b in budgets:
 P
 }
 a_certificate_joins() { # 2 % of 10 mm with k = 2: a tenth of a millimetre, 0.003937 in
-    $matrig certificate "$tmp/c.db" d3 --number C-7 --calibrated 2021-03-02 --due 2022-03-01 --uncertainty 2% --coverage 2 >"$tmp/out" && $matrig --json uncertainty "$tmp/c.db" d3 --at 10mm >"$tmp/u.json" && python3 - "$tmp/u.json" <<'P'
+    $matrig --quiet calibrate d3 --db "$tmp/c.db" --certificate 'number=C-7, calibrated=2021-03-02, due=2022-03-01, uncertainty=2%, coverage=2' && $matrig --json uncertainty "$tmp/c.db" d3 --at 10mm >"$tmp/u.json" && python3 - "$tmp/u.json" <<'P'
 import json, sys
 b = json.load(open(sys.argv[1]))
 row = {r["source"]: r for r in b["budget"]}["certificate"]

@@ -1,12 +1,12 @@
-/* Certificates: which one holds, until when, and what matrig ready says. Dates are held against
- * moments that GNU date gave (date -u -d 2026-03-01T10:00:00Z +%s), factors against tables of the
- * normal distribution. */
+/* Certificates: which one holds, until when, and the verdict of matrig ready. Days are compared with
+ * GNU date (date -u -d 2026-03-02 +%s), factors with tables of the normal distribution. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/board/certificates.h"
 #include "host/board/ready_parts.h"
+#include "host/store/store_readiness.h"
 #include "host/store/store_sql.h"
 #include "tests/host/scratch.h"
 
@@ -24,38 +24,18 @@ static struct store_certificate sound(void)
                                       .due_day = MARCH_1,
                                       .expanded = (double)NAN,
                                       .expanded_rel = 0.004,
-                                      .coverage_factor = 2.0,
-                                      .coverage_percent = (double)NAN,
-                                      .withdraws = STORE_NONE};
+                                      .coverage_factor = 2.0};
 }
 
-/* 2026-03-01 ends first where clocks are 14 h ahead, at 10:00 UTC of it, and last where they are
- * 12 h behind, at 12:00 UTC of the day after. */
-static void the_due_day_is_over_when_it_is_over_everywhere(void **state)
+static void a_certificate_holds_through_its_due_day(void **state)
 {
     (void)state;
-    static const struct {
-        int64_t now_s;
-        enum certificate_state state;
-    } moment[] = {
-        {1772359199, CERTIFICATE_VALID},   /* 2026-03-01T09:59:59Z */
-        {1772359200, CERTIFICATE_DUE_NOW}, /* 2026-03-01T10:00:00Z */
-        {1772452799, CERTIFICATE_DUE_NOW}, /* 2026-03-02T11:59:59Z */
-        {1772452800, CERTIFICATE_OVERDUE}, /* 2026-03-02T12:00:00Z */
-        {1767175200, CERTIFICATE_VALID},   /* 2025-12-31T10:00:00Z: calibrated today, somewhere */
-        {1767175199, CERTIFICATE_AHEAD},
-    };
+    const struct mr_channel_config channel = {.serial = "ET-17"};
     struct store_certificate c = sound();
-    static const char *const zone[] = {"UTC", "Pacific/Kiritimati", "Etc/GMT+12",
-                                       "America/Chicago"};
-    for (size_t z = 0; z < sizeof zone / sizeof zone[0]; z++) {
-        setenv("TZ", zone[z], 1);
-        tzset();
-        for (size_t i = 0; i < sizeof moment / sizeof moment[0]; i++)
-            assert_int_equal(certificates_state(&c, NULL, moment[i].now_s), moment[i].state);
-    }
+    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
+    assert_int_equal(certificates_state(&c, &channel, 1772409600), CERTIFICATE_OVERDUE);
     c.due_day = STORE_NONE;
-    assert_int_equal(certificates_state(&c, NULL, 4102444800), CERTIFICATE_VALID);
+    assert_int_equal(certificates_state(&c, &channel, 4102444800), CERTIFICATE_VALID);
 }
 
 static void a_certificate_is_of_its_sensor(void **state)
@@ -63,14 +43,14 @@ static void a_certificate_is_of_its_sensor(void **state)
     (void)state;
     struct store_certificate c = sound();
     struct mr_channel_config channel = {.serial = "ET-17"};
-    assert_int_equal(certificates_state(&c, &channel, 1772359199), CERTIFICATE_VALID);
+    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
     memcpy(channel.serial, "ET-18", 5);
-    assert_int_equal(certificates_state(&c, &channel, 1772359199), CERTIFICATE_ANOTHER);
+    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_ANOTHER);
     memset(channel.serial, 0, sizeof channel.serial); /* the board does not say */
-    assert_int_equal(certificates_state(&c, &channel, 1772359199), CERTIFICATE_VALID);
+    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
     memcpy(channel.serial, "123456789012", 12); /* fills its room, without an end */
     memcpy(c.sensor, "123456789012", 13);
-    assert_int_equal(certificates_state(&c, &channel, 1772359199), CERTIFICATE_VALID);
+    assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
 }
 
 static void a_probability_is_a_factor(void **state)
@@ -107,49 +87,78 @@ static const char *number_that_holds(void)
     return now.known[2] ? now.of[2].number : "";
 }
 
-static void enter(const char *number, int64_t calibrated_day, double expanded_rel)
+static void enter(const char *number)
 {
     struct store_certificate c = sound();
     snprintf(c.number, sizeof c.number, "%s", number);
-    c.calibrated_day = calibrated_day;
-    c.expanded_rel = expanded_rel;
     store_certificate_add(store, &c, &error);
     assert_no_error(&error);
 }
 
-static void the_one_calibrated_last_holds(void **state)
+static void the_one_entered_last_holds(void **state)
 {
     (void)state;
-    struct store_certificate *rows;
-    size_t count;
     begin("certificates.db");
     assert_string_equal(number_that_holds(), "");
-    enter("C-2", JAN_1, 0.004);
-    enter("C-1", JAN_1 - 365, 0.004); /* entered afterwards */
+    enter("C-1");
+    enter("C-2");
     assert_string_equal(number_that_holds(), "C-2");
-    enter("C-2", JAN_1, 0.005); /* a correction */
-    store_certificates(store, "00", &rows, &count, &error);
-    assert_int_equal(count, 3); /* and nothing is lost */
-    assert_true(rows[0].gone && !rows[1].gone && !rows[2].gone);
-    assert_near(rows[0].expanded_rel, 0.004, 1e-12);
-    int64_t corrected = rows[2].id;
-    free(rows);
-    store_certificate_withdraw(store, corrected, 1, "me", "typed wrongly", &error);
-    assert_no_error(&error);
-    store_certificates(store, "00", &rows, &count, &error);
-    assert_int_equal(count, 4);
-    assert_true(!rows[0].gone && rows[2].gone); /* what it stood in place of is back */
-    free(rows);
-    assert_int_equal(store_certificate_withdraw(store, corrected, 1, "me", "again", &error),
-                     MR_UNKNOWN);
     store_close(store);
+}
+
+static void what_a_person_writes_is_read_or_refused(void **state)
+{
+    (void)state;
+    static const char good[] = "number=C-1, laboratory=Metrology Lab, calibrated=2026-01-01, "
+                               "due=2026-03-01, uncertainty=0.05mm, coverage=2";
+    struct store_certificate row = {.index = 2};
+    error = (struct error){0};
+    certificates_parse(good, &row, &error);
+    assert_no_error(&error);
+    assert_string_equal(row.laboratory, "Metrology Lab");
+    assert_int_equal(row.calibrated_day, JAN_1);
+    assert_int_equal(row.due_day, MARCH_1);
+    assert_near(row.expanded, 0.05 / 25.4, 1e-9);
+    assert_true(isnan(row.expanded_rel));
+    row.index = 9; /* a gage: 4.448 N are a pound; 95 % of a normal distribution within 1.96 */
+    certificates_parse("number=C-2,calibrated=2026-01-01,due=never,uncertainty=4.4482216 N,"
+                       "coverage=95%",
+                       &row, &error);
+    assert_no_error(&error);
+    assert_near(row.expanded, 1.0, 1e-6);
+    assert_near(row.coverage_factor, 1.959964, 1e-6);
+    assert_true(row.due_day == STORE_NONE);
+    static const char *const wrong[][2] = {
+        {"calibrated=2026-01-01", "calibrated=2026-13-01"},
+        {"calibrated=2026-01-01", "calibrated=2226-01-01"},
+        {"due=2026-03-01", "due=2026-02-29"},
+        {"due=2026-03-01", "due=2025-12-31"},
+        {"uncertainty=0.05mm", "uncertainty=5 lb"},
+        {"uncertainty=0.05mm", "uncertainty=0"},
+        {"uncertainty=0.05mm", "uncertainty=0.4mm%"},
+        {"uncertainty=0.05mm", "uncertainty=0.4%%"},
+        {"coverage=2", "coverage=two"},
+        {"coverage=2", "coverage=9"},
+        {"number=C-1", "number="},
+        {"number=C-1", "note=C-1"},
+        {"number=C-1, ", ""},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char text[300];
+        const char *at = strstr(good, wrong[i][0]);
+        snprintf(text, sizeof text, "%.*s%s%s", (int)(at - good), good, wrong[i][1],
+                 at + strlen(wrong[i][0]));
+        row.index = 2;
+        error = (struct error){0};
+        assert_int_equal(certificates_parse(text, &row, &error), MR_USAGE);
+    }
 }
 
 static void history_stays(void **state)
 {
     (void)state;
     begin("history.db");
-    enter("C-1", JAN_1, 0.004);
+    enter("C-1");
     assert_int_equal(
         sqlite3_exec(store->database, "UPDATE certificates SET due_day=30000", NULL, NULL, NULL),
         SQLITE_CONSTRAINT);
@@ -176,8 +185,7 @@ static void says(unsigned i, enum ready_verdict verdict, const char *name, const
     assert_int_equal(report.check[i].verdict, verdict);
     assert_string_equal(report.check[i].name, name);
     assert_string_equal(report.check[i].value, value);
-    assert_int_equal(report.check[i].advice[0] != '\0',
-                     verdict == READY_NO_GO || verdict == READY_NOT_DONE);
+    assert_int_equal(report.check[i].advice[0] != '\0', verdict == READY_NO_GO);
 }
 
 static void what_is_overdue_stops_ready(void **state)
@@ -186,57 +194,34 @@ static void what_is_overdue_stops_ready(void **state)
     memset(&f, 0, sizeof f);
     f.config.channel[2].kind = MR_KIND_DISPLACEMENT;
     f.config.channel[9].kind = MR_KIND_TENSION;
-    judge(1772359199);
+    judge(1772409599);
     assert_int_equal(report.count, 1); /* campaigns without certificates go on */
     says(0, READY_TOLD, "certificates", "none is entered of any sensor");
     f.certificates.known[2] = true;
     f.certificates.of[2] = sound();
-    judge(1772359199);
+    judge(1772409599);
     assert_int_equal(report.count, 2);
     says(0, READY_GO, "certificate d3", "valid until 2026-03-01: No. C-1, Lab");
     says(1, READY_TOLD, "certificates", "none is entered of t2");
     assert_int_equal(ready_verdict(&report), READY_GO);
-    judge(1772359200);
-    says(0, READY_NOT_DONE, "certificate d3",
-         "valid until 2026-03-01, which is today or was yesterday: No. C-1, Lab");
-    judge(1772452800);
+    judge(1772409600);
     says(0, READY_NO_GO, "certificate d3", "overdue since 2026-03-02: No. C-1, Lab");
     assert_int_equal(ready_verdict(&report), READY_NO_GO);
     f.config.channel[2].kind = MR_KIND_NONE; /* not used: its certificate does not matter */
-    judge(1772452800);
+    judge(1772409600);
     assert_int_equal(report.count, 1);
-}
-
-static void a_campaign_may_require_them(void **state)
-{
-    (void)state;
-    memset(&f, 0, sizeof f);
-    f.config.channel[9].kind = MR_KIND_TENSION;
-    begin("required.db");
-    store_certificates_demand(store, true, 1, "me", &error);
-    assert_no_error(&error);
-    certificates_read(store, "00", &f.certificates, &error);
-    judge(1772359199);
-    says(0, READY_NO_GO, "certificates",
-         "none is entered of any sensor, and this campaign requires them");
-    store_certificates_demand(store, false, 2, "me", &error);
-    certificates_read(store, "00", &f.certificates, &error);
-    assert_no_error(&error);
-    judge(1772359199);
-    says(0, READY_TOLD, "certificates", "none is entered of any sensor");
-    store_close(store);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_due_day_is_over_when_it_is_over_everywhere),
+        cmocka_unit_test(a_certificate_holds_through_its_due_day),
         cmocka_unit_test(a_certificate_is_of_its_sensor),
         cmocka_unit_test(a_probability_is_a_factor),
-        cmocka_unit_test(the_one_calibrated_last_holds),
+        cmocka_unit_test(the_one_entered_last_holds),
+        cmocka_unit_test(what_a_person_writes_is_read_or_refused),
         cmocka_unit_test(history_stays),
         cmocka_unit_test(what_is_overdue_stops_ready),
-        cmocka_unit_test(a_campaign_may_require_them),
     };
     return cmocka_run_group_tests_name("host/certificates", tests, NULL, NULL);
 }

@@ -43,11 +43,8 @@ static int all_well(void **state)
                                                          .calibrated_day = 1};
     for (unsigned i = 0; i < 10; i += i ? 1 : 8) /* 0, 8, 9 */ {
         f.certificates.known[i] = true;
-        f.certificates.of[i] = (struct store_certificate){.index = i,
-                                                          .number = "C-1",
-                                                          .calibrated_day = 19900,
-                                                          .due_day = 20100,
-                                                          .withdraws = STORE_NONE};
+        f.certificates.of[i] = (struct store_certificate){
+            .index = i, .number = "C-1", .calibrated_day = 19900, .due_day = 20100};
     }
     f.config.channel[22] = (struct mr_channel_config){.kind = MR_KIND_STAIRCASE,
                                                       .zero_code = 62.0f};
