@@ -53,21 +53,5 @@ for rig in full quiet bandless four switches; do
             ($7 - $3) / 5, 256 * ($8 - $4) / 5, ($13 - $9) / 4000, ($14 - $10) / 4, ($15 - $11) / 4, 256 * ($16 - $12) / 4 }'
 done
 build/tests/bench/sim_bench
-echo "a sweep of 24 planar cases, wall time on one core and on two (three of each, the least counts):"
-cat >"$tmp/sweep.json" <<'J'
-{"base": "../../../host/scenes/consistent_fig3_7.json", "vary": {"F": {"from": 6000, "to": 12000, "count": 24}}, "outputs": ["max_lift_ft"]}
-J
-sweep_s() { # CORES
-    for _ in 1 2 3; do
-        rm -f "$tmp/sweep.jsonl"
-        build/matrig --json sweep "$tmp/sweep.json" -j "$1" | sed 's/.*"took_s":\([0-9.]*\).*/\1/'
-    done | sort -n | head -n 1
-}
-one_s=$(sweep_s 1) two_s=$(sweep_s 2)
-rm -f "$tmp/sweep.jsonl"
-all_s=$({ time build/matrig --quiet sweep "$tmp/sweep.json" >/dev/null; } 2>&1 | awk '/^processor/ { print $2 + $3 }')
-case_s=$(sed 's/.*"cpu_ms":\([0-9.]*\).*/\1/' "$tmp/sweep.jsonl" | awk '{ s += $1 } END { print s / 1000 }')
-awk -v a="$one_s" -v b="$two_s" -v c="$case_s" -v d="$all_s" \
-    'BEGIN { printf "  %.2f s on one, %.2f s on two: %.2f times as fast; processor time of the cases %.2f s, of the sweep besides them %.1f %%\n", a, b, a / b, c, 100 * (d / c - 1) }'
 echo "matrig fit, 1,000 synthetic landings of a 30-mat runway, fitted by its own model, with known parameters (tests/fit/cheap.h; 0.003 in of noise, joints of their own; make fit-misfits has longer runways and other truths):"
 build/tests/fit/coverage 1000 160

@@ -6,7 +6,6 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/report/page.h"
-#include "host/sweep/sweep_page.h"
 
 /* demo/campaign.db -> demo/campaign.html */
 static void default_path(const char *db, char *out, size_t size)
@@ -15,44 +14,6 @@ static void default_path(const char *db, char *out, size_t size)
     const char *dot = strrchr(db, '.');
     int stem = dot && (!slash || dot > slash + 1) ? (int)(dot - db) : (int)strlen(db);
     snprintf(out, size, "%.*s.html", stem, db);
-}
-
-/* Lines of JSON instead of a database: results of a sweep. */
-static bool is_sweep(const char *path)
-{
-    size_t length = strlen(path);
-    FILE *file = fopen(path, "r");
-    int first = file ? fgetc(file) : EOF;
-    if (file)
-        fclose(file);
-    return first == '{' || (length > 6 && strcmp(path + length - 6, ".jsonl") == 0);
-}
-
-static int report_sweep(const char *results, const char *path, bool force, const struct cli *cli)
-{
-    struct sweep_table table;
-    struct error error = {0};
-    char made_path[1000];
-    int exit_code = 0;
-    if (sweep_table_load(&table, results, &error) != MR_OK)
-        return cli_fail(&error);
-    if (!path) {
-        default_path(results, made_path, sizeof made_path);
-        path = made_path;
-    }
-    struct output output;
-    if (output_not_input(path, results, &error) == MR_OK &&
-        output_begin(&output, path, force, &error) == MR_OK) {
-        sweep_page_write(output.file, strrchr(results, '/') ? strrchr(results, '/') + 1 : results,
-                         &table);
-        output_end(&output, &error);
-    }
-    if (error.status == MR_OK && cli->json)
-        exit_code = cli_print_json(sweep_table_json(&table), 0);
-    else if (error.status == MR_OK)
-        cli_note(cli, "%zu cases in %s", table.count, path);
-    sweep_table_free(&table);
-    return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }
 
 /* Nothing is written unless all of it could be made. */
@@ -83,8 +44,6 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     struct report report = {.si = cli->si};
     int exit_code = 0;
     enum mr_status status = command_parse(&command_report, argc, argv, cli, &r, words, &error);
-    if (status == MR_OK && is_sweep(words[0]))
-        return report_sweep(words[0], r.path, r.force, cli);
     report.path = words[0];
     report.run = r.run;
     report.json = cli->json ? json_array() : NULL;
@@ -117,9 +76,8 @@ static int report_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
-    HELP_ITEM("SWEEP.jsonl", "results of matrig sweep"),
     OPTION_TEXT("-o", "F.html", path,
-                "where to write the page; else the name of what it shows with .html"),
+                "where to write the page; else the name of the campaign with .html"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
     OPTION_FORCE(force),
@@ -133,8 +91,8 @@ static const struct command_part parts[] = {
 const struct command command_report = {
     "report",
     report_command,
-    "DB [-o F.html] [--force] [--run RUN] [--void] | SWEEP.jsonl [-o F.html]",
-    "the campaign, or a sweep, as one page, with plots",
+    "DB [-o F.html] [--force] [--run RUN] [--void]",
+    "the campaign as one page, with plots",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -4,21 +4,13 @@
 #define MATRIG_HOST_SWEEP_COMMAND_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
-#include "host/sweep/sweep_share.h"
-
-#define SWEEP_PARTS_MAX 1000
+#define SWEEP_FILES_MAX 4000
 
 struct sweep_request {
-    const char *study, *with, *output, *shard_text;
-    const char *words[2 + SWEEP_PARTS_MAX]; /* NULL at the end */
-    size_t parts;
-    char results[SWEEP_PATH_MAX];
-    struct sweep_shard shard;
-    int64_t jobs, shards; /* while the command line is read 0: not given */
-    double timeout_s;     /* 0: the study's */
-    bool list, gather, retry, slurm, parallel, no_wait, force;
+    const char *words[2 + SWEEP_FILES_MAX]; /* the sweep, result files; NULL at the end */
+    const char *cases, *output;
+    bool table, force;
 };
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 #include "host/campaign/campaign_answer.h"
 #include "host/sim/going.h"
 #include "host/sim/sim_answer.h"
@@ -15,8 +16,6 @@ static enum mr_status read_scene(struct sim_scene *scene, const json_t *input, c
                                  struct error *error)
 {
     char *text = json_dumps(input, JSON_COMPACT | JSON_REAL_PRECISION(17));
-    if (!text)
-        return error_set(error, MR_FULL, "out of memory: %s; use a smaller scene", where);
     sim_scene_parse(scene, where, text, strlen(text), error);
     free(text);
     return error->status;
@@ -27,9 +26,9 @@ static json_t *refused(const struct error *error)
     return json_pack("{s:s,s:s}", "status", "refused", "reason", error->text);
 }
 
-static json_t *simulate_scene(const struct sweep_study *study, const json_t *input)
+static json_t *simulate_scene(const struct sweep *sweep, const json_t *input)
 {
-    struct sim_options options = {.solver = study->solver, .rtol = study->rtol};
+    struct sim_options options = {.solver = sweep->solver, .rtol = sweep->rtol};
     struct sim_result result = {0};
     struct sim_scene scene;
     struct error error = {0};
@@ -76,20 +75,16 @@ static json_t *play_campaign(const struct campaign *campaign, struct campaign_ru
     return object;
 }
 
-static json_t *simulate_campaign(const struct sweep_study *study, const json_t *input)
+static json_t *simulate_campaign(const struct sweep *sweep, const json_t *input)
 {
-    (void)study;
+    (void)sweep;
     struct error error = {0};
     struct campaign campaign;
     if (campaign_from_json(&campaign, "campaign", input, &error) != MR_OK)
         return refused(&error);
-    struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
-    json_t *object = NULL;
-    if (!runs)
-        error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
-    else
-        object = play_campaign(&campaign, runs, &error);
-    for (size_t i = 0; runs && i < campaign.seeds; i++)
+    struct campaign_run *runs = xcalloc(campaign.seeds, sizeof *runs);
+    json_t *object = play_campaign(&campaign, runs, &error);
+    for (size_t i = 0; i < campaign.seeds; i++)
         campaign_run_free(&runs[i]);
     free(runs);
     campaign_free(&campaign);
@@ -105,12 +100,12 @@ sweep_simulate *sweep_simulation(enum sweep_kind kind)
     return NULL;
 }
 
-enum mr_status sweep_case_check(const struct sweep_study *study, const json_t *input,
-                                const char *where, struct error *error)
+enum mr_status sweep_case_check(const struct sweep *sweep, const json_t *input, const char *where,
+                                struct error *error)
 {
     struct sim_scene scene;
     struct campaign campaign;
-    if (study->kind == SWEEP_CAMPAIGN) {
+    if (sweep->kind == SWEEP_CAMPAIGN) {
         if (campaign_from_json(&campaign, where, input, error) == MR_OK)
             campaign_free(&campaign);
         return error->status;
@@ -133,18 +128,18 @@ static json_t *failure(const char *status, const char *format, const char *what)
     return json_pack("{s:s,s:o}", "status", status, "reason", json_sprintf(format, what));
 }
 
-static json_t *no_field(const struct sweep_study *study, const char *what, const char *name)
+static json_t *no_field(const struct sweep *sweep, const char *what, const char *name)
 {
     return json_pack("{s:s,s:o}", "status", "refused", "reason",
                      json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
-                                  study->kind == SWEEP_CAMPAIGN ? "study FILE" : "sim SCENE"));
+                                  sweep->kind == SWEEP_CAMPAIGN ? "study FILE" : "sim SCENE"));
 }
 
 /* status, reason, result of a finished simulation; a field that is missing fails the case: nothing
  * is made up. */
-static json_t *kept(const struct sweep_study *study, const json_t *result)
+static json_t *kept(const struct sweep *sweep, const json_t *result)
 {
-    const json_t *outputs = sweep_study_outputs(study);
+    const json_t *outputs = sweep_outputs(sweep);
     json_t *values = json_object();
     if (!is_ok(result)) {
         json_t *outcome = json_pack("{s:O}", "status", json_object_get(result, "status"));
@@ -157,7 +152,7 @@ static json_t *kept(const struct sweep_study *study, const json_t *result)
         json_t *value = jsonpath_get(result, name);
         if (!value) {
             json_decref(values);
-            return no_field(study, "field", name);
+            return no_field(sweep, "field", name);
         }
         json_object_set(values, name, value);
     }
@@ -167,7 +162,7 @@ static json_t *kept(const struct sweep_study *study, const json_t *result)
 /* ---- the search ---- */
 
 struct search {
-    const struct sweep_study *study;
+    const struct sweep *sweep;
     const json_t *input;
     sweep_simulate *simulate;
     int runs;
@@ -197,9 +192,9 @@ static void keep(json_t **where, json_t *value)
  * s->failed is set then. */
 static bool beyond(struct search *s, double value)
 {
-    const struct sweep_find *find = &s->study->find;
-    json_t *input = sweep_study_input_at(s->study, s->input, value);
-    json_t *result = input ? s->simulate(s->study, input)
+    const struct sweep_find *find = &s->sweep->find;
+    json_t *input = sweep_input_at(s->sweep, s->input, value);
+    json_t *result = input ? s->simulate(s->sweep, input)
                            : failure("refused", "%s cannot be set", find->key.name);
     json_t *field = jsonpath_get(result, find->field);
     double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0)
@@ -208,12 +203,12 @@ static bool beyond(struct search *s, double value)
     bool counts = counts_as_beyond(find, result), is = counts;
     s->runs++;
     if (!counts && !is_ok(result)) {
-        s->failed = kept(s->study, result);
+        s->failed = kept(s->sweep, result);
         json_object_set_new(s->failed, "reason",
                             json_sprintf("at %s = %.12g: %s", find->key.name, value,
                                          json_string_value(json_object_get(result, "reason"))));
     } else if (!counts && isnan(number)) {
-        s->failed = no_field(s->study, "number", find->field);
+        s->failed = no_field(s->sweep, "number", find->field);
     } else if (!counts) {
         is = find->below ? number < find->level : number > find->level;
     }
@@ -238,7 +233,7 @@ static double between(const struct design_range *range, double low, double high)
  * or a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
-    const struct sweep_find *find = &s->study->find;
+    const struct sweep_find *find = &s->sweep->find;
     const struct design_range *range = &find->key.range;
     bool found = false;
     *low = (double)NAN;
@@ -259,17 +254,17 @@ static bool search_range(struct search *s, double *low, double *high)
 
 static json_t *run_search(struct search *s)
 {
-    const struct design_range *range = &s->study->find.key.range;
+    const struct design_range *range = &s->sweep->find.key.range;
     double low = (double)NAN, high = (double)NAN;
     bool found = search_range(s, &low, &high);
     if (s->failed)
         return s->failed;
-    json_t *outcome = found ? counts_as_beyond(&s->study->find, s->first)
+    json_t *outcome = found ? counts_as_beyond(&s->sweep->find, s->first)
                                 ? json_pack("{s:s}", "status", "ok")
-                                : kept(s->study, s->first)
+                                : kept(s->sweep, s->first)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
-    json_object_set_new(bracket, "key", json_string(s->study->find.key.name));
+    json_object_set_new(bracket, "key", json_string(s->sweep->find.key.name));
     json_object_set_new(bracket, "verdict",
                         json_string(!found       ? "none"
                                     : isnan(low) ? "at_most"
@@ -284,21 +279,21 @@ static json_t *run_search(struct search *s)
     return outcome;
 }
 
-json_t *sweep_case_run(const struct sweep_study *study, size_t index, sweep_simulate *simulate)
+json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate)
 {
-    json_t *outcome, *input = sweep_study_input(study, index);
+    json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
         return failure("refused", "%s cannot be made",
-                       study->kind == SWEEP_CAMPAIGN ? "the campaign" : "the scene");
-    if (study->find.wanted) {
-        struct search s = {.study = study, .input = input, .simulate = simulate};
+                       sweep->kind == SWEEP_CAMPAIGN ? "the campaign" : "the scene");
+    if (sweep->find.wanted) {
+        struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
         json_decref(s.first);
         json_decref(s.first_field);
         json_decref(s.last_field);
     } else {
-        json_t *result = simulate(study, input);
-        outcome = kept(study, result);
+        json_t *result = simulate(sweep, input);
+        outcome = kept(sweep, result);
         json_decref(result);
     }
     json_decref(input);

@@ -7,9 +7,16 @@
 
 #include "common/splitmix.h"
 #include "host/base/quantity.h"
-#include "host/sweep/canonical.h"
 
 #define LEVELS_MAX 1000000
+
+uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *byte = bytes;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ byte[i]) * 0x100000001b3u;
+    return hash;
+}
 
 static double design_round(double value)
 {

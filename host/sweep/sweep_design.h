@@ -1,7 +1,7 @@
-/* Designs of a study: the levels of a Cartesian product and the samples of a Latin hypercube.
+/* Designs of a sweep: the levels of a Cartesian product and the samples of a Latin hypercube.
  *
- * Every number is rounded to 12 significant digits, so that a study has the same values, and its
- * cases the same ids, on computers whose exp and log differ in the last bit. */
+ * Every number is rounded to 12 significant digits, so that a sweep has the same values on
+ * computers whose exp and log differ in the last bit. */
 #ifndef MATRIG_HOST_SWEEP_DESIGN_H
 #define MATRIG_HOST_SWEEP_DESIGN_H
 
@@ -11,6 +11,10 @@
 #include <stdint.h>
 
 #include "host/base/error.h"
+
+/* FNV-1a of `size` bytes (Fowler, Noll, Vo), going on from `hash`; FNV_BASIS to begin. */
+#define FNV_BASIS 0xcbf29ce484222325u
+uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size);
 
 /* A range of numbers, or a list of any values. */
 struct design_range {
@@ -22,7 +26,7 @@ struct design_range {
 };
 
 /* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}; `unit`: of the
- * ends, which may be text with another; "": numbers alone. `where` begins the error: "study.json:
+ * ends, which may be text with another; "": numbers alone. `where` begins the error: "sweep.json:
  * vary KL". The object may have other keys, which are the caller's. */
 enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
                                  const char *where, struct error *error);

@@ -1,149 +1,420 @@
 #include "host/sweep/sweep_table.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#include "host/sweep/sweep_results.h"
-#include "host/sweep/sweep_share.h"
-#include "host/base/list.h"
+#include "host/base/ordered.h"
+#include "host/base/xmalloc.h"
 
-struct loading {
-    struct sweep_table *table;
-    const char *path;
-};
+#define LEAST_POINTS 8
+#define DRAWS        1000
+#define REASONS_MAX  20
 
-const json_t *sweep_table_value(const struct table_row *row, const char *key)
+/* ---- lines ---- */
+
+static void hash_text(const struct sweep *sweep, char text[17])
 {
-    return json_object_get(json_object_get(row->line, "values"), key);
+    snprintf(text, 17, "%016llx", (unsigned long long)sweep->hash);
 }
 
-const json_t *sweep_table_field(const struct table_row *row, const char *field)
+json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome)
 {
-    return json_object_get(json_object_get(row->line, "result"), field);
+    char hash[17];
+    hash_text(sweep, hash);
+    json_t *line = json_pack("{s:I,s:s,s:o}", "case", (json_int_t)index + 1, "sweep", hash,
+                             "values", sweep_values(sweep, index));
+    json_object_update(line, outcome);
+    json_decref(outcome);
+    return line;
 }
 
-const char *sweep_table_status(const struct table_row *row)
+static const char *status_of(const json_t *line)
 {
-    const char *status = json_string_value(json_object_get(row->line, "status"));
+    const char *status = json_string_value(json_object_get(line, "status"));
     return status ? status : "";
 }
 
-double sweep_table_number(const json_t *value)
+static enum mr_status add_line(struct sweep_table *table, const char *path, size_t number,
+                               json_t *line, struct error *error)
 {
+    char hash[17];
+    const char *of = json_string_value(json_object_get(line, "sweep"));
+    json_int_t index = json_integer_value(json_object_get(line, "case"));
+    hash_text(table->sweep, hash);
+    if (!of || !*status_of(line) || !json_is_object(json_object_get(line, "values")))
+        return error_set(error, MR_MALFORMED,
+                         "not a result: %s line %zu; give files that matrig sweep --cases wrote",
+                         path, number);
+    if (strcmp(of, hash) != 0 || index < 1 || (size_t)index > table->sweep->cases)
+        return error_set(error, MR_MALFORMED,
+                         "results of another sweep: %s line %zu; run its cases again, or give the "
+                         "file as it was",
+                         path, number);
+    if (table->line[index - 1]) {
+        table->repeated++;
+        return MR_OK;
+    }
+    table->line[index - 1] = json_incref(line);
+    table->count++;
+    table->failed += strcmp(status_of(line), "ok") != 0;
+    return MR_OK;
+}
+
+static enum mr_status read_lines(struct sweep_table *table, const char *path, FILE *file,
+                                 struct error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    for (size_t number = 1; getline(&text, &size, file) > 0 && error->status == MR_OK; number++) {
+        json_t *line = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+        add_line(table, path, number, line, error);
+        json_decref(line);
+    }
+    free(text);
+    return error->status;
+}
+
+enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *sweep,
+                                const char *const *paths, struct error *error)
+{
+    *table = (struct sweep_table){.sweep = sweep};
+    table->line = xcalloc(sweep->cases, sizeof *table->line);
+    for (; *paths && error->status == MR_OK; paths++) {
+        FILE *file = fopen(*paths, "r");
+        if (!file)
+            return error_set(error, MR_IO, "cannot open results: %s: %s; check the path", *paths,
+                             strerror(errno));
+        read_lines(table, *paths, file, error);
+        fclose(file);
+    }
+    table->missing = sweep->cases - table->count;
+    return error->status;
+}
+
+void sweep_table_free(struct sweep_table *table)
+{
+    for (size_t i = 0; i < table->sweep->cases; i++)
+        json_decref(table->line[i]);
+    free(table->line);
+    *table = (struct sweep_table){0};
+}
+
+/* ---- indices of sensitivity ---- */
+
+/* xorshift64 (Marsaglia 2003): the same draws in every run. */
+static size_t draw(uint64_t *state, size_t count)
+{
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    return (size_t)((double)(*state >> 11) * 0x1p-53 * (double)count);
+}
+
+/* First order and total. */
+struct pair {
+    double first, total;
+};
+
+/* Of the points `row`; NaN where nothing varies. */
+static struct pair pair_of(const double *values, size_t points, size_t key, const size_t *row,
+                           size_t count)
+{
+    const double *a = values, *b = values + points, *ab = values + (2 + key) * points;
+    double sum = 0.0, squares = 0.0, first = 0.0, total = 0.0, n = 2.0 * (double)count;
+    for (size_t i = 0; i < count; i++) {
+        size_t r = row[i];
+        sum += a[r] + b[r];
+        first += (b[r] - ab[r]) * (b[r] - ab[r]);
+        total += (a[r] - ab[r]) * (a[r] - ab[r]);
+    }
+    for (size_t i = 0; i < count; i++) {
+        double from_a = a[row[i]] - sum / n, from_b = b[row[i]] - sum / n;
+        squares += from_a * from_a + from_b * from_b;
+    }
+    if (!(squares > 0.0))
+        return (struct pair){(double)NAN, (double)NAN};
+    double twice_variance = 2.0 * squares / n;
+    return (struct pair){1.0 - first / (double)count / twice_variance,
+                         total / (double)count / twice_variance};
+}
+
+static void bound(struct sweep_index *index, double *drawn, size_t count)
+{
+    order_numbers(drawn, count);
+    index->low = count ? drawn[(size_t)(0.025 * (double)count)] : (double)NAN;
+    index->high = count ? drawn[(size_t)(0.975 * (double)count)] : (double)NAN;
+}
+
+static void estimate(const double *values, size_t points, size_t key, const size_t *row,
+                     size_t count, size_t *picked, double *drawn, struct sweep_influence *result)
+{
+    uint64_t state = 0x9e3779b97f4a7c15u;
+    size_t good = 0;
+    struct pair pair = pair_of(values, points, key, row, count);
+    result->first.value = pair.first;
+    result->total.value = pair.total;
+    for (size_t d = 0; d < DRAWS; d++) {
+        for (size_t i = 0; i < count; i++)
+            picked[i] = row[draw(&state, count)];
+        pair = pair_of(values, points, key, picked, count);
+        if (isnan(pair.first))
+            continue;
+        drawn[good] = pair.first;
+        drawn[DRAWS + good++] = pair.total;
+    }
+    bound(&result->first, drawn, good);
+    bound(&result->total, drawn + DRAWS, good);
+}
+
+/* Points of which every value is there. */
+static size_t complete(const double *values, size_t points, size_t keys, size_t *row)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < points; i++) {
+        bool whole = true;
+        for (size_t block = 0; block < keys + 2; block++)
+            whole &= isfinite(values[block * points + i]) != 0;
+        if (whole)
+            row[count++] = i;
+    }
+    return count;
+}
+
+bool sweep_indices(const double *values, size_t points, size_t keys,
+                   struct sweep_influence *influence, size_t *used)
+{
+    size_t *row = xcalloc(2 * points + 1, sizeof *row);
+    double *drawn = xcalloc(2 * (size_t)DRAWS, sizeof *drawn);
+    *used = complete(values, points, keys, row);
+    bool good = *used >= LEAST_POINTS && !isnan(pair_of(values, points, 0, row, *used).first);
+    for (size_t k = 0; good && k < keys; k++)
+        estimate(values, points, k, row, *used, row + points, drawn, &influence[k]);
+    free(row);
+    free(drawn);
+    return good;
+}
+
+/* The upper end of the bracket; JSON null, or NULL: none. */
+static const json_t *threshold_of(const json_t *line)
+{
+    return json_object_get(json_object_get(line, "find"), "high");
+}
+
+/* A number of a result: true is 1, false 0; NaN: none. `field` NULL: the threshold. */
+static double number_of(const json_t *line, const char *field)
+{
+    const json_t *value = field ? json_object_get(json_object_get(line, "result"), field)
+                                : threshold_of(line);
     if (json_is_boolean(value))
         return json_is_true(value) ? 1.0 : 0.0;
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
 
-/* Keeps the line, without parsing it again: the reader's copy is shared. */
-static enum mr_status add_line(void *ctx, size_t number, uint64_t id, const json_t *line,
-                               const char *text, struct error *error)
+static void answer_index(struct answer *answer, const char *name, const char *label,
+                         const struct sweep_index *index)
 {
-    struct loading *l = ctx;
-    struct sweep_table *t = l->table;
-    size_t index = number;
-    (void)text;
-    if (t->study.cases && !sweep_study_find(&t->study, id, &index))
-        return error_set(error, MR_MALFORMED,
-                         "results of another sweep: %s line %zu: a case that is not in the sweep "
-                         "beside it; move that one away",
-                         l->path, number);
-    if (!list_grow(&t->rows, t->count, sizeof *t->rows))
-        return error_set(error, MR_FULL, "out of memory: %s: beyond %zu cases; report fewer",
-                         l->path, t->count);
-    t->rows[t->count++] = (struct table_row){json_incref((json_t *)(uintptr_t)line), index};
-    return MR_OK;
+    char words[80];
+    snprintf(words, sizeof words, "%.2f (%.2f to %.2f)", index->value, index->low, index->high);
+    answer_words(answer, NULL, label, "%s", words);
+    answer_json_value(answer, name, json_pack("[f,f,f]", index->value, index->low, index->high));
 }
 
-static int by_index(const void *a, const void *b)
+/* The values of the keys that are stepped through, at one of their combinations. */
+static json_t *place_of(const struct sweep *sweep, size_t place)
 {
-    const struct table_row *p = a, *q = b;
-    return p->index < q->index ? -1 : p->index > q->index;
-}
-
-/* A case that is there twice (files put together by hand): one of them. */
-static void drop_repeated(struct sweep_table *table)
-{
-    size_t kept = 0;
-    qsort(table->rows, table->count, sizeof *table->rows, by_index);
-    for (size_t i = 0; i < table->count; i++) {
-        if (kept > 0 && table->rows[kept - 1].index == table->rows[i].index) {
-            json_decref(table->rows[i].line);
-            table->repeated++;
-        } else {
-            table->rows[kept++] = table->rows[i];
-        }
+    json_t *values = sweep_values(sweep, place * sweep->samples);
+    for (size_t i = 0; i < sweep->axis_count; i++) {
+        if (sweep->axis[i].u)
+            json_object_del(values, sweep->axis[i].name);
     }
-    table->count = kept;
+    return values;
 }
 
-static bool listed(const json_t *names, const char *name)
+/* One field at one combination of the keys that are stepped through: a row for each sampled key. */
+static void add_indices(struct answer *answer, const struct sweep_table *table, const char *field,
+                        size_t place)
 {
-    for (size_t i = 0; i < json_array_size(names); i++) {
-        if (strcmp(json_string_value(json_array_get(names, i)), name) == 0)
-            return true;
+    const struct sweep *sweep = table->sweep;
+    size_t first = place * sweep->samples, keys = sweep->samples / sweep->points - 2, used, key = 0;
+    double *values = xcalloc(sweep->samples, sizeof *values);
+    struct sweep_influence *influence = xcalloc(keys, sizeof *influence);
+    for (size_t i = 0; i < sweep->samples; i++)
+        values[i] = number_of(table->line[first + i], field);
+    bool known = sweep_indices(values, sweep->points, keys, influence, &used);
+    json_t *at = place_of(sweep, place);
+    char *where = json_dumps(at, JSON_COMPACT | JSON_REAL_PRECISION(6));
+    for (size_t i = 0; known && i < sweep->axis_count; i++) {
+        if (!sweep->axis[i].u)
+            continue;
+        answer_row(answer);
+        answer_words(answer, "output", "output", "%s", field ? field : "threshold");
+        answer_json_value(answer, "at", json_incref(at));
+        if (sweep->grid > 1)
+            answer_words(answer, NULL, "at", "%s", where);
+        answer_words(answer, "key", "key", "%s", sweep->axis[i].name);
+        answer_index(answer, "first", "first order (95 %)", &influence[key].first);
+        answer_index(answer, "total", "total (95 %)", &influence[key].total);
+        answer_count(answer, "points", "points", (int64_t)used);
+        key++;
     }
-    return false;
+    free(where);
+    json_decref(at);
+    free(influence);
+    free(values);
 }
 
-static void list_names(json_t *names, const json_t *object)
+static void answer_indices(struct answer *answer, const struct sweep_table *table)
 {
-    const char *name;
-    json_t *value;
-    json_object_foreach((json_t *)(uintptr_t)object, name, value)
-    {
-        if (!listed(names, name))
-            json_array_append_new(names, json_string(name));
+    const json_t *outputs = sweep_outputs(table->sweep);
+    answer_table(answer, "indices",
+                 "indices of sensitivity: share of the variance, by the key alone "
+                 "(first order) and with others (total)");
+    for (size_t place = 0; place < table->sweep->grid; place++) {
+        if (table->sweep->find.wanted)
+            add_indices(answer, table, NULL, place);
+        for (size_t i = 0; i < json_array_size(outputs); i++)
+            add_indices(answer, table, json_string_value(json_array_get(outputs, i)), place);
+    }
+    answer_close(answer);
+}
+
+/* ---- the table ---- */
+
+struct reason {
+    const char *status, *text;
+    size_t first, count;
+};
+
+static void answer_failures(struct answer *answer, const struct sweep_table *table)
+{
+    struct reason reasons[REASONS_MAX];
+    size_t count = 0;
+    for (size_t i = 0; i < table->sweep->cases; i++) {
+        const char *status = status_of(table->line[i]);
+        const char *text = json_string_value(json_object_get(table->line[i], "reason"));
+        size_t k = 0;
+        if (!table->line[i] || strcmp(status, "ok") == 0)
+            continue;
+        text = text ? text : "";
+        while (k < count &&
+               (strcmp(reasons[k].status, status) != 0 || strcmp(reasons[k].text, text) != 0))
+            k++;
+        if (k == REASONS_MAX)
+            continue;
+        if (k == count)
+            reasons[count++] = (struct reason){status, text, i + 1, 0};
+        reasons[k].count++;
+    }
+    answer_table(answer, NULL, "failed cases");
+    for (size_t k = 0; k < count; k++) {
+        answer_row(answer);
+        answer_words(answer, NULL, "status", "%s", reasons[k].status);
+        answer_count(answer, NULL, "cases", (int64_t)reasons[k].count);
+        answer_count(answer, NULL, "first", (int64_t)reasons[k].first);
+        answer_words(answer, NULL, "reason", "%s", reasons[k].text);
+    }
+    answer_close(answer);
+}
+
+/* Text of a value for a cell; the caller frees. */
+static char *cell_text(const json_t *value)
+{
+    if (json_is_string(value))
+        return xstrdup(json_string_value(value));
+    return !value || json_is_null(value)
+             ? xstrdup("")
+             : json_dumps(value, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(9));
+}
+
+/* Calls `cell` for each column of a case: its heading and value. */
+typedef void sweep_cell(void *ctx, const char *head, const json_t *value);
+
+static void each_cell(const struct sweep *sweep, const json_t *line, sweep_cell *cell, void *ctx)
+{
+    const json_t *outputs = sweep_outputs(sweep), *find = json_object_get(line, "find");
+    cell(ctx, "case", json_object_get(line, "case"));
+    for (size_t i = 0; i < sweep->axis_count; i++)
+        cell(ctx, sweep->axis[i].name,
+             json_object_get(json_object_get(line, "values"), sweep->axis[i].name));
+    cell(ctx, "status", json_object_get(line, "status"));
+    if (sweep->find.wanted) {
+        cell(ctx, "above", json_object_get(find, "low"));
+        cell(ctx, "threshold", json_object_get(find, "high"));
+    }
+    for (size_t i = 0; i < json_array_size(outputs); i++) {
+        const char *field = json_string_value(json_array_get(outputs, i));
+        cell(ctx, field, json_object_get(json_object_get(line, "result"), field));
     }
 }
 
-static void look_through(struct sweep_table *table)
+static void answer_cell_of(void *ctx, const char *head, const json_t *value)
 {
-    table->keys = json_array();
-    table->fields = json_array();
-    for (size_t i = 0; i < table->count; i++) {
-        const json_t *line = table->rows[i].line;
-        list_names(table->keys, json_object_get(line, "values"));
-        list_names(table->fields, json_object_get(line, "result"));
-        table->finds |= json_object_get(line, "find") != NULL;
-        table->failed += strcmp(sweep_table_status(&table->rows[i]), "ok") != 0;
-    }
-    table->missing = table->study.cases ? table->study.cases - table->count : 0;
+    char *text = cell_text(value);
+    answer_words(ctx, NULL, head, "%s", text);
+    free(text);
 }
 
-enum mr_status sweep_table_load(struct sweep_table *table, const char *path, struct error *error)
+struct answer *sweep_table_answer(const struct sweep_table *table, bool rows)
 {
-    char copy[SWEEP_PATH_MAX + 40];
-    struct loading loading = {.table = table, .path = path};
-    *table = (struct sweep_table){0};
-    if (strlen(path) >= SWEEP_PATH_MAX)
-        return error_set(error, MR_TOO_LONG, "path too long: %.100s...; give a shorter one", path);
-    sweep_study_path(path, copy);
-    if (access(copy, F_OK) == 0 && sweep_study_load(&table->study, copy, error) != MR_OK)
-        return error->status;
-    if (access(path, R_OK) != 0)
-        error_set(error, MR_IO, "cannot open results: %s; check path and rights", path);
-    if (error->status == MR_OK && sweep_results_read(path, add_line, &loading, error) == MR_OK &&
-        table->count == 0)
-        error_set(error, MR_TOO_FEW, "no results yet: %s; run matrig sweep first", path);
-    if (error->status != MR_OK) {
-        sweep_table_free(table);
-        return error->status;
+    struct answer *answer = answer_new(false);
+    const char *name = json_string_value(json_object_get(table->sweep->root, "name"));
+    json_t *lines = json_array();
+    answer_words(answer, NULL, "sweep", "%s", name ? name : "no name");
+    answer_count(answer, "cases", "cases", (int64_t)table->count);
+    answer_remark(answer, " of %zu", table->sweep->cases);
+    answer_count(answer, "failed", "failed", (int64_t)table->failed);
+    answer_count(answer, "missing", "missing", (int64_t)table->missing);
+    answer_count(answer, "repeated", table->repeated ? "repeated" : NULL, (int64_t)table->repeated);
+    answer_failures(answer, table);
+    if (table->sweep->points)
+        answer_indices(answer, table);
+    answer_table(answer, NULL, "all cases");
+    for (size_t i = 0; i < table->sweep->cases; i++) {
+        if (!table->line[i])
+            continue;
+        json_array_append(lines, table->line[i]);
+        if (!rows)
+            continue;
+        answer_row(answer);
+        each_cell(table->sweep, table->line[i], answer_cell_of, answer);
     }
-    drop_repeated(table);
-    look_through(table);
-    return MR_OK;
+    answer_close(answer);
+    answer_json_value(answer, "rows", lines);
+    return answer;
 }
 
-void sweep_table_free(struct sweep_table *table)
+struct csv {
+    FILE *out;
+    bool heads, begun;
+};
+
+static void csv_cell(void *ctx, const char *head, const json_t *value)
 {
-    for (size_t i = 0; i < table->count; i++)
-        json_decref(table->rows[i].line);
-    free(table->rows);
-    json_decref(table->keys);
-    json_decref(table->fields);
-    sweep_study_free(&table->study);
-    *table = (struct sweep_table){0};
+    struct csv *csv = ctx;
+    char *text = csv->heads ? xstrdup(head) : cell_text(value);
+    bool quoted = strpbrk(text, ",\"\n") != NULL;
+    fputs(csv->begun ? "," : "", csv->out);
+    fputs(quoted ? "\"" : "", csv->out);
+    for (const char *c = text; *c; c++) {
+        if (*c == '"')
+            fputc('"', csv->out);
+        fputc(*c, csv->out);
+    }
+    fputs(quoted ? "\"" : "", csv->out);
+    csv->begun = true;
+    free(text);
+}
+
+void sweep_table_csv(const struct sweep_table *table, FILE *out)
+{
+    each_cell(table->sweep, NULL, csv_cell, &(struct csv){.out = out, .heads = true});
+    fputc('\n', out);
+    for (size_t i = 0; i < table->sweep->cases; i++) {
+        if (!table->line[i])
+            continue;
+        each_cell(table->sweep, table->line[i], csv_cell, &(struct csv){.out = out});
+        fputc('\n', out);
+    }
 }

@@ -1,34 +1,54 @@
-/* The results of a sweep as a table for the report: one row a case, in the study's order where the
- * study is known. */
+/* The result lines of a sweep's cases, gathered from any number of files: one row a case, in the
+ * sweep's order, with the indices of sensitivity where the design has them.
+ *
+ *   {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" | why not,
+ *    ["reason":,] ["result": {...},] ["find": {...}]} */
 #ifndef MATRIG_HOST_SWEEP_TABLE_H
 #define MATRIG_HOST_SWEEP_TABLE_H
 
-#include "host/sweep/sweep_study.h"
-
-struct table_row {
-    json_t *line; /* owned: a line of the results file; values NULL in it: none */
-    size_t index; /* in the study, or the line's place in the file */
-};
+#include "host/base/answer.h"
+#include "host/sweep/sweep.h"
 
 struct sweep_table {
-    struct sweep_study study; /* cases 0: not known */
-    struct table_row *rows;
+    const struct sweep *sweep;
+    json_t **line; /* [cases], owned; NULL: missing */
     size_t count, failed, missing, repeated;
-    json_t *keys;   /* varied keys, an array of text */
-    json_t *fields; /* of "result", likewise */
-    bool finds;     /* cases are searches */
 };
 
-/* Reads a results file, and the copy of its study beside it when there is one. The caller frees. */
-enum mr_status sweep_table_load(struct sweep_table *table, const char *path, struct error *error);
+/* The line of a finished case; takes `outcome` (sweep_case.h). */
+json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome);
+
+/* Reads the files. A line that is no result, or one of another sweep: MR_MALFORMED with its number.
+ * Of a case that is there twice the first counts. The caller frees, also after a failure. */
+enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *sweep,
+                                const char *const *paths, struct error *error);
 void sweep_table_free(struct sweep_table *table);
 
-/* A varied value, or a field of the result; NULL: none. Borrowed. */
-const json_t *sweep_table_value(const struct table_row *row, const char *key);
-const json_t *sweep_table_field(const struct table_row *row, const char *field);
-/* The text of "status". */
-const char *sweep_table_status(const struct table_row *row);
-/* A number for a plot: true is 1, false 0; NaN: no number. */
-double sweep_table_number(const json_t *value);
+/* Counts, failures by reason, indices and, with `rows`, all cases. */
+struct answer *sweep_table_answer(const struct sweep_table *table, bool rows);
+/* The cases as CSV: number, values, status, threshold, results. */
+void sweep_table_csv(const struct sweep_table *table, FILE *out);
+
+/* Indices of sensitivity: which share of a quantity's variance a key makes.
+ *
+ * First order: what knowing that key alone would take off the variance,
+ * S = 1 - E[(f_B - f_ABk)^2] / 2V. Total: what is left when all others are known,
+ * T = E[(f_A - f_ABk)^2] / 2V (Jansen 1999, Saltelli 2010). A and B are two samples of points, ABk
+ * is A with key k from B, V is the variance over A and B. T - S is what the key does together with
+ * others. Intervals: 95 % by bootstrap over points. An estimate may lie a little below 0 or above
+ * 1. */
+struct sweep_index {
+    double value, low, high;
+};
+
+struct sweep_influence {
+    struct sweep_index first, total;
+};
+
+/* `values` by block, as design_radial: A, B, AB1 ..; NaN: none. A point of which any value is
+ * missing is left out. `keys` results into `influence`; points that were of use into *used. False:
+ * fewer than 8 points, or no variance. */
+bool sweep_indices(const double *values, size_t points, size_t keys,
+                   struct sweep_influence *influence, size_t *used);
 
 #endif

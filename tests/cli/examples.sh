@@ -51,7 +51,7 @@ run_line() {
     board) line=${line/read 3/read 1} ;; # what the examples of log left in the black box
     study) line=$(sed -E 's/ --seeds [0-9]+//' <<<"$line")' --seeds 1' ;;
     error) line=${line/consistent_fig3_7/wave} ;;
-    sweep) line=${line/host\/sweep\/examples\/threshold.json/small.json} ;;
+    sweep) line=${line//host\/sweep\/examples\/threshold.json/small.json} ;;
     fit) line="$line --draws 60" ;;
     advise) line="$line --members 64" && allowed="0 1" ;; # 1: against
     esac

@@ -184,7 +184,7 @@ journals() { # there or not, by any name of theirs
             fails_with 2 "$own, .*c\.db: .*$other; give another file" $matrig export "$db" 1 --format csv -o "$tmp/$other" --force &&
                 fails_with 2 "$own" $matrig export --format dbc -o "$tmp/$other" && fails_with 2 "$own" $matrig bundle "$db" 1 -o "$tmp/$other" --force &&
                 fails_with 2 "$own" $matrig sim host/scenes/wave.json --csv "$tmp/$other" --force &&
-                fails_with 2 "$own" $matrig sweep "$tmp/sweep.json" -o "$tmp/$other" -j 1 &&
+                fails_with 2 "$own" $matrig sweep "$tmp/sweep.json" --cases 1 -o "$tmp/$other" &&
                 fails_with 2 "$own" $matrig import "$tmp/$other" "$tmp/can.log" || return 1
         done
     done
@@ -203,11 +203,6 @@ committed() { # by a name that does not say so, or when the campaign was moved a
     mv "$tmp/died/moved.db" "$tmp/died/c.db" && [ "$(sqlite3 "$tmp/died/c.db" 'select x from kept')" = 42 ]
 }
 check "nor is what was committed and stands there alone" committed
-swept() { # what has no end of line was cut off at its last one
-    printf 'notes of\nthe day' >"$tmp/notes.jsonl" && cp "$tmp/notes.jsonl" "$tmp/notes" && fails_with 4 'not a result' $matrig sweep "$tmp/sweep.json" -o "$tmp/notes.jsonl" -j 1 && cmp "$tmp/notes" "$tmp/notes.jsonl" &&
-        printf 'the day' >"$tmp/notes.jsonl" && cp "$tmp/notes.jsonl" "$tmp/notes" && fails_with 4 'not results' $matrig sweep "$tmp/sweep.json" -o "$tmp/notes.jsonl" -j 1 && cmp "$tmp/notes" "$tmp/notes.jsonl"
-}
-check "results of a sweep are not added to a file that is none" swept
 full() { # the disk is full: the old file stays, and nothing is left beside it
     rm -rf "$tmp/small" && mkdir -p "$tmp/small" && "${sim[@]}" "$tmp/small/a.csv" >/dev/null && cp "$tmp/small/a.csv" "$tmp/was" &&
         (ulimit -f 1; trap '' XFSZ; fails_with 3 'cannot write .*a\.csv' "$matrig" --quiet sim host/scenes/wave.json --csv "$tmp/small/a.csv") && cmp "$tmp/was" "$tmp/small/a.csv" && [ "$(ls -A "$tmp/small")" = a.csv ]

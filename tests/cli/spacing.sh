@@ -10,7 +10,7 @@ study["base"]["seeds"] = 8
 study["vary"] = {"landings.0.apply.cleat_every": [5, 10, 20]}
 print(json.dumps(study))
 P
-check "a line of mats is swept" build/matrig sweep "$tmp/study.json" -o "$tmp/s.jsonl"
+check "a line of mats is swept" build/matrig sweep "$tmp/study.json" --cases 1..99 -o "$tmp/s.jsonl"
 lifted() { grep -o "cleat_every\":$1}.*" "$tmp/s.jsonl" | grep -o 'with_waves":[0-9]*' | cut -d: -f2; }
 check "nothing lifts with a cleat in every fifth row" test "$(lifted 5)" = 0
 echo "# lines of 8 that lift: $(lifted 5), $(lifted 10), $(lifted 20)"

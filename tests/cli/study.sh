@@ -128,12 +128,4 @@ installed() {
         (cd / && nowhere "$here/moved/bin/matrig" --json sim "$root/$scene" --solver cvode) | grep -q '"solver":"cvode"'
 }
 check "from an installation that was moved" installed
-names_matrig() { # what a script of a sweep starts is what people type
-    mkdir -p "$here/tools" && printf '#!/bin/sh\nexit 1\n' >"$here/tools/parallel" && chmod +x "$here/tools/parallel" &&
-        cp host/sweep/examples/threshold.json "$tmp/threshold.json" && sed -i "s|\.\./\.\./scenes/|$PWD/host/scenes/|" "$tmp/threshold.json"
-    PATH="$here/tools:$PATH" "$here/moved/bin/matrig" --quiet sweep "$tmp/threshold.json" --parallel -o "$tmp/t.jsonl"
-    cat "$tmp/t.jsonl.parallel"
-    grep -q "'$here/moved/bin/matrig' --quiet sweep" "$tmp/t.jsonl.parallel"
-}
-check "a sweep's script starts matrig, not matrig-study" names_matrig
 finish

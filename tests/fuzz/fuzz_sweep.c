@@ -1,30 +1,34 @@
-/* Results of a sweep (JSON lines), studies and campaign files; the first byte says which. */
+/* Results of a sweep (JSON lines), sweeps and campaign files; the first byte says which. */
 #include "host/campaign/campaign.h"
 #include "host/sweep/sweep_table.h"
 #include "tests/fuzz/fuzz.h"
 
 static enum mr_status read_results(const uint8_t *data, size_t size, struct error *error)
 {
+    static const char text[] = "{\"base\": {\"model\": \"chain\", \"N\": 2}, \"vary\": {\"F\": "
+                               "[1, 2]}, \"outputs\": [\"status\"]}";
+    struct sweep sweep;
     struct sweep_table table;
-    enum mr_status status = sweep_table_load(&table, fuzz_file("r.jsonl", data, size), error);
-    if (status != MR_OK)
-        return status;
-    for (size_t i = 0; i < table.count; i++)
-        FUZZ_REQUIRE(sweep_table_status(&table.rows[i]));
+    FUZZ_REQUIRE(sweep_load(&sweep, fuzz_file("s.json", (const uint8_t *)text, sizeof text - 1),
+                            error) == MR_OK);
+    const char *const paths[] = {fuzz_file("r.jsonl", data, size), NULL};
+    if (sweep_table_load(&table, &sweep, paths, error) == MR_OK)
+        answer_free(sweep_table_answer(&table, true));
     sweep_table_free(&table);
-    return MR_OK;
+    sweep_free(&sweep);
+    return error->status;
 }
 
-static enum mr_status read_study(const uint8_t *data, size_t size, struct error *error)
+static enum mr_status read_sweep(const uint8_t *data, size_t size, struct error *error)
 {
-    struct sweep_study study;
-    enum mr_status status = sweep_study_load(&study, fuzz_file("study.json", data, size), error);
+    struct sweep sweep;
+    enum mr_status status = sweep_load(&sweep, fuzz_file("sweep.json", data, size), error);
     if (status != MR_OK)
         return status;
-    FUZZ_REQUIRE(study.cases > 0);
-    json_decref(sweep_study_values(&study, study.cases - 1));
-    json_decref(sweep_study_input(&study, study.cases - 1));
-    sweep_study_free(&study);
+    FUZZ_REQUIRE(sweep.cases > 0);
+    json_decref(sweep_values(&sweep, sweep.cases - 1));
+    json_decref(sweep_input(&sweep, sweep.cases - 1));
+    sweep_free(&sweep);
     return MR_OK;
 }
 
@@ -43,7 +47,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (size == 0)
         return 0;
     enum mr_status status = data[0] == 'r' ? read_results(data + 1, size - 1, &error)
-                          : data[0] == 's' ? read_study(data + 1, size - 1, &error)
+                          : data[0] == 's' ? read_sweep(data + 1, size - 1, &error)
                                            : read_campaign(data + 1, size - 1, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
     return 0;

@@ -1,39 +1,31 @@
-/* Sweeps: ids, designs, the search, and cases that crash, hang or say nothing, with simulations of
- * the test's own. */
+/* Sweeps: designs, the search, the indices, with simulations of the test's own. */
 #include "tests/cmocka_all.h"
 
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include "host/sweep/canonical.h"
 #include "host/sweep/jsonpath.h"
-#include "host/sweep/sweep_indices.h"
-#include "host/sweep/sweep_pool.h"
-#include "host/sweep/sweep_share.h"
+#include "host/sweep/sweep_case.h"
+#include "host/sweep/sweep_table.h"
 
-#define STUDY   "build/test-tmp/test_sweep.json"
-#define PI      3.14159265358979323846
-#define RESULTS "build/test-tmp/test_sweep.jsonl"
+#define FILE_NAME "build/test-tmp/test_sweep.json"
+#define PI        3.14159265358979323846
 
-static void write_study(const char *text)
+static void write_sweep(const char *text)
 {
-    FILE *file = fopen(STUDY, "w");
+    FILE *file = fopen(FILE_NAME, "w");
     assert_non_null(file);
     fputs(text, file);
     assert_int_equal(fclose(file), 0);
 }
 
-static void load(struct sweep_study *study, const char *text)
+static void load(struct sweep *sweep, const char *text)
 {
     struct error error = {0};
-    write_study(text);
-    if (sweep_study_load(study, STUDY, &error) != MR_OK)
+    write_sweep(text);
+    if (sweep_load(sweep, FILE_NAME, &error) != MR_OK)
         fail_msg("%s", error.text);
 }
 
@@ -44,56 +36,6 @@ static void fnv_is_as_published(void **state)
     assert_int_equal(fnv1a(FNV_BASIS, "", 0), 0xcbf29ce484222325u);
     assert_int_equal(fnv1a(FNV_BASIS, "a", 1), 0xaf63dc4c8601ec8cu);
     assert_int_equal(fnv1a(FNV_BASIS, "foobar", 6), 0x85944171f73967e8u);
-}
-
-static uint64_t hash_of(const char *text)
-{
-    json_t *value = json_loads(text, JSON_DECODE_ANY, NULL);
-    assert_non_null(value);
-    uint64_t hash = canonical_hash(FNV_BASIS, value);
-    json_decref(value);
-    return hash;
-}
-
-static void same_meaning_same_hash(void **state)
-{
-    (void)state;
-    static const char *const same[][2] = {
-        {"{\"a\":1,\"b\":[2,3]}", "{ \"b\": [2.0, 3e0], \"a\": 1.0 }"},
-        {"{\"a\":1,\"_note\":\"x\"}", "{\"a\":1}"},
-        {"-0.0", "0"},
-        {"0.1", "1e-1"}};
-    static const char *const differ[][2] = {{"[1,2]", "[2,1]"},
-                                            {"[[1],2]", "[1,[2]]"},
-                                            {"{\"a\":1}", "{\"b\":1}"},
-                                            {"\"1\"", "1"},
-                                            {"true", "1"},
-                                            {"null", "false"},
-                                            {"[\"ab\",\"c\"]", "[\"a\",\"bc\"]"},
-                                            {"{\"a\":{\"b\":1}}", "{\"a\":1,\"b\":1}"},
-                                            {"0.1", "0.10000000000000002"}};
-    for (size_t i = 0; i < COUNT_OF(same); i++)
-        assert_int_equal(hash_of(same[i][0]), hash_of(same[i][1]));
-    for (size_t i = 0; i < COUNT_OF(differ); i++)
-        assert_int_not_equal(hash_of(differ[i][0]), hash_of(differ[i][1]));
-}
-
-/* An id that changed from one version to the next would orphan every case of the files there are.
- * The two were computed by a second implementation (Python) of the recipe in
- * host/sweep/README.md. */
-static void ids_stay(void **state)
-{
-    (void)state;
-    struct sweep_study study;
-    char text[SWEEP_ID_SIZE];
-    load(&study,
-         "{\"base\": {\"N\": 8}, \"vary\": {\"F\": [1000, 2000]}, \"outputs\": [\"max_lift_ft\"]}");
-    assert_int_equal(study.cases, 2);
-    sweep_id_text(study.ids[0], text);
-    assert_string_equal(text, "7f23bc24a0d5abb2");
-    sweep_id_text(study.ids[1], text);
-    assert_string_equal(text, "15428a5dc4d21b1c");
-    sweep_study_free(&study);
 }
 
 static void paths_lead_where_they_say(void **state)
@@ -157,23 +99,23 @@ static json_t *answer(double y)
     return json_pack("{s:s,s:f}", "status", "ok", "y", y);
 }
 
-static json_t *bumpy(const struct sweep_study *study, const json_t *input)
+static json_t *bumpy(const struct sweep *sweep, const json_t *input)
 {
     double x = force(input); /* beyond 0 from 30 to 50 and from 80 on */
-    (void)study;
+    (void)sweep;
     return answer((x >= 30.0 && x < 50.0) || x >= 80.0 ? 1.0 : -1.0);
 }
 
-static json_t *falling(const struct sweep_study *study, const json_t *input)
+static json_t *falling(const struct sweep *sweep, const json_t *input)
 {
-    (void)study;
+    (void)sweep;
     return answer(50.0 - force(input));
 }
 
-static json_t *folds(const struct sweep_study *study, const json_t *input)
+static json_t *folds(const struct sweep *sweep, const json_t *input)
 {
     double x = force(input);
-    (void)study;
+    (void)sweep;
     if (x > 60.0)
         return json_pack("{s:s,s:s}", "status", "folded", "reason", "mat 3 is upright");
     return answer(0.0);
@@ -188,16 +130,16 @@ struct found {
 
 static struct found search(const char *condition, sweep_simulate *simulate)
 {
-    struct sweep_study study;
+    struct sweep sweep;
     char text[600];
     snprintf(text, sizeof text,
              "{\"base\": {}, \"vary\": {\"KL\": [8e6]}, \"find\": {\"key\": \"F\", \"from\": 0, "
              "\"to\": 100, \"field\": \"y\", \"scan\": 10, "
              "\"tolerance\": 0.001, %s}}",
              condition);
-    load(&study, text);
-    json_t *outcome = sweep_case_run(&study, 0, simulate), *find = json_object_get(outcome, "find");
-    sweep_study_free(&study);
+    load(&sweep, text);
+    json_t *outcome = sweep_case_run(&sweep, 0, simulate), *find = json_object_get(outcome, "find");
+    sweep_free(&sweep);
     return (struct found){json_string_value(json_object_get(find, "verdict")),
                           json_string_value(json_object_get(outcome, "status")),
                           json_string_value(json_object_get(outcome, "reason")),
@@ -240,138 +182,6 @@ static void a_run_that_fails_ends_the_search(void **state)
     assert_string_equal(f.status, "ok");
     assert_true(f.low <= 60.0 && f.high > 60.0 && f.high - f.low <= 0.001 * f.high);
     json_decref(f.outcome);
-}
-
-/* ---- processes ---- */
-
-static json_t *troubled(const struct sweep_study *study, const json_t *input)
-{
-    int x = (int)force(input);
-    (void)study;
-    if (x == 3)
-        raise(SIGSEGV);
-    if (x == 5)
-        _exit(7);
-    if (x == 7) {
-        for (;;)
-            pause();
-    }
-    if (x == 8)
-        abort();
-    return answer(2.0 * x);
-}
-
-struct seen {
-    char status[12][20], reason[12][200];
-    double y[12];
-    int count;
-};
-
-static enum mr_status see(void *ctx, size_t number, uint64_t id, const json_t *line,
-                          const char *text, struct error *error)
-{
-    struct seen *seen = ctx;
-    int x = (int)json_integer_value(json_object_get(json_object_get(line, "values"), "F"));
-    const char *reason = json_string_value(json_object_get(line, "reason"));
-    (void)number, (void)id, (void)text, (void)error;
-    assert_in_range(x, 0, 11);
-    snprintf(seen->status[x], sizeof seen->status[x], "%s",
-             json_string_value(json_object_get(line, "status")));
-    snprintf(seen->reason[x], sizeof seen->reason[x], "%s", reason ? reason : "");
-    seen->y[x] = json_number_value(json_object_get(json_object_get(line, "result"), "y"));
-    seen->count++;
-    return MR_OK;
-}
-
-static void trouble_costs_one_case(void **state)
-{
-    (void)state;
-    struct sweep_study study;
-    struct sweep_results results;
-    struct error error = {0};
-    struct seen seen = {0};
-    volatile sig_atomic_t stop = 0;
-    const size_t todo[] = {0, 1, 2, 3, 4, 5, 6, 8, 9}, hangs[] = {7};
-    load(&study,
-         "{\"base\": {}, \"vary\": {\"F\": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}, \"outputs\": [\"y\"]}");
-    unlink(RESULTS);
-    assert_int_equal(sweep_results_open(&results, RESULTS, &error), MR_OK);
-    struct sweep_pool pool = {.study = &study,
-                              .simulate = troubled,
-                              .results = &results,
-                              .todo = todo,
-                              .count = 9,
-                              .jobs = 3,
-                              .timeout_s = (double)INFINITY,
-                              .stop = &stop};
-    assert_int_equal(sweep_pool_run(&pool, &error), MR_OK);
-    pool.todo = hangs;
-    pool.count = 1;
-    pool.timeout_s = 0.3;
-    assert_int_equal(sweep_pool_run(&pool, &error), MR_OK);
-    assert_int_equal(pool.done, 10);
-    assert_int_equal(pool.failed, 4);
-    assert_int_equal(sweep_results_lines(&results, see, &seen, &error), MR_OK);
-    assert_int_equal(seen.count, 10);
-    for (int x = 0; x < 10; x++) {
-        bool ok = x != 3 && x != 5 && x != 7 && x != 8;
-        assert_string_equal(seen.status[x], ok ? "ok" : x == 7 ? "timeout" : "crashed");
-        assert_near(seen.y[x], ok ? 2.0 * x : 0.0, 0.0);
-    }
-    assert_non_null(strstr(seen.reason[3], "signal 11 (Segmentation fault)"));
-    assert_non_null(strstr(seen.reason[5], "exit code 7"));
-    assert_non_null(strstr(seen.reason[7], "not done after 0.3 s"));
-    assert_non_null(strstr(seen.reason[8], "signal 6 (Aborted)"));
-    sweep_results_close(&results);
-    sweep_study_free(&study);
-}
-
-/* A disk that is full in the middle of a line: nothing of it stays, and the sweep says so. */
-static void what_does_not_fit_is_taken_off(void **state)
-{
-    (void)state;
-    struct sweep_results results;
-    struct error error = {0};
-    struct rlimit before, small = {12, RLIM_INFINITY};
-    struct stat file;
-    unlink(RESULTS);
-    assert_int_equal(sweep_results_open(&results, RESULTS, &error), MR_OK);
-    assert_int_equal(sweep_results_append(&results, "{\"a\":1}", &error), MR_OK);
-    signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before);
-    small.rlim_max = before.rlim_max;
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
-    assert_int_equal(sweep_results_append(&results, "{\"b\":2}", &error), MR_IO);
-    setrlimit(RLIMIT_FSIZE, &before);
-    assert_int_equal(fstat(results.fd, &file), 0);
-    assert_int_equal(file.st_size, 8);
-    assert_non_null(strstr(error.text, "make room, then the same command goes on"));
-    sweep_results_close(&results);
-}
-
-static void shards_are_read(void **state)
-{
-    (void)state;
-    struct sweep_shard shard;
-    struct error error = {0};
-    char path[SWEEP_PATH_MAX + 40];
-    unsetenv("SLURM_ARRAY_TASK_ID");
-    assert_int_equal(sweep_shard_read(&shard, NULL, &error), MR_OK);
-    assert_int_equal(shard.n, 0);
-    assert_int_equal(sweep_shard_read(&shard, "2/5", &error), MR_OK);
-    assert_int_equal(shard.i, 2);
-    assert_int_equal(shard.n, 5);
-    sweep_shard_path("a.b/r.jsonl", &shard, path);
-    assert_string_equal(path, "a.b/r.2-of-5.jsonl");
-    sweep_shard_path("r", &shard, path);
-    assert_string_equal(path, "r.2-of-5.jsonl");
-    size_t in[6] = {0};
-    for (unsigned i = 1; i <= 5; i++) {
-        for (size_t k = 0; k < 23; k++)
-            in[i] += sweep_shard_has(&(struct sweep_shard){i, 5}, k);
-    }
-    assert_int_equal(in[1] + in[2] + in[3] + in[4] + in[5], 23);
-    assert_in_range(in[5], 4, 5);
 }
 
 /* Ishigami and Homma (1990) with a 7, b 0.1: sin x1 + a sin^2 x2 + b x3^4 sin x1 on (-pi, pi). */
@@ -466,15 +276,10 @@ int main(void)
         cmocka_unit_test(nothing_varies_nothing_is_said),
         cmocka_unit_test(whole_ranges_have_both_ends),
         cmocka_unit_test(fnv_is_as_published),
-        cmocka_unit_test(same_meaning_same_hash),
-        cmocka_unit_test(ids_stay),
         cmocka_unit_test(paths_lead_where_they_say),
         cmocka_unit_test(ranges_end_where_they_should),
         cmocka_unit_test(the_smallest_crossing_is_found),
         cmocka_unit_test(a_run_that_fails_ends_the_search),
-        cmocka_unit_test(trouble_costs_one_case),
-        cmocka_unit_test(what_does_not_fit_is_taken_off),
-        cmocka_unit_test(shards_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

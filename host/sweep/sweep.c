@@ -1,5 +1,4 @@
-#include "host/base/quantity.h"
-#include "host/sweep/sweep_study.h"
+#include "host/sweep/sweep.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -8,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/quantity.h"
+#include "host/base/xmalloc.h"
 #include "host/sim/scene/scene_keys.h"
-#include "host/sweep/sweep_case.h"
 #include "host/sweep/jsonpath.h"
-#include "host/sweep/sweep_id.h"
+#include "host/sweep/sweep_case.h"
 
-#define SCAN_MAX      1000
-#define TIMEOUT_MAX_S 1e7
+#define SCAN_MAX 1000
 
 const char *const sweep_kind_names[SWEEP_KINDS] = {"scene", "campaign"};
 
@@ -53,76 +52,75 @@ static enum mr_status beside(const char *path, const char *name, char *found, st
 
 /* The scene and the elastic ground that a campaign names are put in too, and the parts that it may
  * leave out, so that keys inside them can be varied. */
-static enum mr_status complete_campaign(struct sweep_study *study, const char *file,
-                                        struct error *error)
+static enum mr_status complete_campaign(struct sweep *sweep, const char *file, struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
     static const char *const named[] = {"scene", "elastic"};
     char path[PATH_MAX];
     for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
-        json_t *part = json_object_get(study->base, named[i]);
+        json_t *part = json_object_get(sweep->base, named[i]);
         if (!json_is_string(part))
             continue;
         if (beside(file, json_string_value(part), path, error) != MR_OK ||
             load_json(path, named[i], &part, error) != MR_OK)
             return error->status;
-        json_object_set_new(study->base, named[i], part);
+        json_object_set_new(sweep->base, named[i], part);
     }
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
-        if (!json_object_get(study->base, parts[i]))
-            json_object_set_new(study->base, parts[i], json_object());
+        if (!json_object_get(sweep->base, parts[i]))
+            json_object_set_new(sweep->base, parts[i], json_object());
     }
     return MR_OK;
 }
 
-/* A base that is the name of a file is put in: the study is then whole. */
-static enum mr_status read_base(struct sweep_study *study, const char *path, struct error *error)
+/* A base that is the name of a file is put in: the sweep is then whole. */
+static enum mr_status read_base(struct sweep *sweep, const char *path, struct error *error)
 {
-    json_t *base = json_object_get(study->root, "base");
+    json_t *base = json_object_get(sweep->root, "base");
     char file[PATH_MAX];
-    /* that says the scene of a campaign; checked by the read of the study */
+    /* the file that names the scene of a campaign */
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
-        json_object_set_new(study->root, "_base_file", json_copy(base));
+        json_object_set_new(sweep->root, "_base_file", json_copy(base));
         if (beside(path, json_string_value(base), file, error) != MR_OK ||
-            load_json(file, study->kind == SWEEP_SCENE ? "scene" : "campaign", &base, error) !=
+            load_json(file, sweep->kind == SWEEP_SCENE ? "scene" : "campaign", &base, error) !=
                 MR_OK)
             return error->status;
-        json_object_set_new(study->root, "base", base);
+        json_object_set_new(sweep->root, "base", base);
     }
     if (!json_is_object(base))
         return error_set(
             error, MR_MALFORMED,
             "%s: %s: base; give the name of a scene or study file, or what it would hold",
             base ? "wrong type" : "something is missing", path);
-    study->base = base;
-    if (!json_object_get(study->root, "kind") && json_object_get(base, "landings"))
-        study->kind = SWEEP_CAMPAIGN;
-    return study->kind == SWEEP_CAMPAIGN ? complete_campaign(study, file, error) : MR_OK;
+    sweep->base = base;
+    if (!json_object_get(sweep->root, "kind") && json_object_get(base, "landings"))
+        sweep->kind = SWEEP_CAMPAIGN;
+    return sweep->kind == SWEEP_CAMPAIGN ? complete_campaign(sweep, file, error) : MR_OK;
 }
 
-static enum mr_status read_kind(struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status read_kind(struct sweep *sweep, const char *path, struct error *error)
 {
-    const json_t *kind = json_object_get(study->root, "kind");
+    const json_t *kind = json_object_get(sweep->root, "kind");
     const char *name = kind ? json_string_value(kind) : sweep_kind_names[SWEEP_SCENE];
     for (size_t i = 0; name && i < SWEEP_KINDS; i++) {
         if (strcmp(name, sweep_kind_names[i]) != 0)
             continue;
-        study->kind = (enum sweep_kind)i;
+        sweep->kind = (enum sweep_kind)i;
         return MR_OK;
     }
     return error_set(error, MR_MALFORMED,
                      "unknown choice: %s: kind; give \"scene\" or \"campaign\"", path);
 }
 
-/* A key of a scene that does not exist would fail in every case: refuse the study. Those of a
+/* A key of a scene that does not exist would fail in every case: refuse the sweep. Those of a
  * campaign are paths; its first case shows whether they are known. */
-static enum mr_status check_key(const struct sweep_study *study, const char *where, const char *key,
+static enum mr_status check_key(const struct sweep *sweep, const char *where, const char *key,
                                 struct error *error)
 {
     char first[JSONPATH_MAX];
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
-    if (study->kind == SWEEP_SCENE && !sim_key_find(first))
+    if (sweep->kind == SWEEP_SCENE && !sim_key_find(first))
         return error_set(
             error, MR_MALFORMED,
             "unknown key: %s: a scene has no \"%s\"; correct it, or say with \"set\" what it sets",
@@ -141,14 +139,14 @@ static bool is_factor(const json_t *factor)
     return json_array_size(factor) > 0;
 }
 
-static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axis,
-                               const json_t *value, const char *where, struct error *error)
+static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, const json_t *value,
+                               const char *where, struct error *error)
 {
     const char *key;
     json_t *factor;
     axis->set = json_is_object(value) ? json_object_get(value, "set") : NULL;
     if (!axis->set)
-        return check_key(study, where, axis->name, error);
+        return check_key(sweep, where, axis->name, error);
     if (!json_is_object(axis->set) || json_object_size(axis->set) == 0)
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}",
@@ -159,7 +157,7 @@ static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axi
             return error_set(error, MR_MALFORMED,
                              "wrong type: %s: set %s; give a number or a list of numbers", where,
                              key);
-        if (check_key(study, where, key, error) != MR_OK)
+        if (check_key(sweep, where, key, error) != MR_OK)
             return error->status;
     }
     for (size_t i = 0; i < json_array_size(axis->range.levels); i++) {
@@ -172,17 +170,17 @@ static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axi
 }
 
 /* Of a scene's key, or as the name's end says: "aircraft.weight_lb". */
-static const char *unit_of_axis(const struct sweep_study *study, const char *name)
+static const char *unit_of_axis(const struct sweep *sweep, const char *name)
 {
-    const struct sim_key *key = study->kind == SWEEP_SCENE ? sim_key_find(name) : NULL;
+    const struct sim_key *key = sweep->kind == SWEEP_SCENE ? sim_key_find(name) : NULL;
     const char *unit = key ? key->unit : quantity_unit_of_name(name);
     return quantity_kind_of(unit) ? unit : "";
 }
 
 /* A list of values, or an object with "values" (for a list with "set") or a range. */
-static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *axis,
-                                const char *path, const char *part, const char *name,
-                                const json_t *value, struct error *error)
+static enum mr_status read_axis(struct sweep *sweep, struct sweep_axis *axis, const char *path,
+                                const char *part, const char *name, const json_t *value,
+                                struct error *error)
 {
     char where[PATH_MAX + 100];
     const json_t *values = json_is_object(value) ? json_object_get(value, "values") : NULL;
@@ -192,33 +190,33 @@ static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *ax
         return error_set(error, MR_MALFORMED, "name too long: %s; give 1 to %d letters", where,
                          SWEEP_NAME_MAX - 1);
     snprintf(axis->name, sizeof axis->name, "%s", name);
-    if (design_range_read(&axis->range, values ? values : value, unit_of_axis(study, name), where,
+    if (design_range_read(&axis->range, values ? values : value, unit_of_axis(sweep, name), where,
                           error) != MR_OK)
         return error->status;
-    return read_set(study, axis, value, where, error);
+    return read_set(sweep, axis, value, where, error);
 }
 
-static enum mr_status add_axis(struct sweep_study *study, const char *path, const char *part,
+static enum mr_status add_axis(struct sweep *sweep, const char *path, const char *part,
                                const char *name, const json_t *value, struct error *error)
 {
-    if (study->axis_count == SWEEP_AXES_MAX)
+    if (sweep->axis_count == SWEEP_AXES_MAX)
         return error_set(error, MR_MALFORMED, "too many: %s: %s varies more than %d keys; fix some",
                          path, part, SWEEP_AXES_MAX);
-    for (size_t i = 0; i < study->axis_count; i++) {
-        if (strcmp(study->axis[i].name, name) == 0)
+    for (size_t i = 0; i < sweep->axis_count; i++) {
+        if (strcmp(sweep->axis[i].name, name) == 0)
             return error_set(error, MR_MALFORMED,
                              "given twice: %s: \"%s\" is in vary and in %s; give it once", path,
                              name, part);
     }
-    return read_axis(study, &study->axis[study->axis_count++], path, part, name, value, error);
+    return read_axis(sweep, &sweep->axis[sweep->axis_count++], path, part, name, value, error);
 }
 
-static enum mr_status read_vary(struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status read_vary(struct sweep *sweep, const char *path, struct error *error)
 {
-    const json_t *vary = json_object_get(study->root, "vary");
+    const json_t *vary = json_object_get(sweep->root, "vary");
     const char *name;
     json_t *value;
-    study->grid = 1;
+    sweep->grid = 1;
     if (vary && !json_is_object(vary))
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
@@ -226,17 +224,17 @@ static enum mr_status read_vary(struct sweep_study *study, const char *path, str
     {
         if (name[0] == '_')
             continue;
-        if (add_axis(study, path, "vary", name, value, error) != MR_OK)
+        if (add_axis(sweep, path, "vary", name, value, error) != MR_OK)
             return error->status;
-        size_t levels = design_levels(&study->axis[study->axis_count - 1].range);
+        size_t levels = design_levels(&sweep->axis[sweep->axis_count - 1].range);
         if (levels == 0)
             return error_set(error, MR_MALFORMED,
                              "something is missing: %s: vary %s; give \"count\"", path, name);
-        if (study->grid > SWEEP_CASES_MAX / levels)
+        if (sweep->grid > SWEEP_CASES_MAX / levels)
             return error_set(error, MR_MALFORMED,
                              "too many cases: %s: more than %d; split the sweep", path,
                              SWEEP_CASES_MAX);
-        study->grid *= levels;
+        sweep->grid *= levels;
     }
     return MR_OK;
 }
@@ -251,10 +249,10 @@ static size_t count_keys(const json_t *keys)
 }
 
 /* Sampled keys, of the part `lhs` or `sobol`. */
-static enum mr_status read_sampled(struct sweep_study *study, const char *path, const char *part,
+static enum mr_status read_sampled(struct sweep *sweep, const char *path, const char *part,
                                    struct error *error)
 {
-    const json_t *sampled = json_object_get(study->root, part), *n = json_object_get(sampled, "n"),
+    const json_t *sampled = json_object_get(sweep->root, part), *n = json_object_get(sampled, "n"),
                  *seed = json_object_get(sampled, "seed");
     const json_t *keys = json_object_get(sampled, "keys");
     const char *name;
@@ -268,27 +266,24 @@ static enum mr_status read_sampled(struct sweep_study *study, const char *path, 
                          "{\"KEY\": {\"from\": A, \"to\": B}}}",
                          path, part);
     size_t points = (size_t)json_integer_value(n);
-    study->points = indices ? points : 0;
-    study->samples = indices ? points * (count + 2) : points;
-    if (study->grid > SWEEP_CASES_MAX / study->samples)
+    sweep->points = indices ? points : 0;
+    sweep->samples = indices ? points * (count + 2) : points;
+    if (sweep->grid > SWEEP_CASES_MAX / sweep->samples)
         return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
                          path, SWEEP_CASES_MAX);
     json_object_foreach((json_t *)(uintptr_t)keys, name, value)
     {
         if (name[0] == '_')
             continue;
-        if (add_axis(study, path, part, name, value, error) != MR_OK)
+        if (add_axis(sweep, path, part, name, value, error) != MR_OK)
             return error->status;
-        struct sweep_axis *axis = &study->axis[study->axis_count - 1];
+        struct sweep_axis *axis = &sweep->axis[sweep->axis_count - 1];
         if (indices && axis->range.levels)
             return error_set(error, MR_MALFORMED,
                              "wrong type: %s: sobol %s is a list; give a range, so that no two "
                              "cases are the same",
                              path, name);
-        axis->u = calloc(study->samples, sizeof *axis->u);
-        if (!axis->u)
-            return error_set(error, MR_FULL, "out of memory: %s: %zu samples; give fewer", path,
-                             study->samples);
+        axis->u = xcalloc(sweep->samples, sizeof *axis->u);
         if (indices)
             design_radial(axis->u, points, count, key++, (uint64_t)json_integer_value(seed), name);
         else
@@ -297,14 +292,14 @@ static enum mr_status read_sampled(struct sweep_study *study, const char *path, 
     return MR_OK;
 }
 
-static enum mr_status read_samples(struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status read_samples(struct sweep *sweep, const char *path, struct error *error)
 {
-    bool lhs = json_object_get(study->root, "lhs"), sobol = json_object_get(study->root, "sobol");
-    study->samples = 1;
+    bool lhs = json_object_get(sweep->root, "lhs"), sobol = json_object_get(sweep->root, "sobol");
+    sweep->samples = 1;
     if (lhs && sobol)
         return error_set(error, MR_MALFORMED, "given twice: %s: lhs and sobol; give one of them",
                          path);
-    return lhs || sobol ? read_sampled(study, path, lhs ? "lhs" : "sobol", error) : MR_OK;
+    return lhs || sobol ? read_sampled(sweep, path, lhs ? "lhs" : "sobol", error) : MR_OK;
 }
 
 /* ---- the search ---- */
@@ -322,13 +317,13 @@ static enum mr_status find_number(const json_t *find, const char *key, double lo
     return MR_OK;
 }
 
-static enum mr_status read_condition(struct sweep_study *study, const json_t *find,
-                                     const char *path, struct error *error)
+static enum mr_status read_condition(struct sweep *sweep, const json_t *find, const char *path,
+                                     struct error *error)
 {
     const json_t *above = json_object_get(find, "above"), *below = json_object_get(find, "below"),
                  *is = json_object_get(find, "is");
-    study->find.field = json_string_value(json_object_get(find, "field"));
-    if (!study->find.field || !*study->find.field)
+    sweep->find.field = json_string_value(json_object_get(find, "field"));
+    if (!sweep->find.field || !*sweep->find.field)
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: find field; give the name of a field of the result",
                          path);
@@ -338,14 +333,14 @@ static enum mr_status read_condition(struct sweep_study *study, const json_t *fi
                          "wrong type: %s: find; give one of \"above\": NUMBER, \"below\": NUMBER, "
                          "\"is\": true or false",
                          path);
-    study->find.below = below || json_is_false(is);
-    study->find.level = is ? 0.5 : json_number_value(above ? above : below);
+    sweep->find.below = below || json_is_false(is);
+    sweep->find.level = is ? 0.5 : json_number_value(above ? above : below);
     return MR_OK;
 }
 
-static enum mr_status read_find(struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status read_find(struct sweep *sweep, const char *path, struct error *error)
 {
-    const json_t *find = json_object_get(study->root, "find");
+    const json_t *find = json_object_get(sweep->root, "find");
     const char *name = json_string_value(json_object_get(find, "key"));
     double scan;
     if (!find)
@@ -355,36 +350,36 @@ static enum mr_status read_find(struct sweep_study *study, const char *path, str
                          "wrong type: %s: find; give {\"key\": KEY, \"from\": A, \"to\": B, "
                          "\"field\": FIELD, \"above\": LEVEL}",
                          path);
-    if (read_axis(study, &study->find.key, path, "find", name, find, error) != MR_OK)
+    if (read_axis(sweep, &sweep->find.key, path, "find", name, find, error) != MR_OK)
         return error->status;
-    if (study->find.key.range.levels || study->find.key.range.from > study->find.key.range.to)
+    if (sweep->find.key.range.levels || sweep->find.key.range.from > sweep->find.key.range.to)
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: find %s; give \"from\" below \"to\"", path, name);
-    for (size_t i = 0; i < study->axis_count; i++) {
-        if (strcmp(study->axis[i].name, name) == 0)
+    for (size_t i = 0; i < sweep->axis_count; i++) {
+        if (strcmp(sweep->axis[i].name, name) == 0)
             return error_set(error, MR_MALFORMED,
                              "given twice: %s: \"%s\" is varied and searched; drop one", path,
                              name);
     }
-    study->find.beyond_when = json_object_get(find, "beyond_when");
-    if (study->find.beyond_when && !json_is_array(study->find.beyond_when))
+    sweep->find.beyond_when = json_object_get(find, "beyond_when");
+    if (sweep->find.beyond_when && !json_is_array(sweep->find.beyond_when))
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: find beyond_when; give a list of statuses: [\"folded\"]",
                          path);
-    if (read_condition(study, find, path, error) != MR_OK ||
+    if (read_condition(sweep, find, path, error) != MR_OK ||
         find_number(find, "scan", 1, SCAN_MAX, 8, &scan, path, error) != MR_OK ||
-        find_number(find, "tolerance", 1e-9, 1, 0.01, &study->find.tolerance, path, error) != MR_OK)
+        find_number(find, "tolerance", 1e-9, 1, 0.01, &sweep->find.tolerance, path, error) != MR_OK)
         return error->status;
-    study->find.scan = (unsigned)scan;
-    study->find.wanted = true;
+    sweep->find.scan = (unsigned)scan;
+    sweep->find.wanted = true;
     return MR_OK;
 }
 
-static enum mr_status read_rest(struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status read_rest(struct sweep *sweep, const char *path, struct error *error)
 {
-    const json_t *outputs = json_object_get(study->root, "outputs");
-    const json_t *solver = json_object_get(study->root, "solver");
-    if (outputs || !study->find.wanted) {
+    const json_t *outputs = json_object_get(sweep->root, "outputs");
+    const json_t *solver = json_object_get(sweep->root, "solver");
+    if (outputs || !sweep->find.wanted) {
         for (size_t i = 0; i < json_array_size(outputs); i++) {
             const char *name = json_string_value(json_array_get(outputs, i));
             if (!name || !*name || strlen(name) >= JSONPATH_MAX)
@@ -397,35 +392,29 @@ static enum mr_status read_rest(struct sweep_study *study, const char *path, str
             return error_set(
                 error, MR_MALFORMED,
                 "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
-                path, study->kind == SWEEP_CAMPAIGN ? "campaign" : "sim");
+                path, sweep->kind == SWEEP_CAMPAIGN ? "campaign" : "sim");
     }
-    if (study->kind == SWEEP_CAMPAIGN && (solver || json_object_get(study->root, "rtol")))
+    if (sweep->kind == SWEEP_CAMPAIGN && (solver || json_object_get(sweep->root, "rtol")))
         return error_set(
             error, MR_MALFORMED,
             "not here: %s: %s; a campaign has its own engines (key engine): leave it out", path,
             solver ? "solver" : "rtol");
     if (solver && !json_is_string(solver))
         return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
-    study->solver = json_string_value(solver);
-    study->timeout_s = (double)INFINITY;
-    if (json_object_get(study->root, "rtol") &&
-        find_number(study->root, "rtol", 1e-13, 1.0, 0.0, &study->rtol, path, error) != MR_OK)
-        return error->status;
-    if (json_object_get(study->root, "timeout_s") &&
-        find_number(study->root, "timeout_s", 1e-3, TIMEOUT_MAX_S, 0.0, &study->timeout_s, path,
-                    error) != MR_OK)
+    sweep->solver = json_string_value(solver);
+    if (json_object_get(sweep->root, "rtol") &&
+        find_number(sweep->root, "rtol", 1e-13, 1.0, 0.0, &sweep->rtol, path, error) != MR_OK)
         return error->status;
     return MR_OK;
 }
 
-static enum mr_status check_names(const struct sweep_study *study, const char *path,
-                                  struct error *error)
+static enum mr_status check_names(const struct sweep *sweep, const char *path, struct error *error)
 {
-    static const char *const known[] = {"kind", "name",    "base",   "vary", "lhs",       "sobol",
-                                        "find", "outputs", "solver", "rtol", "timeout_s", "labels"};
+    static const char *const known[] = {"kind",  "name", "base",    "vary",   "lhs",
+                                        "sobol", "find", "outputs", "solver", "rtol"};
     const char *name;
     json_t *value;
-    json_object_foreach(study->root, name, value)
+    json_object_foreach(sweep->root, name, value)
     {
         bool found = name[0] == '_';
         for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
@@ -439,15 +428,105 @@ static enum mr_status check_names(const struct sweep_study *study, const char *p
     return MR_OK;
 }
 
+/* ---- what a case gives the simulation ---- */
+
+/* The value of an axis in a case: the Cartesian part counts fastest in its last key, samples
+ * fastest of all. */
+static json_t *axis_value(const struct sweep *sweep, size_t axis, size_t index)
+{
+    const struct sweep_axis *a = &sweep->axis[axis];
+    if (a->u)
+        return design_at(&a->range, a->u[index % sweep->samples]);
+    size_t place = index / sweep->samples;
+    for (size_t k = sweep->axis_count; k-- > axis + 1;) {
+        if (!sweep->axis[k].u)
+            place /= design_levels(&sweep->axis[k].range);
+    }
+    return design_level(&a->range, place % design_levels(&a->range));
+}
+
+json_t *sweep_values(const struct sweep *sweep, size_t index)
+{
+    json_t *values = json_object();
+    for (size_t i = 0; i < sweep->axis_count; i++)
+        json_object_set_new(values, sweep->axis[i].name, axis_value(sweep, i, index));
+    return values;
+}
+
+static json_t *times(const json_t *factor, double value)
+{
+    if (json_is_number(factor))
+        return design_json(json_number_value(factor) * value);
+    json_t *list = json_array();
+    for (size_t i = 0; i < json_array_size(factor); i++)
+        json_array_append_new(list,
+                              design_json(json_number_value(json_array_get(factor, i)) * value));
+    return list;
+}
+
+static bool apply(const struct sweep_axis *axis, json_t *input, json_t *value)
+{
+    const char *key;
+    json_t *factor;
+    if (!axis->set)
+        return jsonpath_set(input, axis->name, value);
+    bool done = true;
+    json_object_foreach(axis->set, key, factor)
+    {
+        json_t *product = times(factor, json_number_value(value));
+        done &= jsonpath_set(input, key, product);
+        json_decref(product);
+    }
+    return done;
+}
+
+json_t *sweep_input(const struct sweep *sweep, size_t index)
+{
+    json_t *input = json_copy(sweep->base);
+    bool done = true;
+    for (size_t i = 0; i < sweep->axis_count; i++) {
+        json_t *value = axis_value(sweep, i, index);
+        done &= apply(&sweep->axis[i], input, value);
+        json_decref(value);
+    }
+    if (done)
+        return input;
+    json_decref(input);
+    return NULL;
+}
+
+json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value)
+{
+    json_t *at = json_copy((json_t *)(uintptr_t)input), *number = design_json(value);
+    bool done = apply(&sweep->find.key, at, number);
+    json_decref(number);
+    if (done)
+        return at;
+    json_decref(at);
+    return NULL;
+}
+
+const json_t *sweep_outputs(const struct sweep *sweep)
+{
+    return json_object_get(sweep->root, "outputs");
+}
+
 /* ---- the whole ---- */
 
-static enum mr_status check_first(const struct sweep_study *study, const char *path,
-                                  struct error *error)
+static uint64_t hash_of(const json_t *root)
+{
+    char *text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    uint64_t hash = fnv1a(FNV_BASIS, text, strlen(text));
+    free(text);
+    return hash;
+}
+
+static enum mr_status check_first(const struct sweep *sweep, const char *path, struct error *error)
 {
     char where[PATH_MAX + 40];
-    json_t *input = sweep_study_input(study, 0);
-    if (input && study->find.wanted) {
-        json_t *at = sweep_study_input_at(study, input, study->find.key.range.from);
+    json_t *input = sweep_input(sweep, 0);
+    if (input && sweep->find.wanted) {
+        json_t *at = sweep_input_at(sweep, input, sweep->find.key.range.from);
         json_decref(input);
         input = at;
     }
@@ -456,48 +535,45 @@ static enum mr_status check_first(const struct sweep_study *study, const char *p
                          "no such place: %s: a dotted key leads nowhere in the base; correct it",
                          path);
     snprintf(where, sizeof where, "%s: first case", path);
-    sweep_case_check(study, input, where, error);
+    sweep_case_check(sweep, input, where, error);
     json_decref(input);
     return error->status;
 }
 
-static enum mr_status read_study(struct sweep_study *study, const char *path, struct error *error)
+static enum mr_status read_file(struct sweep *sweep, const char *path, struct error *error)
 {
-    if (check_names(study, path, error) != MR_OK || read_kind(study, path, error) != MR_OK ||
-        read_base(study, path, error) != MR_OK || read_vary(study, path, error) != MR_OK ||
-        read_samples(study, path, error) != MR_OK || read_find(study, path, error) != MR_OK ||
-        read_rest(study, path, error) != MR_OK)
+    if (check_names(sweep, path, error) != MR_OK || read_kind(sweep, path, error) != MR_OK ||
+        read_base(sweep, path, error) != MR_OK || read_vary(sweep, path, error) != MR_OK ||
+        read_samples(sweep, path, error) != MR_OK || read_find(sweep, path, error) != MR_OK ||
+        read_rest(sweep, path, error) != MR_OK)
         return error->status;
-    if (study->axis_count == 0)
+    if (sweep->axis_count == 0)
         return error_set(error, MR_MALFORMED,
                          "something is missing: %s varies nothing; give \"vary\", \"lhs\" or "
                          "\"sobol\"",
                          path);
-    study->cases = study->grid * study->samples;
-    if (check_first(study, path, error) != MR_OK)
-        return error->status;
-    return sweep_study_make_ids(study, path, error);
+    sweep->cases = sweep->grid * sweep->samples;
+    sweep->hash = hash_of(sweep->root);
+    return check_first(sweep, path, error);
 }
 
-enum mr_status sweep_study_load(struct sweep_study *study, const char *path, struct error *error)
+enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *error)
 {
-    *study = (struct sweep_study){0};
-    if (load_json(path, "sweep", &study->root, error) != MR_OK)
+    *sweep = (struct sweep){0};
+    if (load_json(path, "sweep", &sweep->root, error) != MR_OK)
         return error->status;
-    if (read_study(study, path, error) != MR_OK)
-        sweep_study_free(study);
+    if (read_file(sweep, path, error) != MR_OK)
+        sweep_free(sweep);
     return error->status;
 }
 
-void sweep_study_free(struct sweep_study *study)
+void sweep_free(struct sweep *sweep)
 {
-    for (size_t i = 0; i < study->axis_count; i++) {
-        design_range_free(&study->axis[i].range);
-        free(study->axis[i].u);
+    for (size_t i = 0; i < sweep->axis_count; i++) {
+        design_range_free(&sweep->axis[i].range);
+        free(sweep->axis[i].u);
     }
-    design_range_free(&study->find.key.range);
-    free(study->ids);
-    free(study->order);
-    json_decref(study->root);
-    *study = (struct sweep_study){0};
+    design_range_free(&sweep->find.key.range);
+    json_decref(sweep->root);
+    *sweep = (struct sweep){0};
 }

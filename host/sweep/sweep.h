@@ -1,12 +1,8 @@
-/* A study: what is varied, how, on what, and what is wanted of each case (README.md here: the
- * file).
- *
- * Cases are numbered from 0 within the study and named by their id, the hash of everything that
- * their result depends on: base, varied values, solver, outputs, search. So an id does not depend
- * on the order of keys or cases, on shards or on how many run at a time; a study that is extended
- * keeps the ids that it had. */
-#ifndef MATRIG_HOST_SWEEP_STUDY_H
-#define MATRIG_HOST_SWEEP_STUDY_H
+/* A sweep: what is varied, how, on what, and which results are wanted (README.md here: the file). A
+ * case is named by its number, from 1 in files and messages, from 0 in code; the hash of the whole
+ * file tells its results from those of another sweep. */
+#ifndef MATRIG_HOST_SWEEP_SWEEP_H
+#define MATRIG_HOST_SWEEP_SWEEP_H
 
 #include <jansson.h>
 #include <stdbool.h>
@@ -19,9 +15,8 @@
 #define SWEEP_NAME_MAX  64
 #define SWEEP_AXES_MAX  32
 #define SWEEP_CASES_MAX 1000000
-#define SWEEP_ID_SIZE   17 /* 16 hexadecimal digits and the end */
 
-/* What a case is a run of. Another kind is added here, in sweep_study.c's table of kinds, and in
+/* What a case is a run of. Another kind is added here, in sweep.c's table of kinds, and in
  * sweep_case.c. */
 enum sweep_kind { SWEEP_SCENE, SWEEP_CAMPAIGN };
 #define SWEEP_KINDS 2
@@ -31,7 +26,7 @@ struct sweep_axis {
     char name[SWEEP_NAME_MAX];
     struct design_range range;
     /* object: keys of the base and the factors that the value is put there with; NULL: the key
-     * `name`, the value itself. Borrowed from the study's root */
+     * `name`, the value itself. Borrowed from the sweep's root */
     json_t *set;
     double *u; /* sampled: u[sample]; NULL in the Cartesian part */
 };
@@ -49,7 +44,7 @@ struct sweep_find {
     const json_t *beyond_when; /* statuses that count as beyond, such as "folded"; NULL: none */
 };
 
-struct sweep_study {
+struct sweep {
     json_t *root; /* the file, with its base put in: enough to be read again */
     json_t *base; /* borrowed from root */
     enum sweep_kind kind;
@@ -63,36 +58,23 @@ struct sweep_study {
     struct sweep_find find;
     const char *solver; /* NULL: chosen */
     double rtol;        /* 0: the solver's */
-    double timeout_s;   /* of a case; INFINITY: none */
     size_t cases;
-    uint64_t *ids;             /* [cases] */
-    struct sweep_place *order; /* [cases], by id */
-};
-
-struct sweep_place {
-    uint64_t id;
-    size_t index;
+    uint64_t hash; /* of the file with its base */
 };
 
 /* Reads FILE; a base that is a file is looked for beside FILE. The first case must be acceptable to
- * the simulation; two cases with the same values, unknown keys, wrong types: MR_MALFORMED, one line
- * that names the key. On failure there is nothing to free. */
-enum mr_status sweep_study_load(struct sweep_study *study, const char *path, struct error *error);
-void sweep_study_free(struct sweep_study *study);
+ * the simulation; unknown keys, wrong types: MR_MALFORMED, one line that names the key. On failure
+ * there is nothing to free. */
+enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *error);
+void sweep_free(struct sweep *sweep);
 
-/* The varied values of a case, in the study's order: a new object. */
-json_t *sweep_study_values(const struct sweep_study *study, size_t index);
+/* The varied values of a case (from 0), in the file's order: a new object. */
+json_t *sweep_values(const struct sweep *sweep, size_t index);
 /* The scene (or campaign) of a case: a new object. NULL: a value cannot be put where `set` says. */
-json_t *sweep_study_input(const struct sweep_study *study, size_t index);
+json_t *sweep_input(const struct sweep *sweep, size_t index);
 /* The same with the searched key at a value; `input` is not changed. */
-json_t *sweep_study_input_at(const struct sweep_study *study, const json_t *input, double value);
+json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value);
 /* Paths of the outputs: an array of text. */
-const json_t *sweep_study_outputs(const struct sweep_study *study);
-
-void sweep_id_text(uint64_t id, char text[SWEEP_ID_SIZE]);
-/* False: not 16 hexadecimal digits. */
-bool sweep_id_parse(const char *text, uint64_t *id);
-/* False: the study has no such case. */
-bool sweep_study_find(const struct sweep_study *study, uint64_t id, size_t *index);
+const json_t *sweep_outputs(const struct sweep *sweep);
 
 #endif
