@@ -21,7 +21,7 @@ static void write_kind(FILE *out, const struct quantity_kind *kind)
 void reference_units(FILE *out)
 {
     const struct quantity_kind *kind;
-    reference_head(out, "Units", "the tables of units in `host/base/quantity_units.c`");
+    reference_head(out, "Units", "the tables of units in `host/base/quantity.c`");
     fputs(
         "A number may have its unit behind it, with a blank or without: `15mm`, `15 mm`. This "
         "holds for options, what is typed, tables of readings, the text of a board's "
@@ -40,9 +40,8 @@ void reference_units(FILE *out)
         "- Words may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"
         "- Decimals have a point. A comma is an error, but for a caliper that types one in `matrig "
         "survey`.\n"
-        "- A converted number is the double nearest to what was written. In its own unit it is "
-        "what "
-        "its digits say.\n\n"
+        "- A conversion is exact to 0.502 units in the last place of a double. In its own unit a "
+        "number is what its digits say.\n\n"
         "Each unit with its size in the SI unit of the last column:\n\n"
         "| kind | units | SI |\n|---|---|---|\n",
         out);

@@ -5,108 +5,274 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/decimal.h"
-#include "host/base/quantity_units.h"
 
-#define EXACT_TENS  22                 /* 10^22 is the largest power of ten that a double holds */
-#define EXACT_WHOLE 9007199254740992.0 /* 2^53 */
+/* What units are made of. A mass is force time2 / length. */
+enum base { LENGTH, FORCE, TIME, ANGLE, VOLTAGE, RESISTANCE, TEMPERATURE, BASES };
 
-/* ---- conversion: twice a double's digits, rounded once at the end ---- */
+#define LB    44482216152605.0 /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
+#define FEET  3048.0           /* 1 ft = 0.3048 m */
+#define MILES 1609344.0        /* 5280 ft, in mm */
 
-struct twofold {
-    double high, low;
+/* clang-format off */
+#define OF_LENGTH       {1}
+#define OF_AREA         {2}
+#define OF_FORCE        {0, 1}
+#define OF_TIME         {0, 0, 1}
+#define OF_SPEED        {1, 0, -1}
+#define OF_ACCELERATION {1, 0, -2}
+#define OF_MASS         {-1, 1, 2}
+#define OF_STRESS       {-2, 1}
+#define OF_ANGLE        {0, 0, 0, 1}
+#define OF_VOLTAGE      {0, 0, 0, 0, 1}
+#define OF_RESISTANCE   {0, 0, 0, 0, 0, 1}
+#define OF_TEMPERATURE  {0, 0, 0, 0, 0, 0, 1}
+/* clang-format on */
+
+/* 1 of this word is times / over * 10^ten of the SI units of its bases; `times` and `over` are whole
+ * numbers, but for pi. */
+struct word {
+    const char *text;
+    signed char power[BASES];
+    double times, over;
+    int ten;
+    bool any_case; /* also in other capitals */
 };
 
-static struct twofold settle(double high, double low)
+static const struct word words[] = {
+    {"ft", OF_LENGTH, FEET, 1, -4, true},     {"in", OF_LENGTH, 254, 1, -4, true},
+    {"mm", OF_LENGTH, 1, 1, -3, true},        {"cm", OF_LENGTH, 1, 1, -2, true},
+    {"m", OF_LENGTH, 1, 1, 0, true},          {"km", OF_LENGTH, 1, 1, 3, false},
+    {"lb", OF_FORCE, LB, 1, -13, true},       {"kip", OF_FORCE, LB, 1, -10, false},
+    {"N", OF_FORCE, 1, 1, 0, true},           {"kN", OF_FORCE, 1, 1, 3, true},
+    {"kgf", OF_FORCE, 980665, 1, -5, true},   {"kg", OF_MASS, 1, 1, 0, true},
+    {"slug", OF_MASS, LB, FEET, -9, false},   {"s", OF_TIME, 1, 1, 0, false},
+    {"ms", OF_TIME, 1, 1, -3, false},         {"us", OF_TIME, 1, 1, -6, false},
+    {"min", OF_TIME, 60, 1, 0, false},        {"h", OF_TIME, 3600, 1, 0, false},
+    {"d", OF_TIME, 86400, 1, 0, false},       {"mph", OF_SPEED, MILES, 3600, -3, false},
+    {"kn", OF_SPEED, 1852, 3600, 0, false},   {"g", OF_ACCELERATION, 980665, 1, -5, false},
+    {"psi", OF_STRESS, LB, 64516, -5, false}, {"ksi", OF_STRESS, LB, 64516, -2, false},
+    {"Pa", OF_STRESS, 1, 1, 0, false},        {"kPa", OF_STRESS, 1, 1, 3, false},
+    {"MPa", OF_STRESS, 1, 1, 6, false},       {"GPa", OF_STRESS, 1, 1, 9, false},
+    {"rad", OF_ANGLE, 1, 1, 0, false},        {"deg", OF_ANGLE, M_PI, 180, 0, false},
+    {"V", OF_VOLTAGE, 1, 1, 0, false},        {"mV", OF_VOLTAGE, 1, 1, -3, false},
+    {"ohm", OF_RESISTANCE, 1, 1, 0, false},   {"kohm", OF_RESISTANCE, 1, 1, 3, false},
+    {"Mohm", OF_RESISTANCE, 1, 1, 6, false},  {"K", OF_TEMPERATURE, 1, 1, 0, false},
+    {"F", OF_TEMPERATURE, 5, 9, 0, false},
+};
+
+/* The first unit of a kind stands for it. */
+static const struct quantity_kind kinds[] = {
+    {"a length", "ft, in, mm, cm, m", "m", NULL},
+    {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg is the weight of that mass"},
+    {"a speed", "ft/s, m/s, km/h, mph, kn, in/s, mm/s", "m/s", NULL},
+    {"an acceleration", "ft/s2, m/s2, g", "m/s2", NULL},
+    {"a time", "s, ms, us, min, h, d", "s", NULL},
+    {"an angle", "deg, rad", "rad", NULL},
+    {"a stiffness", "lb/ft, lb/in, kip/in, N/m, N/mm, kN/m", "N/m", NULL},
+    {"a damping", "lb s/ft, lb s/in, N s/m", "N s/m", NULL},
+    {"a stress", "psi, ksi, lb/ft2, Pa, kPa, MPa, GPa, N/m2, N/mm2", "Pa", NULL},
+    {"an area", "in2, ft2, mm2, cm2, m2", "m2", NULL},
+    {"a moment", "ft lb, in lb, N m", "N m", NULL},
+    {"a stiffness of a hinge", "ft lb/rad, ft lb/deg, N m/rad", "N m/rad", NULL},
+    {"a damping of a hinge", "ft lb s/rad, N m s/rad", "N m s/rad", NULL},
+    {"a moment of inertia", "slug ft2, kg m2", "kg m2", NULL},
+    {"a mass", "kg, slug", "kg", NULL},
+    {"a rate of force", "lb/s, N/s, lb/h, N/h", "N/s", NULL},
+    {"a voltage", "V, mV", "V", NULL},
+    {"a resistance", "ohm, kohm, Mohm", "ohm", NULL},
+    {"a difference of temperature", "F, K, degF, degC", "K", NULL},
+    {"a thermal expansion", "1/F, 1/K", "1/K", NULL},
+};
+
+/* Each also as a plural with s. */
+static const struct {
+    const char *spelling, *word;
+} spellings[] = {
+    {"inch", "in"},       {"inches", "in"},     {"millimetre", "mm"}, {"millimeter", "mm"},
+    {"centimetre", "cm"}, {"centimeter", "cm"}, {"metre", "m"},       {"meter", "m"},
+    {"foot", "ft"},       {"feet", "ft"},       {"lbf", "lb"},        {"lbs", "lb"},
+    {"ins", "in"},        {"kgs", "kg"},        {"kips", "kip"},      {"pound", "lb"},
+    {"newton", "N"},      {"kilonewton", "kN"}, {"kp", "kgf"},        {"kilogram", "kg"},
+    {"sec", "s"},         {"second", "s"},      {"minute", "min"},    {"hour", "h"},
+    {"day", "d"},         {"kt", "kn"},         {"knot", "kn"},       {"degree", "deg"},
+    {"degF", "F"},        {"degC", "K"},
+};
+
+/* What a name may end with; the longer one comes first. */
+static const struct {
+    const char *ending, *unit;
+} endings[] = {
+    {"_lb_in_in", ""},
+    {"_lb_in", "lb/in"},
+    {"_lb_s_ft", "lb s/ft"},
+    {"_ft_lb_rad", "ft lb/rad"},
+    {"_slug_ft2", "slug ft2"},
+    {"_ft_lb", "ft lb"},
+    {"_lb_ft", "lb/ft"},
+    {"_ft_s2", "ft/s2"},
+    {"_ft_s", "ft/s"},
+    {"_lb", "lb"},
+    {"_ft", "ft"},
+    {"_in", "in"},
+    {"_mm", "mm"},
+    {"_m", "m"},
+    {"_N", "N"},
+    {"_ms", "ms"},
+    {"_s", "s"},
+    {"_deg", "deg"},
+};
+
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
+/* ---- units: products of words ---- */
+
+struct unit {
+    int power[BASES];
+    long double times, over; /* exact for every unit of a kind */
+    int ten;
+    bool is_kg; /* kg alone */
+};
+
+/* A capital M is mega: "Mm" and "M" are no mm and m. Wholly in capitals is another spelling. */
+static bool is_mega(const char *text, size_t length)
 {
-    double sum = high + low;
-    return (struct twofold){sum, low - (sum - high)};
+    return length <= 2 && text[0] == 'M' && (length == 1 || text[1] != 'M');
 }
 
-static struct twofold times(struct twofold a, double b)
+static bool is_any_case(const char *text, size_t length, const char *known)
 {
-    double product = a.high * b;
-    return settle(product, fma(a.high, b, -product) + a.low * b);
+    return strlen(known) == length && strncasecmp(text, known, length) == 0 &&
+           !is_mega(text, length);
 }
 
-static struct twofold over(struct twofold a, double b)
+static const struct word *find_word(const char *text, size_t length)
 {
-    double quotient = a.high / b;
-    return settle(quotient, (fma(-quotient, b, a.high) + a.low) / b);
+    for (size_t i = 0; i < COUNT(words); i++) {
+        if (strlen(words[i].text) == length && memcmp(text, words[i].text, length) == 0)
+            return &words[i];
+    }
+    size_t singular = length - (length > 2 && (text[length - 1] | 32) == 's');
+    for (size_t i = 0; i < COUNT(spellings); i++) {
+        if (is_any_case(text, length, spellings[i].spelling) ||
+            is_any_case(text, singular, spellings[i].spelling))
+            return find_word(spellings[i].word, strlen(spellings[i].word));
+    }
+    for (size_t i = 0; i < COUNT(words); i++) {
+        if (words[i].any_case && is_any_case(text, length, words[i].text))
+            return &words[i];
+    }
+    return NULL;
 }
 
-static double power_of_ten(int power)
+const char *quantity_word(const char *text, size_t length)
 {
-    double value = 1.0;
+    const struct word *word = find_word(text, length);
+    return word ? word->text : "";
+}
+
+static const char *skip(const char *text)
+{
+    return text + strspn(text, " \t\r\n");
+}
+
+static void multiply(struct unit *unit, const struct word *word, int power)
+{
+    for (int i = 0; i < abs(power); i++) {
+        unit->times *= power > 0 ? word->times : word->over;
+        unit->over *= power > 0 ? word->over : word->times;
+    }
+    unit->ten += power * word->ten;
+    for (size_t b = 0; b < BASES; b++)
+        unit->power[b] += power * word->power[b];
+}
+
+/* "m2", "m^2"; the text behind it, NULL: there is none. */
+static const char *read_power(const char *text, int sign, struct unit *unit)
+{
+    size_t length = 0;
+    int power = 1;
+    while (isalpha((unsigned char)text[length]))
+        length++;
+    const struct word *word = length > 0 ? find_word(text, length) : NULL;
+    if (!word)
+        return NULL;
+    text += length;
+    if (*text == '^' && (text[1] < '2' || text[1] > '4'))
+        return NULL;
+    text += *text == '^';
+    if (*text >= '2' && *text <= '4')
+        power = *text++ - '0';
+    multiply(unit, word, sign * power);
+    return isalnum((unsigned char)*text) ? NULL : text;
+}
+
+/* False: not a unit. "": no unit, all powers 0. */
+static bool read_unit(const char *text, struct unit *unit)
+{
+    *unit = (struct unit){.times = 1.0L, .over = 1.0L};
+    text = skip(text);
+    unit->is_kg = strncasecmp(text, "kg", 2) == 0 && *skip(text + 2) == '\0';
+    if (*text == '1' && *skip(text + 1) == '/')
+        text = skip(text + 1);
+    while (text && *text && *text != '/') {
+        text = read_power(text, 1, unit);
+        text = text ? skip(text) : NULL;
+    }
+    if (text && *text == '/')
+        text = read_power(skip(text + 1), -1, unit);
+    return text && *skip(text) == '\0';
+}
+
+static bool is_alike(const struct unit *a, const struct unit *b)
+{
+    return memcmp(a->power, b->power, sizeof a->power) == 0;
+}
+
+/* kg alone becomes kgf where `wanted` is a force. */
+static void weigh(struct unit *unit, const struct unit *wanted)
+{
+    struct unit force;
+    if (unit->is_kg && read_unit("kgf", &force) && is_alike(wanted, &force))
+        *unit = force;
+}
+
+/* ---- conversion: in long double, rounded once to a double ---- */
+
+static long double power_of_ten(int power)
+{
+    long double value = 1.0L;
     for (int i = 0; i < power; i++)
-        value *= 10.0; /* exact up to EXACT_TENS */
+        value *= 10.0L;
     return value;
 }
 
-static struct twofold by_tens(struct twofold a, int ten)
+static double converted(long double value, const struct unit *from, const struct unit *to)
 {
-    for (int left = abs(ten); left > 0; left -= EXACT_TENS) {
-        double power = power_of_ten(left < EXACT_TENS ? left : EXACT_TENS);
-        a = ten > 0 ? times(a, power) : over(a, power);
-    }
-    return a;
+    int ten = from->ten - to->ten;
+    return (double)(value * (from->times * to->over * power_of_ten(ten > 0 ? ten : 0)) /
+                    (from->over * to->times * power_of_ten(ten < 0 ? -ten : 0)));
 }
 
-/* `whole` times 10^ten in `from`, in `to`. */
-static double converted(double whole, int ten, const struct quantity_unit *from,
-                        const struct quantity_unit *to)
+static bool is_same(const struct unit *a, const struct unit *b)
 {
-    struct twofold value = {whole, 0.0};
-    for (size_t i = 0; i < quantity_word_count; i++) {
-        const struct quantity_word *word = &quantity_words[i];
-        int power = from->power[i] - to->power[i];
-        ten += power * word->ten;
-        for (int k = 0; k < abs(power); k++) {
-            value = times(value, power > 0 ? word->times : word->over);
-            value = over(value, power > 0 ? word->over : word->times);
-        }
-    }
-    return by_tens(value, ten).high;
-}
-
-/* The number between `text` and `end` as a whole number and a power of ten, when a double holds the
- * former; else as it is read. */
-static double whole_of(const char *text, const char *end, double value, int *ten)
-{
-    double whole = 0.0;
-    bool point = false;
-    *ten = 0;
-    for (; text < end && *text != 'e' && *text != 'E'; text++) {
-        point |= *text == '.';
-        if (!isdigit((unsigned char)*text))
-            continue;
-        whole = 10.0 * whole + (*text - '0');
-        *ten -= point;
-        if (whole > EXACT_WHOLE)
-            break;
-    }
-    long power = text < end && whole <= EXACT_WHOLE ? strtol(text + 1, NULL, 10) : 0;
-    if (whole > EXACT_WHOLE || labs(power) > 300) {
-        *ten = 0;
-        return value;
-    }
-    *ten += (int)power;
-    return signbit(value) ? -whole : whole;
+    return a->times == b->times && a->over == b->over && a->ten == b->ten;
 }
 
 double quantity_convert(double value, const char *from, const char *to)
 {
-    struct quantity_unit a, b;
+    struct unit a, b;
     if (strcmp(from, to) == 0)
         return value;
-    if (!quantity_unit_parse(from, &a) || !quantity_unit_parse(to, &b))
+    if (!read_unit(from, &a) || !read_unit(to, &b))
         return (double)NAN;
-    quantity_unit_weigh(&a, &b);
-    quantity_unit_weigh(&b, &a);
-    if (!quantity_unit_alike(&a, &b))
+    weigh(&a, &b);
+    weigh(&b, &a);
+    if (!is_alike(&a, &b))
         return (double)NAN;
-    return memcmp(&a, &b, sizeof a) == 0 ? value : converted(value, 0, &a, &b);
+    return is_same(&a, &b) ? value : converted(value, &a, &b);
 }
 
 bool quantity_same_kind(const char *from, const char *to)
@@ -188,13 +354,12 @@ static bool is_comma(const char *text)
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
                     struct quantity_wrong *wrong)
 {
-    struct quantity_unit from, to;
-    const char *end, *start = text + strspn(text, " \t\r\n");
-    int ten;
+    struct unit from, to;
+    const char *end, *start = skip(text);
     unit = unit ? unit : "";
     bare = bare ? bare : unit;
     *value = mr_decimal_read(start, &end);
-    const char *own = end + strspn(end, " \t\r\n");
+    const char *own = skip(end);
     if (is_comma(end))
         return is_with_comma(start, end, wrong);
     if (end == start || !isfinite(*value))
@@ -204,17 +369,15 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     const char *came = *own ? own : bare;
     if (strcmp(came, unit) == 0) /* also a word that the table does not have */
         return true;
-    if (!quantity_unit_parse(came, &from))
+    if (!read_unit(came, &from))
         return is_wrong(wrong, *unit ? "unknown unit" : "a unit behind a plain number", unit, bare);
-    if (!*unit || !quantity_unit_parse(unit, &to))
+    if (!*unit || !read_unit(unit, &to))
         return is_of_another_kind(came, unit, bare, wrong);
-    quantity_unit_weigh(&from, &to);
-    if (!quantity_unit_alike(&from, &to))
+    weigh(&from, &to);
+    if (!is_alike(&from, &to))
         return is_of_another_kind(came, unit, bare, wrong);
-    if (memcmp(&from, &to, sizeof from) == 0 || *value == 0.0)
-        return true;
-    double whole = whole_of(start, end, *value, &ten);
-    *value = converted(whole, ten, &from, &to);
+    if (!is_same(&from, &to) && *value != 0.0)
+        *value = converted(strtold(start, NULL), &from, &to);
     return isfinite(*value) || is_no_number(start, unit, bare, wrong);
 }
 
@@ -241,4 +404,46 @@ bool quantity_json(const json_t *json, const char *unit, double *value,
                            : "give a number",
              unit, unit);
     return false;
+}
+
+/* ---- kinds ---- */
+
+const struct quantity_kind *quantity_kind_at(size_t index)
+{
+    return index < COUNT(kinds) ? &kinds[index] : NULL;
+}
+
+const struct quantity_kind *quantity_kind_of(const char *text)
+{
+    struct unit unit, first;
+    char name[40];
+    if (!text || !*text || !read_unit(text, &unit))
+        return NULL;
+    for (size_t i = 0; i < COUNT(kinds); i++) {
+        size_t length = strcspn(kinds[i].units, ",");
+        memcpy(name, kinds[i].units, length); /* a few letters */
+        name[length] = '\0';
+        if (read_unit(name, &first) && is_alike(&unit, &first))
+            return &kinds[i];
+    }
+    return NULL;
+}
+
+void quantity_dimension(const char *text, int powers[3])
+{
+    struct unit unit;
+    bool known = read_unit(text, &unit);
+    powers[0] = known ? unit.power[FORCE] : 0;
+    powers[1] = known ? unit.power[LENGTH] : 0;
+    powers[2] = known ? unit.power[TIME] : 0;
+}
+
+const char *quantity_unit_of_name(const char *name)
+{
+    for (size_t i = 0; i < COUNT(endings); i++) {
+        size_t length = strlen(name), end = strlen(endings[i].ending);
+        if (length > end && strcmp(name + length - end, endings[i].ending) == 0)
+            return endings[i].unit;
+    }
+    return "";
 }

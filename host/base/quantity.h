@@ -5,14 +5,14 @@
  *     power    = word ["^"] ["2" to "4"]            "m"  "m2"  "m^2"
  *
  * The words, and for each kind of quantity the units that people know of it, are the two tables of
- * quantity_units.c; docs/reference/units.md is made from them. Words of lengths and forces may be
+ * quantity.c; docs/reference/units.md is made from them. Words of lengths and forces may be
  * written in capitals ("MM", "LB"), but for "M" and "Mm", where M is mega. Any product of words
  * that has the right dimension is taken: "kip/in" and "kN/mm" for a stiffness. kg alone, where a
  * force is wanted, is the weight of that mass: times 9.80665 m/s2, which is kgf.
  *
- * All factors are exact by definition, but for the degree. A value that is converted is the double
- * nearest to what the decimal number in its unit stands for. One in the wanted unit is the double
- * that its digits stand for, as without a unit. */
+ * All factors are exact by definition, but for the degree, and a conversion is computed in long
+ * double: its result is within 0.502 units in the last place. A number in the wanted unit is the
+ * double that its digits stand for, as without a unit. */
 #ifndef MATRIG_HOST_BASE_QUANTITY_H
 #define MATRIG_HOST_BASE_QUANTITY_H
 
@@ -54,6 +54,10 @@ struct quantity_kind {
 const struct quantity_kind *quantity_kind_at(size_t index);
 /* Of a unit; NULL: the table has no such kind, or the text is no unit. */
 const struct quantity_kind *quantity_kind_of(const char *unit);
+/* Powers of force, length and time in a unit; all 0: not a unit, or a pure number. */
+void quantity_dimension(const char *unit, int powers[3]);
+/* The word that the units' table has for a spelling: "in" for "Inches"; "": none. */
+const char *quantity_word(const char *text, size_t length);
 /* The unit that a name ends with: "ft/s2" of "deceleration_ft_s2"; "": none that is known. */
 const char *quantity_unit_of_name(const char *name);
 

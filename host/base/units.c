@@ -5,7 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "host/base/quantity_units.h"
+#include "host/base/quantity.h"
 
 /* 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605 N: exact by definition. */
 static const struct unit units[2][UNIT_ALL] = {
@@ -54,11 +54,10 @@ const struct unit_word *unit_words(size_t index)
 
 const struct unit_word *unit_read(const char *word, size_t length)
 {
-    size_t found = quantity_word_find(word, length);
     /* "kn" in a column of forces is no knot */
-    const char *known = found == quantity_word_count                   ? ""
-                      : length == 2 && strncasecmp(word, "kn", 2) == 0 ? "kN"
-                                                                       : quantity_words[found].word;
+    const char *known = length == 2 && strncasecmp(word, "kn", 2) == 0
+                          ? "kN"
+                          : quantity_word(word, length);
     if (strcmp(known, "kgf") == 0)
         known = "kg";
     for (size_t i = 0; i < sizeof written / sizeof written[0]; i++) {
