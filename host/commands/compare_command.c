@@ -7,16 +7,16 @@
 
 #include "host/analyse/measured_source.h"
 #include "host/commands/commands.h"
-#include "host/compare/picture.h"
-#include "host/compare/series.h"
 #include "host/compare/show.h"
+#include "host/compare/landing.h"
 #include "host/base/output.h"
+#include "host/base/plot.h"
 #include "host/base/place.h"
 #include "host/base/run.h"
 #include "host/store/store_journal.h"
 
 struct request {
-    const char *db, *scene, *series, *output, *limits_path;
+    const char *db, *scene, *series, *output, *plot, *limits_path;
     int64_t run;     /* 0: a series */
     int64_t seeds;   /* 0: the campaign's */
     double limit_in; /* NaN: none */
@@ -31,12 +31,6 @@ static bool is_file(const char *word)
     size_t length = strlen(word);
     return (length > 5 && strcmp(word + length - 5, ".json") == 0) ||
            (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
-}
-
-static bool is_csv(const char *path)
-{
-    size_t length = strlen(path);
-    return length > 4 && strcmp(path + length - 4, ".csv") == 0;
 }
 
 /* DB RUN [FILE], DB FILE, or DB with --series. */
@@ -57,17 +51,14 @@ static enum mr_status read_words(const char *const words[3], struct request *req
     if (request->run && request->series)
         return error_set(error, MR_USAGE, "RUN or series: %s and --series %s; give one of them",
                          words[1], request->series);
-    if (file && request->scene)
-        return error_set(error, MR_USAGE, "two scenes: %s and --scene %s; give one", file,
-                         request->scene);
-    if (!request->run && (request->as_is || request->output || request->voided))
+    if (!request->run && (request->as_is || request->output || request->plot || request->voided))
         return error_set(error, MR_USAGE, "for one landing: %s; give its RUN",
                          request->as_is    ? "--as-is"
                          : request->output ? "-o"
+                         : request->plot   ? "--plot"
                                            : "--void");
-    if (file)
-        request->scene = file;
-    if (!request->scene) {
+    request->scene = file;
+    if (!file) {
         place_find(PLACE_RUNWAY, request->runway, sizeof request->runway);
         request->scene = request->runway;
     }
@@ -84,26 +75,21 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         return error->status;
     if (!isnan(request->limit_in))
         compare_limits_add_rms(&request->limits, request->limit_in);
-    if (output_check(request->output, request->force, request->scene, error) == MR_OK)
-        output_not_input(request->output, request->limits_path, error);
+    if (output_check(request->output, request->force, request->scene, error) == MR_OK &&
+        output_not_input(request->output, request->limits_path, error) == MR_OK)
+        plot_check(request->plot, request->force, request->scene, error);
     if (error->status == MR_OK && request->limits_path)
         compare_limits_load(&request->limits, request->limits_path, error);
     return error->status;
 }
 
-static enum mr_status write_file(const struct request *request,
-                                 const struct compare_landing *landing, bool si,
-                                 struct error *error)
+static enum mr_status write_csv(const struct request *request,
+                                const struct compare_landing *landing, bool si, struct error *error)
 {
     struct output output;
     if (output_begin(&output, request->output, request->force, error) != MR_OK)
         return error->status;
-    if (is_csv(request->output))
-        compare_csv(output.file, &landing->measured, &landing->head, landing->row, landing->rows,
-                    si, error);
-    else
-        compare_draw(output.file, &landing->measured, &landing->head, landing->row, landing->rows,
-                     true, si, error);
+    compare_csv(output.file, landing, si);
     return output_end(&output, error);
 }
 
@@ -127,8 +113,12 @@ static int compare_one(struct store *store, const struct request *request,
     struct compare_verdict verdict = {0};
     struct answer *answer = answer_new(cli->si);
     if (store_refuse_void(store, request->run, request->voided, error) == MR_OK &&
-        compare_landing(store, request->run, model, 0, &landing, error) == MR_OK && request->output)
-        write_file(request, &landing, cli->si, error);
+        compare_landing(store, request->run, model, 0, &landing, error) == MR_OK) {
+        if (request->output)
+            write_csv(request, &landing, cli->si, error);
+        if (request->plot)
+            compare_plot(&landing, cli->si, request->plot, request->force, error);
+    }
     if (error->status == MR_OK) {
         compare_limits_check(&request->limits, &landing.figures, cli->si, &verdict);
         compare_answer(&landing.figures, &verdict, answer);
@@ -194,7 +184,6 @@ static const struct command_part parts[] = {
                       "ensemble that has a spread. Without\n"
                       "RUN: all landings, in order; the runway is as each left it. Without FILE: "
                       "the model runway"),
-    OPTION_TEXT("--scene", "S", scene, "the same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "the landings of a series (matrig series) instead of all"),
     OPTION_TEXT("--limits", "F", limits_path,
@@ -209,22 +198,23 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--as-is", as_is,
                 "the scene with its own motion and gaps, not the landing's; both are aligned on "
                 "switch edges"),
-    OPTION_TEXT("-o", "F", output,
-                "one landing: measured and simulated with their bands, a picture; .csv: as "
-                "numbers, every millisecond"),
+    OPTION_TEXT(
+        "--plot", "F", plot,
+        "one landing: draw measured and simulated with their 95 % bands (.svg, .png, .pdf)"),
+    OPTION_TEXT("-o", "F.csv", output, "one landing: write both as numbers, every millisecond"),
     OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
     OPTION_FORCE(force),
-    HELP_NOTE("A sentence at its end says whether they agree, or which value differs most, by how "
-              "much and where; only a limit that fails exits 1."),
-    HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json -o landing5.svg\n"
+    HELP_NOTE("The last sentence states whether they agree and which value differs most. Only a "
+              "limit that fails exits 1."),
+    HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json --plot landing5.svg\n"
                  "         matrig compare campaign.db host/campaign/series/standard.json"),
 };
 
 const struct command command_compare = {
     "compare",
     compare_command,
-    "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] "
-    "[--force] [--void] | DB FILE [--series NAME] | DB --series NAME",
+    "DB RUN [FILE] [--limits F] [--limit IN] [--seeds N] [--as-is] [--plot F] [-o F.csv] [--force] "
+    "[--void] | DB FILE [--series NAME] | DB --series NAME",
     "measured against simulated: a landing, or a series",
     COMMAND_PARTS(parts),
     {1, 3, "DB RUN"},

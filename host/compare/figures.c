@@ -1,9 +1,283 @@
 #include "host/compare/figures.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "host/base/ordered.h"
+#include "host/base/units.h"
+#include "host/base/xmalloc.h"
+
+/* where the stop has no error: as much as the last edges before it are apart, about */
+#define STOP_UNKNOWN_S 0.1
+
+/* When the simulated wheel is at a station; NaN: never. */
+static double reach_s(const struct sim_scene *scene, double station_ft)
+{
+    for (size_t i = 1; i < scene->path_count; i++) {
+        const struct sim_path_row *from = &scene->path[i - 1], *to = &scene->path[i];
+        if (from->x_ft <= station_ft && station_ft < to->x_ft)
+            return from->t_s +
+                   (to->t_s - from->t_s) * (station_ft - from->x_ft) / (to->x_ft - from->x_ft);
+    }
+    return (double)NAN;
+}
+
+static void find_offset(struct compare_alignment *a)
+{
+    double late_s[MR_GATES_MAX], squares = 0.0;
+    for (size_t i = 0; i < a->edges; i++)
+        late_s[i] = a->simulated_s[i] - a->measured_s[i];
+    order_numbers(late_s, a->edges);
+    a->offset_s = 0.5 * (late_s[(a->edges - 1) / 2] + late_s[a->edges / 2]);
+    for (size_t i = 0; i < a->edges; i++)
+        squares += (late_s[i] - a->offset_s) * (late_s[i] - a->offset_s);
+    a->scatter_s = sqrt(squares / (double)a->edges);
+}
+
+enum mr_status compare_align(const struct measured *measured, const struct sim_scene *scene,
+                             struct compare_alignment *a, struct error *error)
+{
+    a->edges = 0;
+    for (size_t g = 0; g < measured->gates; g++) {
+        double simulated_s = reach_s(scene, measured->gate[g].station_ft);
+        bool alien = measured->summary.alien >> g & 1u;
+        if (alien || isnan(simulated_s) ||
+            (a->edges > 0 && simulated_s <= a->simulated_s[a->edges - 1]))
+            continue;
+        a->measured_s[a->edges] = measured->gate[g].t_s;
+        a->simulated_s[a->edges++] = simulated_s;
+    }
+    if (a->edges < 2)
+        return error_set(error, MR_TOO_FEW,
+                         "nothing to align by: RUN %lld has %zu switch edges on the way of the "
+                         "simulated wheel; 2 are needed",
+                         (long long)measured->landing.id, a->edges);
+    find_offset(a);
+    return MR_OK;
+}
+
+double compare_simulated_time(const struct compare_alignment *a, double t_s)
+{
+    size_t last = a->edges - 1, k = 0;
+    if (t_s <= a->measured_s[0])
+        return t_s + a->simulated_s[0] - a->measured_s[0];
+    if (t_s >= a->measured_s[last])
+        return t_s + a->simulated_s[last] - a->measured_s[last];
+    while (a->measured_s[k + 1] < t_s)
+        k++;
+    double share = (t_s - a->measured_s[k]) / (a->measured_s[k + 1] - a->measured_s[k]);
+    return a->simulated_s[k] + share * (a->simulated_s[k + 1] - a->simulated_s[k]);
+}
+
+void compare_clock_make(const struct measured *measured, struct compare_clock *clock)
+{
+    struct track track;
+    double unused;
+    track_make(measured, &track);
+    clock->stop_s = measured->summary.stop_t_s.value;
+    clock->stop_error_s = measured->summary.stop_t_s.error;
+    if (!(clock->stop_error_s >= 0.0))
+        clock->stop_error_s = STOP_UNKNOWN_S;
+    for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++) {
+        double t_s = clock->stop_s * (double)i / COMPARE_CLOCK_POINTS,
+               speed_ft_s = measured_speed_ft_s(measured, t_s, &unused);
+        struct mr_estimate station_ft = track_at(&track, t_s);
+        double error_ft = isnan(station_ft.error) ? measured->landing.switch_error_ft
+                                                  : station_ft.error;
+        clock->error_s[i] = speed_ft_s > 0.0 ? fmin(error_ft / speed_ft_s, clock->stop_error_s)
+                                             : clock->stop_error_s;
+    }
+}
+
+double compare_time_error(const struct compare_clock *clock, double t_s)
+{
+    double k = t_s / clock->stop_s * COMPARE_CLOCK_POINTS;
+    if (!(k > 0.0))
+        return clock->error_s[0];
+    if (k >= COMPARE_CLOCK_POINTS)
+        return clock->stop_error_s;
+    size_t i = (size_t)k;
+    return clock->error_s[i] + (k - (double)i) * (clock->error_s[i + 1] - clock->error_s[i]);
+}
+
+#define STEP_S     0.02
+#define REST_S     0.3 /* after the stop; mats have come to rest by then */
+#define MAT_FT     ((double)MR_MAT_LENGTH_FT)
+#define SEGMENT_FT ((double)MR_SEGMENT_LENGTH_FT)
+
+struct compare_zone compare_closed_run(const float *remaining_in, double wheel_ft)
+{
+    struct compare_zone best = {.known = true};
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        unsigned end = s;
+        while (end < MR_SEGMENTS && remaining_in[end] < MR_CLOSURE_OPEN_IN)
+            end++;
+        double start_ft = fmax(s * SEGMENT_FT, isnan(wheel_ft) ? 0.0 : wheel_ft),
+               end_ft = end * SEGMENT_FT;
+        double mats = (end_ft - start_ft) / MAT_FT;
+        if (end > s && mats > best.mats + 0.5) {
+            best.mats = mats;
+            best.start_ft = start_ft;
+            best.end_ft = end_ft;
+            best.start_error_ft = best.end_error_ft = SEGMENT_FT / sqrt(12.0);
+        }
+        if (end > s)
+            s = end;
+    }
+    return best;
+}
+
+struct compare_overlap compare_overlap_of(const struct compare_zone *a,
+                                          const struct compare_zone *b)
+{
+    struct compare_overlap overlap = {
+        .known = a->known && b->known, .start_ft = (double)NAN, .end_ft = (double)NAN};
+    if (!overlap.known)
+        return overlap;
+    if (a->mats > 0.0 && b->mats > 0.0) {
+        overlap.common_mats =
+            fmax(0.0, (fmin(a->end_ft, b->end_ft) - fmax(a->start_ft, b->start_ft)) / MAT_FT);
+        overlap.start_ft = a->start_ft - b->start_ft;
+        overlap.end_ft = a->end_ft - b->end_ft;
+    }
+    double of_a = a->mats > 0.0 ? (a->end_ft - a->start_ft) / MAT_FT : 0.0,
+           of_b = b->mats > 0.0 ? (b->end_ft - b->start_ft) / MAT_FT : 0.0;
+    overlap.all_mats = of_a + of_b - overlap.common_mats;
+    overlap.share = overlap.all_mats > 0.0 ? overlap.common_mats / overlap.all_mats : 1.0;
+    return overlap;
+}
+
+/* The board's newest statement at a time. */
+static struct compare_zone board_zone(const struct measured *measured,
+                                      const struct compare_said *said, double t_s)
+{
+    struct compare_zone zone = {.known = false};
+    const struct store_zone *row = NULL;
+    for (size_t i = 0; i < said->zones && zones_time_s(measured, &said->zone[i]) <= t_s; i++)
+        row = &said->zone[i];
+    if (!row)
+        return zone;
+    zone = (struct compare_zone){true,        (double)row->mats, row->start_ft,
+                                 row->end_ft, (double)NAN,       (double)NAN};
+    for (size_t i = 0; i < said->predictions; i++) {
+        if (said->prediction[i].block != row->block)
+            continue;
+        zone.start_error_ft = said->prediction[i].start_error_ft;
+        zone.end_error_ft = said->prediction[i].end_error_ft;
+    }
+    return zone;
+}
+
+/* Where blocks were lost nothing moved the mats that the survey found: its openings alone are no
+ * zone of that moment. */
+static bool has_movement(const struct measured *measured, size_t sample)
+{
+    unsigned readings = 0;
+    for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        readings += channel->config.kind == MR_KIND_DISPLACEMENT &&
+                    !isnan(measured_smooth(measured, channel, sample, MEASURED_WINDOW / 2));
+    }
+    return readings >= 2;
+}
+
+static struct compare_zone measured_zone(const struct measured *measured,
+                                         const struct zones_closure *survey, double t_s)
+{
+    float remaining_in[MR_SEGMENTS];
+    struct mr_closure_zone run;
+    double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
+    if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
+        !has_movement(measured, (size_t)sample))
+        return (struct compare_zone){.known = false};
+    zones_closed(measured, survey, (size_t)sample, remaining_in, &run);
+    const double error_ft = SEGMENT_FT / sqrt(12.0);
+    return (struct compare_zone){
+        true, (double)run.mats, (double)run.start_ft, (double)run.end_ft, error_ft, error_ft};
+}
+
+static struct compare_zone simulated_zone(const struct compare_segments *segments, double t_s,
+                                          double wheel_ft)
+{
+    double row = floor(t_s / segments->dt_s + 0.5);
+    if (segments->rows == 0 || !(row >= 0.0))
+        return (struct compare_zone){.known = false};
+    size_t at = row < (double)segments->rows ? (size_t)row : segments->rows - 1;
+    return compare_closed_run(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
+}
+
+struct input {
+    const struct measured *measured;
+    const struct zones_closure *survey;
+    const struct compare_segments *segments;
+    const struct compare_said *said;
+};
+
+static void look(const struct input *in, const char *what, double t_s,
+                 struct compare_zone_moment *moment)
+{
+    moment->what = what;
+    moment->t_s = t_s;
+    moment->wheel_ft = measured_station_ft(in->measured, t_s);
+    moment->zone[COMPARE_MEASURED] = measured_zone(in->measured, in->survey, t_s);
+    moment->zone[COMPARE_BOARD] = board_zone(in->measured, in->said, t_s);
+    moment->zone[COMPARE_SIMULATED] = simulated_zone(in->segments, t_s, moment->wheel_ft);
+    moment->board = compare_overlap_of(&moment->zone[COMPARE_MEASURED],
+                                       &moment->zone[COMPARE_BOARD]);
+    moment->simulated = compare_overlap_of(&moment->zone[COMPARE_MEASURED],
+                                           &moment->zone[COMPARE_SIMULATED]);
+}
+
+/* While the gear moves: when a source's zone is longest, the measured one's when there is one, else
+ * the board's, else the simulated. */
+static double longest_s(const struct input *in, double stop_s, enum compare_zone_source *source)
+{
+    double most[COMPARE_SOURCES] = {0.0}, at_s[COMPARE_SOURCES] = {0.0};
+    for (double t_s = 0.0; t_s < stop_s; t_s += STEP_S) {
+        struct compare_zone_moment moment;
+        look(in, "", t_s, &moment);
+        for (int k = 0; k < COMPARE_SOURCES; k++) {
+            if (!moment.zone[k].known || moment.zone[k].mats <= most[k])
+                continue;
+            most[k] = moment.zone[k].mats;
+            at_s[k] = t_s;
+        }
+    }
+    for (int k = 0; k < COMPARE_SOURCES; k++) {
+        *source = (enum compare_zone_source)k;
+        if (most[k] > 0.0)
+            return at_s[k];
+    }
+    return (double)NAN;
+}
+
+void compare_zones(const struct measured *measured, const struct zones_closure *survey,
+                   const struct compare_said *said, const struct compare_segments *segments,
+                   struct compare_zones *zones)
+{
+    static const char *const longest[] = {"longest measured", "longest said", "longest simulated"};
+    const struct input in = {measured, survey, segments, said};
+    double stop_s = measured->summary.stop_t_s.value,
+           end_s = measured_time_s(measured, measured->samples - 1);
+    enum compare_zone_source source;
+    double t_s = longest_s(&in, stop_s, &source);
+    zones->count = 0;
+    if (!isnan(t_s))
+        look(&in, longest[source], t_s, &zones->moment[zones->count++]);
+    look(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
+}
+
+const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest)
+{
+    for (size_t i = 0; i < zones->count; i++) {
+        if ((strcmp(zones->moment[i].what, "at rest") == 0) == rest)
+            return &zones->moment[i];
+    }
+    return NULL;
+}
 
 /* Movement, or spread, of a row at a time; linear between samples, at rest after the last one, NaN
  * before the first. */
@@ -18,28 +292,18 @@ static double at(const struct store_simulation *row, const float *values, double
     return (double)values[i] + (k - (double)i) * (double)(values[i + 1] - values[i]);
 }
 
-static bool make_room(struct compare_curves *s, size_t n)
+void compare_curves(const struct measured *measured, const struct compare_clock *clock,
+                    const struct measured_channel *channel, const struct store_simulation *row,
+                    double solver_error_in, struct compare_curves *s)
 {
-    s->storage = malloc(7 * n * sizeof *s->storage + 1);
-    if (!s->storage)
-        return false;
+    double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
+    size_t n = measured->samples;
     double **arrays[] = {&s->t_s,          &s->measured_in,        &s->measured_error_in,
                          &s->simulated_in, &s->simulated_error_in, &s->time_error_s,
                          &s->alignment_in};
+    s->storage = xcalloc(7 * n, sizeof *s->storage);
     for (size_t i = 0; i < 7; i++)
         *arrays[i] = s->storage + i * n;
-    return true;
-}
-
-enum mr_status compare_curves(const struct measured *measured, const struct compare_clock *clock,
-                              const struct measured_channel *channel,
-                              const struct store_simulation *row, double solver_error_in,
-                              struct compare_curves *s, struct error *error)
-{
-    double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
-    if (!make_room(s, measured->samples))
-        return error_set(error, MR_FULL, "no memory: series of transducer %u; close other programs",
-                         channel->config.number);
     for (size_t i = 0; i < measured->samples; i++) {
         double t_s = measured_time_s(measured, i);
         s->t_s[i] = t_s;
@@ -55,7 +319,6 @@ enum mr_status compare_curves(const struct measured *measured, const struct comp
         double spread_in = at(row, row->spread_in, t_s);
         s->simulated_error_in[i] = hypot(solver_error_in, isnan(spread_in) ? 0.0 : spread_in);
     }
-    return MR_OK;
 }
 
 /* Over the last 0.2 s that both have. */
@@ -159,11 +422,9 @@ static bool usable(const struct measured *measured, const struct measured_channe
     return false;
 }
 
-static enum mr_status add_channel(const struct measured *measured,
-                                  const struct compare_clock *clock,
-                                  const struct measured_channel *channel,
-                                  const struct store_simulation *row, double solver_error_in,
-                                  struct compare_channel *out, struct error *error)
+static void add_channel(const struct measured *measured, const struct compare_clock *clock,
+                        const struct measured_channel *channel, const struct store_simulation *row,
+                        double solver_error_in, struct compare_channel *out)
 {
     const double nan = (double)NAN;
     struct compare_curves series;
@@ -181,19 +442,16 @@ static enum mr_status add_channel(const struct measured *measured,
     signal_compare(&empty, &out->f); /* everything not known */
     out->compared = usable(measured, channel, row, out);
     if (!out->compared)
-        return MR_OK;
-    if (compare_curves(measured, clock, channel, row, solver_error_in, &series, error) != MR_OK)
-        return error->status;
+        return;
+    compare_curves(measured, clock, channel, row, solver_error_in, &series);
     find_figures(measured, channel, &series, out);
     free(series.storage);
-    return MR_OK;
 }
 
-enum mr_status compare_figures(const struct measured *measured, const struct zones_closure *survey,
-                               const struct compare_said *said,
-                               const struct store_simulation_head *head,
-                               const struct store_simulation *rows, size_t count,
-                               struct compare_figures *figures, struct error *error)
+void compare_figures(const struct measured *measured, const struct zones_closure *survey,
+                     const struct compare_said *said, const struct store_simulation_head *head,
+                     const struct store_simulation *rows, size_t count,
+                     struct compare_figures *figures)
 {
     struct compare_clock clock;
     memset(figures, 0, sizeof *figures);
@@ -208,7 +466,7 @@ enum mr_status compare_figures(const struct measured *measured, const struct zon
     figures->scatter_s = head->scatter_s;
     figures->surveyed = survey->surveyed;
     compare_clock_make(measured, &clock);
-    for (unsigned number = 1; number <= MR_TRANSDUCERS && error->status == MR_OK; number++) {
+    for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
         const struct store_simulation *row = NULL;
         for (size_t i = 0; i < count; i++)
@@ -219,13 +477,11 @@ enum mr_status compare_figures(const struct measured *measured, const struct zon
                                : row                    ? row->peak_simulated_error_in
                                                         : 0.0;
         add_channel(measured, &clock, &measured->channel[c], row, solver_error_in,
-                    &figures->channel[figures->channels++], error);
+                    &figures->channel[figures->channels++]);
     }
     const struct compare_segments segments = {head->segments_in, head->segment_rows,
                                               head->segments_dt_s};
-    if (error->status == MR_OK)
-        compare_zones(measured, survey, said, &segments, &figures->zones);
-    return error->status;
+    compare_zones(measured, survey, said, &segments, &figures->zones);
 }
 
 struct compare_mean compare_mean_of(const struct compare_figures *figures)
@@ -249,4 +505,61 @@ struct compare_mean compare_mean_of(const struct compare_figures *figures)
     if (mean.channels == 0)
         mean.worst_rms_in = mean.peak_en = (double)NAN;
     return mean;
+}
+
+/* ---- whether they agree ---- */
+
+void compare_agreement(const struct compare_figures *figures, struct compare_agreement *a)
+{
+    *a = (struct compare_agreement){.run = figures->run,
+                                    .against = figures->against[0] ? figures->against
+                                                                   : "the simulation",
+                                    .en = (double)NAN};
+    for (size_t i = 0; i < figures->channels; i++) {
+        const struct compare_channel *c = &figures->channel[i];
+        const struct {
+            const char *value;
+            bool is_time;
+            double measured, simulated, en;
+        } values[] = {
+            {"peak", false, c->f.peak_measured.value, c->f.peak_simulated.value, c->peak_en},
+            {"end", false, c->end_measured.value, c->end_simulated.value, c->end_en},
+            {"arrival", true, c->f.arrival_measured.t_s, c->f.arrival_simulated.t_s,
+             c->arrival_en}};
+        for (size_t k = 0; k < 3 && c->compared; k++) {
+            if (isnan(values[k].en))
+                continue;
+            a->judged++;
+            a->differ += values[k].en > 1.0;
+            if (a->channel && values[k].en <= a->en)
+                continue;
+            a->channel = c;
+            a->value = values[k].value;
+            a->is_time = values[k].is_time;
+            a->measured = values[k].measured;
+            a->simulated = values[k].simulated;
+            a->en = values[k].en;
+        }
+    }
+}
+
+void compare_sentence(const struct compare_agreement *a, bool si, char out[COMPARE_SENTENCE])
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    const enum unit_kind kind = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
+    char measured[UNIT_TEXT], simulated[UNIT_TEXT];
+    if (!a->channel) {
+        snprintf(out, COMPARE_SENTENCE,
+                 "No peak, end or arrival of landing %" PRId64 " could be compared with %s", a->run,
+                 a->against);
+        return;
+    }
+    snprintf(out, COMPARE_SENTENCE,
+             "Landing %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
+             "twice their errors; largest: the %s at transducer %" PRId64 ", %.1f %s, measured %s, "
+             "simulated %s, En %.3g",
+             a->run, a->differ ? "differs from" : "agrees with", a->against, a->differ, a->judged,
+             a->value, a->channel->number, a->channel->station_ft * station->factor, station->text,
+             unit_value_text(kind, si, a->measured, 4, measured),
+             unit_value_text(kind, si, a->simulated, 4, simulated), a->en);
 }

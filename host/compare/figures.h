@@ -1,17 +1,118 @@
+/* A landing's comparison in numbers: the two sides aligned in time, the zones of both, the table of
+ * each transducer, and whether they agree. */
+#ifndef MATRIG_HOST_COMPARE_FIGURES_H
+#define MATRIG_HOST_COMPARE_FIGURES_H
+
+#include "host/analyse/track.h"
+#include "host/analyse/zones.h"
+#include "host/compare/signal.h"
+#include "host/sim/scene/scene.h"
+#include "host/store/store_predict.h"
+
+/* Alignment on switch edges: which time of a simulation belongs to a measured time. Pure.
+ *
+ * At each named edge the wheel is at a known station; the simulated wheel, on its path, comes to
+ * that station at some time. Between two edges both times are joined by a straight line, outside
+ * them they differ by what they differ at the nearest one. A simulation along the measured motion
+ * needs almost none of it; one with a motion of its own is brought to the same wheel position.
+ * Times in seconds since touchdown. */
+
+struct compare_alignment {
+    size_t edges;
+    double measured_s[MR_GATES_MAX], simulated_s[MR_GATES_MAX];
+    double offset_s;  /* median of simulated - measured */
+    double scatter_s; /* rms of the rest, before alignment */
+};
+
+/* MR_TOO_FEW: fewer than two edges that both wheels passed. */
+enum mr_status compare_align(const struct measured *measured, const struct sim_scene *scene,
+                             struct compare_alignment *alignment, struct error *error);
+double compare_simulated_time(const struct compare_alignment *alignment, double t_s);
+
+/* How well the measured wheel's times are known: the error of its station (host/analyse/track.h)
+ * over its speed, at most that of the stop. This is what the timing of edges and the places of
+ * switches leave uncertain when two movements are laid over each other. */
+#define COMPARE_CLOCK_POINTS 512
+struct compare_clock {
+    double stop_s, stop_error_s;
+    double error_s[COMPARE_CLOCK_POINTS + 1]; /* evenly from touchdown to the stop */
+};
+void compare_clock_make(const struct measured *measured, struct compare_clock *clock);
+double compare_time_error(const struct compare_clock *clock, double t_s);
+
+/* Zones of closed mats as measured (survey and transducers, common/closure.h), as the board said,
+ * and as simulated, at the same moment.
+ *
+ * A simulated segment of ten mats counts as closed when its joints, added up, are open by less than
+ * MR_CLOSURE_OPEN_IN: the measure by which the measured one does. Both therefore begin and end at
+ * segments, 2.86 ft apart, or at the wheel; an end is good to a segment / sqrt(12). The board's own
+ * statement comes with standard errors. Stations in ft. */
+
+enum compare_zone_source { COMPARE_MEASURED, COMPARE_BOARD, COMPARE_SIMULATED, COMPARE_SOURCES };
+
+struct compare_zone {
+    bool known;  /* false: nobody said */
+    double mats; /* 0: none */
+    double start_ft, end_ft, start_error_ft, end_error_ft;
+};
+
+struct compare_overlap {
+    bool known;
+    double common_mats, all_mats; /* intersection and union */
+    double share;                 /* common / all; 1 when neither has a zone */
+    double start_ft, end_ft;      /* measured - the other; NaN when either has none */
+};
+
+/* One moment. */
+struct compare_zone_moment {
+    const char *what; /* "longest measured", ... */
+    double t_s, wheel_ft;
+    struct compare_zone zone[COMPARE_SOURCES];
+    struct compare_overlap board, simulated; /* each against the measured */
+};
+
+#define COMPARE_MOMENTS 2u /* where the zone is at its longest, and at rest */
+
+struct compare_zones {
+    size_t count; /* 0: no moment */
+    struct compare_zone_moment moment[COMPARE_MOMENTS];
+};
+
+/* The moment at rest, or the other one; NULL: there is none. */
+const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest);
+struct compare_overlap compare_overlap_of(const struct compare_zone *measured,
+                                          const struct compare_zone *other);
+
+/* Longest run of segments with less than MR_CLOSURE_OPEN_IN left whose end is ahead of the wheel;
+ * one that the wheel is in begins there. */
+struct compare_zone compare_closed_run(const float *remaining_in, double wheel_ft);
+
+/* What the board said, in order of time; predictions (their errors) may be none. */
+struct compare_said {
+    const struct store_zone *zone;
+    size_t zones;
+    const struct store_prediction *prediction;
+    size_t predictions;
+};
+/* What is left of the simulated segments every dt_s since touchdown: rows x MR_SEGMENTS. None: no
+ * simulated zone is known. */
+struct compare_segments {
+    const float *remaining_in;
+    size_t rows;
+    double dt_s;
+};
+void compare_zones(const struct measured *measured, const struct zones_closure *survey,
+                   const struct compare_said *said, const struct compare_segments *segments,
+                   struct compare_zones *zones);
+
 /* A landing's comparison as figures, from what was measured and a simulation that was aligned with
  * it: a fresh one, or the newest one that the campaign keeps. The table of `matrig compare` and of
  * the report.
  *
  * Errors are standard errors. Measured: noise, calibration and baseline (common/measure.h) and
- * alignment, how far the simulated movement changes within the error of the wheel's time (align.h).
+ * alignment, how far the simulated movement changes within the error of the wheel's time.
  * Simulated: the solver's own estimate and the spread over an ensemble. Inches, feet, seconds since
  * touchdown; NaN: not known. */
-#ifndef MATRIG_HOST_COMPARE_FIGURES_H
-#define MATRIG_HOST_COMPARE_FIGURES_H
-
-#include "host/compare/align.h"
-#include "host/compare/signal.h"
-#include "host/compare/zones.h"
 
 #define COMPARE_LEAST_VALID 0.5 /* share of the samples */
 
@@ -44,12 +145,11 @@ struct compare_figures {
 };
 
 /* Rows of channels that measured lacks are left out; a channel that is measured without a row is
- * there, not compared. MR_FULL. */
-enum mr_status compare_figures(const struct measured *measured, const struct zones_closure *survey,
-                               const struct compare_said *said,
-                               const struct store_simulation_head *head,
-                               const struct store_simulation *rows, size_t count,
-                               struct compare_figures *figures, struct error *error);
+ * there, not compared. */
+void compare_figures(const struct measured *measured, const struct zones_closure *survey,
+                     const struct compare_said *said, const struct store_simulation_head *head,
+                     const struct store_simulation *rows, size_t count,
+                     struct compare_figures *figures);
 /* Over the channels that were compared, weighted by their samples. */
 struct compare_mean {
     size_t channels;
@@ -63,9 +163,28 @@ struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in,
         *time_error_s, *alignment_in;
 };
-enum mr_status compare_curves(const struct measured *measured, const struct compare_clock *clock,
-                              const struct measured_channel *channel,
-                              const struct store_simulation *row, double solver_error_in,
-                              struct compare_curves *series, struct error *error);
+void compare_curves(const struct measured *measured, const struct compare_clock *clock,
+                    const struct measured_channel *channel, const struct store_simulation *row,
+                    double solver_error_in, struct compare_curves *curves);
+
+/* Whether measured and simulated agree, by the peak, the end and the arrival of each transducer
+ * that was compared: two values agree while En, their difference over twice their common standard
+ * error (signal.h), is at most 1. */
+struct compare_agreement {
+    int64_t run;
+    const char *against;
+    size_t judged, differ; /* values whose En is known; of them beyond 1 */
+    /* The value with the largest En, in inches, of an arrival in seconds; channel NULL: none is
+     * known. */
+    const struct compare_channel *channel; /* of the figures */
+    const char *value;                     /* "peak", "end", "arrival" */
+    bool is_time;
+    double measured, simulated, en;
+};
+void compare_agreement(const struct compare_figures *figures, struct compare_agreement *agreement);
+/* In one sentence, without an end of line. */
+#define COMPARE_SENTENCE 400
+void compare_sentence(const struct compare_agreement *agreement, bool si,
+                      char out[COMPARE_SENTENCE]);
 
 #endif

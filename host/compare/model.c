@@ -2,12 +2,119 @@
 
 #include <jansson.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/wire.h"
+#include "host/base/xmalloc.h"
 #include "host/campaign/draw.h"
 #include "host/sim/going.h"
+
+#define IN_PER_FT     12.0
+#define SLOPE_S       0.005 /* half the span over which deceleration is taken from speed */
+#define DWELL_LEAST_S 0.5
+#define PATH_MOST_S   3600.0 /* no landing is longer */
+
+static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
+{
+    double from_s = fmax(0.0, t_s - SLOPE_S);
+    double to_s = fmin(stop_s, t_s + SLOPE_S);
+    double error_ft_s;
+    double from_ft_s = measured_speed_ft_s(measured, from_s, &error_ft_s);
+    /* At the stop the speed is 0 from both sides. */
+    double to_ft_s = to_s < stop_s ? measured_speed_ft_s(measured, to_s, &error_ft_s) : 0.0;
+    return fmax(0.0, (from_ft_s - to_ft_s) / (to_s - from_s));
+}
+
+static enum mr_status set_path(const struct measured *measured, struct sim_scene *scene,
+                               struct error *error)
+{
+    double stop_s = measured->summary.stop_t_s.value;
+    double last_s = stop_s - 0.001; /* the thrust ends with the motion, within a millisecond */
+    if (!(last_s > 0.0 && last_s < PATH_MOST_S))
+        return error_set(error, MR_TOO_FEW,
+                         "stops %g s after touchdown: RUN %lld; check its switches", stop_s,
+                         (long long)measured->landing.id);
+    size_t steps = (size_t)ceil(last_s / COMPARE_PATH_STEP_S);
+    struct sim_path_row *rows = calloc(steps + 2, sizeof *rows);
+    if (!rows)
+        return error_set(error, MR_FULL, "no memory: path of RUN %lld; close other programs",
+                         (long long)measured->landing.id);
+    for (size_t i = 0; i <= steps; i++) {
+        double t_s = i < steps ? (double)i * COMPARE_PATH_STEP_S : last_s;
+        double thrust_lb = COMPARE_AIRCRAFT_LB / COMPARE_STRIPS *
+                           deceleration_at(measured, t_s, stop_s) / scene->g_ft_s2;
+        rows[i] = (struct sim_path_row){t_s, measured_station_ft(measured, t_s), thrust_lb};
+    }
+    rows[steps + 1] = (struct sim_path_row){stop_s, measured->summary.stop_station_ft.value, 0.0};
+    enum mr_status status = sim_scene_set_path(scene, rows, steps + 2, error);
+    free(rows);
+    return status;
+}
+
+/* Each joint of a surveyed segment gets its share of the slack; the others keep the scene's. */
+static enum mr_status set_gaps(const struct zones_closure *survey, struct sim_scene *scene,
+                               struct error *error)
+{
+    size_t count = (size_t)scene->mats + 1;
+    double *gap_ft = calloc(count, sizeof *gap_ft);
+    if (!gap_ft)
+        return error_set(error, MR_FULL, "no memory: gaps of %zu joints; close other programs",
+                         count);
+    for (size_t j = 0; j < count; j++) {
+        double station_ft = (double)j * scene->length_ft;
+        /* A joint belongs to the segment it lies in or begins; half a mat keeps rounding out of
+         * it. */
+        size_t segment =
+            (size_t)((station_ft + 0.5 * scene->length_ft) / (double)MR_SEGMENT_LENGTH_FT);
+        gap_ft[j] = sim_scene_joint(&scene->gap0_ft, (int)j + 1);
+        if (segment < MR_SEGMENTS && !isnan(survey->slack_in[segment]))
+            gap_ft[j] = (double)survey->slack_in[segment] / MR_MATS_PER_SEGMENT / IN_PER_FT;
+    }
+    enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gap_ft, count, error);
+    free(gap_ft);
+    return status;
+}
+
+enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
+                             struct sim_scene *scene, struct error *error)
+{
+    if (measured->fit_status == MR_TRUNCATED) {
+        char reason[MEASURED_REASON];
+        measured_no_stop_text(measured, reason);
+        return error_set(error, MR_TRUNCATED,
+                         "%s: RUN %lld; complete it from the black box, or compare another landing",
+                         reason, (long long)measured->landing.id);
+    }
+    if (measured->fit_status != MR_OK)
+        return error_set(
+            error, MR_TOO_FEW,
+            "the motion of the gear is not known (%s): RUN %lld; a comparison needs at least 3 "
+            "switches and a stop",
+            mr_status_text(measured->fit_status), (long long)measured->landing.id);
+    double end_s = measured_time_s(measured, measured->samples - 1);
+    snprintf(scene->name, sizeof scene->name, "RUN %lld", (long long)measured->landing.id);
+    scene->t_end_s = 0.0;
+    scene->t_dwell_s = fmax(DWELL_LEAST_S, end_s - measured->summary.stop_t_s.value);
+    enum mr_status status = set_path(measured, scene, error);
+    return status == MR_OK ? set_gaps(survey, scene, error) : status;
+}
+
+enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error)
+{
+    const double rig_ft = MR_SEGMENTS * (double)MR_SEGMENT_LENGTH_FT;
+    double runway_ft = scene->mats * scene->length_ft;
+    if (fabs(scene->length_ft - (double)MR_MAT_LENGTH_FT) < 1e-3 * scene->length_ft &&
+        fabs(runway_ft - rig_ft) < 1e-3 * runway_ft)
+        return MR_OK;
+    return error_set(error, MR_USAGE,
+                     "another scale: %s has %d mats of %.4g ft, a runway of %.4g ft; the rig has "
+                     "%.0f of %.4g ft, %.4g ft; "
+                     "matrig scale FILE --to model makes one from the prototype's",
+                     where, scene->mats, scene->length_ft, runway_ft,
+                     rig_ft / (double)MR_MAT_LENGTH_FT, (double)MR_MAT_LENGTH_FT, rig_ft);
+}
 
 #define IN_PER_FT 12.0
 #define POINTS    (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
@@ -65,13 +172,10 @@ void compare_model_free(struct compare_model *model)
 
 /* Openings and resistances as the runways were laid: the same draws as the campaign's
  * (host/campaign/play.c). */
-static enum mr_status lay(struct compare_model *model, struct error *error)
+static void lay(struct compare_model *model)
 {
     size_t all = model->seeds * model->joints;
-    model->gap_ft = calloc(2 * all, sizeof *model->gap_ft);
-    if (!model->gap_ft)
-        return error_set(error, MR_FULL, "no memory: %zu runways; give fewer --seeds",
-                         model->seeds);
+    model->gap_ft = xcalloc(2 * all, sizeof *model->gap_ft);
     model->closing_lb = model->gap_ft + all;
     for (size_t seed = 0; seed < model->seeds; seed++) {
         const struct campaign *c = &model->campaign;
@@ -87,7 +191,6 @@ static enum mr_status lay(struct compare_model *model, struct error *error)
                                             : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
         }
     }
-    return MR_OK;
 }
 
 /* Brings openings to a sum, as far as it goes: less by scaling them, more by scaling what is left
@@ -172,22 +275,16 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     return status;
 }
 
-static enum mr_status make_room(struct compare_simulated *s, const struct sim_result *result,
-                                struct error *error)
+static void make_room(struct compare_simulated *s, const struct sim_result *result)
 {
     if (s->mean_in)
-        return MR_OK;
+        return;
     s->rows = result->sample_count;
     s->dt_s = result->sample_dt_s;
     s->segment_rows = (size_t)floor((double)(s->rows - 1) * s->dt_s / COMPARE_SEGMENTS_S) + 1;
-    s->mean_in = calloc(2 * s->rows * s->stations, sizeof *s->mean_in);
-    s->remaining_in = calloc(s->segment_rows * MR_SEGMENTS, sizeof *s->remaining_in);
-    if (!s->mean_in || !s->remaining_in)
-        return error_set(error, MR_FULL,
-                         "no memory: %zu samples at %zu stations; close other programs", s->rows,
-                         s->stations);
+    s->mean_in = xcalloc(2 * s->rows * s->stations, sizeof *s->mean_in);
+    s->remaining_in = xcalloc(s->segment_rows * MR_SEGMENTS, sizeof *s->remaining_in);
     s->spread_in = s->mean_in + s->rows * s->stations;
-    return MR_OK;
 }
 
 /* Mean and sum of squared deviations of one value more (Welford 1962). */
@@ -256,7 +353,8 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
     sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints,
                        error);
     if (error->status == MR_OK && sim_run(&s->scene, &options, &result, error) == MR_OK &&
-        make_room(s, &result, error) == MR_OK) {
+        error->status == MR_OK) {
+        make_room(s, &result);
         if (seed == 0) {
             s->solver = result.solver;
             s->solver_dt_s = result.dt_s;
@@ -280,9 +378,10 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
 {
     memset(s, 0, sizeof *s);
     s->stations = stations;
-    if (make_scene(model, index, measured, &s->scene, error) != MR_OK ||
-        (!model->gap_ft && lay(model, error) != MR_OK))
+    if (make_scene(model, index, measured, &s->scene, error) != MR_OK)
         return error->status;
+    if (!model->gap_ft)
+        lay(model);
     if (!model->as_is)
         take_survey(model, survey);
     double *columns = calloc(stations + POINTS, sizeof *columns);
@@ -326,7 +425,7 @@ char *compare_describe(const struct compare_model *model, const struct compare_s
                              scene->kl_lb_ft, "CL", scene->cl_lb_s_ft, "f", scene->friction,
                              "slack", scene->slack_ft, "path", path, "gap0", gaps, "solver",
                              s->solver, "dt_s", s->solver_dt_s, "t_dwell", scene->t_dwell_s);
-    char *text = root ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+    char *text = json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9));
     json_decref(root);
     return text;
 }

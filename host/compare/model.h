@@ -1,3 +1,30 @@
+/* What a landing is compared with, and the scene it is simulated with. */
+#ifndef MATRIG_HOST_COMPARE_MODEL_H
+#define MATRIG_HOST_COMPARE_MODEL_H
+
+#include "host/analyse/zones.h"
+#include "host/campaign/campaign.h"
+#include "host/sim/scene/scene.h"
+#include "host/sim/sim.h"
+#include "host/survey/plan.h"
+
+/* The scene that a landing is simulated with: its own motion (path) and survey (gaps), the rest of
+ * a scene that is given. */
+
+#define COMPARE_AIRCRAFT_LB 1300.0 /* model aircraft as landed (report 2.3: 1220 to 1500) */
+/* the chain is a strip 12/7 ft wide; it carries a twelfth of the thrust */
+#define COMPARE_STRIPS      12.0
+#define COMPARE_PATH_STEP_S 0.02
+
+/* Puts the run's motion (path) and survey (gap0) into a scene that holds everything else.
+ * MR_TOO_FEW: the motion is not known; MR_TRUNCATED: the record ends before the stop. Path: station
+ * of the fitted motion, thrust = (aircraft / strips) a / g. */
+enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
+                             struct sim_scene *scene, struct error *error);
+/* The scene's mats and runway are the rig's; else MR_USAGE, with what makes them so. `where` begins
+ * the error. */
+enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error);
+
 /* What a landing is compared with: a scene, or the ensemble of runways of a campaign, played
  * through the measured motions.
  *
@@ -8,13 +35,6 @@
  * What modifications remember is not carried: each landing begins with them as the
  * file has them. The chain is computed, never waves. Units as named; stations from the runway's
  * upfield edge. */
-#ifndef MATRIG_HOST_COMPARE_MODEL_H
-#define MATRIG_HOST_COMPARE_MODEL_H
-
-#include "host/campaign/campaign.h"
-#include "host/compare/scene.h"
-#include "host/sim/sim.h"
-#include "host/survey/plan.h"
 
 #define COMPARE_SAMPLE_S   0.002
 #define COMPARE_SEGMENTS_S 0.02
@@ -66,7 +86,7 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
                                 struct compare_simulated *simulated, struct error *error);
 void compare_simulated_free(struct compare_simulated *simulated);
 /* What was simulated, so that it can be checked later: parameters that matter, path and gaps as
- * used. The caller frees; NULL: no memory. */
+ * used. The caller frees. */
 char *compare_describe(const struct compare_model *model,
                        const struct compare_simulated *simulated);
 

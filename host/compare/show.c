@@ -1,13 +1,15 @@
 #include "host/compare/show.h"
 
+#include <inttypes.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "host/compare/agree.h"
+#include "host/base/plot.h"
+#include "host/base/units.h"
+#include "host/base/xmalloc.h"
 
 /* En or chi. */
-#define WHOLE 0.9995 /* share of the readings: fewer are told */
-
 static void ratio(struct answer *answer, const char *name, const char *label, double value)
 {
     answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
@@ -34,7 +36,7 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
     answer_count(answer, "number", "no", c->number);
     answer_flag(answer, "compared", NULL, c->compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
-    answer_value(answer, "valid", NULL, UNIT_NUMBER, c->valid, 3);
+    answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid, 3);
     if (c->why[0])
         answer_words(answer, "why", NULL, "%s", c->why);
     if (c->compared) {
@@ -72,24 +74,6 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
     }
 }
 
-/* An error is that of the readings that there are: it does not know of a peak that fell between
- * them. */
-static void lost_answer(const struct compare_figures *figures, struct answer *answer)
-{
-    const struct compare_channel *least = NULL;
-    for (size_t i = 0; i < figures->channels; i++) {
-        const struct compare_channel *c = &figures->channel[i];
-        if (c->compared && c->valid < WHOLE && (!least || c->valid < least->valid))
-            least = c;
-    }
-    if (least)
-        answer_sentence(answer, NULL,
-                        "Readings were lost, of transducer %lld %.1f %%: a peak, an arrival or an "
-                        "end that fell among them is not seen, and no error "
-                        "here knows of it.",
-                        (long long)least->number, 100.0 * (1.0 - least->valid));
-}
-
 void compare_channels_answer(const struct compare_figures *figures, struct answer *answer)
 {
     for (size_t i = 0; i < figures->channels; i++) {
@@ -98,20 +82,14 @@ void compare_channels_answer(const struct compare_figures *figures, struct answe
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
                             c->compared ? "" : "not compared: ", c->why);
     }
-    lost_answer(figures, answer);
     answer_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channels; i++)
         channel_answer(&figures->channel[i], answer);
     answer_close(answer);
     answer_sentence(answer, NULL,
-                    "Differences are measured less simulated. An error is one standard error: "
-                    "noise, calibration and edge timing; the solver's "
-                    "estimate and the spread over the runways. chi: rms of the difference in "
-                    "standard errors. En: the difference in two of them; up "
-                    "to 1 both agree. Arrival: at %.0f %% of the peak. Wheel ahead: of the "
-                    "transducer, at arrival. Best lag: positive when the measured "
-                    "is later. Alignment's part: of the error of the measured, at most. Zones: "
-                    "mats that both have, of those that either has.",
+                    "Differences: measured less simulated. Errors are standard errors. chi: rms "
+                    "difference in standard errors. En: difference in two of them; up to 1 both "
+                    "agree. Arrival: at %.0f %% of the peak.",
                     100.0 * SIGNAL_ARRIVAL);
 }
 
@@ -179,42 +157,22 @@ void compare_zones_answer(const struct compare_zones *zones, struct answer *answ
     answer_close(answer);
 }
 
-/* The value that differs most, as the sentence tells. */
-static void worst_answer(const struct compare_agreement *a, struct answer *answer)
+static void agreement_answer(const struct compare_agreement *a, struct answer *answer)
 {
-    enum unit_kind unit = a->value == COMPARE_ARRIVAL ? UNIT_TIME : UNIT_DISPLACEMENT;
-    answer_open(answer, "worst", NULL);
-    answer_words(answer, "value", NULL, "%s", compare_value_text(a->value));
-    answer_count(answer, "number", NULL, a->channel->number);
-    answer_value(answer, "station", NULL, UNIT_STATION, a->channel->station_ft, 1);
-    answer_estimate(answer, "measured", NULL, unit, a->measured, a->measured_error, 4);
-    answer_estimate(answer, "simulated", NULL, unit, a->simulated, a->simulated_error, 4);
-    answer_value(answer, "difference", NULL, unit, a->difference, 4);
-    answer_value(answer, "error", NULL, unit, a->error, 4);
-    answer_value(answer, "measured_at", NULL, UNIT_TIME, a->measured_t_s, 4);
-    answer_value(answer, "simulated_at", NULL, UNIT_TIME, a->simulated_t_s, 4);
-    answer_value(answer, "en", NULL, UNIT_NUMBER, a->en, 1);
-    answer_close(answer);
-}
-
-static void agreement_answer(const struct compare_figures *figures, struct answer *answer)
-{
-    struct compare_agreement a;
+    const enum unit_kind unit = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char sentence[COMPARE_SENTENCE];
-    compare_agreement(figures, &a);
-    compare_sentence(&a, answer_in_si(answer), sentence);
+    compare_sentence(a, answer_in_si(answer), sentence);
     answer_open(answer, "agreement", "");
     answer_sentence(answer, "sentence", "%s", sentence);
-    answer_count(answer, "judged", NULL, (int64_t)a.judged);
-    answer_count(answer, "differ", NULL, (int64_t)a.differ);
-    answer_count(answer, "unknown", NULL, (int64_t)a.unknown);
-    answer_count(answer, "not_compared", NULL, (int64_t)a.left_out);
-    if (a.channel) {
-        answer_flag(answer, "agree", NULL, a.differ == 0);
-        worst_answer(&a, answer);
-    } else {
-        answer_none(answer, "agree", NULL, NULL);
-        answer_none(answer, "worst", NULL, NULL);
+    answer_count(answer, "judged", NULL, (int64_t)a->judged);
+    answer_count(answer, "differ", NULL, (int64_t)a->differ);
+    if (a->channel) {
+        answer_count(answer, "run", NULL, a->run);
+        answer_words(answer, "value", NULL, "%s", a->value);
+        answer_count(answer, "number", NULL, a->channel->number);
+        answer_value(answer, "measured", NULL, unit, a->measured, 4);
+        answer_value(answer, "simulated", NULL, unit, a->simulated, 4);
+        answer_value(answer, "en", NULL, UNIT_NUMBER, a->en, 1);
     }
     answer_close(answer);
 }
@@ -260,48 +218,33 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
     compare_channels_answer(figures, answer);
     compare_zones_answer(&figures->zones, answer);
-    agreement_answer(figures, answer);
+    struct compare_agreement agreement;
+    compare_agreement(figures, &agreement);
+    agreement_answer(&agreement, answer);
     verdict_answer(verdict, answer);
 }
 
 /* ---- a series ---- */
 
-static void overlap_words(struct answer *answer, const char *label,
-                          const struct compare_zone_moment *moment,
-                          const struct compare_overlap *overlap)
-{
-    bool any = moment && overlap->known && overlap->all_mats > 0.0;
-    if (any)
-        answer_words(answer, NULL, label, "%.0f/%.0f", overlap->common_mats, overlap->all_mats);
-    else
-        answer_words(answer, NULL, label, "%s", moment && overlap->known ? "none" : "-");
-}
-
 /* For people: a landing in a line. */
 static void landing_row(const struct compare_series_landing *landing, struct answer *answer)
 {
-    const struct compare_figures *figures = &landing->figures;
-    const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false),
-                                     *rest = compare_moment_of(&figures->zones, true);
-    const struct compare_mean mean = compare_mean_of(figures);
+    const struct compare_zone_moment *rest = compare_moment_of(&landing->figures.zones, true);
+    const struct compare_mean mean = compare_mean_of(&landing->figures);
     answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
-    if (landing->compared) {
-        answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, figures->channels);
-        answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
-        answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean.rms_in, 4);
-        answer_value(answer, NULL, "worst|rms", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
-        ratio(answer, NULL, "worst|peak En", mean.peak_en);
-        overlap_words(answer, "longest|zone", longest, longest ? &longest->simulated : NULL);
-        overlap_words(answer, "board's|zone", longest, longest ? &longest->board : NULL);
-        overlap_words(answer, "zone|at rest", rest, rest ? &rest->simulated : NULL);
-        answer_value(answer, NULL, "error", UNIT_DISPLACEMENT, figures->error_in, 4);
-        answer_value(answer, NULL, "ms", UNIT_NUMBER, figures->run_ms, 0);
-        answer_words(answer, NULL, "limits", "%s",
-                     landing->verdict.checked == 0 ? "-"
-                     : landing->verdict.failed     ? "FAIL"
-                                                   : "pass");
-    }
+    if (!landing->compared)
+        return;
+    answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, landing->figures.channels);
+    answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
+    answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean.rms_in, 4);
+    ratio(answer, NULL, "worst|peak En", mean.peak_en);
+    answer_value(answer, NULL, "zone at rest|in common", UNIT_NUMBER,
+                 rest ? rest->simulated.share : (double)NAN, 2);
+    answer_words(answer, NULL, "limits", "%s",
+                 landing->verdict.checked == 0 ? "-"
+                 : landing->verdict.failed > 0 ? "FAIL"
+                                               : "pass");
 }
 
 static void landings_answer(const struct compare_series *set, struct answer *answer)
@@ -323,7 +266,7 @@ static void landings_answer(const struct compare_series *set, struct answer *ans
             answer_sentence(answer, NULL, "RUN %lld not compared: %s",
                             (long long)set->landing[i].run, set->landing[i].why);
     }
-    answer_table(answer, NULL, "landings: the difference, and of zones the mats in common and all");
+    answer_table(answer, NULL, "landings");
     for (size_t i = 0; i < set->count; i++)
         landing_row(&set->landing[i], answer);
     answer_close(answer);
@@ -359,27 +302,28 @@ static void moved_answer(const struct compare_moved *moved, struct answer *answe
         answer_count(answer, NULL, "gage points", (int64_t)moved->points);
     } else
         answer_words(answer, NULL, "not compared", "a landing between them was not simulated");
-    answer_table(answer, "points", "");
-    for (size_t p = 0; p < SURVEY_POINTS && moved->simulated; p++) {
-        answer_row(answer);
-        answer_value(answer, "station", "at", UNIT_STATION, (double)p * SURVEY_SPAN_FT, 1);
-        answer_estimate(answer, "measured", "measured", UNIT_DISPLACEMENT,
-                        moved->point[p].measured_in, moved->point[p].error_in, 4);
-        answer_value(answer, "simulated", "simulated", UNIT_DISPLACEMENT,
-                     moved->point[p].simulated_in, 4);
-        answer_value(answer, "simulated_spread", "its spread", UNIT_DISPLACEMENT,
-                     moved->point[p].spread_in, 4);
-        answer_value(answer, NULL, "difference", UNIT_DISPLACEMENT,
-                     moved->point[p].measured_in - moved->point[p].simulated_in, 4);
+    answer_close(answer);
+}
+
+/* Of the landing that differs most. */
+static void worst_agreement(const struct compare_series *set, struct answer *answer)
+{
+    struct compare_agreement worst = {.en = (double)NAN}, one;
+    size_t differ = 0;
+    for (size_t i = 0; i < set->count; i++) {
+        if (!set->landing[i].compared)
+            continue;
+        compare_agreement(&set->landing[i].figures, &one);
+        differ += one.differ > 0;
+        if (!worst.against || (one.channel && !(one.en <= worst.en)))
+            worst = one;
     }
-    answer_close(answer);
-    answer_close(answer);
+    answer_count(answer, "landings_differ", "differ", (int64_t)differ);
+    agreement_answer(&worst, answer);
 }
 
 void compare_series_answer(const struct compare_series *set, struct answer *answer)
 {
-    char sentence[COMPARE_SENTENCE];
-    compare_series_sentence(set, answer_in_si(answer), sentence);
     answer_words(answer, "scene", "against", "%s", set->against);
     answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
     answer_count(answer, NULL, "landings", (int64_t)set->count);
@@ -395,11 +339,135 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     for (size_t i = 0; i < set->moves; i++)
         moved_answer(&set->moved[i], answer);
     answer_close(answer);
-    answer_sentence(answer, "agreement", "%s", sentence);
+    worst_agreement(set, answer);
     if (set->verdict.checked > 0) {
         answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within, 2);
         answer_words(answer, NULL, "within limits", "%.0f %% of the landings",
                      100.0 * set->pooled.within);
     }
     verdict_answer(&set->verdict, answer);
+}
+
+/* ---- files ---- */
+
+#define Z95 1.959964
+
+/* The transducers that both sides have, each in full. */
+struct sides {
+    const struct store_simulation *row[MR_TRANSDUCERS];
+    struct compare_curves curves[MR_TRANSDUCERS];
+    size_t count;
+};
+
+static void sides_make(const struct compare_landing *landing, struct sides *sides)
+{
+    const struct measured *measured = &landing->measured;
+    struct compare_clock clock;
+    sides->count = 0;
+    compare_clock_make(measured, &clock);
+    for (size_t i = 0; i < landing->rows; i++) {
+        const struct store_simulation *row = &landing->row[i];
+        int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
+        if (c < 0 || !measured->channel[c].raw || row->length == 0)
+            continue;
+        compare_curves(measured, &clock, &measured->channel[c], row,
+                       isnan(landing->head.error_in) ? row->peak_simulated_error_in
+                                                     : landing->head.error_in,
+                       &sides->curves[sides->count]);
+        sides->row[sides->count++] = row;
+    }
+}
+
+static void sides_free(struct sides *sides)
+{
+    for (size_t i = 0; i < sides->count; i++)
+        free(sides->curves[i].storage);
+}
+
+static void draw_side(struct plot *plot, const char *key, unsigned colour, const double *t_s,
+                      const double *values, const double *errors, size_t count, double factor)
+{
+    double *value = xcalloc(3 * count, sizeof *value), *low = value + count, *high = low + count;
+    for (size_t i = 0; i < count; i++) {
+        value[i] = factor * values[i];
+        low[i] = factor * (values[i] - Z95 * errors[i]);
+        high[i] = factor * (values[i] + Z95 * errors[i]);
+    }
+    plot_draw(
+        plot,
+        &(struct plot_series){
+            .kind = PLOT_BAND, .colour = colour, .x = t_s, .y = low, .high = high, .count = count});
+    plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                          .key = key,
+                                          .colour = colour,
+                                          .dashed = colour > 0,
+                                          .x = t_s,
+                                          .y = value,
+                                          .count = count});
+    free(value);
+}
+
+enum mr_status compare_plot(const struct compare_landing *landing, bool si, const char *path,
+                            bool force, struct error *error)
+{
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
+                      *station = unit_of(UNIT_STATION, si);
+    const size_t samples = landing->measured.samples;
+    struct sides sides;
+    char title[200], axis[40];
+    sides_make(landing, &sides);
+    snprintf(title, sizeof title, "landing %" PRId64 " against %s, with 95 %% bands",
+             landing->measured.landing.id, landing->head.file);
+    snprintf(axis, sizeof axis, "movement (%s)", length->text);
+    struct plot *plot = plot_new(title, 1040, (unsigned)(60 + 240 * ((sides.count + 1) / 2)), 2);
+    for (size_t i = 0; i < sides.count; i++) {
+        const struct compare_curves *c = &sides.curves[i];
+        size_t from = 0;
+        while (from < samples && c->t_s[from] < 0.0)
+            from++;
+        snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", sides.row[i]->number,
+                 sides.row[i]->station_ft * station->factor, station->text);
+        plot_panel(plot, title, (struct plot_axis){.label = "time since touchdown (s)"},
+                   (struct plot_axis){.label = axis});
+        draw_side(plot, "measured", 0, c->t_s + from, c->measured_in + from,
+                  c->measured_error_in + from, samples - from, length->factor);
+        draw_side(plot, "simulated", 1, c->t_s + from, c->simulated_in + from,
+                  c->simulated_error_in + from, samples - from, length->factor);
+    }
+    sides_free(&sides);
+    return plot_write(plot, path, force, error);
+}
+
+void compare_csv(FILE *out, const struct compare_landing *landing, bool si)
+{
+    static const char *const names[] = {"measured", "measured_error", "simulated",
+                                        "simulated_error", "alignment"};
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
+    struct sides sides;
+    sides_make(landing, &sides);
+    fputs("t_s", out);
+    for (size_t i = 0; i < sides.count; i++) {
+        for (size_t k = 0; k < 5; k++)
+            fprintf(out, ",d%" PRId64 "_%s_%s", sides.row[i]->number, names[k], length->suffix);
+    }
+    fputc('\n', out);
+    for (size_t i = 0; i < landing->measured.samples; i++) {
+        double t_s = measured_time_s(&landing->measured, i);
+        if (t_s < 0.0)
+            continue;
+        fprintf(out, "%.7f", t_s);
+        for (size_t c = 0; c < sides.count; c++) {
+            const struct compare_curves *s = &sides.curves[c];
+            const double *columns[] = {s->measured_in, s->measured_error_in, s->simulated_in,
+                                       s->simulated_error_in, s->alignment_in};
+            for (size_t k = 0; k < 5; k++) {
+                if (isnan(columns[k][i]))
+                    fputc(',', out);
+                else
+                    fprintf(out, ",%.8g", columns[k][i] * length->factor);
+            }
+        }
+        fputc('\n', out);
+    }
+    sides_free(&sides);
 }

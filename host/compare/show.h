@@ -2,8 +2,10 @@
 #ifndef MATRIG_HOST_COMPARE_SHOW_H
 #define MATRIG_HOST_COMPARE_SHOW_H
 
+#include <stdio.h>
+
 #include "host/base/answer.h"
-#include "host/compare/series.h"
+#include "host/compare/landing.h"
 
 void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                     struct answer *answer);
@@ -12,5 +14,12 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
  * moment's zones are. */
 void compare_channels_answer(const struct compare_figures *figures, struct answer *answer);
 void compare_zones_answer(const struct compare_zones *zones, struct answer *answer);
+
+/* A panel for each transducer: measured and simulated against time, each with its 95 % band. */
+enum mr_status compare_plot(const struct compare_landing *landing, bool si, const char *path,
+                            bool force, struct error *error);
+/* CSV, a row a millisecond: t_s, then of each transducer measured, its error, simulated, its error,
+ * alignment's part; units in the head. */
+void compare_csv(FILE *out, const struct compare_landing *landing, bool si);
 
 #endif

@@ -74,8 +74,8 @@ check "full output" fails_with 3 "cannot write.*/dev/full" $matrig export --form
 
 # --- scenes ---
 echo '{"model": "chain", "Nn": 5}' >"$tmp/key.json"
-check "scene with an unknown key" fails_with 4 "Nn" $matrig compare "$tmp/f.db" 1 --scene "$tmp/key.json"
-check "scene that is not there" fails_with 3 "none.json" $matrig compare "$tmp/f.db" 1 --scene "$tmp/none.json"
+check "scene with an unknown key" fails_with 4 "Nn" $matrig compare "$tmp/f.db" 1 "$tmp/key.json"
+check "scene that is not there" fails_with 3 "none.json" $matrig compare "$tmp/f.db" 1 "$tmp/none.json"
 
 # --- help ---
 check "help names every command" bash -c "for c in log sim compare report export import; do $matrig --help | grep -q \"^  \$c \" || exit 1; done"

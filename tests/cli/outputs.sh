@@ -59,7 +59,7 @@ sim.csv sim host/scenes/wave.json --csv $tmp/sim.csv
 flat.svg error host/scenes/friction_block.json --plot $tmp/flat.svg
 prototype.json scale host/scenes/wave.json -o $tmp/prototype.json
 params.json params $tmp/readings.json -o $tmp/params.json
-compare.svg compare $db 1 -o $tmp/compare.svg
+compare.svg compare $db 1 --plot $tmp/compare.svg
 compare.csv compare $db 1 -o $tmp/compare.csv
 landing.bundle bundle $db 1 --without firmware,page -o $tmp/landing.bundle
 EOL

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/analyse/zones.h"
-#include "host/compare/scene.h"
+#include "host/compare/model.h"
 #include "host/study/fit/surveyed.h"
 
 #define SURVEY_SPREAD 0.03 /* of all sums of a survey alike: the gauge, and what counts as closed */
