@@ -96,25 +96,25 @@ static void slope_text(const char *what, const struct error_slope *slope,
                  slope->points, slope->scatter);
     else
         snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what,
-                 slope->slope, slope->points, error_against_name(order->against), slope->from,
+                 slope->slope, slope->points, order->of_step ? "dt" : "rtol", slope->from,
                  slope->to, slope->scatter);
 }
 
 static void add_orders(struct answer *answer, const struct error_study *study)
 {
-    static const char *const laws[] = {"error ~ dt^p", "error ~ rtol^p", "error ~ rhs^-p"};
     answer_list(answer, "order", "observed orders p");
     for (size_t i = 0; i < study->order_count; i++) {
         const struct error_order *order = &study->orders[i];
+        const char *law = order->of_step ? "error ~ dt^p" : "error ~ rtol^p";
         char u[120], lift[120];
         slope_text("u", &order->u, order, u, sizeof u);
         slope_text("lift", &order->lift, order, lift, sizeof lift);
         answer_open(answer, NULL, "");
-        answer_words(answer, NULL, order->solver, "%s, %s", laws[order->against], u);
+        answer_words(answer, NULL, order->solver, "%s, %s", law, u);
         if (study->lifts)
-            answer_words(answer, NULL, order->solver, "%s, %s", laws[order->against], lift);
+            answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
         answer_words(answer, "solver", NULL, "%s", order->solver);
-        answer_words(answer, "against", NULL, "%s", error_against_name(order->against));
+        answer_words(answer, "against", NULL, "%s", order->of_step ? "dt" : "rtol");
         answer_json_value(answer, "u", slope_json(&order->u));
         answer_json_value(answer, "lift", slope_json(&order->lift));
         answer_close(answer);

@@ -93,7 +93,7 @@ static void say_order(FILE *out, const struct error_study *study)
         const struct error_slope *slope = study->lifts && order->lift.points > 0 ? &order->lift
                                                                                  : &order->u;
         double nominal = strcmp(order->solver, "rk4") == 0 ? 4.0 : 2.0;
-        if (order->against != ERROR_DT)
+        if (!order->of_step)
             continue;
         if (slope->points == 0 || slope->scatter > ERROR_NO_LAW) {
             fprintf(out, "%s's errors follow no power of the step here. ", order->solver);
@@ -205,7 +205,6 @@ void write_tables(FILE *out, const struct error_study *study)
                                      study->lifts ? "err lift, ft" : "rms of u, ft",
                                      "status",
                                      NULL};
-    static const char *const powers[] = {"dt^p", "rtol^p", "rhs^-p"};
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     html_table(out, cheap_heads);
@@ -230,7 +229,7 @@ void write_tables(FILE *out, const struct error_study *study)
         const struct error_order *order = &study->orders[i];
         fputs("<tr>", out);
         html_cell(out, "%s", order->solver);
-        html_cell(out, "%s", powers[order->against]);
+        html_cell(out, "%s", order->of_step ? "dt^p" : "rtol^p");
         slope_cell(out, &order->u);
         if (study->lifts)
             slope_cell(out, &order->lift);

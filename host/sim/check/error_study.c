@@ -4,11 +4,15 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "host/base/steady.h"
-#include "host/sim/check/error_work.h"
+#include "host/base/xmalloc.h"
+#include "host/sim/check/error_march.h"
+#include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
+#define EVEN_TIMES          64    /* of a record */
 #define TARGET_FT           1e-10 /* agreement that needs no further tightening, */
 /* at a tolerance well below those that are judged: two errors can be alike by luck */
 #define TARGET_RTOL         1e-12
@@ -24,14 +28,48 @@
 #define EXPLICIT_REACH      6.0 /* steps of `event` are at most about this over the fastest rate */
 /* where the negative real axis leaves the classical method's stability region */
 #define RK4_REAL            2.785
-#define RK4_RUNGS           24 /* below the limit: */
+#define RUNGS               24 /* of fixed steps below the limit: */
 /* a fifth of an octave apart, close enough to see which of them hit by luck, then half of one */
-#define RK4_CLOSE           15
-#define RK4_FIRST           0.97             /* of the limit */
-#define MAT_STEPS           6e7              /* steps times mats of the longest fixed-step run */
+#define CLOSE_RUNGS         15
+#define FIRST               0.97 /* of the limit */
+#define LEAST_STEPS         20.0
+#define MAT_STEPS           6e7              /* steps times mats of the longest run of rk4, */
+#define CHAIN_MAT_STEPS     7e8              /* and of the chain's solver */
 static const double beyond[] = {1.12, 1.05}; /* of the limit */
 
-void error_note(struct error_study *study, const char *format, ...)
+/* A chain with grit, or of more than this many mats times steps at the limit, is held against
+ * error_march.h: at these parts of the limit, until both agree. */
+#define PLANAR_WORK     1e6
+#define MARCH_TARGET_FT 1e-7
+#define MARCH_MAT_STEPS 1.2e9
+static const double march_parts[] = {16.0, 64.0, 256.0};
+
+/* Slopes are fitted over errors above this many times what the references differ by, below this
+ * part of the peak, and over at least this range. */
+#define LEAST_OF_AGREEMENT 10.0
+#define MOST_OF_PEAK       0.1
+/* of the largest value: sums of rounding over 1e5 steps come near this */
+#define ROUND_OFF          3e-12
+#define LEAST_RANGE        3.0
+
+const double error_levels_ft[] = {1e-3, 1e-5, 5e-6, 1e-7};
+const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft[0];
+
+struct reference {
+    bool found;
+    double rtol;
+    double u_ft, lift_ft, rms_u_ft; /* how far the two methods are apart */
+    double max_lift_ft;
+    struct sim_record record; /* of the first method */
+};
+
+static const char *name_of(const struct sim_scene *scene)
+{
+    return scene->name[0] ? scene->name : "scene";
+}
+
+static __attribute__((format(printf, 2, 3))) void note(struct error_study *study,
+                                                       const char *format, ...)
 {
     for (size_t i = 0; i + 1 < ERROR_NOTES_MAX; i++) {
         if (study->notes[i][0] != '\0')
@@ -44,7 +82,8 @@ void error_note(struct error_study *study, const char *format, ...)
     }
 }
 
-struct error_run *error_add(struct error_study *study)
+/* A new run, failed until filled in; NULL when there is no room. */
+static struct error_run *add_run(struct error_study *study)
 {
     if (study->run_count == ERROR_RUNS_MAX)
         return NULL;
@@ -58,13 +97,57 @@ struct error_run *error_add(struct error_study *study)
     return run;
 }
 
-/* outcome->ms becomes processor time. */
+/* ---- one run ---- */
+
+/* A result's outputs as a record. The scene's t_out are the even times and then what was asked for;
+ * the record brings its own even times, which are the same. */
+static enum mr_status as_record(struct sim_record *record, const struct sim_result *result,
+                                const struct sim_scene *scene, struct error *error)
+{
+    const struct sim_options options = {0};
+    size_t row = (size_t)scene->mats + 1;
+    int even = 0;
+    if (sim_record_make(record, scene, &options, error) != MR_OK)
+        return error->status;
+    for (size_t i = 0; i < record->snapshot_count; i++) {
+        struct sim_snapshot *snapshot = &record->snapshots[i];
+        int output = snapshot->output >= 0 ? snapshot->output : even++;
+        memcpy(snapshot->u_ft, result->outputs[output].u_ft, row * sizeof *snapshot->u_ft);
+    }
+    return MR_OK;
+}
+
+/* The chain's solver has no pass of its own to call. A run that fails its check is no error:
+ * outcome->status says it. */
+static enum mr_status chain_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
+                                 double dt_s, struct error *error)
+{
+    const struct sim_options options = {.solver = "fixed", .dt_s = dt_s, .single = true};
+    struct sim_result result;
+    struct error failed = {0};
+    sim_run(scene, &options, &result, &failed);
+    if (failed.status != MR_OK && failed.status != MR_NUMERICS)
+        error_set(error, failed.status, "%s", failed.text);
+    outcome->status = result.status;
+    outcome->mat = result.mat;
+    outcome->t_s = result.t_s;
+    outcome->steps = outcome->rhs = result.steps;
+    outcome->ms = result.pass_ms;
+    if (error->status == MR_OK && result.status == SIM_OK)
+        as_record(&outcome->record, &result, scene, error);
+    sim_result_free(&result);
+    return error->status;
+}
+
+/* request->kind NULL: the chain's solver. outcome->ms becomes processor time. */
 static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
                                const struct pass_request *request, struct error *error)
 {
     struct model model;
     const struct sim_options options = {0};
     *outcome = (struct pass_outcome){0};
+    if (!request->kind)
+        return chain_pass(outcome, scene, request->dt_s, error);
     if (model_make(&model, scene, false, error) != MR_OK)
         return error->status;
     double begin_ms = processor_ms();
@@ -74,7 +157,7 @@ static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_sc
     return error->status;
 }
 
-double error_rms_ft(const struct sim_record *a, const struct sim_record *b)
+static double rms_ft(const struct sim_record *a, const struct sim_record *b)
 {
     double sum = 0.0;
     for (size_t i = 0; i < a->snapshot_count; i++) {
@@ -110,6 +193,44 @@ static enum mr_status fastest_rate(const struct sim_scene *scene, double *rate, 
     return error->status;
 }
 
+static enum mr_status measure(struct error_study *study, const struct reference *reference,
+                              const struct sim_scene *scene, const struct pass_request *request,
+                              struct error *error)
+{
+    struct pass_outcome outcome;
+    struct error_run *run = add_run(study);
+    if (!run || one_pass(&outcome, scene, request, error) != MR_OK)
+        return error->status;
+    run->solver = request->kind ? request->kind->name : "fixed";
+    run->rtol = request->rtol;
+    run->dt_s = request->dt_s;
+    run->steps = outcome.steps;
+    run->rhs = outcome.rhs;
+    run->ms = outcome.ms;
+    run->status = outcome.status;
+    run->mat = outcome.mat;
+    run->t_s = outcome.t_s;
+    run->beyond = request->dt_s > study->dt_limit_s;
+    if (outcome.status == SIM_OK && !request->kind)
+        run->dt_s = study->end_s / (double)outcome.steps; /* whole steps */
+    if (outcome.status == SIM_OK) {
+        run->u_ft = sim_record_difference(&outcome.record, &reference->record).u_ft;
+        run->rms_u_ft = rms_ft(&outcome.record, &reference->record);
+        run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
+        run->max_lift_ft = outcome.max_lift_ft;
+    } else if (outcome.steps > request->most_steps / 2) {
+        note(study, "%s at rtol %g was given up after %llu steps, at %.4g s", run->solver,
+             run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
+    }
+    pass_free(&outcome);
+    for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
+        if (one_pass(&outcome, scene, request, error) == MR_OK)
+            run->ms = fmin(run->ms, outcome.ms);
+        pass_free(&outcome);
+    }
+    return error->status;
+}
+
 /* ---- reference ---- */
 
 static uint64_t reference_steps(const struct sim_scene *scene)
@@ -121,8 +242,7 @@ static uint64_t reference_steps(const struct sim_scene *scene)
 
 /* One pair of methods, tightened until they agree; the best pair stays in the reference. `failed`
  * says which method did not get through when no pair came about. */
-static enum mr_status tighten(struct error_reference *reference,
-                              const struct stepper_kind *const pair[2],
+static enum mr_status tighten(struct reference *reference, const struct stepper_kind *const pair[2],
                               const struct sim_scene *scene, struct pass_outcome *failed,
                               const char **failed_name, struct error *error)
 {
@@ -151,10 +271,10 @@ static enum mr_status tighten(struct error_reference *reference,
         /* the tighter pair, unless it is clearly worse */
         if (!reference->found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
-            double rms = error_rms_ft(&both[0].record, &both[1].record);
+            double rms = rms_ft(&both[0].record, &both[1].record);
             sim_record_free(&reference->record);
-            *reference = (struct error_reference){
-                true, rtol, u, lift, rms, both[0].max_lift_ft, both[0].record};
+            *reference = (struct reference){true,          rtol, u, lift, rms, both[0].max_lift_ft,
+                                            both[0].record};
             both[0].record = (struct sim_record){0};
         }
         pass_free(&both[0]);
@@ -173,12 +293,12 @@ static enum mr_status refuse_failed(const struct sim_scene *scene, const char *n
                      "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an "
                      "earlier tend or "
                      "another scene",
-                     scene->name[0] ? scene->name : "scene", name, sim_status_name(failed->status),
-                     failed->mat, failed->t_s);
+                     name_of(scene), name, sim_status_name(failed->status), failed->mat,
+                     failed->t_s);
 }
 
-enum mr_status error_reference_planar(struct error_reference *reference, struct error_study *study,
-                                      const struct sim_scene *scene, struct error *error)
+static enum mr_status planar_reference(struct reference *reference, struct error_study *study,
+                                       const struct sim_scene *scene, struct error *error)
 {
     const struct stepper_kind *const explicit_first[2] = {&stepper_event, &stepper_implicit};
     const struct stepper_kind *const both_implicit[2] = {&stepper_implicit, &stepper_cvode};
@@ -186,7 +306,7 @@ enum mr_status error_reference_planar(struct error_reference *reference, struct 
     struct pass_outcome failed = {0};
     const char *name = NULL;
     double rate = 0.0;
-    *reference = (struct error_reference){0};
+    *reference = (struct reference){0};
     if (fastest_rate(scene, &rate, error) != MR_OK)
         return error->status;
     bool hopeless = rate * sim_scene_end_s(scene) / EXPLICIT_REACH > (double)reference_steps(scene);
@@ -205,53 +325,97 @@ enum mr_status error_reference_planar(struct error_reference *reference, struct 
                          "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft "
                          "(lift) at rtol %g; give "
                          "an earlier tend or another scene",
-                         scene->name[0] ? scene->name : "scene", pair[0]->name, pair[1]->name,
-                         reference->u_ft, reference->lift_ft, reference->rtol);
+                         name_of(scene), pair[0]->name, pair[1]->name, reference->u_ft,
+                         reference->lift_ft, reference->rtol);
     snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
              pair[0]->name, pair[0]->method, reference->rtol, pair[1]->name, pair[1]->method);
     return MR_OK;
 }
 
-/* ---- runs of the planar models ---- */
-
-static enum mr_status measure(struct error_study *study, const struct error_reference *reference,
-                              const struct sim_scene *scene, const struct pass_request *request,
-                              struct error *error)
+/* The chain's solver and the march, at ever finer steps. */
+static enum mr_status march_reference(struct reference *reference, struct error_study *study,
+                                      const struct sim_scene *scene, struct error *error)
 {
-    struct pass_outcome outcome;
-    struct error_run *run = error_add(study);
-    if (!run || one_pass(&outcome, scene, request, error) != MR_OK)
-        return error->status;
-    run->solver = request->kind->name;
-    run->rtol = request->rtol;
-    run->dt_s = request->dt_s;
-    run->steps = outcome.steps;
-    run->rhs = outcome.rhs;
-    run->ms = outcome.ms;
-    run->status = outcome.status;
-    run->mat = outcome.mat;
-    run->t_s = outcome.t_s;
-    run->beyond = request->kind->fixed && request->dt_s > study->dt_limit_s;
-    if (outcome.status == SIM_OK) {
-        run->u_ft = sim_record_difference(&outcome.record, &reference->record).u_ft;
-        run->rms_u_ft = error_rms_ft(&outcome.record, &reference->record);
-        run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
-        run->max_lift_ft = outcome.max_lift_ft;
-    } else if (outcome.steps > request->most_steps / 2) {
-        error_note(study, "%s at rtol %g was given up after %llu steps, at %.4g s", run->solver,
-                   run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
+    double limit_s = fmin(study->dt_limit_s, study->end_s / LEAST_STEPS), dt_s = 0.0;
+    for (size_t k = 0; k < sizeof march_parts / sizeof march_parts[0]; k++) {
+        struct sim_record record = {0};
+        struct pass_outcome other = {0};
+        struct march_cost cost = {0};
+        if (k > 0 && study->end_s / limit_s * march_parts[k] * scene->mats > MARCH_MAT_STEPS)
+            break;
+        dt_s = limit_s / march_parts[k];
+        if (march_run(&record, &cost, scene, 2.0 * dt_s, error) == MR_OK && !cost.stalled)
+            chain_pass(&other, scene, dt_s, error);
+        if (error->status == MR_OK && cost.stalled)
+            error_set(error, MR_NUMERICS,
+                      "no reference: %s: switches without end at %.9g s; give an earlier tend",
+                      name_of(scene), cost.t_s);
+        if (error->status == MR_OK && other.status != SIM_OK)
+            error_set(error, MR_NUMERICS,
+                      "no reference: %s: fixed ends %s with steps of %.3g s; give an earlier tend",
+                      name_of(scene), sim_status_name(other.status), dt_s);
+        if (error->status == MR_OK) {
+            sim_record_free(&reference->record);
+            *reference =
+                (struct reference){.found = true,
+                                   .u_ft = sim_record_difference(&record, &other.record).u_ft,
+                                   .rms_u_ft = rms_ft(&record, &other.record),
+                                   .record = record};
+            record = (struct sim_record){0};
+        }
+        sim_record_free(&record);
+        pass_free(&other);
+        if (error->status != MR_OK || reference->u_ft <= MARCH_TARGET_FT)
+            break;
     }
-    pass_free(&outcome);
-    for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
-        if (one_pass(&outcome, scene, request, error) == MR_OK)
-            run->ms = fmin(run->ms, outcome.ms);
-        pass_free(&outcome);
-    }
+    if (error->status == MR_OK && reference->rms_u_ft > ERROR_LIMIT_RMS_FT)
+        error_set(error, MR_NUMERICS,
+                  "no reference: %s: fixed and Runge-Kutta with located switches still differ by "
+                  "%.2g ft (rms) with steps of %.3g s; give an earlier tend",
+                  name_of(scene), reference->rms_u_ft, dt_s);
+    snprintf(study->method, sizeof study->method,
+             "classical Runge-Kutta with every switch located, steps of at most %.3g s; agrees "
+             "with fixed at %.3g s",
+             2.0 * dt_s, dt_s);
     return error->status;
 }
 
-static enum mr_status over_tolerances(struct error_study *study,
-                                      const struct error_reference *reference,
+static bool has_grit(const struct sim_scene *scene)
+{
+    for (size_t i = 0; i < scene->grit_lb.count; i++) {
+        if (scene->grit_lb.values[i] > 0.0 && scene->slack_ft > 0.0)
+            return true;
+    }
+    return false;
+}
+
+/* The report model without bump and shear stays flat: its horizontal equations are the chain's. */
+static struct sim_scene as_planar(const struct sim_scene *scene)
+{
+    struct sim_scene flat = *scene;
+    flat.model = SIM_REPORT;
+    flat.profile = SIM_LOW;
+    flat.bump_ft = (struct sim_list){0};
+    flat.grit_lb = (struct sim_list){0};
+    flat.shear_lb = 0.0;
+    flat.q1_lb = 0.0;
+    return flat;
+}
+
+static enum mr_status chain_reference(struct reference *reference, struct error_study *study,
+                                      const struct sim_scene *scene, struct error *error)
+{
+    struct sim_scene flat = as_planar(scene);
+    bool smooth = scene->friction > 0.0 && scene->friction_law == SIM_TANH;
+    bool heavy = study->end_s / study->dt_limit_s * scene->mats > PLANAR_WORK;
+    if (has_grit(scene) || (heavy && !smooth))
+        return march_reference(reference, study, scene, error);
+    return planar_reference(reference, study, &flat, error);
+}
+
+/* ---- the runs ---- */
+
+static enum mr_status over_tolerances(struct error_study *study, const struct reference *reference,
                                       const struct sim_scene *scene,
                                       const struct stepper_kind *kind, struct error *error)
 {
@@ -264,8 +428,8 @@ static enum mr_status over_tolerances(struct error_study *study,
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
             run->steps > request.most_steps / 2 && e < TIGHTEST_EXPONENT) {
-            error_note(study, "%s: tolerances below %g left out: they need more steps still",
-                       kind->name, run->rtol);
+            note(study, "%s: tolerances below %g left out: they need more steps still", kind->name,
+                 run->rtol);
             break;
         }
     }
@@ -274,31 +438,33 @@ static enum mr_status over_tolerances(struct error_study *study,
 
 static double octaves(int rung)
 {
-    return rung < RK4_CLOSE ? 0.2 * rung : 0.2 * RK4_CLOSE + 0.5 * (rung - RK4_CLOSE);
+    return rung < CLOSE_RUNGS ? 0.2 * rung : 0.2 * CLOSE_RUNGS + 0.5 * (rung - CLOSE_RUNGS);
 }
 
-static enum mr_status over_steps(struct error_study *study, const struct error_reference *reference,
-                                 const struct sim_scene *scene, struct error *error)
+/* Fixed steps, of rk4 or, `kind` NULL, the chain's solver. */
+static enum mr_status over_steps(struct error_study *study, const struct reference *reference,
+                                 const struct sim_scene *scene, const struct stepper_kind *kind,
+                                 struct error *error)
 {
+    struct pass_request request = {.kind = kind, .most_steps = UINT64_MAX};
+    const char *name = kind ? kind->name : "fixed";
     double end_s = study->end_s, limit_s = study->dt_limit_s;
-    double least_s = end_s * scene->mats / MAT_STEPS;
-    double first_s = RK4_FIRST * fmin(limit_s, end_s / 20.0);
+    double least_s = end_s * scene->mats / (kind ? MAT_STEPS : CHAIN_MAT_STEPS);
+    double first_s = FIRST * fmin(limit_s, end_s / LEAST_STEPS);
     if (first_s < least_s) {
-        error_note(study, "rk4 left out: its stability limit of %.3g s asks for %.3g steps",
-                   limit_s, end_s / limit_s);
+        note(study, "%s left out: its stability limit of %.3g s asks for %.3g steps", name, limit_s,
+             end_s / limit_s);
         return MR_OK;
     }
-    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / 20.0; i++) {
-        const struct pass_request request = {&stepper_rk4, 0.0, beyond[i] * limit_s,
-                                             UINT64_MAX,   0,   0.0};
+    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / LEAST_STEPS; i++) {
+        request.dt_s = beyond[i] * limit_s;
         if (measure(study, reference, scene, &request, error) != MR_OK)
             return error->status;
     }
-    for (int k = 0; k < RK4_RUNGS; k++) {
-        const struct pass_request request = {&stepper_rk4, 0.0, first_s * pow(2.0, -octaves(k)),
-                                             UINT64_MAX,   0,   0.0};
+    for (int k = 0; k < RUNGS; k++) {
+        request.dt_s = first_s * pow(2.0, -octaves(k));
         if (request.dt_s < least_s) {
-            error_note(study, "rk4: steps below %.3g s left out", least_s);
+            note(study, "%s: steps below %.3g s left out", name, least_s);
             break;
         }
         if (measure(study, reference, scene, &request, error) != MR_OK)
@@ -307,33 +473,66 @@ static enum mr_status over_steps(struct error_study *study, const struct error_r
     return MR_OK;
 }
 
-static enum mr_status planar(struct error_study *study, const struct sim_scene *scene,
-                             struct error *error)
-{
-    static const struct stepper_kind *const kinds[] = {
-        &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rkgs, &stepper_hamming};
-    struct error_reference reference;
-    double rate = 0.0;
-    if (error_reference_planar(&reference, study, scene, error) == MR_OK &&
-        fastest_rate(scene, &rate, error) == MR_OK) {
-        error_study_take(study, &reference);
-        study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
-        for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
-            over_tolerances(study, &reference, scene, kinds[i], error);
-        if (error->status == MR_OK)
-            over_steps(study, &reference, scene, error);
-    }
-    sim_record_free(&reference.record);
-    return error->status;
-}
-
-void error_study_take(struct error_study *study, const struct error_reference *reference)
+static void take(struct error_study *study, const struct reference *reference)
 {
     study->agreement_u_ft = reference->u_ft;
     study->agreement_lift_ft = reference->lift_ft;
     study->agreement_rms_u_ft = reference->rms_u_ft;
     study->peak_u_ft = sim_record_peak(&reference->record).u_ft;
     study->max_lift_ft = reference->max_lift_ft;
+}
+
+static enum mr_status planar(struct error_study *study, const struct sim_scene *scene,
+                             struct error *error)
+{
+    static const struct stepper_kind *const kinds[] = {
+        &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rkgs, &stepper_hamming};
+    struct reference reference;
+    double rate = 0.0;
+    if (planar_reference(&reference, study, scene, error) == MR_OK &&
+        fastest_rate(scene, &rate, error) == MR_OK) {
+        take(study, &reference);
+        study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
+        for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
+            over_tolerances(study, &reference, scene, kinds[i], error);
+        if (error->status == MR_OK)
+            over_steps(study, &reference, scene, &stepper_rk4, error);
+    }
+    sim_record_free(&reference.record);
+    return error->status;
+}
+
+/* The step limit is the solver's own word; an answer that is refused has it too. */
+static void ask_limit(struct error_study *study, const struct sim_scene *scene)
+{
+    const struct sim_options options = {.solver = "fixed", .dt_s = 1e6};
+    struct sim_result result;
+    struct error ignored = {0};
+    sim_run(scene, &options, &result, &ignored);
+    study->dt_limit_s = result.dt_limit_s;
+    sim_result_free(&result);
+}
+
+static enum mr_status chain(struct error_study *study, const struct sim_scene *scene,
+                            struct error *error)
+{
+    struct sim_scene timed = *scene;
+    struct reference reference = {0};
+    size_t asked = scene->t_out_s.count;
+    double *times_s = xcalloc(EVEN_TIMES + asked, sizeof *times_s);
+    for (size_t i = 0; i < EVEN_TIMES; i++)
+        times_s[i] = study->end_s * (double)(i + 1) / EVEN_TIMES;
+    for (size_t i = 0; i < asked; i++)
+        times_s[EVEN_TIMES + i] = scene->t_out_s.values[i];
+    timed.t_out_s = (struct sim_list){times_s, EVEN_TIMES + asked};
+    ask_limit(study, &timed);
+    if (chain_reference(&reference, study, &timed, error) == MR_OK) {
+        take(study, &reference);
+        over_steps(study, &reference, &timed, NULL, error);
+    }
+    sim_record_free(&reference.record);
+    free(times_s);
+    return error->status;
 }
 
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
@@ -347,10 +546,120 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
         return error->status;
     study->end_s = sim_scene_end_s(scene);
     if (scene->model == SIM_CHAIN)
-        error_study_chain(study, scene, error);
+        chain(study, scene, error);
     else
         planar(study, scene, error);
     if (error->status == MR_OK)
         error_study_fit(study);
     return error->status;
+}
+
+/* ---- slopes, and who is cheapest ---- */
+
+size_t error_study_solvers(const struct error_study *study, const char **names, size_t room)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < study->run_count; i++) {
+        bool known = false;
+        for (size_t k = 0; k < count; k++)
+            known = known || strcmp(names[k], study->runs[i].solver) == 0;
+        if (!known && count < room)
+            names[count++] = study->runs[i].solver;
+    }
+    return count;
+}
+
+static bool usable(const struct error_run *run)
+{
+    return run->status == SIM_OK && !run->beyond;
+}
+
+static struct error_slope fit(const struct error_study *study, const char *solver, bool lift)
+{
+    struct error_slope s = {.from = HUGE_VAL, .to = 0.0};
+    double least =
+        fmax(LEAST_OF_AGREEMENT * (lift ? study->agreement_lift_ft : study->agreement_u_ft),
+             ROUND_OFF * (lift ? study->max_lift_ft : study->peak_u_ft));
+    double most = MOST_OF_PEAK * (lift ? study->max_lift_ft : study->peak_u_ft);
+    double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
+    for (size_t i = 0; i < study->run_count; i++) {
+        const struct error_run *run = &study->runs[i];
+        double error = lift ? run->lift_ft : run->u_ft;
+        if (strcmp(run->solver, solver) != 0 || !usable(run) || !(error > least && error < most))
+            continue;
+        double at = run->dt_s > 0.0 ? run->dt_s : run->rtol, x = log10(at), y = log10(error);
+        s.points++;
+        s.from = fmin(s.from, at);
+        s.to = fmax(s.to, at);
+        sx += x;
+        sy += y;
+        sxx += x * x;
+        sxy += x * y;
+        syy += y * y;
+    }
+    double n = s.points, width = sxx - sx * sx / n;
+    if (s.points < 3 || s.to < LEAST_RANGE * s.from) {
+        s.points = 0;
+        return s;
+    }
+    s.slope = (sxy - sx * sy / n) / width;
+    s.scatter = sqrt(fmax(0.0, (syy - sy * sy / n - s.slope * s.slope * width) / n));
+    return s;
+}
+
+void error_study_fit(struct error_study *study)
+{
+    const char *names[ERROR_ORDERS_MAX];
+    study->order_count = error_study_solvers(study, names, ERROR_ORDERS_MAX);
+    for (size_t k = 0; k < study->order_count; k++) {
+        struct error_order *order = &study->orders[k];
+        *order = (struct error_order){.solver = names[k], .u = fit(study, names[k], false)};
+        if (study->lifts)
+            order->lift = fit(study, names[k], true);
+        for (size_t i = 0; i < study->run_count; i++)
+            order->of_step = order->of_step || (strcmp(study->runs[i].solver, names[k]) == 0 &&
+                                                study->runs[i].dt_s > 0.0);
+    }
+}
+
+static double own_ft(const struct error_study *study, const struct error_run *run)
+{
+    if (!usable(run))
+        return (double)NAN;
+    return study->lifts ? run->lift_ft : run->u_ft;
+}
+
+double error_study_judged_ft(const struct error_study *study, size_t i)
+{
+    const struct error_run *run = &study->runs[i];
+    double own = own_ft(study, run);
+    if (run->dt_s == 0.0 || isnan(own))
+        return own;
+    for (int side = 0; side < 2; side++) {
+        if (side == 0 ? i == 0 : i + 1 == study->run_count)
+            return (double)NAN;
+        const struct error_run *next = &study->runs[side == 0 ? i - 1 : i + 1];
+        double error = own_ft(study, next);
+        if (strcmp(next->solver, run->solver) != 0 || isnan(error))
+            return (double)NAN;
+        own = fmax(own, error);
+    }
+    return own;
+}
+
+const struct error_run *error_study_cheapest(const struct error_study *study, const char *solver,
+                                             double level_ft)
+{
+    const struct error_run *best = NULL;
+    if (level_ft < ERROR_FLOOR * (study->lifts ? study->agreement_lift_ft : study->agreement_u_ft))
+        return NULL;
+    for (size_t i = 0; i < study->run_count; i++) {
+        const struct error_run *run = &study->runs[i];
+        if ((solver && strcmp(run->solver, solver) != 0) ||
+            !(error_study_judged_ft(study, i) <= level_ft))
+            continue;
+        if (!best || run->ms < best->ms)
+            best = run;
+    }
+    return best;
 }

@@ -5,7 +5,7 @@
  * tolerances a decade apart or steps a factor sqrt 2 apart. Errors are largest differences to the
  * reference over all mats at 64 even times and t_out (u), and over the same times and the run's
  * largest lift (lift). A run's time is the processor time of its pass, the least of up to five; of
- * `fixed`, which has no single pass to call, the wall clock time that it states.
+ * `fixed` the wall clock time that it states.
  *
  * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly
  * implicit one of order 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when
@@ -48,7 +48,7 @@ struct error_run {
     bool beyond;          /* fixed step beyond the stability limit: sim_run would have refused it */
 };
 
-/* Least-squares slope of log error, over the runs within the stability limit whose error is between
+/* Least-squares slope of log error over log step or log tolerance, over the runs within the stability limit whose error is between
  * ten times the reference's disagreement (and what rounding can sum up to) and a tenth of the
  * largest value. */
 struct error_slope {
@@ -59,11 +59,9 @@ struct error_slope {
 };
 #define ERROR_NO_LAW 0.6 /* decades of scatter beyond which a slope says nothing */
 
-enum error_against { ERROR_DT, ERROR_RTOL, ERROR_RHS };
-
 struct error_order {
     const char *solver;
-    enum error_against against; /* dt and rtol: error ~ x^slope; rhs: error ~ rhs^-slope */
+    bool of_step; /* error ~ dt^slope; else error ~ rtol^slope */
     struct error_slope u, lift;
 };
 
@@ -108,10 +106,7 @@ const struct error_run *error_study_cheapest(const struct error_study *study, co
 /* The names of the solvers in the study, in order; returns how many, at most `room`. */
 size_t error_study_solvers(const struct error_study *study, const char **names, size_t room);
 
-/* Fits study->orders; error_study_run has done it. */
+/* Fits study->orders, one for each solver; error_study_run has done it. */
 void error_study_fit(struct error_study *study);
-
-/* "dt", "rtol", "rhs". */
-const char *error_against_name(enum error_against against);
 
 #endif
