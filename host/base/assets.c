@@ -10,6 +10,7 @@
     extern const char asset_##name[], asset_##name##_end[]
 
 ASSET(page, "host/live/page/live.html");
+ASSET(board_script, "host/live/page/board.js");
 ASSET(script, "host/live/page/live.js");
 ASSET(style, "host/live/page/live.css");
 ASSET(plot_script, "dygraph.min.js");
@@ -23,6 +24,7 @@ ASSET(plot_licence, "copyright");
 
 static const struct asset assets[] = {
     ROW("/", "text/html; charset=utf-8", page),
+    ROW("/board.js", "text/javascript; charset=utf-8", board_script),
     ROW("/live.js", "text/javascript; charset=utf-8", script),
     ROW("/live.css", "text/css; charset=utf-8", style),
     ROW("/dygraph.js", "text/javascript; charset=utf-8", plot_script),

@@ -15,7 +15,7 @@
  *         HELP_ITEM("DB", "campaign database"),
  *         OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
  *                       "stop after S seconds; else on Ctrl-C"),
- *         HELP_EXAMPLE("matrig live campaign.db --terminal"),
+ *         HELP_EXAMPLE("matrig live campaign.db --port 8474"),
  *     };
  *     const struct command command_live = {"live", live_command, "DB [--for S]", "watch a board",
  *                                          COMMAND_PARTS(parts), {1, 1, "DB"}}; */

@@ -8,9 +8,9 @@
 
 #include "host/base/error.h"
 
-/* words[0] is the program's path, or its name in PATH; NULL ends them. `streams` are descriptors that
- * become its 0, 1 and 2; -1: this program's own. They stay the caller's. A program that cannot be run ends with
- * exit code 127. MR_IO. */
+/* words[0] is the program's path, or its name in PATH; NULL ends them. `streams` are descriptors
+ * that become its 0, 1 and 2; -1: this program's own. They stay the caller's. A program that cannot
+ * be run ends with exit code 127. MR_IO. */
 enum mr_status process_start(const char *const words[], const int streams[3], pid_t *child,
                              struct error *error);
 

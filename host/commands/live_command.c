@@ -4,14 +4,12 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/ioctl.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
 #include "host/commands/commands.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
-#include "host/live/terminal.h"
 #include "host/store/store_follow.h"
 #include "host/base/steady.h"
 
@@ -19,8 +17,6 @@
 /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
 #define FIRST_FRAMES  30000
 #define FRAMES_A_TURN 2000
-#define DRAW_MS       200
-#define LINE_MS       1000
 #define SESSION_LINKS 200
 
 struct watch {
@@ -33,9 +29,6 @@ struct watch {
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
-    bool terminal;
-    int64_t shown_ms;
-    bool rang; /* for the warning that is on */
 };
 
 static void take_frame(void *context, const struct store_frame *frame)
@@ -96,51 +89,17 @@ static enum mr_status look(struct watch *watch, struct error *error)
         bool found;
         status = store_link_get(watch->store, session, kind, &counts, &found, error);
         if (status == MR_OK && found)
-            live_hub_counts(watch->hub, (enum link_kind)kind, &counts, (int64_t)link_now_us());
+            live_hub_counts(watch->hub, (enum link_kind)kind, &counts);
     }
     int64_t strangers = 0;
     if (session && status == MR_OK)
         status = store_doubted(watch->store, session, &strangers, error);
-    live_hub_strangers(watch->hub, strangers, (int64_t)link_now_us());
+    live_hub_strangers(watch->hub, strangers);
     live_hub_turn(watch->hub);
     return status;
 }
 
-static void draw(struct watch *watch, struct live_model *model)
-{
-    struct winsize size = {.ws_col = 80, .ws_row = 24};
-    const char *no_colour = getenv("NO_COLOR");
-    ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
-    const struct live_screen screen = {.columns = size.ws_col ? size.ws_col : 80,
-                                       .rows = size.ws_row ? size.ws_row : 24,
-                                       .colour = !no_colour || !*no_colour,
-                                       .si = watch->cli->si};
-    live_terminal_draw(stdout, model, (int64_t)link_now_us(), store_path(watch->store), &screen);
-    if (model->warning.on && !watch->rang)
-        putchar('\a');
-    watch->rang = model->warning.on;
-}
-
-static void show(struct watch *watch, struct live_model *model)
-{
-    bool screen = isatty(STDOUT_FILENO) == 1;
-    if (!watch->terminal)
-        return;
-    live_hub_look(watch->hub, model);
-    bool at_once = model->warning.on && !watch->rang;
-    if (!at_once && steady_ms() - watch->shown_ms < (screen ? DRAW_MS : LINE_MS))
-        return;
-    watch->shown_ms = steady_ms();
-    if (screen) {
-        draw(watch, model);
-    } else {
-        live_terminal_line(stdout, model, (int64_t)link_now_us(), watch->cli->si);
-        watch->rang = model->warning.on;
-    }
-    fflush(stdout);
-}
-
-/* Until a signal, the end of the time, or nobody reads any more. */
+/* Until a signal, or the end of the time. */
 static enum mr_status run(struct watch *watch, double for_s, struct error *error)
 {
     sigset_t set;
@@ -148,23 +107,15 @@ static enum mr_status run(struct watch *watch, double for_s, struct error *error
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
     sigprocmask(SIG_BLOCK, &set, NULL);
-    signal(SIGPIPE, SIG_IGN);
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};
-    struct live_model *model = malloc(sizeof *model);
     int64_t until_ms = isinf(for_s) ? INT64_MAX : steady_ms() + (int64_t)(1e3 * for_s);
-    enum mr_status status =
-        model ? MR_OK : error_set(error, MR_FULL, "no memory: the live view; close other programs");
-    while (status == MR_OK && !ferror(stdout) && steady_ms() < until_ms) {
+    enum mr_status status = MR_OK;
+    while (status == MR_OK && steady_ms() < until_ms) {
         status = look(watch, error);
-        if (status == MR_OK)
-            show(watch, model);
-        if (poll(&signals, 1, LOOK_MS) > 0)
+        if (status == MR_OK && poll(&signals, 1, LOOK_MS) > 0)
             break;
     }
-    if (watch->terminal && isatty(STDOUT_FILENO) == 1)
-        puts("");
-    free(model);
     close(signals.fd);
     return status;
 }
@@ -189,8 +140,8 @@ static enum mr_status open_watch(struct watch *watch, const char *db, const char
         status = store_follow_from(watch->store, base, FIRST_FRAMES, &watch->place, error);
     if (status == MR_OK)
         status = live_hub_open(&watch->source, &watch->hub, error);
-    if (status == MR_OK && !watch->terminal && !watch->cli->json)
-        status = live_server_open(port, watch->hub, NULL, &watch->server, error);
+    if (status == MR_OK && !watch->cli->json)
+        status = live_server_open(port, watch->hub, &watch->server, error);
     if (status == MR_OK && watch->server) {
         fprintf(stderr, "live: %s\n", live_server_url(watch->server));
         fflush(stderr);
@@ -198,20 +149,19 @@ static enum mr_status open_watch(struct watch *watch, const char *db, const char
     return status;
 }
 
-static int print_state(struct watch *watch, struct error *error)
+static int print_snapshot(struct watch *watch, struct error *error)
 {
     if (look(watch, error) != MR_OK)
         return cli_fail(error);
-    char *text = live_hub_state(watch->hub);
-    json_t *state = text ? json_loads(text, 0, NULL) : NULL;
+    char *text = live_hub_snapshot(watch->hub);
+    json_t *snapshot = text ? json_loads(text, 0, NULL) : NULL;
     free(text);
-    return cli_print_json(state, 0);
+    return cli_print_json(snapshot, 0);
 }
 
 struct request {
     const char *port, *base;
     double for_s;
-    bool terminal;
 };
 
 static int live_command(int argc, char **argv, const struct cli *cli)
@@ -220,11 +170,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     struct error error = {0};
     enum mr_status status = command_parse(&command_live, argc, argv, cli, &r, &db, &error);
-    if (status == MR_OK && r.port && r.terminal)
-        status = error_set(
-            &error, MR_USAGE,
-            "--port is the page's, --terminal has none; give one of them; see matrig live --help");
-    struct watch watch = {.cli = cli, .terminal = r.terminal, .asked_base = -1};
+    struct watch watch = {.cli = cli, .asked_base = -1};
     uint16_t base = 0;
     if (status == MR_OK && r.base) {
         status = link_read_base(r.base, "--base", &base, &error);
@@ -234,7 +180,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
         status = open_watch(&watch, db, r.port ? r.port : "8473", &error);
     int exit_code = 0;
     if (status == MR_OK && cli->json)
-        exit_code = print_state(&watch, &error);
+        exit_code = print_snapshot(&watch, &error);
     else if (status == MR_OK)
         status = run(&watch, r.for_s, &error);
     live_server_close(watch.server);
@@ -251,24 +197,22 @@ static const struct command_part parts[] = {
                 "port that is free"),
     OPTION_TEXT("--base", "B", base,
                 "of several boards that are logged the one at this base (0x190); else the lowest"),
-    OPTION_FLAG("--terminal", terminal,
-                "show it in this terminal; when standard output is none, a line a second"),
     OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
                   "stop after S seconds; else on Ctrl-C"),
-    HELP_NOTE("With --json: the state now, as one object, and no more. The page only watches: arm "
+    HELP_NOTE("With --json: the newest of each message, as one object. The page only watches: arm "
               "and disarm on that of matrig log --live,\n"
               "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and "
               "the address that was printed."),
     HELP_EXAMPLE(
         "matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
-        "         matrig live campaign.db --terminal"),
+        "         matrig live campaign.db --port 8474"),
 };
 
 const struct command command_live = {
     "live",
     live_command,
-    "DB [--port PORT] [--base B] | DB --terminal [--base B]",
-    "watch a board: a page in the browser, or this terminal",
+    "DB [--port PORT] [--base B] [--for S]",
+    "watch a board on a page in the browser",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -12,16 +12,18 @@
 #include "host/board/armtalk.h"
 #include "host/base/steady.h"
 
-/* a minute: 20 of readings and 5 of state a second, and some at once */
-#define EVENTS           1600u
-#define EVENT_BYTES      0x300000u /* of all together */
+/* a minute: 50 of messages, 20 of readings and 5 of state a second */
+#define EVENTS           4500u
+#define EVENT_BYTES      0x400000u /* of all together */
+#define MESSAGES_MS      20        /* between two, however much happens; a warning does not wait */
 #define READINGS_MS      50
 #define STATE_MS         200
-#define AT_ONCE_MS       20 /* between two states, however much happens; a warning does not wait */
 #define BUCKETS_AN_EVENT 64
 #define FIRST_TAG        0x7601u
+#define SLOTS            1024u
+#define RECORDS_FRESH    500 /* blocks */
 
-enum event_kind { EVENT_CONFIGURATION, EVENT_STATE, EVENT_READINGS };
+enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS };
 
 struct event {
     enum event_kind kind;
@@ -29,22 +31,40 @@ struct event {
     size_t length;
 };
 
+/* The newest of a message: of its kind, link, and what it is of (channel, switch, ...). */
+struct slot {
+    uint32_t key;
+    char *text;
+};
+
 struct live_hub {
     pthread_mutex_t lock;
     pthread_cond_t news;
     const struct live_source *source;
-    struct live_model model;
+    struct live_buckets buckets;
     uint32_t run; /* of this hub: ids of another one say nothing here */
+
+    struct slot slot[SLOTS]; /* in the order in which they came */
+    unsigned slots;
+    bool other_layout; /* of the board: its other messages mean something else */
+    bool warned, armed;
+    int64_t heard_us[LINK_KINDS];
+    struct store_link_counts counts[LINK_KINDS];
+    int64_t strangers;
+
     struct event event[EVENTS];
     uint64_t first, next; /* events held: first to next - 1, event[i % EVENTS] */
     size_t bytes;
-    uint64_t configured, changes, restarts; /* of the model, told */
-    bool warned;
-    int64_t readings_ms, state_ms; /* when they were told last */
+    FILE *waiting; /* messages that are not an event yet; NULL: none */
+    char *waiting_text;
+    size_t waiting_length;
+    uint64_t restarts;                          /* of the buckets, told */
+    int64_t messages_ms, readings_ms, state_ms; /* when they were told last */
     bool ended;
 
-    struct mr_command command;
-    bool waiting, sent, answered; /* a command: asked for; taken; acknowledged */
+    struct mr_command order;
+    bool ordered, sent, answered; /* an order: given; taken; acknowledged */
+    int64_t until_us;
     enum mr_status answer;
     uint16_t tag;
 };
@@ -77,10 +97,9 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_condattr_destroy(&steady);
     made->source = source;
     made->tag = FIRST_TAG;
-    made->configured = UINT64_MAX;
     if (getrandom(&made->run, sizeof made->run, GRND_NONBLOCK) != (ssize_t)sizeof made->run)
         made->run = (uint32_t)steady_ms();
-    live_model_start(&made->model, source->can != NULL, source->serial != NULL);
+    live_buckets_start(&made->buckets);
     *hub = made;
     return MR_OK;
 }
@@ -99,6 +118,11 @@ void live_hub_close(struct live_hub *hub)
         return;
     while (hub->first < hub->next)
         drop_oldest(hub);
+    for (unsigned i = 0; i < hub->slots; i++)
+        free(hub->slot[i].text);
+    if (hub->waiting)
+        fclose(hub->waiting);
+    free(hub->waiting_text);
     pthread_cond_destroy(&hub->news);
     pthread_mutex_destroy(&hub->lock);
     free(hub);
@@ -107,7 +131,7 @@ void live_hub_close(struct live_hub *hub)
 /* An event as it goes out; frees `json`. NULL: no memory. */
 static char *event_text(const struct live_hub *hub, enum event_kind kind, char *json, uint64_t id)
 {
-    static const char *const names[] = {"configuration", "state", "readings"};
+    static const char *const names[] = {"configuration", "messages", "state", "readings"};
     char *text = NULL;
     if (json && asprintf(&text, "event: %s\nid: %08" PRIx32 "-%" PRIu64 "\ndata: %s\n\n",
                          names[kind], hub->run, id, json) < 0)
@@ -142,39 +166,65 @@ static void publish_readings(struct live_hub *hub)
     struct live_bucket buckets[BUCKETS_AN_EVENT];
     unsigned count;
     hub->readings_ms = steady_ms();
-    while ((count = live_model_take(&hub->model, buckets, BUCKETS_AN_EVENT)) > 0)
+    while ((count = live_buckets_take(&hub->buckets, buckets, BUCKETS_AN_EVENT)) > 0)
         publish(hub, EVENT_READINGS, live_json_buckets(hub->run, hub->restarts, buckets, count));
 }
 
-static void publish_state(struct live_hub *hub)
+static void publish_messages(struct live_hub *hub)
 {
-    hub->state_ms = steady_ms();
-    hub->changes = hub->model.changes;
-    hub->warned = hub->model.warning.on;
-    publish(hub, EVENT_STATE, dumped(live_json_state(&hub->model, (int64_t)link_now_us())));
+    hub->messages_ms = steady_ms();
+    if (!hub->waiting)
+        return;
+    fputc(']', hub->waiting);
+    bool whole = fclose(hub->waiting) == 0;
+    hub->waiting = NULL;
+    if (whole)
+        publish(hub, EVENT_MESSAGES, hub->waiting_text);
+    else
+        free(hub->waiting_text);
+    hub->waiting_text = NULL;
+}
+
+/* What the host knows: of the links, and the newest readings. */
+static json_t *state_json(const struct live_hub *hub)
+{
+    json_t *links = json_array();
+    int64_t block = live_buckets_block(&hub->buckets), record = hub->buckets.record_block;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct store_link_counts *counts = &hub->counts[kind];
+        bool used = hub->heard_us[kind] ||
+                    (kind == LINK_CAN ? hub->source->can : hub->source->serial);
+        json_array_append_new(
+            links, json_pack("{sssbsIsIsIsIsIsI}", "name", kind == LINK_CAN ? "CAN" : "serial",
+                             "used", used, "received", (json_int_t)counts->received, "lost",
+                             (json_int_t)counts->lost, "dropped", (json_int_t)counts->dropped,
+                             "bad", (json_int_t)counts->bad, "foreign", (json_int_t)counts->foreign,
+                             "heard_us", (json_int_t)hub->heard_us[kind]));
+    }
+    return json_pack("{sIsIsssIsIsoso}", "now_us", (json_int_t)link_now_us(), "block",
+                     (json_int_t)block, "source",
+                     record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN",
+                     "late", (json_int_t)hub->buckets.late, "strangers", (json_int_t)hub->strangers,
+                     "links", links, "readings", live_json_readings(&hub->buckets));
 }
 
 /* What is due. Locked by the caller. */
 static void turn(struct live_hub *hub)
 {
     int64_t now = steady_ms();
-    bool warning = hub->model.warning.on != hub->warned;
-    if (hub->model.restarts != hub->restarts) {
+    if (hub->buckets.restarts != hub->restarts) {
         /* what was read before belongs to the boot before */
         publish_readings(hub);
-        hub->restarts = hub->model.restarts;
+        hub->restarts = hub->buckets.restarts;
     }
-    if (warning || (hub->model.changes != hub->changes && now - hub->state_ms >= AT_ONCE_MS) ||
-        now - hub->state_ms >= STATE_MS) {
-        if (hub->model.configured != hub->configured) {
-            hub->configured = hub->model.configured;
-            publish(hub, EVENT_CONFIGURATION,
-                    dumped(live_json_configuration(&hub->model, hub->source)));
-        }
-        publish_state(hub);
+    if (now - hub->messages_ms >= MESSAGES_MS)
+        publish_messages(hub);
+    if (now - hub->state_ms >= STATE_MS) {
+        hub->state_ms = now;
+        publish(hub, EVENT_STATE, dumped(state_json(hub)));
     }
     if (now - hub->readings_ms >= READINGS_MS) {
-        live_model_settle(&hub->model);
+        live_buckets_settle(&hub->buckets);
         publish_readings(hub);
     }
 }
@@ -186,20 +236,167 @@ void live_hub_turn(struct live_hub *hub)
     pthread_mutex_unlock(&hub->lock);
 }
 
+/* ---- messages ---- */
+
+/* The page has them as buckets, or has no use for them. */
+static bool is_shown(const struct mr_message *message)
+{
+    switch (message->place) {
+#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_PLACE_##NAME:
+#include "common/catalogue.def"
+    case MR_PLACE_CALIBRATION:
+    case MR_PLACE_CLOCK:
+    case MR_PLACE_CAN_HEALTH:
+    case MR_PLACE_SERIAL_HEALTH: return false;
+    default: return true;
+    }
+}
+
+static bool is_of_landing(unsigned place)
+{
+    switch (place) {
+    case MR_PLACE_ZONE:
+    case MR_PLACE_ZONE_LEAD:
+    case MR_PLACE_ZONE_COMING:
+    case MR_PLACE_ZONE_PRESS:
+    case MR_PLACE_VERDICT:
+    case MR_PLACE_RISK:
+    case MR_PLACE_RISK_LEAD:
+    case MR_PLACE_EDGE:
+    case MR_PLACE_MOTION:
+    case MR_PLACE_MOTION_ERROR:
+    case MR_PLACE_TOUCHDOWN:
+    case MR_PLACE_STOP: return true;
+    default: return false;
+    }
+}
+
+/* Which channel, switch, segment, ... a message is of. A statement of the predictor that warns or
+ * advises is kept beside the newest one. */
+static unsigned instance(const struct mr_message *m)
+{
+    switch (m->place) {
+    case MR_PLACE_CHANNEL: return m->as.channel.index;
+    case MR_PLACE_CHANNEL_ZERO: return m->as.channel_zero.index;
+    case MR_PLACE_CHANNEL_EVENT: return m->as.channel_event.index;
+    case MR_PLACE_SWITCH_PLACE: return m->as.switch_place.position;
+    case MR_PLACE_SLACK: return m->as.slack.segment;
+    case MR_PLACE_FAULT: return m->as.fault.code;
+    case MR_PLACE_BAND_STATE: return m->as.band_state.band;
+    case MR_PLACE_EDGE: return m->as.edge.position;
+    case MR_PLACE_RISK_ITEM: return m->as.risk_item.index;
+    case MR_PLACE_ZONE_LEAD: return m->as.zone_lead.warning;
+    case MR_PLACE_VERDICT: return m->as.verdict.verdict;
+    default: return 0;
+    }
+}
+
+static uint32_t key_of(unsigned place, enum link_kind link, unsigned which)
+{
+    return (uint32_t)place << 16 | (uint32_t)link << 12 | (which & 0xfffu);
+}
+
+static struct slot *find_slot(struct live_hub *hub, uint32_t key)
+{
+    for (unsigned i = 0; i < hub->slots; i++) {
+        if (hub->slot[i].key == key)
+            return &hub->slot[i];
+    }
+    return NULL;
+}
+
+static void remove_slot(struct live_hub *hub, struct slot *slot)
+{
+    free(slot->text);
+    hub->slots--;
+    memmove(slot, slot + 1, (size_t)(hub->slot + hub->slots - slot) * sizeof *slot);
+}
+
+/* Takes `text`. */
+static void keep(struct live_hub *hub, uint32_t key, char *text)
+{
+    struct slot *old = find_slot(hub, key);
+    if (old)
+        remove_slot(hub, old);
+    else if (hub->slots == SLOTS)
+        remove_slot(hub, &hub->slot[0]);
+    if (text)
+        hub->slot[hub->slots++] = (struct slot){key, text};
+}
+
+/* A landing is armed, or the board began again. */
+static void forget_landing(struct live_hub *hub, bool faults)
+{
+    for (unsigned i = hub->slots; i-- > 0;) {
+        unsigned place = hub->slot[i].key >> 16;
+        if (is_of_landing(place) || (faults && place == MR_PLACE_FAULT))
+            remove_slot(hub, &hub->slot[i]);
+    }
+    hub->warned = false;
+}
+
+static void show(struct live_hub *hub, const struct collector_event *event)
+{
+    const struct mr_message *m = event->message;
+    char *text = NULL;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    if (!out)
+        return;
+    live_json_message(out, event);
+    if (fclose(out) != 0) {
+        free(text);
+        return;
+    }
+    if (!hub->waiting)
+        hub->waiting = open_memstream(&hub->waiting_text, &hub->waiting_length);
+    if (hub->waiting)
+        fprintf(hub->waiting, "%c%s", ftell(hub->waiting) > 0 ? ',' : '[', text);
+    bool warns = m->place == MR_PLACE_ZONE_LEAD && m->as.zone_lead.warning;
+    if (warns && !hub->warned) { /* the zone that a warning begins with, before its lead */
+        const struct slot *zone = find_slot(hub, key_of(MR_PLACE_ZONE, event->link, 0));
+        keep(hub, key_of(MR_PLACE_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
+    }
+    if (!warns || !hub->warned)
+        keep(hub, key_of(m->place, event->link, instance(m)), text);
+    else
+        free(text);
+    if (m->place == MR_PLACE_ZONE_LEAD && warns != hub->warned) {
+        hub->warned = warns;
+        publish_messages(hub);
+    }
+}
+
 void live_hub_message(struct live_hub *hub, const struct collector_event *event)
 {
+    const struct mr_message *m = event->message;
+    int64_t block = event->board_us == STORE_NONE ? -1 : event->board_us / 1000;
     pthread_mutex_lock(&hub->lock);
-    uint64_t acks = hub->model.acks;
-    live_model_message(&hub->model, event);
-    if (hub->model.acks != acks && hub->sent && !hub->answered &&
-        hub->model.ack.tag == hub->command.tag) {
+    hub->heard_us[event->link] = (int64_t)event->host_us;
+    if (live_buckets_hear(&hub->buckets, event->link, block)) {
+        forget_landing(hub, true);
+        turn(hub);
+    }
+    if (m->place == MR_PLACE_HELLO)
+        hub->other_layout = m->as.hello.layout != MR_LAYOUT;
+    bool armed = m->place == MR_PLACE_LANDING && m->as.landing.state == MR_LANDING_ARMED;
+    if (armed && !hub->armed) {
+        forget_landing(hub, false);
+        live_buckets_arm(&hub->buckets);
+    }
+    hub->armed = m->place == MR_PLACE_LANDING ? armed : hub->armed;
+    if (!hub->other_layout || m->place == MR_PLACE_HELLO) {
+        live_buckets_message(&hub->buckets, m, block);
+        if (is_shown(m))
+            show(hub, event);
+    }
+    if (m->place == MR_PLACE_ACK && hub->sent && !hub->answered &&
+        m->as.ack.tag == hub->order.tag) {
         hub->answered = true;
-        hub->answer = (enum mr_status)hub->model.ack.status;
+        hub->answer = (enum mr_status)m->as.ack.status;
         pthread_cond_broadcast(&hub->news);
     }
-    if (hub->model.warning.on != hub->warned || hub->model.restarts != hub->restarts)
-        turn(hub);
-    if (hub->model.closed_count >= BUCKETS_AN_EVENT)
+    if (hub->buckets.closed_count >= BUCKETS_AN_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
@@ -207,52 +404,66 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
 void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us)
 {
     pthread_mutex_lock(&hub->lock);
-    live_model_record(&hub->model, record, host_us);
-    if (hub->model.restarts != hub->restarts)
+    hub->heard_us[LINK_SERIAL] = host_us;
+    if (live_buckets_hear(&hub->buckets, LINK_SERIAL, record->index)) {
+        forget_landing(hub, true);
         turn(hub);
+    }
+    live_buckets_record(&hub->buckets, record);
     /* a campaign that is gone through faster than turns come */
-    if (hub->model.closed_count >= BUCKETS_AN_EVENT)
+    if (hub->buckets.closed_count >= BUCKETS_AN_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
 void live_hub_counts(struct live_hub *hub, enum link_kind kind,
-                     const struct store_link_counts *counts, int64_t host_us)
+                     const struct store_link_counts *counts)
 {
     pthread_mutex_lock(&hub->lock);
-    live_model_counts(&hub->model, kind, counts, host_us);
+    hub->counts[kind] = *counts;
     pthread_mutex_unlock(&hub->lock);
 }
 
-void live_hub_strangers(struct live_hub *hub, int64_t count, int64_t host_us)
+void live_hub_strangers(struct live_hub *hub, int64_t count)
 {
     pthread_mutex_lock(&hub->lock);
-    live_model_strangers(&hub->model, count, host_us);
-    pthread_mutex_unlock(&hub->lock);
-}
-
-void live_hub_look(struct live_hub *hub, struct live_model *model)
-{
-    pthread_mutex_lock(&hub->lock);
-    *model = hub->model;
+    hub->strangers = count;
     pthread_mutex_unlock(&hub->lock);
 }
 
 bool live_hub_lacks_calibration(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
-    bool lacks = live_model_lacks_calibration(&hub->model);
+    bool lacks = live_buckets_lack_calibration(&hub->buckets);
     pthread_mutex_unlock(&hub->lock);
     return lacks;
 }
 
-char *live_hub_state(struct live_hub *hub)
+/* The newest of each message, as a list. */
+static char *slots_text(const struct live_hub *hub)
+{
+    char *text = NULL;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    if (!out)
+        return NULL;
+    fputc('[', out);
+    for (unsigned i = 0; i < hub->slots; i++)
+        fprintf(out, "%s%s", i ? "," : "", hub->slot[i].text);
+    fputc(']', out);
+    return fclose(out) == 0 ? text : (free(text), NULL);
+}
+
+char *live_hub_snapshot(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
-    json_t *state = live_json_state(&hub->model, (int64_t)link_now_us());
-    json_object_set_new(state, "configuration", live_json_configuration(&hub->model, hub->source));
+    char *messages = slots_text(hub);
+    json_t *state = state_json(hub);
     pthread_mutex_unlock(&hub->lock);
-    return dumped(state);
+    json_t *list = messages ? json_loads(messages, 0, NULL) : NULL;
+    free(messages);
+    return dumped(json_pack("{sososo}", "configuration", live_json_configuration(hub->source),
+                            "messages", list ? list : json_array(), "state", state));
 }
 
 /* ---- viewers ---- */
@@ -272,24 +483,25 @@ void live_hub_viewer(struct live_hub *hub, const char *last, struct live_viewer 
 static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
     char *text = NULL;
+    publish_messages(hub); /* what waits is in the snapshot */
     FILE *out = open_memstream(&text, length);
     if (!out)
         return NULL;
     uint64_t before = hub->next ? hub->next - 1 : 0;
-    char *configuration = event_text(hub, EVENT_CONFIGURATION,
-                                     dumped(live_json_configuration(&hub->model, hub->source)),
-                                     before);
-    char *state = event_text(hub, EVENT_STATE,
-                             dumped(live_json_state(&hub->model, (int64_t)link_now_us())), before);
+    char *parts[] = {
+        event_text(hub, EVENT_CONFIGURATION, dumped(live_json_configuration(hub->source)), before),
+        event_text(hub, EVENT_MESSAGES, slots_text(hub), before),
+        event_text(hub, EVENT_STATE, dumped(state_json(hub)), before),
+    };
     fputs("retry: 500\n", out);
-    fputs(configuration ? configuration : "", out);
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        fputs(parts[i] ? parts[i] : "", out);
+        free(parts[i]);
+    }
     for (uint64_t i = hub->first; i < hub->next; i++) {
         if (hub->event[i % EVENTS].kind == EVENT_READINGS)
             fputs(hub->event[i % EVENTS].text, out);
     }
-    fputs(state ? state : "", out);
-    free(configuration);
-    free(state);
     viewer->fresh = false;
     viewer->next = hub->next;
     return fclose(out) == 0 ? text : (free(text), NULL);
@@ -336,47 +548,39 @@ bool live_hub_ended(struct live_hub *hub)
     return ended;
 }
 
-bool live_hub_wait_end(struct live_hub *hub, int wait_ms)
-{
-    struct timespec until = after_ms(wait_ms);
-    pthread_mutex_lock(&hub->lock);
-    while (!hub->ended && pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
-        ;
-    bool ended = hub->ended;
-    pthread_mutex_unlock(&hub->lock);
-    return ended;
-}
+/* ---- orders ---- */
 
-/* ---- commands ---- */
-
-enum mr_status live_hub_command(struct live_hub *hub, unsigned code, int32_t argument,
-                                enum mr_status *answer)
+enum mr_status live_hub_order(struct live_hub *hub, unsigned code, int32_t argument,
+                              int64_t until_us, enum mr_status *answer)
 {
     struct timespec until = after_ms(1000 * ARMTALK_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
+    if ((int64_t)link_now_us() >= until_us)
+        return MR_LIMIT;
     pthread_mutex_lock(&hub->lock);
-    if (hub->source->commands && !hub->waiting && !hub->ended) {
-        hub->command =
+    if (hub->source->commands && !hub->ordered && !hub->ended) {
+        hub->order =
             (struct mr_command){.code = (uint8_t)code, .tag = hub->tag++, .argument = argument};
-        hub->waiting = true;
+        hub->until_us = until_us;
+        hub->ordered = true;
         hub->sent = hub->answered = false;
         while (!hub->answered && !hub->ended &&
                pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
             ;
-        status = hub->answered ? MR_OK : MR_TIMEOUT;
+        status = hub->answered ? MR_OK : hub->sent ? MR_TIMEOUT : MR_LIMIT;
         *answer = hub->answer;
-        hub->waiting = false;
+        hub->ordered = false;
     }
     pthread_mutex_unlock(&hub->lock);
     return status;
 }
 
-bool live_hub_take_command(struct live_hub *hub, struct mr_command *command)
+bool live_hub_take_order(struct live_hub *hub, struct mr_command *command)
 {
     pthread_mutex_lock(&hub->lock);
-    bool any = hub->waiting && !hub->sent;
+    bool any = hub->ordered && !hub->sent && (int64_t)link_now_us() < hub->until_us;
     if (any) {
-        *command = hub->command;
+        *command = hub->order;
         hub->sent = true;
     }
     pthread_mutex_unlock(&hub->lock);

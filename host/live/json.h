@@ -4,8 +4,10 @@
 #define MATRIG_HOST_LIVE_JSON_H
 
 #include <jansson.h>
+#include <stdio.h>
 
-#include "host/live/model.h"
+#include "host/collect/collect.h"
+#include "host/live/buckets.h"
 
 /* Where it comes from, for people. Owned by the caller. */
 struct live_source {
@@ -16,19 +18,21 @@ struct live_source {
     bool si;
 };
 
-/* {"units": .., "source": .., "board": .., "channels": [{"name", "kind", "station_ft", "band"} x
- * 22], "switches": [ft ..], "segments": [{"start_ft", "end_ft", "joints", "slack_in"} ..],
- * "touchdown_ft", "bucket_s"} */
-json_t *live_json_configuration(const struct live_model *model, const struct live_source *source);
+/* What is the same for every board: {"units", "source", "layout", "quantities", "faults",
+ * "can_states", "statuses", "bucket_s", "transducers"}. */
+json_t *live_json_configuration(const struct live_source *source);
 
-/* {"now_us", "heard_us", "block", "state": .., "warning": .., "verdict": the predictor's or null,
- * "gear": .., "zone": .., "readings": [[value, least, most, validity] ..], "links": [..], "health":
- * .., "notices": [..]} */
-json_t *live_json_state(const struct live_model *model, int64_t now_us);
+/* A message of the catalogue, one object: {"m": its name, "t": host time in us, "l": link, "b":
+ * block or null, each field by its name, "FIELD_text" of a code, "notice" and "severity" of a line
+ * that is told, "quantity", "value" and "error" of a number that people watch}. */
+void live_json_message(FILE *out, const struct collector_event *event);
 
 /* {"epoch": "which hub, which boot", "b": [[bucket, least x 22, most x 22] ..]}: 0.0001 in and 0.01
  * lb, null where there is no reading. To be freed. */
 char *live_json_buckets(uint32_t run, uint64_t restarts, const struct live_bucket *buckets,
                         unsigned count);
+
+/* Least, most and newest of each channel: [[value, least, most, why there is no value] x 22]. */
+json_t *live_json_readings(const struct live_buckets *buckets);
 
 #endif

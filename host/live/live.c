@@ -18,8 +18,7 @@ enum mr_status live_open(struct live *live, const char *where, const struct live
     live->source = *source;
     live->listener = (struct collector_listener){message, record, live};
     enum mr_status status = live_hub_open(&live->source, &live->hub, error);
-    return status == MR_OK ? live_server_open(where, live->hub, NULL, &live->server, error)
-                           : status;
+    return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
 }
 
 void live_close(struct live *live)
@@ -37,13 +36,12 @@ void live_turn(struct live *live, const struct collector *collector)
         return;
     collector_progress(collector, &progress);
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind],
-                        (int64_t)link_now_us());
-    live_hub_strangers(live->hub, progress.strangers[LINK_CAN], (int64_t)link_now_us());
+        live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind]);
+    live_hub_strangers(live->hub, progress.strangers[LINK_CAN]);
     live_hub_turn(live->hub);
 }
 
-bool live_take_command(struct live *live, struct mr_command *command)
+bool live_take_order(struct live *live, struct mr_command *command)
 {
-    return live->hub && live_hub_take_command(live->hub, command);
+    return live->hub && live_hub_take_order(live->hub, command);
 }

@@ -24,6 +24,6 @@ void live_close(struct live *live); /* also of one that was never opened, all ze
  * comes. */
 void live_turn(struct live *live, const struct collector *collector);
 /* Arm or disarm, to be sent to the board. */
-bool live_take_command(struct live *live, struct mr_command *command);
+bool live_take_order(struct live *live, struct mr_command *command);
 
 #endif

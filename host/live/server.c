@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <microhttpd.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,15 +13,11 @@
 #include "common/command.h"
 #include "host/board/armtalk.h"
 #include "host/base/assets.h"
-#include "host/live/seats.h"
-#include "host/base/steady.h"
 
-/* one that nothing happens on for so long is ended, whatever its seat says */
-#define CONNECTION_S  30u
-/* that the kernel keeps for a reader: one that does not read is noticed in seconds */
-#define SEND_BYTES    (64 * 1024)
+#define CONNECTIONS   64u
+/* one that nothing happens on for so long is ended: also a reader of events that does not read */
+#define CONNECTION_S  15u
 #define HEARTBEAT_MS  1000
-#define SWEEP_MS      1000
 #define COMMAND_BYTES 1000u
 #define CHUNK_BYTES   65536u
 #define TOKEN_BYTES   16u
@@ -30,11 +25,7 @@
 
 struct live_server {
     struct live_hub *hub;
-    const struct live_pages *pages;
-    struct seats *seats;
     struct MHD_Daemon *daemon;
-    pthread_t sweeper;
-    bool sweeps;
     char token[2 * TOKEN_BYTES + 1];
     char url[LIVE_URL_MAX];
 };
@@ -48,8 +39,6 @@ struct request {
 
 struct stream {
     struct live_hub *hub;
-    struct seats *seats;
-    struct seat *seat;
     struct live_viewer viewer;
     char *text; /* going out */
     size_t length, sent;
@@ -126,49 +115,12 @@ static bool token_is(const struct live_server *server, const char *given)
     return differ == 0;
 }
 
-/* ---- seats ---- */
-
-static void connection_changes(void *context, struct MHD_Connection *connection, void **seat,
-                               enum MHD_ConnectionNotificationCode what)
-{
-    struct live_server *server = context;
-    if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
-        seats_leave(server->seats, *seat);
-        *seat = NULL;
-        return;
-    }
-    const int send_bytes = SEND_BYTES;
-    int fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-    (void)setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &send_bytes, sizeof send_bytes);
-    *seat = seats_take(server->seats, fd, steady_ms());
-    if (!*seat)
-        shutdown(fd, SHUT_RDWR);
-}
-
-static struct seat *seat_of(struct MHD_Connection *connection)
-{
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    return info ? info->socket_context : NULL;
-}
-
-/* Ends those whose time is over, until the hub ends. */
-static void *sweep(void *context)
-{
-    struct live_server *server = context;
-    while (!live_hub_wait_end(server->hub, SWEEP_MS))
-        seats_sweep(server->seats, steady_ms());
-    return NULL;
-}
-
 /* ---- events ---- */
 
 static ssize_t stream_read(void *context, uint64_t position, char *out, size_t most)
 {
     struct stream *stream = context;
     (void)position;
-    if (!seats_taken(stream->seats, stream->seat, steady_ms()))
-        return MHD_CONTENT_READER_END_WITH_ERROR;
     if (!stream->text) {
         stream->sent = 0;
         stream->text = live_hub_next(stream->hub, &stream->viewer, HEARTBEAT_MS, &stream->length);
@@ -198,15 +150,10 @@ static void stream_free(void *context)
 
 static enum MHD_Result events(struct live_server *server, struct MHD_Connection *connection)
 {
-    if (!seats_read(server->seats, seat_of(connection), steady_ms()))
-        return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
-                   "all places for viewers without the token are taken: open the address that "
-                   "matrig printed, with what follows #\n");
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream)
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
-    *stream =
-        (struct stream){.hub = server->hub, .seats = server->seats, .seat = seat_of(connection)};
+    stream->hub = server->hub;
     live_hub_viewer(server->hub, header(connection, "Last-Event-ID"), &stream->viewer);
     struct MHD_Response *response = MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
@@ -217,28 +164,29 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
 
 /* ---- commands ---- */
 
-/* Runs the command of the body; what is to be told comes into `json`. Returns the HTTP code. */
-static unsigned run_command(struct live_server *server, const json_t *body, json_t *json)
+/* Runs the order of the body; what is to be told comes into `json`. Returns the HTTP code. */
+static unsigned run_order(struct live_server *server, const json_t *body, json_t *json)
 {
     const char *name = json_string_value(json_object_get(body, "command"));
-    json_t *landing = json_object_get(body, "landing");
+    json_t *landing = json_object_get(body, "landing"), *until = json_object_get(body, "until_us");
     bool arm = name && strcmp(name, "arm") == 0, disarm = name && strcmp(name, "disarm") == 0;
     json_int_t number = json_integer_value(landing);
-    bool wrong = (!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) ||
-                 number < 0 || number > LANDING_MOST;
     enum mr_status of_board = MR_OK;
-    if (wrong) {
+    char refused[200];
+    if ((!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 ||
+        number > LANDING_MOST || !json_is_integer(until)) {
         json_object_set_new(
             json, "error",
-            json_string("a command is arm, with a landing from 0 to 65535, or disarm"));
+            json_string("an order is arm, with a landing from 0 to 65535, or disarm, and until_us, "
+                        "the time by which it must be carried out"));
         return MHD_HTTP_BAD_REQUEST;
     }
-    char refused[200];
-    enum mr_status status = live_hub_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
-                                             (int32_t)number, &of_board);
+    enum mr_status status = live_hub_order(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
+                                           (int32_t)number, json_integer_value(until), &of_board);
     snprintf(refused, sizeof refused, "refused: %s", armtalk_refusal(of_board));
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
-                      : status != MR_OK ? "another command is under way, or this view only watches"
+                      : status == MR_LIMIT   ? "the order came too late: give it again"
+                      : status != MR_OK   ? "another order is under way, or this view only watches"
                       : of_board != MR_OK ? refused
                                           : NULL;
     json_object_set_new(json, "done", json_boolean(!error));
@@ -250,7 +198,7 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
 }
 
 static enum MHD_Result command(struct live_server *server, struct MHD_Connection *connection,
-                               const char *url, const struct request *request)
+                               const struct request *request)
 {
     const char *origin = header(connection, "Origin"), *type = header(connection, "Content-Type");
     const char *host = header(connection, "Host");
@@ -264,8 +212,7 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
     if (request->too_long)
         return say(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
-    unsigned code = server->pages ? server->pages->post(server->pages->context, url, body, json)
-                                  : run_command(server, body, json);
+    unsigned code = run_order(server, body, json);
     char *text = json_dumps(json, JSON_COMPACT);
     json_decref(body);
     json_decref(json);
@@ -273,15 +220,6 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
 }
 
 /* ---- requests ---- */
-
-/* A browser sends no headers of our own with a request for events, so there the token is in the
- * address, which no history keeps. */
-static bool has_token(const struct live_server *server, struct MHD_Connection *connection)
-{
-    return token_is(server, header(connection, "X-Matrig-Token")) ||
-           token_is(server,
-                    MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "token"));
-}
 
 static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection,
                            const char *url)
@@ -296,10 +234,7 @@ static enum MHD_Result get(struct live_server *server, struct MHD_Connection *co
     if (strcmp(url, "/events") == 0)
         return events(server, connection);
     if (strcmp(url, "/state") == 0)
-        return say_json(connection, MHD_HTTP_OK, live_hub_state(server->hub));
-    char *text = server->pages ? server->pages->get(server->pages->context, url) : NULL;
-    if (text)
-        return say_json(connection, MHD_HTTP_OK, text);
+        return say_json(connection, MHD_HTTP_OK, live_hub_snapshot(server->hub));
     return say(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
 }
 
@@ -320,10 +255,7 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     struct request *request = *kept;
     (void)version;
     if (!request) { /* the headers are here, the body is not */
-        *kept = seat_of(connection) ? calloc(1, sizeof *request) : NULL;
-        if (*kept)
-            seats_ask(server->seats, seat_of(connection), has_token(server, connection),
-                      steady_ms());
+        *kept = calloc(1, sizeof *request);
         return *kept ? MHD_YES : MHD_NO;
     }
     if (*size > 0) {
@@ -335,19 +267,18 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
         return say(
             connection, MHD_HTTP_FORBIDDEN,
             "this is served to this computer alone: use 127.0.0.1, or an ssh tunnel to it\n");
-    bool post = strcmp(method, "POST") == 0 && (server->pages || strcmp(url, "/command") == 0);
+    bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
         return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "GET, or POST to /command\n");
-    return post ? command(server, connection, url, request) : get(server, connection, url);
+    return post ? command(server, connection, request) : get(server, connection, url);
 }
 
 static void request_over(void *context, struct MHD_Connection *connection, void **kept,
                          enum MHD_RequestTerminationCode why)
 {
-    struct live_server *server = context;
+    (void)context;
+    (void)connection;
     (void)why;
-    if (*kept)
-        seats_answered(server->seats, seat_of(connection), steady_ms());
     free(*kept);
     *kept = NULL;
 }
@@ -401,18 +332,16 @@ static void make_token(struct live_server *server)
 static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_storage *address,
                                 bool v6)
 {
-    return MHD_start_daemon(
-        MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL |
-            (v6 ? MHD_USE_IPv6 : 0),
-        0, NULL, NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
-        SEATS_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED,
-        request_over, server, MHD_OPTION_NOTIFY_CONNECTION, connection_changes, server,
-        MHD_OPTION_END);
+    return MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION |
+                                MHD_USE_POLL | (v6 ? MHD_USE_IPv6 : 0),
+                            0, NULL, NULL, serve, server, MHD_OPTION_SOCK_ADDR, address,
+                            MHD_OPTION_CONNECTION_LIMIT, CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
+                            CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, server,
+                            MHD_OPTION_END);
 }
 
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
-                                const struct live_pages *pages, struct live_server **server,
-                                struct error *error)
+                                struct live_server **server, struct error *error)
 {
     struct sockaddr_storage address;
     socklen_t length;
@@ -424,22 +353,16 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
         return error_set(error, MR_FULL, "no memory: the live page; close other programs");
     bool v6 = address.ss_family == AF_INET6;
     made->hub = hub;
-    made->pages = pages;
-    made->seats = seats_open();
     make_token(made);
-    if (made->seats)
-        made->daemon = start(made, &address, v6);
+    made->daemon = start(made, &address, v6);
     if (!made->daemon) {
         int code = errno;
-        seats_close(made->seats);
         free(made);
         return error_set(error, MR_IO,
                          "cannot serve the live page at %s (%s): is another matrig there? Give "
                          "another port, or 0",
                          where, code ? strerror(code) : "no reason given");
     }
-    /* without it the slow give way all the same, when others come */
-    made->sweeps = pthread_create(&made->sweeper, NULL, sweep, made) == 0;
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_BIND_PORT);
     snprintf(made->url, sizeof made->url, "http://%s:%u/#%s", v6 ? "[::1]" : "127.0.0.1",
              info ? info->port : 0u, made->token);
@@ -457,9 +380,6 @@ void live_server_close(struct live_server *server)
     if (!server)
         return;
     live_hub_end(server->hub);
-    if (server->sweeps)
-        pthread_join(server->sweeper, NULL);
     MHD_stop_daemon(server->daemon);
-    seats_close(server->seats);
     free(server);
 }

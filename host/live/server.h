@@ -1,11 +1,10 @@
 /* The live page, served over HTTP on a loopback address, and on no other.
  *
  *     GET  /          the page; /live.js, /live.css, /dygraph.js, /dygraph.css, /licences.txt
- *     GET  /events    server-sent events (host/live/hub.h); with ?token=T at one of the places of
- *                     who has it (host/live/seats.h)
- *     GET  /state     the state as JSON
- *     POST /command   {"command": "arm" or "disarm", "landing": N}, with the token in
- *                     X-Matrig-Token
+ *     GET  /events    server-sent events (host/live/hub.h)
+ *     GET  /state     the snapshot as JSON
+ *     POST /command   {"command": "arm" or "disarm", "landing": N, "until_us": T}, with the token
+ *                     in X-Matrig-Token; refused from T (Unix time) on
  *
  * A request whose Host is not a name of this computer is refused: a page from elsewhere that made
  * its own name point here (DNS rebinding) gets nothing. Commands need the token, which only who
@@ -20,21 +19,10 @@
 
 struct live_server;
 
-/* Further pages of who opens the server, behind the same doors. Called from any thread, several at
- * once. NULL: there are none. */
-struct live_pages {
-    void *context;
-    /* JSON, to be freed; NULL: no such page */
-    char *(*get)(void *context, const char *url);
-    /* what is to be told of a posted object comes into `json`; returns the HTTP code */
-    unsigned (*post)(void *context, const char *url, const json_t *body, json_t *json);
-};
-
 /* "8473", "127.0.0.1:8473", "[::1]:0"; 0: any port that is free. MR_USAGE: no such thing, or not
  * this computer's own. */
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
-                                const struct live_pages *pages, struct live_server **server,
-                                struct error *error);
+                                struct live_server **server, struct error *error);
 /* With the token behind #, which browsers keep to themselves. Static in the server. */
 const char *live_server_url(const struct live_server *server);
 /* Ends the hub's waits, then serves no more. NULL is allowed. */

@@ -96,6 +96,6 @@ void logger_serve_live(struct logger *logger)
     ask_for_channels(logger);
     keep_it_live(logger);
     live_turn(&logger->live, logger->board[0].collector);
-    if (live_take_command(&logger->live, &command))
+    if (live_take_order(&logger->live, &command))
         (void)logger_send(logger, 0, &command, false);
 }

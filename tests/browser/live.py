@@ -62,7 +62,8 @@ def stop(process):
     process.wait(20)
 
 
-def post(base, token, body, origin=None):
+def post(base, token, body, origin=None, within_s=5):
+    body = {**body, "until_us": int((time.time() + within_s) * 1e6)}
     headers = {"Content-Type": "application/json", "X-Matrig-Token": token}
     if origin:
         headers["Origin"] = origin
@@ -148,6 +149,8 @@ def arm_and_disarm(browser, base, token):
     browser.picture(OUT + "/armed-1120.png")
     code = post(base, token, {"command": "arm", "landing": 8})
     tap.check("a second arming is refused, and said so", code == 409, code)
+    code = post(base, token, {"command": "disarm"}, within_s=-1)
+    tap.check("an order that comes too late is refused", code == 409 and browser.js("matrigLive.state.state") == "armed", code)
     browser.key("d")
     browser.wait("document.querySelector('#confirm').open")
     browser.js("document.querySelector('#confirm-yes').click()")
@@ -158,7 +161,7 @@ def arm_and_disarm(browser, base, token):
 
 
 def crowd(port, count):
-    """Ask for events without the token and never read them."""
+    """Ask for events and never read them."""
     sockets = []
     for _ in range(count):
         sockets.append(socket.create_connection(("127.0.0.1", port), 5))
@@ -227,6 +230,50 @@ def landing(browser, port):
     stuck.close()
     tap.check("the log ended well, a viewer that never read beside it", logger.returncode == 0, open(err).read())
     return db, warned
+
+
+BOARD = """(() => {
+  const board = new Board({ ...matrigLive.board.fixed }), out = {};
+  let t = 1e15;
+  const say = (m, l, block, fields) => board.take({ m, l, b: block, t: t += 1000, block16: block % 65536, ...fields });
+  const zone = (l, block, warning, mats) => {
+    say('zone', l, block, { mats, start_ft: 70, end_ft: 90 });
+    say('zone_lead', l, block, { lead_s: 0.5, wheel_ft: 60, warning, inferred_percent: 10 });
+  };
+  say('landing', 0, 1000, { state: 1, state_text: 'armed', landing: 4, block: 1000 });
+  say('verdict', 0, 2000, { verdict: 1, verdict_text: 'advisory', reason: 2, reason_text: 'later', level: 0, level_text: '' });
+  out.advised = [board.state().verdict.advisory, board.warning.on, board.notices.map((n) => n.text).join('|')];
+  say('zone', 0, 2050, { mats: 60, start_ft: 70, end_ft: 90 });
+  say('zone_lead', 0, 2100, { lead_s: 0.5, wheel_ft: 60, warning: 1, inferred_percent: 10 });
+  out.halves = board.warning.on;
+  zone(0, 2150, 1, 60); zone(1, 2100, 0, 5);
+  out.newer = [board.warning.on, board.warning.first_decided_block, board.zone.mats];
+  zone(1, 2200, 0, 5);
+  out.over = [board.warning.on, board.warning.since_us > 0, board.warning.zone.mats];
+  say('edge', 0, 2210, { position: 3, count: 1 });
+  say('hello', 0, 1100, { layout: 1, major: 0, minor: 2, patch: 0 });
+  out.restart = [board.restarts, board.state().opened.length, board.warning.since_us, board.notices[board.notices.length - 1].text];
+  return JSON.stringify(out);
+})()"""
+
+
+def board_state(browser):
+    out = json.loads(browser.js(BOARD))
+    tap.check("an advisory is no warning", out["advised"] == [True, False, "armed, landing 4|advisory: later"], out)
+    tap.check("halves of two statements are none", out["halves"] is False, out)
+    tap.check("the newer statement of the two links counts", out["newer"] == [True, 2150, 60] and out["over"] == [False, True, 60], out)
+    tap.check("a restart of the board begins anew", out["restart"] == [1, 0, 0, "the board started again"], out)
+
+
+def hidden_tab(browser):
+    """Closes its stream, and gets everything again when it is seen."""
+    browser.js("Object.defineProperty(document, 'hidden', { value: true, configurable: true }); document.dispatchEvent(new Event('visibilitychange'))")
+    time.sleep(0.3)
+    before = browser.js("matrigLive.lastId")
+    time.sleep(0.5)
+    still = browser.js("matrigLive.lastId")
+    browser.js("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))")
+    tap.check("a hidden tab closes its stream, and opens it when it is seen", before == still and browser.wait("matrigLive.lastId !== %s" % json.dumps(before)), before, still)
 
 
 def latency(db, warned):
@@ -320,13 +367,15 @@ def main():
     base, token = address.split("#")
     port = int(re.search(r":(\d+)/", base).group(1))
     browser = Browser()
-    others = crowd(port, 200)  # before the page comes, which must find a place all the same
+    others = crowd(port, 20)  # that never read
     try:
         browser.open(address)
         browser.wait("document.querySelectorAll('.strip canvas:first-child').length === 22")
         choose_channels(browser)
         arm_and_disarm(browser, base, token)
         hostile_source(browser)
+        board_state(browser)
+        hidden_tab(browser)
         browser.pump()
         tap.check("nothing wrong on the console", not browser.errors, browser.errors)
         stop(logger)

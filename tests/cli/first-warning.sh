@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One landing, one first warning, one clock: seconds after touchdown by the board's clock, of the block in which the board decided. Log,
-# JSON, predict, report, the live view and make series say the same; what is another moment (received here) is named as such. Touchdown
+# JSON, predict, report and make series say the same; what is another moment (received here) is named as such. Touchdown
 # and block are taken from the campaign's own tables and the exported zero, not from what is held against each other.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
@@ -42,9 +42,6 @@ in_the_report() {
     m --quiet report "$db" -o "$tmp/report.html" && grep -o "<dt>zone</dt><dd class=\"warn\">warned $want s after touchdown, decided in block $block</dd>" "$tmp/report.html" &&
         grep -q "<td[^>]*>$want</td>" "$tmp/report.html"
 }
-in_the_live_view() { # which has no touchdown before the fit: the block, and when it was received
-    m --json live "$db" >"$tmp/live.json" && same "$(json "$tmp/live.json" 'warning.first_decided_block')" "$block"
-}
 in_the_series() { # this landing alone, its own record
     local from_s
     tests/series.sh "$tmp/series" tests/runs 5 >"$tmp/series.txt" 2>&1 || { cat "$tmp/series.txt"; return 1; }
@@ -64,7 +61,6 @@ check "so does its JSON" in_its_json
 check "predict has the same moment, as the board decided and as computed again" in_predict
 check "its own predictor's moment is on the same clock, and a difference is explained" predicts_by_itself
 check "so has the report" in_the_report
-check "the live view has the block" in_the_live_view
 check "make series has the same moment" in_the_series
 check "predict begins with the runway that the board was armed with" with_what_was_left
 finish

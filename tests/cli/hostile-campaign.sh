@@ -51,7 +51,7 @@ compare compare DB 1
 fit fit DB --draws 60 -j 1 --max-time 5
 replay replay DB 1
 bundle bundle DB 1 -o $tmp/none.bundle
-live live DB --terminal --for 1
+live --json live DB
 landing landing DB
 show show DB
 show-one show DB 1
@@ -169,7 +169,7 @@ ends() {
 survives() { # SQL
     hostile values "$1" || return 1
     ends $matrig report "$tmp/values.db" -o "$tmp/values.html" --force && ends $matrig export "$tmp/values.db" 1 --format csv -o "$tmp/values.csv" --force &&
-        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" --force && ends $matrig predict "$tmp/values.db" 1 && ends $matrig live "$tmp/values.db" --terminal --for 0.2 &&
+        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" --force && ends $matrig predict "$tmp/values.db" 1 && ends $matrig --json live "$tmp/values.db" &&
         ! grep -aiqE '(^|[^a-z])(inf|nan)([^a-z]|$)' "$tmp/values.csv"
 }
 while IFS='|' read -r what sql; do

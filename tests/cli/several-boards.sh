@@ -172,8 +172,8 @@ not_added_up() { # what one's transducers saw is not added to the other's
     done
 }
 shown_alone() { # the live view of the campaign: one board's, the first unless asked
-    [ "$($matrig --json live "$tmp/linked.db" 2>"$tmp/live.err" | jq .landing)" = 5 ] && grep -q '2 boards are logged.*0x000; --base' "$tmp/live.err" &&
-        [ "$($matrig --json live "$tmp/linked.db" --base 0x190 | jq .landing)" = 1 ] || return 1
+    [ "$($matrig --json live "$tmp/linked.db" 2>"$tmp/live.err" | jq '[.messages[] | select(.m == "landing").landing] | last')" = 5 ] && grep -q '2 boards are logged.*0x000; --base' "$tmp/live.err" &&
+        [ "$($matrig --json live "$tmp/linked.db" --base 0x190 | jq '[.messages[] | select(.m == "landing").landing] | last')" = 1 ] || return 1
 }
 one_is_spoken_with() {
     fails_with 2 'one board is spoken with: can0@0,0x190 names 2' $matrig board --can can0@0,0x190 arm

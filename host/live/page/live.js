@@ -6,9 +6,10 @@
   const $ = (id) => document.getElementById(id);
   const CHANNELS = 22, TRANSDUCERS = 8;
   const PER_UNIT = (c) => (c < TRANSDUCERS ? 10000 : 100);
+  const ORDER_MS = 5000; /* an order that reaches matrig later is refused */
   const STALE_MS = 2000, SILENT_MS = 1000, DRAW_MS = 200;
   const token = location.hash.slice(1);
-  let configuration = null, state = null, stateAt = 0, heardFrom = 0, connected = false, span = 10, seen = 0;
+  let board = null, configuration = null, state = null, stateAt = 0, heardFrom = 0, connected = false, span = 10, seen = 0;
 
   const element = (name, className, text) => {
     const made = document.createElement(name);
@@ -477,7 +478,7 @@
     (command === 'arm' ? $('landing') : $('confirm-no')).focus();
   };
   const send = async () => {
-    const body = { command: pending };
+    const body = { command: pending, until_us: Math.round(state.now_us + (performance.now() - stateAt + ORDER_MS) * 1000) };
     if (pending === 'arm') {
       const number = Number($('landing').value);
       if (!Number.isInteger(number) || number < 0 || number > 65535) { $('landing').focus(); return; }
@@ -498,7 +499,7 @@
 
   /* ---- the connection ---- */
   const takeConfiguration = (told) => {
-    const text = JSON.stringify({ ...told, source: null, board: null });
+    const text = JSON.stringify({ ...told, source: null, board: null, of: null, configured: 0 });
     const changed = !configuration || text !== configuration.text;
     configuration = told;
     configuration.text = text;
@@ -509,33 +510,47 @@
     if (changed) { makeChoice(); makeStrips(); drawRunway(); }
     showState();
   };
-  let source = null, retryMs = 250, retry = 0, lastId = '', refused = '';
+  let source = null, retryMs = 250, retry = 0, lastId = '', due = false;
+  const refresh = () => {
+    due = false;
+    if (!board) return;
+    const warned = state && state.warning.on;
+    state = board.state();
+    if (!configuration || configuration.of !== board || configuration.configured !== board.configured) takeConfiguration(Object.assign(board.configuration(), { of: board, configured: board.configured }));
+    else if (warned !== state.warning.on) showWarning();
+    showState();
+  };
+  const takeMessages = (messages) => {
+    const warned = board.warning.on;
+    for (const message of messages) board.take(message);
+    if (board.warning.on !== warned) refresh(); /* it must not wait */
+    else if (!due) { due = true; requestAnimationFrame(refresh); }
+  };
   const connect = () => {
     clearTimeout(retry);
     if (source) source.close();
-    source = new EventSource('/events' + (token ? '?token=' + encodeURIComponent(token) : '')); /* no header can go along */
+    source = new EventSource('/events');
     const on = (name, take) => source.addEventListener(name, (event) => {
       heardFrom = performance.now();
       lastId = event.lastEventId;
       connected = true;
       retryMs = 250;
-      refused = '';
       take(JSON.parse(event.data));
     });
-    on('configuration', takeConfiguration);
+    on('configuration', (told) => { board = new Board(told); });
+    on('messages', takeMessages);
     on('readings', takeReadings);
-    on('state', (told) => { state = told; stateAt = performance.now(); showState(); });
+    on('state', (told) => { board.takeHost(told); stateAt = performance.now(); refresh(); });
     /* The browser comes back by itself, with Last-Event-ID; when it has given up, or hangs, we do. */
-    source.onerror = () => { if (source.readyState === EventSource.CLOSED) { askWhy(); again(); } };
+    source.onerror = () => { if (source.readyState === EventSource.CLOSED) again(); };
   };
-  /* An event source does not tell why it was refused; the same request in another way does. */
-  const askWhy = async () => {
-    const asking = new AbortController();
-    try {
-      const answer = await fetch('/events', { signal: asking.signal });
-      refused = answer.status === 503 ? (await answer.text()).trim() : '';
-    } catch (e) { refused = ''; /* nobody is there */ }
-    asking.abort();
+  /* A tab that nobody sees has no stream. */
+  const seenOrNot = () => {
+    clearTimeout(retry);
+    retry = 0;
+    heardFrom = performance.now();
+    if (!document.hidden) connect();
+    else if (source) { source.close(); source = null; }
   };
   const again = () => {
     clearTimeout(retry);
@@ -543,12 +558,13 @@
     retryMs = Math.min(2 * retryMs, 8000);
   };
   const watch = () => {
+    if (document.hidden) return;
     const ms = performance.now() - heardFrom, old = ms > STALE_MS;
     if (old && connected) { connected = false; showState(); }
     $('offline').hidden = !old;
     document.body.classList.toggle('stale', old);
     if (old) {
-      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old' + (refused ? '. ' + refused : ''));
+      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old');
       document.title = 'no connection · matrig live';
       sound(false);
       if (ms > 5000 && !retry) { retry = setTimeout(() => { retry = 0; connect(); }, retryMs); retryMs = Math.min(2 * retryMs, 8000); }
@@ -592,9 +608,10 @@
     heardFrom = performance.now();
     $('arm').disabled = $('disarm').disabled = true;
     setInterval(watch, 250);
+    document.addEventListener('visibilitychange', seenOrNot);
     connect();
     requestAnimationFrame(draw);
-    window.matrigLive = { fine, coarse, get state() { return state; }, get configuration() { return configuration; }, get lastId() { return lastId; }, reconnect: connect };
+    window.matrigLive = { fine, coarse, get board() { return board; }, get state() { return state; }, get configuration() { return configuration; }, get lastId() { return lastId; }, reconnect: connect };
   };
   start();
 })();

@@ -1,0 +1,237 @@
+#include "host/live/buckets.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "common/series.h"
+
+#define MISSING             ((float)NAN)
+#define RESTART_BLOCKS      1000 /* a block so much older than the newest: the board began again */
+#define RECORD_FRESH_BLOCKS 200  /* while records are this new, CAN adds nothing to them */
+#define SILENT_BLOCKS       500  /* a link so far behind the other brings nothing more */
+#define TELLING_BLOCKS      10   /* a message is sent some blocks after the readings it is about */
+
+static void begin(struct live_buckets *b)
+{
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+        b->reading[i] =
+            (struct live_reading){.value = MISSING, .block = -1, .least = MISSING, .most = MISSING};
+    for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
+        b->open[i].bucket = -1;
+    b->newest[LINK_CAN] = b->newest[LINK_SERIAL] = b->closed_to = b->record_block = -1;
+}
+
+void live_buckets_start(struct live_buckets *buckets)
+{
+    memset(buckets, 0, sizeof *buckets);
+    begin(buckets);
+}
+
+static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
+{
+    if (b->closed_count == LIVE_CLOSED_BUCKETS) {
+        memmove(b->closed, b->closed + 1, (LIVE_CLOSED_BUCKETS - 1) * sizeof b->closed[0]);
+        b->closed_count--;
+        b->late++;
+    }
+    b->closed[b->closed_count++] = *bucket;
+    if (bucket->bucket > b->closed_to)
+        b->closed_to = bucket->bucket;
+    bucket->bucket = -1;
+}
+
+/* Closes the open buckets up to `last`, in order. */
+static void close_to(struct live_buckets *b, int64_t last)
+{
+    for (;;) {
+        struct live_bucket *oldest = NULL;
+        for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++) {
+            struct live_bucket *bucket = &b->open[i];
+            if (bucket->bucket >= 0 && bucket->bucket <= last &&
+                (!oldest || bucket->bucket < oldest->bucket))
+                oldest = bucket;
+        }
+        if (!oldest)
+            return;
+        close_bucket(b, oldest);
+    }
+}
+
+bool live_buckets_hear(struct live_buckets *b, enum link_kind link, int64_t block)
+{
+    bool again = block >= 0 && b->newest[link] - block >= RESTART_BLOCKS;
+    if (again) {
+        close_to(b, INT64_MAX);
+        begin(b);
+        b->restarts++;
+    }
+    if (block > b->newest[link])
+        b->newest[link] = block;
+    return again;
+}
+
+/* The bucket of a block; NULL: it is closed already. */
+static struct live_bucket *bucket_of(struct live_buckets *b, int64_t block)
+{
+    int64_t number = block / LIVE_BUCKET_BLOCKS;
+    struct live_bucket *bucket = &b->open[number % LIVE_OPEN_BUCKETS];
+    if (block < 0 || number <= b->closed_to) {
+        b->late += block >= 0;
+        return NULL;
+    }
+    close_to(b, number - LIVE_OPEN_BUCKETS);
+    if (bucket->bucket != number) { /* what was there is LIVE_OPEN_BUCKETS older, so closed */
+        bucket->bucket = number;
+        for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+            bucket->least[i] = bucket->most[i] = MISSING;
+    }
+    return bucket;
+}
+
+static void take_reading(struct live_buckets *b, struct live_bucket *bucket, unsigned index,
+                         float value, unsigned validity, int64_t block)
+{
+    struct live_reading *reading = &b->reading[index];
+    if (block >= reading->block) {
+        reading->block = block;
+        reading->value = value;
+        reading->validity = (uint8_t)validity;
+    }
+    reading->least = fminf(reading->least, value); /* NaN is no number to fminf */
+    reading->most = fmaxf(reading->most, value);
+    bucket->least[index] = fminf(bucket->least[index], value);
+    bucket->most[index] = fmaxf(bucket->most[index], value);
+}
+
+void live_buckets_record(struct live_buckets *b, const struct mr_block *record)
+{
+    struct live_bucket *bucket = bucket_of(b, record->index);
+    float ratio = mr_channels_ratio(&b->channel[MR_REFERENCE], record);
+    b->records++;
+    if ((int64_t)record->index > b->record_block)
+        b->record_block = record->index;
+    for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
+        if (!live_buckets_calibrated(b, i) || record->absent >> i & 1u)
+            continue;
+        struct mr_reading reading = mr_channel_read(&b->channel[i], record, i, ratio);
+        take_reading(b, bucket, i, reading.value, reading.validity, record->index);
+    }
+}
+
+static void take_pack(struct live_buckets *b, const struct mr_message *message, int64_t block)
+{
+    const struct mr_series_pack *pack = mr_series_pack_at(mr_series_pack_find(message->info->id));
+    if (b->record_block >= 0 && block - b->record_block < RECORD_FRESH_BLOCKS)
+        return;
+    struct live_bucket *bucket = bucket_of(b, block);
+    float values[MR_PACK_READINGS];
+    unsigned count = mr_series_pack_get(pack, message->payload, values);
+    unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
+    first += pack->first - 1u;
+    for (unsigned i = 0; i < count && bucket; i++) {
+        bool fitted = !b->channel_known[first + i] || mr_channel_measures(&b->channel[first + i]);
+        if (fitted)
+            take_reading(b, bucket, first + i, values[i],
+                         isnan(values[i]) ? MR_INVALID_SATURATED : MR_VALID, block);
+    }
+}
+
+static void take_channel(struct live_buckets *b, const struct mr_channel *m)
+{
+    if (m->index >= MR_CHANNELS)
+        return;
+    b->channel_known[m->index] = true;
+    b->channel[m->index].kind = m->kind;
+    b->channel[m->index].station_ft = m->station_ft;
+    b->channel[m->index].unit_per_code = m->unit_per_code;
+}
+
+static void take_zero(struct live_buckets *b, const struct mr_channel_zero *m)
+{
+    if (m->index >= MR_CHANNELS)
+        return;
+    b->zero_known[m->index] = true;
+    b->channel[m->index].number = m->number;
+    b->channel[m->index].band = m->band;
+    b->channel[m->index].zero_code = m->zero_code;
+}
+
+void live_buckets_message(struct live_buckets *b, const struct mr_message *message, int64_t block)
+{
+    const struct mr_calibration *item = &message->as.calibration;
+    switch (message->place) {
+    case MR_PLACE_CHANNEL: take_channel(b, &message->as.channel); break;
+    case MR_PLACE_CHANNEL_ZERO: take_zero(b, &message->as.channel_zero); break;
+    case MR_PLACE_CALIBRATION:
+        if (item->index < MR_CHANNELS && item->item < MR_CALIBRATION_ITEMS) {
+            mr_channel_item_set(&b->channel[item->index], item->item, item->value);
+            b->calibration_known[item->index] |= 1u << item->item;
+        }
+        break;
+#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_PLACE_##NAME:
+#include "common/catalogue.def"
+        take_pack(b, message, block);
+        break;
+    default: break;
+    }
+}
+
+void live_buckets_arm(struct live_buckets *b)
+{
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+        b->reading[i].least = b->reading[i].most = MISSING;
+}
+
+int64_t live_buckets_block(const struct live_buckets *b)
+{
+    int64_t can = b->newest[LINK_CAN], serial = b->newest[LINK_SERIAL];
+    return can > serial ? can : serial;
+}
+
+void live_buckets_settle(struct live_buckets *b)
+{
+    int64_t can = b->newest[LINK_CAN], serial = b->newest[LINK_SERIAL];
+    int64_t passed = live_buckets_block(b), behind = can < serial ? can : serial;
+    if (behind >= 0 && passed - behind < SILENT_BLOCKS)
+        passed = behind;
+    close_to(b, (passed - TELLING_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
+}
+
+unsigned live_buckets_take(struct live_buckets *b, struct live_bucket *out, unsigned most)
+{
+    unsigned count = b->closed_count < most ? b->closed_count : most;
+    memcpy(out, b->closed, count * sizeof *out);
+    b->closed_count -= count;
+    memmove(b->closed, b->closed + count, b->closed_count * sizeof b->closed[0]);
+    return count;
+}
+
+bool live_buckets_calibrated(const struct live_buckets *b, unsigned index)
+{
+    const struct mr_channel_config *known = &b->channel[index];
+    unsigned points = known->points < MR_CONFIG_POINTS ? known->points : MR_CONFIG_POINTS;
+    uint32_t needed = (1u << (MR_CALIBRATION_TABLE + 2u * points)) - 1u;
+    if (!b->channel_known[index] || known->kind == MR_KIND_NONE)
+        return b->channel_known[index];
+    return b->zero_known[index] &&
+           (!mr_channel_measures(known) || (b->calibration_known[index] & needed) == needed);
+}
+
+bool live_buckets_lack_calibration(const struct live_buckets *b)
+{
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
+        if (!live_buckets_calibrated(b, i))
+            return true;
+    }
+    return false;
+}
+
+const char *live_buckets_why(const struct live_buckets *b, unsigned index)
+{
+    const struct live_reading *r = &b->reading[index];
+    if (!isnan(r->value))
+        return "";
+    if (b->records > 0 && !live_buckets_calibrated(b, index))
+        return "calibration not told yet";
+    return r->block >= 0 ? mr_validity_text(r->validity) : "";
+}
