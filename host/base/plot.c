@@ -70,6 +70,7 @@ static void set_axis(FILE *out, char name, const struct plot_axis *axis)
     char what[8];
     snprintf(what, sizeof what, "%clabel", name);
     set_text(out, what, axis->label);
+    fprintf(out, "set xlabel offset 0,0.4\n"); /* clear of the key */
     fprintf(out,
             axis->log ? "set logscale %c\nset format %c '10^{%%L}'\n"
                       : "unset logscale %c\nset format %c '%%h'\n",
@@ -220,7 +221,7 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
     unsigned columns = plot->panels < plot->columns ? plot->panels : plot->columns;
     fprintf(out, terminal, plot->width, plot->height);
     fputs("set encoding utf8\nset grid lc rgb '#d4d8dc' lw 1 dt 1\nset border lc rgb '#444444'\n"
-          "set key above noenhanced width 1 samplen 2\nset tics nomirror\n",
+          "set key below noenhanced width 1 samplen 2\nset tics nomirror\n",
           out);
     fprintf(out, "set multiplot layout %u,%u ",
             columns > 0 ? (plot->panels + columns - 1) / columns : 1, columns > 0 ? columns : 1);

@@ -19,7 +19,8 @@ static const struct command_part parts[] = {
         "ground that gives way (the file's key elastic). Else as the file says"),
     OPTION_FLAG("--parting", parting,
                 "joints come apart during a landing (the file's key parting)"),
-    OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
+    OPTION_TEXT("--plot", "F", plot,
+                "draw movement and buckles along the runway (.svg, .png, .pdf)"),
     OPTION_FLAG("--check", check,
                 "compute everything once more, every mat and both engines in every landing, and "
                 "say what differs"),
@@ -28,13 +29,13 @@ static const struct command_part parts[] = {
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The "
               "older name of this command is campaign."),
     HELP_EXAMPLE("matrig study host/campaign/series/friction.json --ground elastic --seeds 4"),
-    HELP_EXAMPLE("matrig study host/campaign/series/standard.json -o standard.html"),
+    HELP_EXAMPLE("matrig study host/campaign/series/standard.json --plot standard.svg"),
 };
 
 const struct command command_campaign = {
     "study",
     study_start,
-    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [-o F.html|F.svg] "
+    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [--plot F] "
     "[--force] [--check] [--no-prune]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),

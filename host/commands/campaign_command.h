@@ -9,7 +9,7 @@
 #define CAMPAIGN_JOBS_MAX 256
 
 struct campaign_request {
-    const char *path, *page;
+    const char *path, *plot;
     const char *ground; /* NULL: as the file says */
     bool parting;       /* whatever the file says */
     bool check, no_prune, force;

@@ -7,6 +7,7 @@
 #include "host/commands/commands.h"
 #include "host/commands/params_push.h"
 #include "host/base/output.h"
+#include "host/base/plot.h"
 #include "host/base/quantity.h"
 
 #define READINGS_MAX 1000
@@ -442,8 +443,8 @@ static int show(const struct params_reader *reader, const struct params_request 
     }
     if (push)
         params_push_answer(push, answer);
-    if (write_scene(r, scene, &error) == MR_OK && push)
-        params_push_page(r, reader, push, &error);
+    if (write_scene(r, scene, &error) == MR_OK && push && r->plot_path)
+        params_push_plot(r, push, &error);
     int code = error.status != MR_OK ? cli_fail(&error) : 0;
     if (cli->json && code == 0) {
         root = json_pack("{s:O,s:O}", "parameters", list, "scene", scene);
@@ -482,18 +483,17 @@ static json_t *load(const char *path, struct error *error)
 static enum mr_status check_outputs(const struct params_request *r, const char *path,
                                     struct error *error)
 {
-    if ((r->page_path || r->mats > 0) && !r->push_path)
+    if ((r->plot_path || r->mats > 0) && !r->push_path)
         return error_set(error, MR_USAGE,
                          "%s without a push test: add --push F.csv, or leave it out",
-                         r->page_path ? "--page" : "--mats");
+                         r->plot_path ? "--plot" : "--mats");
     if (!path && !r->push_path)
         return error_set(error, MR_USAGE,
                          "nothing to read: give READINGS, --push F.csv or both; see matrig params "
                          "--help");
     if (output_check(r->output_path, r->force, path, error) == MR_OK &&
-        output_check(r->page_path, r->force, path, error) == MR_OK &&
         output_not_input(r->output_path, r->push_path, error) == MR_OK)
-        output_not_input(r->page_path, r->push_path, error);
+        plot_check(r->plot_path, r->force, path, error);
     return error->status;
 }
 
@@ -543,7 +543,7 @@ static const struct command_part parts[] = {
                 "docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
                  "how many mats the load pressed, and that moved as one: k is of one of them"),
-    OPTION_TEXT("--page", "F.html", page_path, "write a page: each test's curve, with both laws"),
+    OPTION_TEXT("--plot", "F", plot_path, "draw each test with both laws (.svg, .png, .pdf)"),
     OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,
                   "what one axle stands with on the strip; else the least load tested"),
     OPTION_NUMBER("--mat-weight", "LB", mat_weight_lb, "lb", 1e-6, 1e6, 0.0,
@@ -561,7 +561,7 @@ static const struct command_part parts[] = {
                   "deflection"),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),
-    HELP_EXAMPLE("matrig params --push push.csv --mats 2 --page push.html"),
+    HELP_EXAMPLE("matrig params --push push.csv --mats 2 --plot push.svg"),
 };
 
 const struct command command_params = {

@@ -4,9 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/base/output.h"
+#include "host/base/plot.h"
 #include "host/push/push_answer.h"
-#include "host/push/push_page.h"
 
 #define Z_95            1.96
 /* What a scene takes: a share that springs back is above 0. */
@@ -123,31 +122,61 @@ void params_push_answer(const struct params_push *push, struct answer *answer)
     answer_close(answer);
 }
 
-enum mr_status params_push_page(const struct params_request *request,
-                                const struct params_reader *reader, const struct params_push *push,
-                                struct error *error)
+/* Up at the zero, and along the limit; beyond the plot where the limit is not known. */
+static void plot_rigid(struct plot *plot, const struct push_series *series,
+                       const struct push_fit *fit, double limit_lb)
 {
-    struct push_page_row rows[PARAMETERS_MAX];
-    const char *lines[PARAMS_LINES + 1] = {NULL};
-    struct output output;
-    for (size_t i = 0; i < reader->count; i++) {
-        const struct params_found *p = &reader->parameters[i];
-        double half = p->estimate.error > 0.0 ? Z_95 * p->estimate.error : (double)NAN;
-        bool own = !isnan(p->low);
-        rows[i] = (struct push_page_row){p->key,
-                                         p->unit,
-                                         p->from,
-                                         {p->estimate.value,
-                                          own ? p->low : p->estimate.value - half,
-                                          own ? p->high : p->estimate.value + half}};
+    double top_lb = 0.0, right_in = fit->zero_in;
+    for (size_t i = 0; i < series->count; i++) {
+        top_lb = fmax(top_lb, series->force_lb[i]);
+        right_in = fmax(right_in, series->moved_in[i]);
     }
-    for (size_t i = 0; i < PARAMS_LINES && push->line[i][0]; i++)
-        lines[i] = push->line[i];
-    if (!request->page_path)
-        return MR_OK;
-    if (output_begin(&output, request->page_path, request->force, error) != MR_OK)
-        return error->status;
-    push_page(output.file, request->push_path, &push->readings, &push->setting, &push->ground, rows,
-              reader->count, lines);
-    return output_end(&output, error);
+    bool known = isfinite(limit_lb) && limit_lb < 2.5 * top_lb;
+    if (known)
+        top_lb = limit_lb;
+    plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                          .key = known ? "Coulomb, rigid, to its limit"
+                                                       : "Coulomb, rigid",
+                                          .colour = 5,
+                                          .dashed = true,
+                                          .x = (double[]){fit->zero_in, fit->zero_in, right_in},
+                                          .y = (double[]){0.0, top_lb, top_lb},
+                                          .count = known ? 3 : 2});
+}
+
+enum mr_status params_push_plot(const struct params_request *request,
+                                const struct params_push *push, struct error *error)
+{
+    const struct push_readings *readings = &push->readings;
+    double law_in[PUSH_READINGS_MAX];
+    unsigned rows = (unsigned)(readings->count + 1) / 2;
+    struct plot *plot = plot_new(request->push_path, 1000, 60 + 380 * rows, 2);
+    for (size_t i = 0; i < readings->count; i++) {
+        const struct push_series *series = &readings->series[i];
+        const struct push_fit *fit = &push->ground.fit[i];
+        char title[PUSH_NAME + 40];
+        snprintf(title, sizeof title, "test %s, %.4g lb", series->name, series->load_lb);
+        plot_panel(plot, title, (struct plot_axis){.label = "displacement (in)"},
+                   (struct plot_axis){.label = "force (lb)"});
+        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
+                                              .key = "read",
+                                              .colour = PLOT_GREY,
+                                              .x = series->moved_in,
+                                              .y = series->force_lb,
+                                              .count = series->count});
+        push_fit_curve(series, push->setting.gages, fit, law_in);
+        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                              .key = isnan(fit->k_lb_in.value)
+                                                       ? "elastic, least stiffness"
+                                                       : "elastic ground",
+                                              .colour = 1,
+                                              .x = law_in,
+                                              .y = series->force_lb,
+                                              .count = series->count});
+        plot_rigid(plot, series, fit,
+                   fit->slid > 0
+                       ? fabs(fit->limit_lb)
+                       : push_ground_limit_lb(&push->ground, &push->setting, series->load_lb));
+    }
+    return plot_write(plot, request->plot_path, request->force, error);
 }

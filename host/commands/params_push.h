@@ -27,7 +27,7 @@ struct params_reader {
 };
 
 struct params_request {
-    const char *output_path, *push_path, *page_path;
+    const char *output_path, *push_path, *plot_path;
     int64_t mats;
     double axle_load_lb, mat_weight_lb, mat_length_ft, force_error_lb, moved_error_in,
         expected_lb_ft;
@@ -53,9 +53,8 @@ enum mr_status params_push_find(const struct params_request *request, struct par
 void params_push_free(struct params_push *push);
 /* What is said beside the keys. */
 void params_push_answer(const struct params_push *push, struct answer *answer);
-/* The page, where one was asked for. */
-enum mr_status params_push_page(const struct params_request *request,
-                                const struct params_reader *reader, const struct params_push *push,
-                                struct error *error);
+/* A panel for each test: its readings and both laws. */
+enum mr_status params_push_plot(const struct params_request *request,
+                                const struct params_push *push, struct error *error);
 
 #endif

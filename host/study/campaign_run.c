@@ -1,16 +1,15 @@
 /* matrig study FILE: a series of landings on an ensemble of runways. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
+#include "host/base/plot.h"
 #include "host/base/steady.h"
 #include "host/base/underway.h"
-#include "host/campaign/page.h"
+#include "host/base/xmalloc.h"
 #include "host/campaign/campaign_answer.h"
 #include "host/commands/campaign_command.h"
 #include "host/commands/commands.h"
-#include "host/base/output.h"
 #include "host/study/studies.h"
 
 #define PROGRESS_S 1.0
@@ -38,22 +37,12 @@ static void tell_progress(void *ctx, size_t done, size_t of)
     p->next_s = now_s + PROGRESS_S;
 }
 
-static bool ends_in(const char *path, const char *end)
-{
-    size_t length = strlen(path), part = strlen(end);
-    return length > part && strcmp(path + length - part, end) == 0;
-}
-
 static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
                                    struct campaign_request *request, struct error *error)
 {
     if (command_parse(&command_campaign, argc, argv, cli, request, &request->path, error) != MR_OK)
         return error->status;
-    if (request->page && !ends_in(request->page, ".html") && !ends_in(request->page, ".svg"))
-        return error_set(error, MR_USAGE,
-                         "unknown kind of file: -o %s; give one that ends in .html or .svg",
-                         request->page);
-    if (output_check(request->page, request->force, request->path, error) != MR_OK)
+    if (plot_check(request->plot, request->force, request->path, error) != MR_OK)
         return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!request->jobs)
@@ -61,18 +50,65 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     return MR_OK;
 }
 
-static enum mr_status write_page(const char *path, bool force, const struct campaign *c,
+#define LINES 8 /* landings that are drawn: all, or the last of every so many */
+
+static void plot_movement(struct plot *plot, const struct campaign *c,
+                          const struct campaign_summary *s)
+{
+    double middle[CAMPAIGN_STATIONS_MAX];
+    size_t played = 0;
+    while (played < c->landing_count && s->landing[played].played > 0)
+        played++;
+    size_t every = (played + LINES - 1) / LINES;
+    for (size_t i = 0; i < played; i++) {
+        char key[32];
+        if (i + 1 != played && (i + 1) % every != 0)
+            continue;
+        for (size_t k = 0; k < c->station_count; k++)
+            middle[k] = s->landing[i].total_in[k].middle;
+        snprintf(key, sizeof key, "landing %zu", i + 1);
+        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                              .key = key,
+                                              .colour = (unsigned)(i / every),
+                                              .x = c->stations_ft,
+                                              .y = middle,
+                                              .count = c->station_count});
+    }
+}
+
+/* Beside each other where runways buckle in the same landing. */
+static void plot_buckles(struct plot *plot, const struct campaign *c,
+                         const struct campaign_run *runs)
+{
+    double *station_ft = xcalloc(2 * c->seeds, sizeof *station_ft),
+           *landing = station_ft + c->seeds;
+    size_t count = 0;
+    for (size_t i = 0; i < c->seeds; i++) {
+        if (runs[i].buckled == 0)
+            continue;
+        station_ft[count] = runs[i].buckle_ft;
+        landing[count++] = runs[i].buckled + 0.6 * ((double)(i % 9) / 8.0 - 0.5);
+    }
+    plot_draw(plot,
+              &(struct plot_series){
+                  .kind = PLOT_POINTS, .colour = 1, .x = station_ft, .y = landing, .count = count});
+    free(station_ft);
+}
+
+static enum mr_status write_plot(const char *path, bool force, const struct campaign *c,
                                  const struct campaign_run *runs, const struct campaign_summary *s,
                                  struct error *error)
 {
-    struct output output;
-    if (output_begin(&output, path, force, error) != MR_OK)
-        return error->status;
-    if (ends_in(path, ".svg"))
-        campaign_picture(output.file, c, runs, s, true);
-    else
-        campaign_page(output.file, c, runs, s);
-    return output_end(&output, error);
+    const struct plot_axis station = {
+        "station (ft)", 0.0, c->landings[0].scene.mats * c->landings[0].scene.length_ft, false};
+    struct plot *plot = plot_new(c->name, 1000, 420, 2);
+    plot_panel(plot, NULL, station, (struct plot_axis){.label = "total movement, median (in)"});
+    plot_movement(plot, c, s);
+    plot_panel(
+        plot, NULL, station,
+        (struct plot_axis){"buckles in landing", 0.5, (double)c->landing_count + 0.5, false});
+    plot_buckles(plot, c, runs);
+    return plot_write(plot, path, force, error);
 }
 
 /* Once more with every mat integrated and the planar engine in every landing. */
@@ -85,10 +121,8 @@ static enum mr_status check(const struct campaign *c, const struct campaign_requ
     struct progress progress = {
         .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S, .underway = underway};
     underway_at(underway, "runways are played again in full; none is done");
-    struct campaign_run *again = calloc(c->seeds, sizeof *again);
+    struct campaign_run *again = xcalloc(c->seeds, sizeof *again);
     whole.skip_share = -1.0;
-    if (!again)
-        return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", c->seeds);
     if (campaign_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again,
                           error) == MR_OK)
         *apart = campaign_compare(c, runs, again);
@@ -111,8 +145,8 @@ static int finish(const struct campaign *c, const struct campaign_request *reque
     }
     bool checked = request->check && check(c, request, runs, cli, &apart, underway, error) == MR_OK;
     underway_end(underway);
-    if (error->status == MR_OK && request->page)
-        write_page(request->page, request->force, c, runs, &summary, error);
+    if (error->status == MR_OK && request->plot)
+        write_plot(request->plot, request->force, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
         error_set(error, MR_NUMERICS,
                   "%zu of %zu runways could not be played to their end: %s; see what failed",
@@ -141,15 +175,12 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     campaign.parting = campaign.parting || request.parting;
     if (request.seeds)
         campaign.seeds = (size_t)request.seeds;
-    struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
+    struct campaign_run *runs = xcalloc(campaign.seeds, sizeof *runs);
     int code = 0;
     underway_begin(&underway, "study", "fewer --seeds", cli->quiet);
     underway_at(&underway, "none of %zu runways is done", campaign.seeds);
-    if (!runs)
-        error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
-    else
-        campaign_ensemble(&campaign, (int)request.jobs, request.no_prune, tell_progress, &progress,
-                          runs, &error);
+    campaign_ensemble(&campaign, (int)request.jobs, request.no_prune, tell_progress, &progress,
+                      runs, &error);
     if (progress.drawn)
         fputc('\n', stderr);
     if (error.status == MR_OK) {
@@ -158,7 +189,7 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
         underway_end(&underway);
         code = cli_fail(&error);
     }
-    for (size_t i = 0; runs && i < campaign.seeds; i++)
+    for (size_t i = 0; i < campaign.seeds; i++)
         campaign_run_free(&runs[i]);
     free(runs);
     campaign_free(&campaign);

@@ -1,6 +1,6 @@
-/* campaigns FOLDER SERIES...: the scoreboard of the series of the report on both grounds: observed
+/* campaigns SERIES...: the scoreboard of the series of the report on both grounds: observed
  * | weightless gear | elastic ground, a row each for the series and for each of its facts on
- * stdout, then where the parameters come from; a page of each in FOLDER. SEEDS=n plays so many
+ * stdout, then where the parameters come from. SEEDS=n plays so many
  * runways (the files' number else), FIRST=n from that seed on: fresh ones. A series that awaits
  * something is not played.
  *
@@ -13,8 +13,6 @@
 
 #include "host/base/wilson.h"
 #include "host/campaign/facts.h"
-#include "host/campaign/page.h"
-#include "host/base/output.h"
 
 #define LEAST_SEEDS 16
 
@@ -139,21 +137,6 @@ static void print_rows(const struct played *weightless, const struct played *ela
     }
 }
 
-static enum mr_status write_page(const char *folder, const char *path, const char *ground,
-                                 const struct played *p, struct error *error)
-{
-    char name[1024];
-    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path,
-               *dot = strrchr(base, '.');
-    snprintf(name, sizeof name, "%s/%.*s_%s.html", folder,
-             (int)(dot ? dot - base : (long)strlen(base)), base, ground);
-    struct output output;
-    if (output_begin(&output, name, true, error) != MR_OK)
-        return error->status;
-    campaign_page(output.file, &p->campaign, p->runs, &p->summary);
-    return output_end(&output, error);
-}
-
 static size_t number_of(const char *name, size_t otherwise, long most)
 {
     const char *text = getenv(name);
@@ -161,7 +144,7 @@ static size_t number_of(const char *name, size_t otherwise, long most)
     return number > 0 && number <= most ? (size_t)number : otherwise;
 }
 
-static int play(struct played *p, const char *folder, const char *path, const char *ground)
+static int play(struct played *p, const char *path, const char *ground)
 {
     struct error error = {0};
     *p = (struct played){0};
@@ -184,8 +167,6 @@ static int play(struct played *p, const char *folder, const char *path, const ch
     fprintf(stderr, "%s, %s: %zu runways from seed %llu, %.1f s, %.1f s of processor time\n",
             c->name, ground, c->seeds, (unsigned long long)c->first_seed,
             clock_s(CLOCK_MONOTONIC) - begin_s, p->cpu_s);
-    if (error.status == MR_OK)
-        write_page(folder, path, ground, p, &error);
     for (size_t i = 0; p->runs && i < c->seeds; i++) {
         if (p->runs[i].error.status != MR_OK)
             fprintf(stderr, "campaigns: %s: seed %llu: %s\n", path,
@@ -214,15 +195,15 @@ static void note_basis(FILE *notes, const struct played *weightless, const struc
             (unsigned long long)c->first_seed, weightless->cpu_s, elastic->cpu_s);
 }
 
-static int score(const char *folder, const char *path, FILE *notes)
+static int score(const char *path, FILE *notes)
 {
     struct played weightless, elastic = {0};
-    int code = play(&weightless, folder, path, "weightless"), other = 0;
+    int code = play(&weightless, path, "weightless"), other = 0;
     if (code != 3 && weightless.campaign.awaits[0]) {
         printf("| %s | %s | not run: awaits %s | |\n", weightless.campaign.name,
                weightless.campaign.observed, weightless.campaign.awaits);
     } else if (code != 3) {
-        other = play(&elastic, folder, path, "elastic");
+        other = play(&elastic, path, "elastic");
         if (other != 3) {
             print_rows(&weightless, &elastic);
             note_basis(notes, &weightless, &elastic);
@@ -237,8 +218,8 @@ int main(int argc, char **argv)
 {
     int code = 0;
     char text[512];
-    if (argc < 3) {
-        fputs("usage: campaigns FOLDER SERIES.json...\n", stderr);
+    if (argc < 2) {
+        fputs("usage: campaigns SERIES.json...\n", stderr);
         return 2;
     }
     FILE *notes = tmpfile();
@@ -249,8 +230,8 @@ int main(int argc, char **argv)
     puts("| series | observed, with the report's section | weightless gear: median (5 to 95 %); "
          "agree (95 % interval), log score | elastic ground, AFTERWARDS: likewise |\n"
          "|---|---|---|---|");
-    for (int i = 2; i < argc; i++) {
-        int one = score(argv[1], argv[i], notes);
+    for (int i = 1; i < argc; i++) {
+        int one = score(argv[i], notes);
         code = one > code ? one : code;
         fflush(stdout);
     }

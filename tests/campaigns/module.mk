@@ -8,4 +8,4 @@ test-programs: $(B)/tests/campaigns/campaigns
 .PHONY: campaigns
 campaigns: $(B)/tests/campaigns/campaigns ## longer | SEEDS=16 FIRST=1: the report's series of landings, observed | weightless | elastic ground: build/campaigns/table.md
 	@mkdir -p $(B)/campaigns
-	SEEDS=$(SEEDS) FIRST=$(FIRST) $(B)/tests/campaigns/campaigns $(B)/campaigns $(series) | tee $(B)/campaigns/table.md
+	SEEDS=$(SEEDS) FIRST=$(FIRST) $(B)/tests/campaigns/campaigns $(series) | tee $(B)/campaigns/table.md

@@ -14,13 +14,13 @@ check "and a table that can say either" table
 # What the report tells of the series besides its buckle: in words, in JSON, on the page, and as rows of the scoreboard.
 told() {
     local standard=host/campaign/series/standard.json
-    build/matrig --quiet campaign $standard --seeds 1 -o "$tmp/c.html" >"$tmp/c.txt" &&
-        build/matrig --quiet --json campaign $standard --seeds 1 >"$tmp/c.json" &&
-        SEEDS=1 build/tests/campaigns/campaigns "$tmp" $standard >"$tmp/c.md" 2>/dev/null || return 1
+    build/matrig --quiet study $standard --seeds 1 >"$tmp/c.txt" &&
+        build/matrig --quiet --json study $standard --seeds 1 >"$tmp/c.json" &&
+        SEEDS=1 build/tests/campaigns/campaigns $standard >"$tmp/c.md" 2>/dev/null || return 1
     cat "$tmp/c.md"
     grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
-        grep -q '<p>DIFFERS two-panel waves from' "$tmp/c.html" && [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&
-        grep -q '^| standard pattern | .*few runways: .* bits | landing .*few runways: .* bits |$' "$tmp/c.md" && [ -s "$tmp/standard_elastic.html" ]
+        [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&
+        grep -q '^| standard pattern | .*few runways: .* bits | landing .*few runways: .* bits |$' "$tmp/c.md"
 }
 check "facts of a series are told" told
 ground() {
@@ -29,7 +29,7 @@ ground() {
         build/matrig --quiet study $fresh --seeds 1 --ground elastic | grep -q '^ground *elastic under a gear with weight: 7000 lb/ft .* 6 axles in 4 lines'
 }
 check "and which ground it has" ground
-check "every text is inside its picture" python3 tests/report/texts_inside.py "$tmp/fig4_5.svg" "$tmp/fig5_2.svg" "$tmp/figures.html" "$tmp/c.html"
+check "every text is inside its picture" python3 tests/report/texts_inside.py "$tmp/fig4_5.svg" "$tmp/fig5_2.svg" "$tmp/figures.html"
 check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
 check "no runways" fails_with 2 usage $figures "$tmp" 0
 # More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.

@@ -17,22 +17,19 @@ sed 's/"seeds"/"sedes"/' "$tmp/small.json" >"$tmp/typo.json"
 sed 's/scene.json/none.json/' "$tmp/small.json" >"$tmp/lost.json"
 
 check "help has an example" sh -c "$m study --help | grep -q '^Example: matrig study '"
-check "a table, and how many seeds" sh -c "$m study $tmp/small.json -o $tmp/page.html >$tmp/table && grep -q 'on 4 runways (seeds 1 to 4)' $tmp/table"
+check "a table, and how many seeds" sh -c "$m study $tmp/small.json --plot $tmp/plot.svg >$tmp/table && grep -q 'on 4 runways (seeds 1 to 4)' $tmp/table"
 check "a row for each landing" sh -c "[ \$(grep -Ec '^ +[123] +4 ' $tmp/table) = 3 ]"
-check "the page is whole, escaped and self-contained" sh -c "grep -q '</html>' $tmp/page.html && grep -q 'small &lt;one&gt;' $tmp/page.html &&
-    grep -q 'station, ft' $tmp/page.html && ! grep -Eqi 'https?:|src=|[^a-z](nan|inf)[^a-z]' $tmp/page.html"
-check "the picture is a file of its own" sh -c "$m --quiet campaign $tmp/small.json --seeds 2 -o $tmp/p.svg >/dev/null && grep -q 'xmlns=' $tmp/p.svg &&
-    grep -q '</svg>' $tmp/p.svg"
+check "the plot has both panels" eval 'grep -q "small <one>\|small &lt;one" "$tmp/plot.svg" && grep -q "total movement" "$tmp/plot.svg" && grep -q "buckles in landing" "$tmp/plot.svg"'
 jobs() {
     for j in 1 3; do
-        $m --json campaign "$tmp/small.json" -j $j >"$tmp/j$j.json" || return 1
+        $m --json study "$tmp/small.json" -j $j >"$tmp/j$j.json" || return 1
     done
     [ "$(wc -l <"$tmp/j1.json")" = 1 ] && cmp "$tmp/j1.json" "$tmp/j3.json" && grep -q '"seeds":4' "$tmp/j1.json" &&
         [ "$(grep -o '"seed":[0-9]*' "$tmp/j1.json" | sort -u | wc -l)" = 4 ]
 }
 check "JSON does not depend on -j" jobs
-check "a check finds no difference" sh -c "$m --json campaign $tmp/small.json --seeds 2 --check | grep -Eq '\"check\":\\{\"movement_in\":0.0,.*\"other_outcomes\":0'"
-check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet campaign "$tmp/endless.json" --seeds 1
+check "a check finds no difference" sh -c "$m --json study $tmp/small.json --seeds 2 --check | grep -Eq '\"check\":\\{\"movement_in\":0.0,.*\"other_outcomes\":0'"
+check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet study "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
 # A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.
 digits_as_the_interval() { # OPTION...
@@ -49,18 +46,13 @@ check "digits as the interval has" digits_as_the_interval
 check "with --si, too" digits_as_the_interval --si
 check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m study "$tmp/typo.json"
 check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m study "$tmp/lost.json"
-check "by its older name" cmp <($m campaign --help) <($m study --help)
 check "no file" fails_with 2 "FILE" $m study
 check "no jobs" fails_with 2 "-j" $m study "$tmp/small.json" -j 0
-check "a page of another kind, before anything is played" fails_with 2 "ends in .html or .svg" $m study "$tmp/small.json" -o "$tmp/page.pdf"
-check "a page that cannot be written" eval 'fails_with 3 "cannot write" $m study "$tmp/small.json" -o "$tmp/none/page.html" && [ ! -s "$tmp/out" ]'
-cp "$tmp/small.json" "$tmp/small.html"
-check "nor one in place of the campaign" eval 'fails_with 2 "would overwrite what is read" $m study "$tmp/small.html" -o "$tmp/small.html" &&
-    cmp "$tmp/small.json" "$tmp/small.html"'
+check "a plot of another kind, before anything is played" fails_with 2 ".svg, .png or .pdf" $m study "$tmp/small.json" --plot "$tmp/plot.html"
+check "a plot that cannot be written" eval 'fails_with 3 "cannot write" $m study "$tmp/small.json" --plot "$tmp/none/plot.svg" && [ ! -s "$tmp/out" ]'
 sed 's/"speed_ft_s": 20/"speed_ft_s": 20, "touchdown_ft": 40/' "$tmp/small.json" >"$tmp/beyond.json"
 check "a touchdown beyond the runway" fails_with 4 "touchdown_ft.*34.2857 ft" $m study "$tmp/beyond.json"
 check "too many seeds" fails_with 2 "--seeds" $m study "$tmp/small.json" --seeds 100001
-check "a page that cannot be written" fails_with 3 "no-such" $m --quiet campaign "$tmp/small.json" --seeds 1 -o "$tmp/no-such/page.html"
 
 # Extremes end with an answer, or say why not.
 extreme() { # NAME, replacements in the file, in the scene
@@ -68,7 +60,7 @@ extreme() { # NAME, replacements in the file, in the scene
     cat >"$tmp/$1.json" <<J
 {"scene": "scene_$1.json", "seeds": 2, $3}
 J
-    timeout 60 $m --json --quiet campaign "$tmp/$1.json" >"$tmp/$1.out" 2>"$tmp/$1.err"
+    timeout 60 $m --json --quiet study "$tmp/$1.json" >"$tmp/$1.out" 2>"$tmp/$1.err"
     case $? in
         0) grep -q '"failed":0' "$tmp/$1.out" && ! grep -Eqi '[^a-z](nan|inf)[^a-z]' "$tmp/$1.out" ;;
         5) grep -q '"failed":"' "$tmp/$1.out" && [ "$(wc -l <"$tmp/$1.err")" = 1 ] ;;
