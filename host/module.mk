@@ -9,7 +9,7 @@ study_objects := $(call objects,host,$(study_src))
 study_parts := $(filter %/cvode.o,$(study_objects)) $(study_lib)
 # libserialport is LGPL-3.0-or-later, GSL GPL-3.0-or-later: matrig links the former, matrig-study both, matrig-board (GPL-2.0) neither:
 # GPL-2.0 and 3.0 do not go together.
-HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lmd -lz -lm
+HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lmd -lm
 STUDY_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband -lsundials_sunlinsolband -lgsl -lgslcblas $(HOST_LIBS)
 
 programs := $(B)/matrig $(B)/matrig-board

@@ -31,7 +31,7 @@ surveyed_again() { # 21 segments of ten mats opened by 0.004 in each, 21 closed:
         says '^ *60\.0 +[+-]0\.084 ' && says '^ *120\.0 +[+-]0\.000 '
 }
 page_has_it_all() {
-    grep -q 'brakes grabbed late' $day/report.html && grep -q 'test day' $day/report.html && grep -q 'ET-17' $day/landing5.bundle && grep -q '<dt>ready</dt><dd>go' $day/report.html
+    grep -q 'brakes grabbed late' $day/report.html && grep -q 'test day' $day/report.html && grep -q 'ET-17' $day/landing5.db && grep -q '<dt>ready</dt><dd>go' $day/report.html
 }
 
 check "every line of the day in docs/howto/test-day.md runs" whole_day

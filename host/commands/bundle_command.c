@@ -1,141 +1,160 @@
-/* matrig bundle: one landing with all that a replay of it needs, in one file. */
+/* matrig bundle: a campaign of one landing with the image that recorded it, to pass on. */
 #include <limits.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "host/bundle/bundle.h"
-#include "host/commands/commands.h"
-#include "host/replay/image.h"
-#include "host/base/place.h"
+#include "host/base/output.h"
 #include "host/base/run.h"
-#include "host/sim/scene/scene.h"
+#include "host/base/xmalloc.h"
+#include "host/commands/commands.h"
+#include "host/flash/imagefile.h"
+#include "host/replay/image.h"
 #include "host/store/store.h"
 
-/* "page,candump" */
-static enum mr_status leave_out(const char *list, bool without[BUNDLE_FILES], struct error *error)
+struct request {
+    const char *words[2]; /* DB, RUN */
+    const char *path, *elf;
+    int64_t run;
+};
+
+struct bytes {
+    uint8_t *bytes;
+    size_t length;
+};
+
+static enum mr_status read_file(const char *path, struct bytes *file, struct error *error)
 {
-    while (list && *list) {
-        size_t length = strcspn(list, ",");
-        int found = -1;
-        for (int i = 0; i < BUNDLE_FILES; i++) {
-            if (strlen(bundle_files[i].option) == length &&
-                memcmp(bundle_files[i].option, list, length) == 0)
-                found = i;
-        }
-        if (found < 0)
-            return error_set(error, MR_USAGE,
-                             "no such part: '%.*s' for --without; use page, candump, "
-                             "configuration, scene, firmware",
-                             (int)length, list);
-        without[found] = true;
-        list += length + (list[length] == ',');
+    size_t room = 1u << 20, got;
+    FILE *in = fopen(path, "rb");
+    file->bytes = xmalloc(room);
+    while (in && (got = fread(file->bytes + file->length, 1, room - file->length, in)) > 0) {
+        file->length += got;
+        if (file->length == room)
+            file->bytes = xrealloc(file->bytes, room *= 2);
     }
-    return MR_OK;
+    bool good = in && !ferror(in);
+    if (in)
+        fclose(in);
+    return good ? MR_OK
+                : error_set(error, MR_IO, "cannot be read: %s; check path and rights", path);
 }
 
-static int tell(const struct bundle_made *made, const char *db, int64_t run, const char *path,
-                const struct cli *cli)
+/* The image that recorded the landing: the one of --elf, which must be it, or the one that came
+ * with matrig, if it is. */
+static enum mr_status find_image(const struct request *r, struct store *store,
+                                 const struct cli *cli, struct bytes *file, struct error *error)
 {
-    json_t *files = json_object();
-    for (int i = 0; i < BUNDLE_FILES; i++) {
-        json_object_set_new(files, bundle_files[i].name,
-                            made->file_bytes[i] ? json_integer((json_int_t)made->file_bytes[i])
-                                                : json_null());
-        if (!cli->json && !made->file_bytes[i])
-            cli_note(cli, "without %s: %s", bundle_files[i].name, made->why_not[i]);
-    }
-    if (cli->json)
-        return cli_print_json(json_pack("{sssssIsIssso}", "file", path, "db", db, "run",
-                                        (json_int_t)run, "bytes", (json_int_t)made->bytes, "sha256",
-                                        made->digest, "files", files),
-                              0);
-    json_decref(files);
-    cli_note(cli,
-             "RUN %lld of %s is RUN 1 of %s, %zu bytes, checked and replayed by: matrig replay %s",
-             (long long)run, db, path, made->bytes, path);
-    return 0;
+    char path[PATH_MAX];
+    struct store_landing landing;
+    struct imagefile image = {0};
+    struct error unread = {0};
+    enum mr_status status = store_landing_get(store, r->run, &landing, error);
+    if (status != MR_OK)
+        return status;
+    replay_image_find(store, r->run, path, sizeof path);
+    const char *elf = r->elf ? r->elf : path;
+    bool same = imagefile_read(elf, &image, r->elf ? error : &unread) == MR_OK && image.stamped &&
+                landing.image_crc == (int64_t)image.header.program_crc;
+    imagefile_free(&image);
+    if (same)
+        return read_file(elf, file, error);
+    if (r->elf && error->status == MR_OK)
+        return error_set(error, MR_USAGE,
+                         "not the image that recorded it (image %08x, commit %s): %s; give that "
+                         "one with --elf, or none",
+                         (unsigned)landing.image_crc, landing.image_commit, elf);
+    if (!r->elf)
+        cli_note(cli,
+                 "without the image that recorded it (image %08x, commit %s), which is not the "
+                 "one of this matrig; --elf F adds it",
+                 (unsigned)landing.image_crc, landing.image_commit);
+    return error->status;
 }
 
-static enum mr_status scene_check(const char *path, struct error *error)
+static void remove_draft(const char *path)
 {
-    struct sim_scene *scene = malloc(sizeof *scene);
-    if (!scene)
-        return error_set(error, MR_FULL, "no memory: %s; close other programs", path);
-    enum mr_status status = sim_scene_load(scene, path, error);
+    static const char *const tails[] = {"", "-wal", "-shm", "-journal"};
+    for (size_t i = 0; i < sizeof tails / sizeof tails[0]; i++) {
+        char *beside = xasprintf("%s%s", path, tails[i]);
+        unlink(beside);
+        free(beside);
+    }
+}
+
+static enum mr_status make(const struct request *r, const struct cli *cli, size_t *image_bytes,
+                           struct error *error)
+{
+    struct store *store = NULL;
+    struct bytes image = {0};
+    /* of this process: the draft that another one left is not touched */
+    char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
+    enum mr_status status = output_not_beside_database(r->path, error);
+    if (status == MR_OK && access(r->path, F_OK) == 0)
+        status = error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
     if (status == MR_OK)
-        sim_scene_free(scene);
-    free(scene);
+        status = store_open(r->words[0], STORE_OPEN, &store, error);
+    if (status == MR_OK)
+        status = find_image(r, store, cli, &image, error);
+    if (status == MR_OK)
+        status = store_bundle_make(store, r->run, draft, image.bytes, image.length, error);
+    if (status == MR_OK)
+        status = rename(draft, r->path) == 0
+                   ? MR_OK
+                   : error_set(error, MR_IO, "cannot be written: %s; check path and rights",
+                               r->path);
+    store_close(store);
+    remove_draft(draft);
+    free(draft);
+    free(image.bytes);
+    *image_bytes = image.length;
     return status;
 }
 
-struct request {
-    const char *path, *without;
-    struct bundle_want want;
-};
-
 static int bundle_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2];
-    char elf[PATH_MAX], scene[PATH_MAX];
     struct request r = {0};
-    struct bundle_want *want = &r.want;
-    struct bundle_made made;
     struct error error = {0};
-    struct store *store = NULL;
-    int64_t run = 0;
-    enum mr_status status = command_parse(&command_bundle, argc, argv, cli, &r, words, &error);
-    if (status == MR_OK && !r.path)
+    size_t image = 0;
+    enum mr_status status = command_parse(&command_bundle, argc, argv, cli, &r, r.words, &error);
+    if (status == MR_OK && (!r.path || strcmp(r.path, "-") == 0))
         status = error_set(&error, MR_USAGE,
-                           "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
-    if (status == MR_OK && strcmp(r.path, "-") == 0)
-        status = error_set(&error, MR_USAGE,
-                           "not a file: -; a bundle is a database, give it a path");
+                           "no file to write: matrig bundle needs -o F; see matrig bundle --help");
     if (status == MR_OK)
-        status = leave_out(r.without, want->without, &error);
+        status = run_parse(r.words[1], &r.run, &error);
     if (status == MR_OK)
-        status = run_parse(words[1], &run, &error);
-    if (status == MR_OK && want->scene)
-        status = scene_check(want->scene, &error);
-    place_find(PLACE_RUNWAY, scene, sizeof scene);
-    if (!want->scene && access(scene, R_OK) == 0)
-        want->scene = scene;
-    if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
-    if (status == MR_OK && !want->elf) {
-        replay_image_find(store, run, elf, sizeof elf);
-        want->elf = elf;
-    }
-    if (status == MR_OK)
-        status = bundle_make(store, run, want, r.path, &made, &error);
-    store_close(store);
-    return status == MR_OK ? tell(&made, words[0], run, r.path, cli) : cli_fail(&error);
+        status = make(&r, cli, &image, &error);
+    if (status != MR_OK)
+        return cli_fail(&error);
+    if (cli->json)
+        return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "db", r.words[0], "run",
+                                        (json_int_t)r.run, "image_bytes", (json_int_t)image),
+                              0);
+    cli_note(cli, "%s: landing %lld of %s is its RUN 1; matrig replay %s checks and replays it",
+             r.path, (long long)r.run, r.words[0], r.path);
+    return 0;
 }
 
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
     OPTION_TEXT("-o", "F", path,
-                "where to write it: a database in which the landing is RUN 1, with page, candump "
-                "log, configuration,\n"
-                "scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at "
-                "most 10 MB"),
-    OPTION_TEXT(
-        "--elf", "F", want.elf,
-        "the image that recorded it, another one is refused; else the one that came with matrig"),
-    OPTION_TEXT("--scene", "F", want.scene,
-                "when the landing was not compared; else the model runway"),
-    OPTION_TEXT("--without", "P", without,
-                "parts to leave out, with commas: page, candump, configuration, scene, firmware"),
-    OPTION_FORCE(want.force),
-    HELP_EXAMPLE("matrig bundle campaign.db 5 -o landing5.bundle"),
+                "the file to write: a campaign in which the landing is RUN 1, with the firmware "
+                "image and SHA-256 of image and record\n"
+                "(table bundles). Every command that reads a campaign reads it"),
+    OPTION_TEXT("--elf", "F", elf,
+                "the image that recorded it, another one is refused; else the one of this matrig, "
+                "if it did"),
+    HELP_NOTE("For people without matrig: matrig report, matrig export."),
+    HELP_EXAMPLE("matrig bundle campaign.db 5 -o landing5.db"),
 };
 
 const struct command command_bundle = {
     "bundle",
     bundle_command,
-    "DB RUN -o F [--force] [--elf F] [--scene F] [--without PART,...]",
-    "one landing with all that a replay needs, in one file, to pass on",
+    "DB RUN -o F [--elf F]",
+    "one landing with its firmware image as a campaign of its own, to pass on",
     COMMAND_PARTS(parts),
     {2, 2, "DB RUN"},
 };

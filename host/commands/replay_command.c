@@ -7,8 +7,6 @@
 #include <unistd.h>
 
 #include "host/board/configtext.h"
-#include "host/bundle/bundle.h"
-#include "host/bundle/show.h"
 #include "host/commands/commands.h"
 #include "host/base/place.h"
 #include "host/base/scratch.h"
@@ -21,12 +19,10 @@
 #define CONFIG_COPY_A 0x8000u /* where it is in flash */
 
 struct replay {
-    const char *db; /* a campaign, with `run`; or a bundle */
-    int64_t run;    /* 1 in a bundle */
-    bool bundled, verify_only, force;
-    const char *save; /* folder for what a bundle holds; NULL: none */
+    const char *db;
+    int64_t run;
     const char *speed;
-    bool exact_asked, elf_asked;
+    bool exact_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
     char directory[SCRATCH_PATH];          /* temporary; "" before it is made */
@@ -35,9 +31,6 @@ struct replay {
     struct replay_input input;
     struct diff diff;
     bool same_image;
-    struct bundle_check check;
-    bool saved[BUNDLE_FILES];
-    bool bundle_told; /* the answer is what was found in the bundle */
 };
 
 static void default_paths(struct replay *replay)
@@ -52,9 +45,8 @@ static void default_paths(struct replay *replay)
 
 static void remove_directory(const struct replay *replay)
 {
-    static const char *const names[] = {"replay.txt",  "can.log",         "serial.bin",
-                                        "board.txt",   "flash.bin",       "firmware.elf",
-                                        "campaign.db", "campaign.db-wal", "campaign.db-shm"};
+    static const char *const names[] = {"replay.txt", "can.log",   "serial.bin",
+                                        "board.txt",  "flash.bin", "firmware.elf"};
     scratch_remove(replay->directory, names, sizeof names / sizeof names[0]);
 }
 
@@ -118,21 +110,37 @@ static enum mr_status give_configuration(struct replay *replay, struct store *st
     return MR_OK;
 }
 
+/* Unless --elf names one: the bundled image, else the one that came with matrig. */
+static enum mr_status find_image(struct replay *replay, struct store *store, struct error *error)
+{
+    bool bundled = false;
+    snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf",
+             replay->directory);
+    enum mr_status status = store_bundle_open(store, replay->run, replay->elf_unpacked, &bundled,
+                                              error);
+    if (replay->board.elf != replay->elf)
+        return status;
+    if (bundled)
+        replay->board.elf = replay->elf_unpacked;
+    else
+        replay_image_of(&replay->recorded, replay->elf, sizeof replay->elf);
+    return status;
+}
+
 static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli,
                                  struct error *error)
 {
     struct diff_options options = {0};
     char path[PATH_MAX + 20];
     enum mr_status status = answers_load(store, replay->run, &replay->recorded, error);
-    if (status == MR_OK) {
-        if (replay->board.elf == replay->elf) /* no other was asked for, nor is one bundled */
-            replay_image_of(&replay->recorded, replay->elf, sizeof replay->elf);
+    if (status == MR_OK)
+        status = scratch_make(replay->directory, "replay", error);
+    if (status == MR_OK)
+        status = find_image(replay, store, error);
+    if (status == MR_OK)
         status = replay_board_check(&replay->board, error);
-    }
     if (status == MR_OK)
         status = replay_image_check(replay->board.elf, &replay->recorded, error);
-    if (status == MR_OK && !replay->directory[0])
-        status = scratch_make(replay->directory, "replay", error);
     snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
     if (status == MR_OK)
         status = replay_input_write(store, &replay->recorded, path, &replay->input, error);
@@ -149,60 +157,6 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     options.shift_blocks = replay->input.shift_blocks;
     diff_answers(&replay->recorded, &replay->replayed, &options, &replay->diff);
     return MR_OK;
-}
-
-/* ---- a bundle ---- */
-
-/* What is checked is what is replayed: campaign and image are unpacked into the temporary folder,
- * from memory. */
-static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struct store **store,
-                             struct error *error)
-{
-    char path[PATH_MAX + 20];
-    bool firmware = false;
-    for (size_t i = 0; i < replay->check.parts; i++)
-        firmware |= strcmp(replay->check.part[i].name, bundle_files[BUNDLE_FIRMWARE].name) == 0;
-    enum mr_status status = scratch_make(replay->directory, "replay", error);
-    snprintf(path, sizeof path, "%s/campaign.db", replay->directory);
-    if (status == MR_OK)
-        status = bundle_save_campaign(bundle, path, error);
-    if (status == MR_OK)
-        status = store_open(path, STORE_READ, store, error);
-    snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf",
-             replay->directory);
-    if (status == MR_OK && firmware && !replay->elf_asked) {
-        replay->board.elf = replay->elf_unpacked;
-        status = bundle_save_file(bundle, BUNDLE_FIRMWARE, replay->elf_unpacked, error);
-    }
-    return status;
-}
-
-/* One that is damaged is refused, after what is whole in it was saved. */
-static enum mr_status open_bundle(struct replay *replay, struct store **store,
-                                  const struct cli *cli, struct error *error)
-{
-    struct bundle *bundle = NULL;
-    char verdict[450];
-    enum mr_status status = bundle_open(replay->db, &bundle, &replay->check, error);
-    if (status == MR_OK && replay->save)
-        status = bundle_save(bundle, &replay->check, replay->save, replay->force, replay->saved,
-                             error);
-    if (status == MR_OK) {
-        bundle_verdict(&replay->check, verdict, sizeof verdict);
-        bool sound = bundle_sound(&replay->check);
-        replay->bundle_told = cli->json ? replay->verify_only && replay->check.parts > 0
-                                        : replay->verify_only || !sound;
-        if (!sound || (replay->verify_only && (!replay->check.sealed || replay->check.aside)))
-            status = error_set(error, replay->check.truncated ? MR_TRUNCATED : MR_MALFORMED,
-                               "%s: %s; get it once more%s", verdict, replay->db,
-                               replay->save ? "" : ", or save what is whole with --save DIR");
-        else if (!replay->verify_only)
-            cli_note(cli, "%s: %s", replay->db, verdict);
-    }
-    if (status == MR_OK && !replay->verify_only)
-        status = unpack(replay, bundle, store, error);
-    bundle_close(bundle);
-    return status;
 }
 
 static void replay_answer(const struct replay *replay, struct answer *answer)
@@ -244,11 +198,6 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
                      "by %lld s: block %lld of the record is block %lld of the replay",
                      (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
                      (long long)(input->armed_block - input->shift_blocks));
-    if (replay->bundled) {
-        answer_open(answer, "bundle", NULL);
-        bundle_answer(&replay->check, replay->save ? replay->saved : NULL, answer);
-        answer_close(answer);
-    }
     diff_answer(&replay->diff, answer);
 }
 
@@ -257,15 +206,9 @@ static enum mr_status parse(struct replay *replay, int argc, char **argv, const 
 {
     const char *words[2];
     enum mr_status status = command_parse(&command_replay, argc, argv, cli, replay, words, error);
-    replay->bundled = status == MR_OK && !words[1];
     replay->run = 1;
-    if (status == MR_OK && !replay->bundled && (replay->verify_only || replay->save))
-        status = error_set(error, MR_USAGE,
-                           "%s is for a bundle, which has no RUN: '%s'; leave the RUN away",
-                           replay->save ? "--save" : "--verify", words[1]);
     if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
-    replay->elf_asked = replay->board.elf != NULL;
     replay->db = words[0];
     replay->board.real = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;
@@ -282,24 +225,16 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = parse(replay, argc, argv, cli, &error);
     default_paths(replay);
     if (status == MR_OK)
-        status = replay->bundled ? open_bundle(replay, &store, cli, &error)
-                                 : store_open(replay->db, STORE_READ, &store, &error);
-    if (status == MR_OK && !replay->verify_only)
+        status = store_open(replay->db, STORE_READ, &store, &error);
+    if (status == MR_OK)
         status = replay_run(replay, store, cli, &error);
     store_close(store);
     remove_directory(replay);
-    int exit_code = status == MR_OK && replay->diff.differ ? mr_status_exit_code(MR_LIMIT) : 0;
     struct answer *answer = answer_new(cli->si);
-    if (replay->bundle_told)
-        bundle_answer(&replay->check, replay->save ? replay->saved : NULL, answer);
-    else if (status == MR_OK && !replay->verify_only)
+    if (status == MR_OK)
         replay_answer(replay, answer);
-    if (replay->bundle_told || (status == MR_OK && !replay->verify_only))
-        exit_code = answer_show(cli, answer, exit_code);
-    else
-        answer_free(answer);
-    if (status != MR_OK)
-        exit_code = cli_fail(&error);
+    int exit_code = answer_end(cli, answer, replay->diff.differ ? mr_status_exit_code(MR_LIMIT) : 0,
+                               &error);
     answers_free(&replay->recorded);
     answers_free(&replay->replayed);
     free(replay);
@@ -308,15 +243,9 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct replay
 static const struct command_part parts[] = {
-    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    HELP_ITEM(
-        "BUNDLE",
-        "a file of matrig bundle: every part is checked, then it is replayed with the image in it"),
-    OPTION_FLAG("--verify", verify_only,
-                "check the bundle alone; exit 4 when anything is not as it was made"),
-    OPTION_TEXT(
-        "--save", "DIR", save,
-        "write those files in the bundle that are whole into this folder, also of a damaged one"),
+    HELP_ITEM("DB [RUN]", "campaign database and number of the landing in it; else 1, as in a "
+                          "bundle, whose digests are checked and whose\n"
+                          "image is used"),
     OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
                   "max (the default), or real: by the wall clock"),
     OPTION_TEXT("--elf", "F", board.elf,
@@ -327,17 +256,15 @@ static const struct command_part parts[] = {
                 "every field must be equal, also when another image recorded the landing; else "
                 "such a landing\n"
                 "is compared within tolerances, which the output states"),
-    OPTION_FORCE(force),
     HELP_NOTE("Exit 1 when anything differs."),
-    HELP_EXAMPLE("matrig replay landing5.bundle"),
+    HELP_EXAMPLE("matrig replay landing5.db"),
 };
 
 const struct command command_replay = {
     "replay",
     replay_command,
-    "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR "
-    "[--force]]",
-    "a recorded landing through the firmware again, and whether it says the same",
+    "DB [RUN] [--speed max|real] [--elf F] [--board F] [--exact]",
+    "re-run a recorded landing through the firmware and check that the output is identical",
     COMMAND_PARTS(parts),
-    {1, 2, "DB RUN, or BUNDLE"},
+    {1, 2, "DB [RUN]"},
 };

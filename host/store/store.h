@@ -215,9 +215,15 @@ enum mr_status store_switch_events(struct store *store, int64_t run, struct stor
 enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows,
                                     size_t *count, struct error *error);
 
-/* Copies one landing, with all that belongs to it, into the empty campaign database at `path`, as
- * its RUN 1: tables of this version, of one moment, also while the campaign is being written. */
-enum mr_status store_slice(struct store *store, int64_t run, const char *path, struct error *error);
+/* Makes a campaign at `path`, where nothing is, of one landing: all that belongs to it, as its RUN
+ * 1, of one moment, also while the campaign is being written; the image (NULL: none) and the
+ * digests of image and record, as table `bundles`. */
+enum mr_status store_bundle_make(struct store *store, int64_t run, const char *path,
+                                 const uint8_t *image, size_t length, struct error *error);
+/* Checks the digests of a bundle's landing, MR_CRC, and writes its image to `path`. *there false:
+ * no bundle, or none with an image. */
+enum mr_status store_bundle_open(struct store *store, int64_t run, const char *path, bool *there,
+                                 struct error *error);
 
 /* Troubles that the links themselves saw in a landing (enum link_trouble), summed. */
 enum mr_status store_troubles(struct store *store, int64_t run, int link,

@@ -1,7 +1,7 @@
 # matrig and matrig-board for a Raspberry Pi beside the runway (64-bit ARM), built here and run under QEMU beside the ones of this
 # computer. matrig-study stays out: its libraries bring 200 MB of others.
 AARCH64_PACKAGES := $(TEST_PACKAGES) gcc-aarch64-linux-gnu qemu-user-static
-AARCH64_LIBRARIES := libsqlite3-dev libjansson-dev libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libc6-dev libunicorn-dev
+AARCH64_LIBRARIES := libsqlite3-dev libjansson-dev libserialport-dev libmd-dev libmicrohttpd-dev libc6-dev libunicorn-dev
 sysroot := $(B)/aarch64/sysroot
 
 $(B)/.aarch64-packages: $(B)/.test-packages

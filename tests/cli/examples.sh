@@ -19,7 +19,7 @@ campaign() {
         matrig --quiet log --can file:can.log --serial file:serial.bin --db campaign.db && python3 tests/report/grow.py campaign.db 5
 }
 files() { # of the names that examples have
-    cp can.log candump-2026-05-04.log && matrig --quiet bundle campaign.db 3 -o landing5.bundle || return 1
+    cp can.log candump-2026-05-04.log && matrig --quiet bundle campaign.db 3 -o landing5.db || return 1
     matrig --quiet survey campaign.db --edges none --sheet sheet.csv && awk -F, -v OFS=, 'NR > 1 {$4 = 33.8} {print}' sheet.csv >read.csv &&
         matrig --quiet survey campaign.db --edges none --from read.csv || return 1
     printf '{"channels": {"all": {"rms_in": 9}}}' >limits.json

@@ -92,13 +92,13 @@ harmless() {
     hostile harmless "CREATE TABLE my_notes(id INTEGER PRIMARY KEY, \"what I saw\" TEXT CHECK(length(\"what I saw\") < 100)); CREATE TABLE [my other](x);
         INSERT INTO my_notes VALUES(1, 'wave'); CREATE UNIQUE INDEX mine ON my_notes(\"what I saw\"); CREATE INDEX frames_by_time ON frames(host_us, id DESC); ANALYZE;" &&
         timeout 30 $matrig landing "$tmp/harmless.db" 1 --note text && timeout 60 $matrig --quiet report "$tmp/harmless.db" -o "$tmp/harmless.html" &&
-        timeout 60 $matrig bundle "$tmp/harmless.db" 1 -o "$tmp/harmless.bundle" --without firmware,page && timeout 60 $matrig replay "$tmp/harmless.bundle" --verify &&
+        timeout 60 $matrig bundle "$tmp/harmless.db" 1 -o "$tmp/harmless.bundle" && timeout 60 $matrig --quiet show "$tmp/harmless.bundle" 1 &&
         [ "$(sqlite3 "$tmp/harmless.db" 'SELECT "what I saw" FROM my_notes')" = wave ]
 }
 check "tables and indices of the user's own are left alone, and are no hindrance" harmless
 
 bundle() {
-    $matrig bundle "$good" 1 -o "$tmp/whole.db" --without firmware,page && $matrig --quiet report "$tmp/whole.db" -o "$tmp/whole.html" || return 1
+    $matrig bundle "$good" 1 -o "$tmp/whole.db" && $matrig --quiet report "$tmp/whole.db" -o "$tmp/whole.html" || return 1
     cp "$tmp/whole.db" "$tmp/bundle.db"
     sqlite3 "$tmp/bundle.db" "DROP TABLE gaps; CREATE VIEW gaps AS $endless SELECT n AS id, 1 AS session, 1 AS landing, 1 AS link, '' AS message, '' AS channels,
         '' AS cause, 1 AS count, 0 AS from_block, 0 AS to_block FROM c"

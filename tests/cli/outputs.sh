@@ -61,7 +61,6 @@ prototype.json scale host/scenes/wave.json -o $tmp/prototype.json
 params.json params $tmp/readings.json -o $tmp/params.json
 compare.svg compare $db 1 --plot $tmp/compare.svg
 compare.csv compare $db 1 -o $tmp/compare.csv
-landing.bundle bundle $db 1 --without firmware,page -o $tmp/landing.bundle
 EOL
 
 # a board's: the refusal comes before it is asked
@@ -156,7 +155,7 @@ database() {
     before=$(sha256sum <"$db")
     cp "$db" "$tmp/other.db"
     for other in campaign.db other.db; do
-        fails_with 2 'would overwrite' $matrig report "$db" -o "$tmp/$other" --force && fails_with 2 'would overwrite a database' $matrig bundle "$db" 1 -o "$tmp/$other" --force || return 1
+        fails_with 2 'would overwrite' $matrig report "$db" -o "$tmp/$other" --force && fails_with 2 'is there already' $matrig bundle "$db" 1 -o "$tmp/$other" || return 1
     done
     [ "$before" = "$(sha256sum <"$db")" ] && [ "$before" = "$(sha256sum <"$tmp/other.db")" ]
 }
@@ -182,7 +181,7 @@ journals() { # there or not, by any name of theirs
         ln -sf "own/c.db$tail" "$tmp/dangling$tail" && ln -sf "dangling$tail" "$tmp/twice$tail" || return 1
         for other in "own/c.db$tail" "own/sub/../c.db$tail" "own.link/c.db$tail" "dangling$tail" "twice$tail"; do
             fails_with 2 "$own, .*c\.db: .*$other; give another file" $matrig export "$db" 1 --format csv -o "$tmp/$other" --force &&
-                fails_with 2 "$own" $matrig export --format dbc -o "$tmp/$other" && fails_with 2 "$own" $matrig bundle "$db" 1 -o "$tmp/$other" --force &&
+                fails_with 2 "$own" $matrig export --format dbc -o "$tmp/$other" && fails_with 2 "$own" $matrig bundle "$db" 1 -o "$tmp/$other" &&
                 fails_with 2 "$own" $matrig sim host/scenes/wave.json --csv "$tmp/$other" --force &&
                 fails_with 2 "$own" $matrig sweep "$tmp/sweep.json" --cases 1 -o "$tmp/$other" &&
                 fails_with 2 "$own" $matrig import "$tmp/$other" "$tmp/can.log" || return 1

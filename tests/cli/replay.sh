@@ -186,7 +186,6 @@ check "because its zeros are given again" zeros_are_given_again
 check "with other zeros it does not" without_zeros
 check "a bundle of a landing replays as its RUN 1, and says the same" bundle_says_the_same
 check "a bundle has what belongs to the landing, and nothing else" bundle_is_complete
-check "a bundle takes no file's place" fails_with 2 'is there already, .*README.md' $matrig bundle "$db" 7 -o README.md
 check "a record that begins late is moved back by whole seconds" moved_back
 check "two replays are the same" same_twice
 check "one constant of the firmware changed: the first difference is named" names_the_first_difference

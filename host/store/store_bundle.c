@@ -1,5 +1,7 @@
+#include <sha2.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/types.h>
 
 #include "host/store/store_guard.h"
 #include "host/store/store_readiness.h"
@@ -140,8 +142,7 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
             "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
             /* a user's own table is no part of it */
             " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')"
-            " AND name NOT LIKE 'bundle%'" /* of a bundle that is made of a bundle */
-            " ORDER BY rowid",
+            " AND name<>'bundles' ORDER BY rowid",
             -1, &tables, NULL) != SQLITE_OK)
         return store_failed(store, DOING, error);
     while (status == MR_OK && sqlite3_step(tables) == SQLITE_ROW)
@@ -167,16 +168,110 @@ static enum mr_status fill(struct store *store, const struct store_landing *land
         status = store_execute(store, "COMMIT", DOING, error);
     else
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
-    /* One file, whole without a log beside it, to be sent or put where nothing can be written. */
-    if (status == MR_OK)
-        status = store_execute(store, "PRAGMA bundle.journal_mode=DELETE", DOING, error);
     sqlite3_exec(store->database, "DETACH bundle", NULL, NULL, NULL);
     return status;
 }
 
-enum mr_status store_slice(struct store *store, int64_t run, const char *path, struct error *error)
+/* ---- image and digests ---- */
+
+static void hex_text(const uint8_t sum[SHA256_DIGEST_LENGTH], char hex[65])
+{
+    for (size_t i = 0; i < SHA256_DIGEST_LENGTH; i++)
+        snprintf(hex + 2 * i, 3, "%02x", sum[i]);
+}
+
+static void digest_bytes(const uint8_t *bytes, size_t length, char hex[65])
+{
+    SHA2_CTX hash;
+    uint8_t sum[SHA256_DIGEST_LENGTH];
+    SHA256Init(&hash);
+    if (length)
+        SHA256Update(&hash, bytes, length);
+    SHA256Final(sum, &hash);
+    hex_text(sum, hex);
+}
+
+static enum mr_status digest_record(struct store *store, int64_t run, char hex[65],
+                                    struct error *error)
+{
+    struct store_block_record row;
+    SHA2_CTX hash;
+    uint8_t sum[SHA256_DIGEST_LENGTH];
+    sqlite3_stmt *s;
+    SHA256Init(&hash);
+    enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCKS, s, &row)) == MR_OK)
+        SHA256Update(&hash, row.record.data, row.record.length);
+    SHA256Final(sum, &hash);
+    hex_text(sum, hex);
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+static enum mr_status put_bundled(const char *path, const uint8_t *image, size_t length,
+                                  struct error *error)
+{
+    struct store_bundled row = {.image = {image, length}};
+    struct store *made = NULL;
+    enum mr_status status = store_open(path, STORE_OPEN, &made, error);
+    digest_bytes(image, length, row.image_sha256);
+    if (status == MR_OK)
+        status = digest_record(made, 1, row.record_sha256, error);
+    if (status == MR_OK)
+        status = STORE_PUT(made, error, bundled, &row, 1);
+    /* one file, complete without a log beside it, to be sent */
+    if (status == MR_OK)
+        status = store_execute(made, "PRAGMA journal_mode=DELETE", DOING, error);
+    store_close(made);
+    return status;
+}
+
+enum mr_status store_bundle_make(struct store *store, int64_t run, const char *path,
+                                 const uint8_t *image, size_t length, struct error *error)
 {
     struct store_landing landing;
+    struct store *empty = NULL;
     enum mr_status status = store_landing_get(store, run, &landing, error);
-    return status == MR_OK ? fill(store, &landing, path, error) : status;
+    if (status == MR_OK)
+        status = store_open(path, STORE_CREATE, &empty, error);
+    store_close(empty);
+    if (status == MR_OK)
+        status = fill(store, &landing, path, error);
+    return status == MR_OK ? put_bundled(path, image, length, error) : status;
+}
+
+static enum mr_status write_image(const struct store_bundled *row, const char *path,
+                                  struct error *error)
+{
+    FILE *file = fopen(path, "wb");
+    bool written = file && fwrite(row->image.data, row->image.length, 1, file) == 1;
+    if ((file && fclose(file) != 0) || !written)
+        return error_set(error, MR_IO, "cannot be written: %s; is there room?", path);
+    return MR_OK;
+}
+
+enum mr_status store_bundle_open(struct store *store, int64_t run, const char *path, bool *there,
+                                 struct error *error)
+{
+    struct store_bundled row;
+    char record[65], image[65];
+    sqlite3_stmt *s;
+    *there = false;
+    enum mr_status status = digest_record(store, run, record, error);
+    if (status == MR_OK)
+        status = STORE_QUERY(store, error, BUNDLED, &s, BIND(run));
+    if (status == MR_OK)
+        status = STORE_NEXT(store, error, BUNDLED, s, &row);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    digest_bytes(row.image.data, row.image.length, image);
+    bool record_changed = strcmp(record, row.record_sha256) != 0;
+    if (record_changed || strcmp(image, row.image_sha256) != 0)
+        status = error_set(error, MR_CRC,
+                           "the %s of the bundle changed since it was made: %s; get it again",
+                           record_changed ? "record" : "image", store->path);
+    *there = status == MR_OK && row.image.length > 0;
+    if (*there)
+        status = write_image(&row, path, error);
+    sqlite3_reset(s);
+    return status;
 }
