@@ -8,29 +8,48 @@ trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$here"' EXIT
 played --elf build/firmware/matrig.elf --can "file:$tmp/idle.can" --serial "file:$tmp/idle.serial" \
     --rig tests/runs/landing1.run 2>"$tmp/board.err"
 
-# heard SENDER-BAUD LINK-END COMMAND...: the command's exit code, with the port of that sender in place of PORT
-heard() {
-    local baud=$1 port status
-    shift
-    rm -f "$here/port"
-    python3 tests/link/wrongrate.py "$tmp/idle.serial" "$here/port" "$baud" 2>"$tmp/port.err" &
+# sender BAUD: a port at that rate, $here/port, until gone
+sender() {
+    rm -f "$here/port" "$here/port.sent"
+    python3 tests/link/wrongrate.py "$tmp/idle.serial" "$here/port" "$1" 2>"$tmp/port.err" &
     port=$!
-    await test -L "$here/port" || return 99
-    timeout 60 "${@//PORT/$here/port}" >"$tmp/out" 2>"$tmp/err" </dev/null
-    status=$?
+    await test -L "$here/port"
+}
+gone() {
     kill $port 2>/dev/null
     wait $port 2>/dev/null
     cat "$tmp/err" "$tmp/port.err"
+}
+# heard SENDER-BAUD COMMAND...: the command's exit code, with the port of that sender in place of PORT
+heard() {
+    sender "$1" || return 99
+    shift
+    timeout 60 "${@//PORT/$here/port}" >"$tmp/out" 2>"$tmp/err" </dev/null
+    local status=$?
+    gone
     return $status
 }
-# says STATUS PATTERN SENDER LINK: matrig log for 2.5 s, from a port of that sender
+# logged SENDER-BAUD LINK-END UNTIL...: the exit code of matrig log, which is interrupted once UNTIL holds
+logged() {
+    sender "$1" || return 99
+    timeout 100 $matrig --json log --serial "serial:$here/port$2" --db "$tmp/rate.db" >"$tmp/out" 2>"$tmp/err" </dev/null &
+    local log=$! status
+    await "${@:3}"
+    kill -INT $log
+    wait $log
+    status=$?
+    gone
+    return $status
+}
+sent() { test "$(cat "$here/port.sent")" -ge "$1"; }
+# says STATUS PATTERN SENDER LINK: matrig log, from a port of that sender
 says() {
-    heard "$3" $matrig --json log --serial "serial:PORT$4" --db "$tmp/rate.db" --for 2.5
+    logged "$3" "$4" sent 8000
     local status=$?
     echo "exit $status"
     [ $status = "$1" ] && grep -Eq -- "$2" "$tmp/err"
 }
-its_own_rate() { heard 2000000 $matrig --json log --serial serial:PORT --db "$tmp/rate.db" --for 2.5 && grep -q '"unheard":null' "$tmp/out"; }
+its_own_rate() { logged 2000000 '' sent 8000 && grep -q '"unheard":null' "$tmp/out"; }
 rate_is_named() { # SENDER LINK-END WHAT
     says 3 "[1-9][0-9]* bytes/s came, [0-9]+ ends of frames, not one whole: $3" "$1" "$2" && grep -q '"unheard":"garbled"' "$tmp/out"
 }
@@ -42,8 +61,9 @@ cable_is_off() {
     cat "$tmp/err"
     [ $status = 3 ] && grep -Eq 'not a byte came in [0-9.]+ s: is the board on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
 }
+found_and_sent() { grep -q 'frames come at' "$tmp/err" && sent 16000; }
 found() { # SENDER
-    heard "$1" $matrig log --serial serial:PORT:find --db "$tmp/found.db" --for 2.5 && grep -q "frames come at $1 baud" "$tmp/err"
+    logged "$1" :find found_and_sent && grep -q "frames come at $1 baud" "$tmp/err"
 }
 board_and_ready() {
     heard 1000000 $matrig board --serial serial:PORT; [ $? = 3 ] && grep -q 'probably has 1000000 baud, not 2000000' "$tmp/err" || return 1
@@ -60,7 +80,7 @@ no_frames() {
     fails_with 3 "no frame at all in [0-9.]+ s: is the board on, and on this bus" $matrig --quiet log --can "file:$tmp/none.can" --db "$tmp/none.db"
 }
 told_while_waiting() { # after 3 s, and the log goes on
-    heard 115200 $matrig log --serial serial:PORT --db "$tmp/told.db" --for 4
+    logged 115200 '' grep -q 'not one whole: the sender is more than 8 times slower' "$tmp/err"
     [ $? = 3 ] && [ "$(grep -c 'not one whole: the sender is more than 8 times slower' "$tmp/err")" = 2 ]
 }
 

@@ -5,7 +5,8 @@
 
 The bytes go over a line bit by bit at BAUD (8N1, a pause now and then); the receiver looks for the edge of a start bit and samples each bit
 in its middle, as a UART does, a low stop bit included, which is a framing error. At the sender's own rate the bytes come as they are. LINK
-is a symbolic link to the terminal, there until the other side closes it."""
+is a symbolic link to the terminal, there until the other side closes it. LINK.sent has how many bytes
+were sent at the rate that the other side has set."""
 
 import array
 import fcntl
@@ -62,7 +63,7 @@ class Line:
 def main():
     path, link, baud = sys.argv[1], sys.argv[2], int(sys.argv[3])
     data = open(path, "rb").read()
-    line, cache = Line(data[:20000]), {}
+    line, cache = Line(data[:6000]), {}
     master, slave = os.openpty()
     tty.setraw(slave)
     os.symlink(os.ttyname(slave), link)
@@ -82,7 +83,7 @@ def main():
                 rate, begun, sent = rate_of(master), time.monotonic(), 0
                 if rate not in cache:
                     cache[rate] = data if rate == baud else line.received(baud, rate)
-            per_s = min(len(data), 20000) and 5000 * (1 if rate == baud else max(1, len(cache[rate]) / 20000))
+            per_s = min(len(data), 6000) and 5000 * (1 if rate == baud else max(1, len(cache[rate]) / 6000))
             due = int((time.monotonic() - begun) * per_s)
             stream = cache[rate]
             while sent < due and stream:
@@ -93,6 +94,9 @@ def main():
                     sent = due
                     break
                 sent += count
+            with open(link + ".sent.new", "w") as counted:
+                counted.write("%d\n" % sent)
+            os.replace(link + ".sent.new", link + ".sent")
         time.sleep(SLICE_S)
 
 
