@@ -123,6 +123,22 @@ struct campaign {
     size_t fact_count;
 };
 
+/* The keys of a study's sections, as a file has them; campaign_key_count of them, section by
+ * section. */
+enum campaign_key_kind { CAMPAIGN_NUMBER, CAMPAIGN_RANGE, CAMPAIGN_CHOICE };
+struct campaign_key {
+    const char *section, *name; /* its unit is what the name ends with */
+    enum campaign_key_kind kind;
+    size_t offset; /* in struct campaign */
+    double low, high;
+    const char *const *choices; /* ends with NULL */
+};
+extern const struct campaign_key campaign_keys[];
+extern const size_t campaign_key_count;
+/* A number, [from, to] or a word; the caller's. */
+json_t *campaign_key_json(const struct campaign_key *key, const struct campaign *campaign);
+json_t *campaign_range_json(struct campaign_range range);
+
 /* Read a campaign file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left
  * to free then. */
 enum mr_status campaign_load(struct campaign *campaign, const char *path, struct error *error);

@@ -14,55 +14,89 @@
 
 #define IN_PER_FT 12.0
 
-static void read_runway(const struct keys *r, const json_t *root, struct campaign *c)
+static const char *const alongs[] = {"mats", "ground", NULL};
+static const char *const engines[] = {"auto", "chain", "planar", NULL};
+
+#define FIELD(field) offsetof(struct campaign, field)
+#define NUMBER(section, name, field, low, high)                       \
+    {                                                                 \
+        section, name, CAMPAIGN_NUMBER, FIELD(field), low, high, NULL \
+    }
+#define RANGE(section, name, field, low, high)                       \
+    {                                                                \
+        section, name, CAMPAIGN_RANGE, FIELD(field), low, high, NULL \
+    }
+#define CHOICE(section, name, field, choices)                           \
+    {                                                                   \
+        section, name, CAMPAIGN_CHOICE, FIELD(field), 0.0, 0.0, choices \
+    }
+const struct campaign_key campaign_keys[] = {
+    RANGE("runway", "gap_in", gap_in, 0.0, 1000.0),
+    RANGE("runway", "closing_lb", closing_lb, 0.0, 1e9),
+    RANGE("runway", "irregularity_in", irregularity_in, 0.0, 1000.0),
+    CHOICE("runway", "irregularity_along", along, alongs),
+    NUMBER("runway", "joint_lb_in", strength_lb_in, 0.0, 1e9),
+    NUMBER("runway", "strip_ft", strip_ft, 1e-3, 1e4),
+    NUMBER("runway", "unhinge_deg", unhinge_deg, 0.0, 180.0),
+    NUMBER("runway", "wave_in", wave_in, 1e-6, 1000.0),
+    NUMBER("runway", "buckle_in", buckle_in, 1e-6, 1000.0),
+    NUMBER("aircraft", "weight_lb", weight_lb, 0.0, 1e9),
+    NUMBER("aircraft", "axles", axles, 1.0, 1e6),
+    NUMBER("aircraft", "onset_s", onset_s, 0.0, 60.0),
+    NUMBER("aircraft", "dwell_s", dwell_s, 0.0, 60.0),
+    NUMBER("aircraft", "back_ft_s", back_ft_s, 1e-3, 1000.0),
+    NUMBER("aircraft", "back_drag_ft_s2", back_drag_ft_s2, 0.0, 1000.0),
+    CHOICE("engine", "use", engine, engines),
+    NUMBER("engine", "chain_dt_s", chain_dt_s, 0.0, 1.0),
+    NUMBER("engine", "planar_dt_s", planar_dt_s, 0.0, 1.0),
+    NUMBER("engine", "skip_share", skip_share, -1.0, 1e3),
+};
+const size_t campaign_key_count = sizeof campaign_keys / sizeof campaign_keys[0];
+
+json_t *campaign_range_json(struct campaign_range range)
 {
-    static const char *const known[] = {
-        "gap_in",   "closing_lb",  "irregularity_in", "irregularity_along", "joint_lb_in",
-        "strip_ft", "unhinge_deg", "wave_in",         "buckle_in",          NULL};
-    static const char *const along[] = {"mats", "ground", NULL};
-    const json_t *runway = json_object_get(root, "runway");
-    if (!runway)
-        return;
-    keys_check(r, "runway", runway, known);
-    keys_range(r, "runway", runway, "gap_in", 0.0, 1000.0, &c->gap_in);
-    keys_range(r, "runway", runway, "closing_lb", 0.0, 1e9, &c->closing_lb);
-    keys_range(r, "runway", runway, "irregularity_in", 0.0, 1000.0, &c->irregularity_in);
-    c->along = keys_choice(r, "runway", runway, "irregularity_along", along, c->along);
-    keys_number(r, "runway", runway, "joint_lb_in", 0.0, 1e9, &c->strength_lb_in);
-    keys_number(r, "runway", runway, "strip_ft", 1e-3, 1e4, &c->strip_ft);
-    keys_number(r, "runway", runway, "unhinge_deg", 0.0, 180.0, &c->unhinge_deg);
-    keys_number(r, "runway", runway, "wave_in", 1e-6, 1000.0, &c->wave_in);
-    keys_number(r, "runway", runway, "buckle_in", 1e-6, 1000.0, &c->buckle_in);
+    return range.low == range.high ? json_real(range.low)
+                                   : json_pack("[f,f]", range.low, range.high);
 }
 
-static void read_aircraft(const struct keys *r, const json_t *root, struct campaign *c)
+json_t *campaign_key_json(const struct campaign_key *key, const struct campaign *c)
 {
-    static const char *const known[] = {"weight_lb", "axles",           "onset_s", "dwell_s",
-                                        "back_ft_s", "back_drag_ft_s2", NULL};
-    const json_t *aircraft = json_object_get(root, "aircraft");
-    if (!aircraft)
-        return;
-    keys_check(r, "aircraft", aircraft, known);
-    keys_number(r, "aircraft", aircraft, "weight_lb", 0.0, 1e9, &c->weight_lb);
-    keys_number(r, "aircraft", aircraft, "axles", 1.0, 1e6, &c->axles);
-    keys_number(r, "aircraft", aircraft, "onset_s", 0.0, 60.0, &c->onset_s);
-    keys_number(r, "aircraft", aircraft, "dwell_s", 0.0, 60.0, &c->dwell_s);
-    keys_number(r, "aircraft", aircraft, "back_ft_s", 1e-3, 1000.0, &c->back_ft_s);
-    keys_number(r, "aircraft", aircraft, "back_drag_ft_s2", 0.0, 1000.0, &c->back_drag_ft_s2);
+    const void *field = (const char *)c + key->offset;
+    unsigned choice;
+    if (key->kind == CAMPAIGN_NUMBER)
+        return json_real(*(const double *)field);
+    if (key->kind == CAMPAIGN_RANGE)
+        return campaign_range_json(*(const struct campaign_range *)field);
+    memcpy(&choice, field, sizeof choice);
+    return json_string(key->choices[choice]);
 }
 
-static void read_engines(const struct keys *r, const json_t *root, struct campaign *c)
+static void read_sections(const struct keys *r, const json_t *root, struct campaign *c)
 {
-    static const char *const known[] = {"use", "chain_dt_s", "planar_dt_s", "skip_share", NULL};
-    static const char *const names[] = {"auto", "chain", "planar", NULL};
-    const json_t *engine = json_object_get(root, "engine");
-    if (!engine)
-        return;
-    keys_check(r, "engine", engine, known);
-    c->engine = keys_choice(r, "engine", engine, "use", names, c->engine);
-    keys_number(r, "engine", engine, "chain_dt_s", 0.0, 1.0, &c->chain_dt_s);
-    keys_number(r, "engine", engine, "planar_dt_s", 0.0, 1.0, &c->planar_dt_s);
-    keys_number(r, "engine", engine, "skip_share", -1.0, 1e3, &c->skip_share);
+    for (size_t i = 0, count; i < campaign_key_count; i += count) {
+        const struct campaign_key *key = &campaign_keys[i];
+        const json_t *section = json_object_get(root, key->section);
+        const char *known[16] = {NULL};
+        for (count = 0;
+             i + count < campaign_key_count && strcmp(key[count].section, key->section) == 0;
+             count++)
+            known[count] = key[count].name;
+        if (section)
+            keys_check(r, key->section, section, known);
+        for (size_t k = 0; section && k < count; k++, key++) {
+            void *field = (char *)c + key->offset;
+            unsigned choice;
+            if (key->kind == CAMPAIGN_NUMBER) {
+                keys_number(r, key->section, section, key->name, key->low, key->high, field);
+            } else if (key->kind == CAMPAIGN_RANGE) {
+                keys_range(r, key->section, section, key->name, key->low, key->high, field);
+            } else {
+                memcpy(&choice, field, sizeof choice);
+                choice = keys_choice(r, key->section, section, key->name, key->choices, choice);
+                memcpy(field, &choice, sizeof choice);
+            }
+        }
+    }
 }
 
 static void read_seeds(const struct keys *r, const json_t *root, struct campaign *c)
@@ -374,9 +408,7 @@ static void read_root(const struct keys *r, const json_t *root, struct campaign 
     keys_number(r, "", root, "within", 0.0, CAMPAIGN_LANDINGS_MAX, &within);
     c->within = (int)within;
     keys_number(r, "", root, "needed", 0.0, 1.0, &c->needed);
-    read_runway(r, root, c);
-    read_aircraft(r, root, c);
-    read_engines(r, root, c);
+    read_sections(r, root, c);
     read_seeds(r, root, c);
     json_t *scene = keys_failed(r) ? NULL : campaign_scene_json(r->path, root, r->error);
     if (!keys_failed(r))

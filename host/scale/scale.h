@@ -1,5 +1,4 @@
-/* matrig scale, between its files: scale_command.c (options, quantities), scale_file.c (scenes and
- * campaigns), scale_lay.c (joints turned to a diagonal lay). */
+/* matrig scale: scenes and studies at another scale, or with joints turned to a diagonal lay. */
 #ifndef MATRIG_HOST_SCALE_H
 #define MATRIG_HOST_SCALE_H
 
@@ -27,13 +26,5 @@ struct answer *scale_answer(const struct scale_request *request);
 
 /* A scene or a campaign, as the file shows; returns the exit code. */
 int scale_file(const struct scale_request *request, const struct cli *cli);
-
-/* What a scene key's value is multiplied by when joints that ran straight across the runway are
- * turned by `deg`: of a strip along the runway (sim/MODIFICATIONS.md, "Diagonal pattern"). 1 for
- * keys that stay. */
-double scale_lay_factor(const char *key, double deg);
-/* The scene's lay_deg, and its N so that the runway stays as long. MR_USAGE when it lies so
- * already, or has a list by joint. `path` begins the error. */
-enum mr_status scale_lay_scene(json_t *scene, double deg, const char *path, struct error *error);
 
 #endif

@@ -29,7 +29,6 @@ const struct element element_gear_ground = {
             .unit = "lb/ft",
             .meaning = "elastic ground along the runway under a mat that carries one axle; 0: the "
                        "gear has one axle and slides by Coulomb's law",
-            .dimension = {1, -1, 0},
             .lay = -1},
     .force_lb = nothing,
     .slope_lb_s_ft = nothing,

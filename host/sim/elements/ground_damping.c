@@ -37,7 +37,6 @@ const struct element element_ground_damping = {
             .high = SIM_LARGEST,
             .unit = "lb s/ft",
             .meaning = "viscous damping of each mat that the ground carries, along the runway",
-            .dimension = {1, -1, 1},
             .lay = -1},
     .force_lb = force_lb,
     .slope_lb_s_ft = slope_lb_s_ft,

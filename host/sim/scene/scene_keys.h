@@ -5,7 +5,6 @@
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 
-#include "common/similitude.h"
 #include "host/sim/scene/scene.h"
 
 enum sim_key_kind {
@@ -26,12 +25,11 @@ struct sim_key {
     size_t offset;
     double low; /* of the value, or of each value of a list */
     double high;
-    bool above;                    /* low itself is not allowed */
-    const char *const *choices;    /* ends with NULL */
-    const char *unit;              /* "lb s/ft"; "" for a pure number or a name */
-    const char *meaning;           /* one line for people */
-    struct mr_dimension dimension; /* of an element's key: how its value changes with scale */
-    /* and to which power of cos with joints laid diagonally (host/scale/scale_lay.c) */
+    bool above;                 /* low itself is not allowed */
+    const char *const *choices; /* ends with NULL */
+    const char *unit;           /* "lb s/ft"; "" for a pure number or a name */
+    const char *meaning;        /* one line for people */
+    /* of an element's key: power of cos with joints laid diagonally (host/scale/scale.c) */
     int lay;
 };
 

@@ -1,4 +1,4 @@
-/* matrig scale: scene files and campaigns. */
+/* matrig scale: scene files and studies. */
 #include "host/scale/scale.h"
 
 #include <math.h>
@@ -19,6 +19,61 @@ double scale_factor(const struct scale_request *request, struct mr_dimension dim
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
+/* ---- joints laid diagonally ----
+ *
+ * The joints of a standard pattern are turned. With c the cosine of the angle and b the width of the
+ * strip:
+ *
+ * - Rows are L/c apart along the runway, so each weighs W/c, stands on 1/c of the soil (KV, CV),
+ *   and has 1/c of the play.
+ * - A joint is b/c long. A movement g along the runway opens it by g c; its force KL/c g c has the
+ *   part c along the runway.
+ * - Folding about the joint turns a row by t = slope/c across it, so energies KT/c t2/2 and I/c
+ *   t'2/2 are 1/c3 of the slope's, and the dead angle is c of it. */
+#define RADIANS (3.14159265358979323846 / 180.0)
+
+/* What a scene key is multiplied by; 1: it stays. */
+static double lay_factor(const char *key, double deg)
+{
+    static const struct {
+        const char *name;
+        int power;
+    } keys[] = {
+        {"L", -1},     {"W", -1},    {"KV", -1}, {"CV", -1}, {"KL", 1},  {"CL", 1},
+        {"slack", -1}, {"gap0", -1}, {"I", -3},  {"KT", -3}, {"CT", -3}, {"TAD_deg", 1},
+    };
+    for (size_t i = 0; deg > 0.0 && i < sizeof keys / sizeof keys[0]; i++) {
+        if (strcmp(keys[i].name, key) == 0)
+            return pow(cos(deg * RADIANS), keys[i].power);
+    }
+    const struct sim_key *element = sim_key_find(key);
+    return deg > 0.0 && element ? pow(cos(deg * RADIANS), element->lay) : 1.0;
+}
+
+/* The scene's lay_deg, and its N so that the runway stays as long. MR_USAGE when it lies so
+ * already, or has a list by joint. */
+static enum mr_status lay_scene(json_t *scene, double deg, const char *path, struct error *error)
+{
+    static const char *const by_joint[] = {"gap0", "grit", "ground", "stiff_gap0", "torn"};
+    double mats = json_number_value(json_object_get(scene, "N"));
+    if (json_number_value(json_object_get(scene, "lay_deg")) > 0.0)
+        return error_set(error, MR_USAGE,
+                         "laid already: %s: lay_deg is %g; give --lay a standard pattern", path,
+                         json_number_value(json_object_get(scene, "lay_deg")));
+    for (size_t i = 0; i < sizeof by_joint / sizeof by_joint[0]; i++) {
+        if (json_is_array(json_object_get(scene, by_joint[i])))
+            return error_set(error, MR_USAGE,
+                             "joints that are no more: %s: %s is a list by joint, and --lay "
+                             "changes how many there are; give one number, or leave "
+                             "it out",
+                             path, by_joint[i]);
+    }
+    json_object_set_new(scene, "N",
+                        json_integer((json_int_t)fmax(1.0, round(mats * cos(deg * RADIANS)))));
+    json_object_set_new(scene, "lay_deg", json_real(deg));
+    return MR_OK;
+}
+
 struct answer *scale_answer(const struct scale_request *request)
 {
     struct answer *answer = answer_new(false); /* scene keys have their units */
@@ -30,66 +85,18 @@ struct answer *scale_answer(const struct scale_request *request)
     return answer;
 }
 
-/* A scene key that changes with scale; the others are pure numbers or names. */
-struct scaled_key {
-    const char *name;
-    struct mr_dimension dimension;
-};
+/* What a value in this unit is multiplied by. */
+static double factor_of(const struct scale_request *request, const char *unit)
+{
+    int powers[3];
+    quantity_dimension(unit, powers);
+    return scale_factor(request,
+                        (struct mr_dimension){(signed char)powers[0], (signed char)powers[1],
+                                              (signed char)powers[2]});
+}
 
-static const struct scaled_key scaled_keys[] = {
-    {"L", {0, 1, 0}},
-    {"W", {1, 0, 0}},
-    {"g", {0, 1, -2}},
-    {"I", {1, 1, 2}},
-    {"KV", {1, -1, 0}},
-    {"CV", {1, -1, 1}},
-    {"KL", {1, -1, 0}},
-    {"CL", {1, -1, 1}},
-    {"KT", {1, 1, 0}},
-    {"CT", {1, 1, 1}},
-    {"slack", {0, 1, 0}},
-    {"F", {1, 0, 0}},
-    {"Vac", {0, 1, -1}},
-    {"s0", {0, 1, 0}},
-    {"F_tstop", {0, 0, 1}},
-    {"wheel_load", {1, 0, 0}},
-    {"veps", {0, 1, -1}},
-    {"V", {1, 0, 0}},
-    {"Q1", {1, 0, 0}},
-    {"bump", {0, 1, 0}},
-    {"v0", {0, 1, -1}},
-    {"tend", {0, 0, 1}},
-    {"t_out", {0, 0, 1}},
-    {"gap0", {0, 1, 0}},
-    {"grit", {1, 0, 0}},
-    {"t_dwell", {0, 0, 1}},
-    {"band_area", {0, 2, 0}},
-    {"band_E", {1, -2, 0}},
-    {"band_T0", {1, 0, 0}},
-    {"band_K", {1, -1, 0}},
-    {"band_grip", {1, 0, 0}},
-    {"band_pull", {1, 0, 0}},
-    {"band_wear", {0, 1, 0}},
-    {"band_slipped", {0, 1, 0}},
-    {"cleat_hold", {1, 0, 0}},
-    {"cleat_travel", {0, 1, 0}},
-    {"cleat_depth", {0, 1, 0}},
-    {"stiff_K", {1, -1, 0}},
-    {"stiff_grip", {1, 0, 0}},
-    {"stiff_KT", {1, 1, 0}},
-    {"stiff_yield", {1, 1, 0}},
-    {"stiff_gap0", {0, 1, 0}},
-    {"lay_slide", {1, 0, 0}},
-    {"tear", {1, 0, 0}},
-    {"unhinge_lap", {0, 1, 0}},
-    {"ground", {0, 1, 0}},
-    {"gear_lines_ft", {0, 1, 0}},
-    {"gear_foot_ft", {0, 1, 0}},
-};
-static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
-static const char *const path_units[] = {"s", "ft", "lb"};
-
-/* `unit`: of a number; text has its own. What is neither stays for the reader to refuse. */
+/* A number in `unit`, or text with its own, times `by`; what is neither stays for the reader to
+ * refuse. */
 static json_t *times(const json_t *value, double by, const char *unit)
 {
     double number;
@@ -104,42 +111,60 @@ static json_t *times(const json_t *value, double by, const char *unit)
     return list;
 }
 
-static json_t *scaled_path(const struct scale_request *request, const json_t *path)
+static json_t *scaled(const struct scale_request *request, const json_t *value, const char *unit)
 {
-    json_t *rows = json_array();
-    for (size_t i = 0; i < json_array_size(path); i++) {
-        const json_t *row = json_array_get(path, i);
-        json_t *scaled = json_array();
-        for (size_t c = 0; c < 3; c++)
-            json_array_append_new(scaled,
-                                  times(json_array_get(row, c),
-                                        scale_factor(request, path_columns[c]), path_units[c]));
-        json_array_append_new(rows, scaled);
-    }
-    return rows;
+    return times(value, factor_of(request, unit), unit);
 }
 
-/* Defaults of the modifications that a scene has. */
-static void complete_mods(const json_t *scene, json_t *complete)
+/* Rows whose columns have these units. */
+static json_t *scaled_rows(const struct scale_request *request, const json_t *rows,
+                           const char *const *units)
 {
-    static const struct {
-        const char *name, *with;
-        size_t offset;
-    } defaults[] = {
-        {"band_area", "bands", offsetof(struct sim_scene, mods.band[0].area_ft2)},
-        {"band_E", "bands", offsetof(struct sim_scene, mods.band[0].e_lb_ft2)},
-        {"band2_area", "bands2", offsetof(struct sim_scene, mods.band[1].area_ft2)},
-        {"band2_E", "bands2", offsetof(struct sim_scene, mods.band[1].e_lb_ft2)},
-        {"cleat_depth", "cleat_every", offsetof(struct sim_scene, mods.cleat_depth_ft)},
-    };
+    json_t *result = json_array();
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        json_t *row = json_array();
+        for (size_t c = 0; units[c]; c++)
+            json_array_append_new(
+                row, scaled(request, json_array_get(json_array_get(rows, i), c), units[c]));
+        json_array_append_new(result, row);
+    }
+    return result;
+}
+
+/* A default that the other side has otherwise; 0: none. */
+static double default_of(const struct scale_request *request, const struct sim_key *key)
+{
     struct sim_scene plain;
+    double value;
     sim_scene_defaults(&plain);
-    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
-        double number;
-        memcpy(&number, (const char *)&plain + defaults[i].offset, sizeof number);
-        if (json_object_get(scene, defaults[i].with) &&
-            !json_object_get(complete, defaults[i].name))
-            json_object_set_new(complete, defaults[i].name, json_real(number));
+    if (key->kind != SIM_KEY_REAL ||
+        (factor_of(request, key->unit) == 1.0 && lay_factor(key->name, request->lay_deg) == 1.0))
+        return 0.0;
+    memcpy(&value, (const char *)&plain + key->offset, sizeof value);
+    return isfinite(value) && value > 0.0 ? value : 0.0;
+}
+
+/* Write out the defaults that change with scale, as the other side's differ. Those of modifications
+ * only where `scene` has them, and those of `scene` itself where it is `whole`. */
+static void complete(const struct scale_request *request, const json_t *scene, bool whole,
+                     json_t *result)
+{
+    static const char *const gates[][2] = {{"band_", "bands"},
+                                           {"band2_", "bands2"},
+                                           {"cleat_", "cleat_every"},
+                                           {"unhinge_", "unhinge_deg"}};
+    const struct sim_key *key;
+    bool follows_path = json_object_get(scene, "path") != NULL;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        double value = default_of(request, key);
+        bool wanted = whole && !(follows_path &&
+                                 (strcmp(key->name, "F") == 0 || strcmp(key->name, "Vac") == 0));
+        for (size_t g = 0; g < sizeof gates / sizeof gates[0]; g++) {
+            if (strncmp(key->name, gates[g][0], strlen(gates[g][0])) == 0)
+                wanted = json_object_get(scene, gates[g][1]) != NULL;
+        }
+        if (value != 0.0 && wanted && !json_object_get(result, key->name))
+            json_object_set_new(result, key->name, json_real(value));
     }
 }
 
@@ -147,151 +172,84 @@ static void complete_mods(const json_t *scene, json_t *complete)
 static json_t *scaled_entry(const struct scale_request *request, const char *key,
                             const json_t *value)
 {
-    double by = scale_lay_factor(key, request->lay_deg);
-    char first[32] = ""; /* the second group of bands as the first */
-    if (strncmp(key, "band2_", 6) == 0)
-        snprintf(first, sizeof first, "band_%s", key + 6);
-    if (strcmp(key, "path") == 0)
-        return scaled_path(request, value);
-    for (size_t i = 0; i < sizeof scaled_keys / sizeof scaled_keys[0]; i++) {
-        if (strcmp(first[0] ? first : key, scaled_keys[i].name) == 0)
-            by *= scale_factor(request, scaled_keys[i].dimension);
-    }
+    static const char *const path[] = {"s", "ft", "lb", NULL};
     const struct sim_key *known = sim_key_find(key);
-    if (known)
-        by *= scale_factor(request, known->dimension);
-    return by != 1.0 ? times(value, by, known ? known->unit : "") : json_deep_copy(value);
+    if (known && known->kind == SIM_KEY_PATH)
+        return scaled_rows(request, value, path);
+    double by = lay_factor(key, request->lay_deg) * (known ? factor_of(request, known->unit) : 1.0);
+    return by != 1.0 ? times(value, by, known->unit) : json_deep_copy(value);
 }
 
-/* Keys as written, scaled; defaults that change with scale are written out, as the other side's
- * differ. */
+/* Keys as written, scaled, and the defaults that change. */
 static json_t *scaled_scene(const struct scale_request *request, const json_t *scene,
                             struct error *error)
 {
-    static const struct {
-        const char *name;
-        size_t offset;
-    } defaults[] = {
-        {"L", offsetof(struct sim_scene, length_ft)},
-        {"W", offsetof(struct sim_scene, weight_lb)},
-        {"I", offsetof(struct sim_scene, inertia_slug_ft2)},
-        {"KV", offsetof(struct sim_scene, kv_lb_ft)},
-        {"CV", offsetof(struct sim_scene, cv_lb_s_ft)},
-        {"KL", offsetof(struct sim_scene, kl_lb_ft)},
-        {"CL", offsetof(struct sim_scene, cl_lb_s_ft)},
-        {"KT", offsetof(struct sim_scene, kt_lb_ft_rad)},
-        {"CT", offsetof(struct sim_scene, ct_lb_ft_s_rad)},
-        {"F", offsetof(struct sim_scene, force_lb)},
-        {"Vac", offsetof(struct sim_scene, vac_ft_s)},
-        {"veps", offsetof(struct sim_scene, veps_ft_s)},
-        {"V", offsetof(struct sim_scene, shear_lb)},
-        {"v0", offsetof(struct sim_scene, v0_ft_s)},
-        {"TAD_deg", offsetof(struct sim_scene, tad_deg)},
-    };
+    json_t *both = json_object(), *result = json_object(), *value;
     struct sim_scene plain;
-    json_t *complete = json_object(), *result = json_object(), *value;
     const char *key;
     sim_scene_defaults(&plain);
-    json_object_update(complete, (json_t *)scene);
-    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
-        bool replaced = (strcmp(defaults[i].name, "F") == 0 ||
-                         strcmp(defaults[i].name, "Vac") == 0) &&
-                        json_object_get(scene, "path");
-        bool stays = request->n == 1.0 &&
-                     scale_lay_factor(defaults[i].name, request->lay_deg) == 1.0;
-        if (!replaced && !stays && !json_object_get(complete, defaults[i].name)) {
-            double number;
-            memcpy(&number, (const char *)&plain + defaults[i].offset, sizeof number);
-            json_object_set_new(complete, defaults[i].name, json_real(number));
-        }
-    }
-    complete_mods(scene, complete);
-    if (request->lay_deg > 0.0 && !json_object_get(complete, "N"))
-        json_object_set_new(complete, "N", json_integer(plain.mats));
+    json_object_update(both, (json_t *)scene);
+    complete(request, scene, true, both);
+    if (request->lay_deg > 0.0 && !json_object_get(both, "N"))
+        json_object_set_new(both, "N", json_integer(plain.mats));
     if (request->lay_deg > 0.0)
-        scale_lay_scene(complete, request->lay_deg, request->words[0], error);
-    json_object_foreach(complete, key, value)
+        lay_scene(both, request->lay_deg, request->words[0], error);
+    json_object_foreach(both, key, value)
     {
         json_object_set_new(result, key, scaled_entry(request, key, value));
     }
-    json_decref(complete);
+    json_decref(both);
     return result;
 }
 
 static json_t *scaled_range(const struct scale_request *request, struct campaign_range range,
-                            struct mr_dimension dimension)
+                            const char *unit)
 {
-    double by = scale_factor(request, dimension);
-    return range.low == range.high ? json_real(range.low * by)
-                                   : json_pack("[f,f]", range.low * by, range.high * by);
+    json_t *value = campaign_range_json(range), *result = scaled(request, value, unit);
+    json_decref(value);
+    return result;
 }
 
 /* Runway, aircraft and engine, every key written out: the defaults are a model's. */
 static void scaled_parts(const struct scale_request *request, const struct campaign *c,
                          json_t *result)
 {
-    static const struct mr_dimension inches = {0, 1, 0}, lb = {1, 0, 0}, s = {0, 0, 1},
-                                     speed = {0, 1, -1}, drag = {0, 1, -2}, strength = {1, -1, 0};
-    static const char *const engines[] = {"auto", "chain", "planar"};
-    double opened = scale_lay_factor("gap0", request->lay_deg);
-    const struct campaign_range laid_gap_in = {opened * c->gap_in.low, opened * c->gap_in.high};
-    json_object_set_new(
-        result, "runway",
-        json_pack("{s:o,s:o,s:o,s:s,s:f,s:f,s:f,s:f,s:f}", "gap_in",
-                  scaled_range(request, laid_gap_in, inches), "closing_lb",
-                  scaled_range(request, c->closing_lb, lb), "irregularity_in",
-                  scaled_range(request, c->irregularity_in, inches), "irregularity_along",
-                  c->along == CAMPAIGN_GROUND ? "ground" : "mats", "joint_lb_in",
-                  c->strength_lb_in * scale_factor(request, strength), "strip_ft",
-                  c->strip_ft * scale_factor(request, inches), "unhinge_deg", c->unhinge_deg,
-                  "wave_in", c->wave_in * scale_factor(request, inches), "buckle_in",
-                  c->buckle_in * scale_factor(request, inches)));
-    json_object_set_new(result, "aircraft",
-                        json_pack("{s:f,s:f,s:f,s:f,s:f,s:f}", "weight_lb",
-                                  c->weight_lb * scale_factor(request, lb), "axles", c->axles,
-                                  "onset_s", c->onset_s * scale_factor(request, s), "dwell_s",
-                                  c->dwell_s * scale_factor(request, s), "back_ft_s",
-                                  c->back_ft_s * scale_factor(request, speed), "back_drag_ft_s2",
-                                  c->back_drag_ft_s2 * scale_factor(request, drag)));
-    json_object_set_new(result, "engine",
-                        json_pack("{s:s,s:f,s:f,s:f}", "use", engines[c->engine], "chain_dt_s",
-                                  c->chain_dt_s * scale_factor(request, s), "planar_dt_s",
-                                  c->planar_dt_s * scale_factor(request, s), "skip_share",
-                                  c->skip_share));
+    for (size_t i = 0; i < campaign_key_count; i++) {
+        const struct campaign_key *key = &campaign_keys[i];
+        const char *unit = quantity_unit_of_name(key->name);
+        json_t *section = json_object_get(result, key->section), *value = campaign_key_json(key, c);
+        if (i == 0 || strcmp(key->section, campaign_keys[i - 1].section) != 0)
+            json_object_set_new(result, key->section, section = json_object());
+        json_t *laid = times(
+            value, strcmp(key->name, "gap_in") == 0 ? lay_factor("gap0", request->lay_deg) : 1.0,
+            unit);
+        json_object_set_new(section, key->name, scaled(request, laid, unit));
+        json_decref(laid);
+        json_decref(value);
+    }
 }
 
 /* One entry of the file's landings; `scene` takes the defaults of what it applies. */
 static json_t *scaled_landing(const struct scale_request *request, const json_t *entry,
                               const struct campaign_landing *landing, json_t *scene)
 {
-    static const struct mr_dimension ft = {0, 1, 0}, speed = {0, 1, -1}, drag = {0, 1, -2};
-    json_t *result = json_deep_copy(entry), *value;
-    json_t *apply = json_object_get(entry, "apply");
-    json_t *drag_entry = json_object_get(entry, "deceleration_ft_s2"),
-           *profile = json_object_get(entry, "profile");
+    static const char *const profile[] = {"ft", "ft/s2", NULL};
+    json_t *result = json_deep_copy(entry), *value, *apply = json_object_get(entry, "apply");
     const char *key;
-    size_t i;
-    json_object_set_new(result, "touchdown_ft", scaled_range(request, landing->touchdown_ft, ft));
-    json_object_set_new(result, "speed_ft_s", scaled_range(request, landing->speed_ft_s, speed));
-    if (drag_entry)
+    json_object_set_new(result, "touchdown_ft", scaled_range(request, landing->touchdown_ft, "ft"));
+    json_object_set_new(result, "speed_ft_s", scaled_range(request, landing->speed_ft_s, "ft/s"));
+    if (json_object_get(entry, "deceleration_ft_s2"))
         json_object_set_new(result, "deceleration_ft_s2",
-                            times(drag_entry, scale_factor(request, drag), "ft/s2"));
-    json_array_foreach(profile, i, value)
-    {
-        json_t *row = json_array();
-        json_array_append_new(row,
-                              times(json_array_get(value, 0), scale_factor(request, ft), "ft"));
-        json_array_append_new(
-            row, times(json_array_get(value, 1), scale_factor(request, drag), "ft/s2"));
-        json_array_set_new(json_object_get(result, "profile"), i, row);
-    }
+                            scaled(request, json_object_get(entry, "deceleration_ft_s2"), "ft/s2"));
+    if (json_object_get(entry, "profile"))
+        json_object_set_new(result, "profile",
+                            scaled_rows(request, json_object_get(entry, "profile"), profile));
     json_object_foreach(apply, key, value)
     {
         json_object_set_new(json_object_get(result, "apply"), key,
                             scaled_entry(request, key, value));
     }
-    if (apply)
-        complete_mods(apply, scene);
+    complete(request, apply, false, scene);
     return result;
 }
 
@@ -299,7 +257,6 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
 static json_t *scaled_fact(const struct scale_request *request, const json_t *entry,
                            const struct campaign_fact *fact)
 {
-    static const struct mr_dimension ft = {0, 1, 0};
     static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
     json_t *result = json_deep_copy(entry);
     bool length = (fact->quantity <= CAMPAIGN_MEAN_IN || fact->quantity == CAMPAIGN_APART_FT) &&
@@ -307,8 +264,7 @@ static json_t *scaled_fact(const struct scale_request *request, const json_t *en
     for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
             json_object_set_new(result, lengths[i],
-                                times(json_object_get(entry, lengths[i]), scale_factor(request, ft),
-                                      quantity_unit_of_name(lengths[i])));
+                                scaled(request, json_object_get(entry, lengths[i]), "ft"));
     }
     return result;
 }
@@ -321,19 +277,18 @@ static void scale_elastic(const struct scale_request *request, const char *path,
     const char *key;
     if (!elastic)
         return;
-    json_t *scaled = json_object();
+    json_t *other = json_object();
     json_object_foreach(elastic, key, value)
     {
-        json_object_set_new(scaled, key, scaled_entry(request, key, value));
+        json_object_set_new(other, key, scaled_entry(request, key, value));
     }
-    json_object_set_new(result, "elastic", scaled);
+    json_object_set_new(result, "elastic", other);
     json_decref(elastic);
 }
 
 static json_t *scaled_campaign(const struct scale_request *request, const char *path,
                                const json_t *source, const struct campaign *c, struct error *error)
 {
-    static const struct mr_dimension ft = {0, 1, 0};
     json_t *held = campaign_scene_json(path, source, error), *scene = json_deep_copy(held);
     json_t *result = json_deep_copy(source), *list = json_array(), *entry;
     char note[200];
@@ -355,17 +310,16 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
                  request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
     strcat(note, " Texts (name, observed) are the original's.");
     json_object_set_new(result, "_scaled", json_string(note));
-    json_t *scaled = scaled_scene(request, scene, error);
-    json_object_del(scaled, "F"); /* the landings give them */
-    json_object_del(scaled, "Vac");
-    json_object_set_new(result, "scene", scaled);
+    json_t *other = scaled_scene(request, scene, error);
+    json_object_del(other, "F"); /* the landings give them */
+    json_object_del(other, "Vac");
+    json_object_set_new(result, "scene", other);
     scale_elastic(request, path, source, result, error);
     json_object_set_new(result, "landings", list);
     scaled_parts(request, c, result);
     if (json_object_get(source, "stations_ft"))
-        json_object_set_new(
-            result, "stations_ft",
-            times(json_object_get(source, "stations_ft"), scale_factor(request, ft), "ft"));
+        json_object_set_new(result, "stations_ft",
+                            scaled(request, json_object_get(source, "stations_ft"), "ft"));
     json_array_foreach(json_object_get(source, "facts"), i, entry)
     {
         json_array_set_new(json_object_get(result, "facts"), i,
