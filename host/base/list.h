@@ -9,5 +9,7 @@
  * its pointer, NULL at first. The room doubles at powers of two, so that nobody needs to remember
  * how large it is. False: no memory, and the list stays as it is. */
 bool list_grow(void *list, size_t count, size_t size);
+/* The same for commands that run once: no memory ends the process (host/base/xmalloc.h). */
+void xlist_grow(void *list, size_t count, size_t size);
 
 #endif

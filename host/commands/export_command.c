@@ -15,6 +15,7 @@
 #include "host/base/output.h"
 #include "host/base/run.h"
 #include "host/base/units.h"
+#include "host/base/xmalloc.h"
 
 /* ---- csv ---- */
 
@@ -200,10 +201,7 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
 {
     char *text = NULL;
     size_t length = 0;
-    FILE *made = open_memstream(&text, &length);
-    if (!made)
-        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
-                         (long long)run);
+    FILE *made = xopen_memstream(&text, &length);
     if (strcmp(format, "candump") == 0)
         export_candump(store, run, made, cli, rows, error);
     else if (strcmp(format, "frames") == 0)
@@ -212,8 +210,7 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
         export_mdf4(store, run, made, cli->si, rows, error);
     else
         export_csv(store, run, made, cli, rows, error);
-    if (fclose(made) != 0)
-        error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)run);
+    fclose(made);
     if (error->status == MR_OK)
         output_bytes(path, force, text, length, error);
     free(text);

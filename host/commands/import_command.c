@@ -5,7 +5,7 @@
 #include "host/base/answer.h"
 #include "host/commands/commands.h"
 #include "host/export/origin.h"
-#include "host/import/csv.h"
+#include "host/import/readings.h"
 #include "host/import/import.h"
 #include "host/import/landing.h"
 #include "host/link/link.h"

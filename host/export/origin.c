@@ -93,9 +93,6 @@ char *origin_text(struct store *store, const struct measured *measured, struct e
         json_object_set_new(head, "channels", channels_json(measured));
         text = json_dumps(head, JSON_COMPACT | JSON_REAL_PRECISION(17));
         json_decref(head);
-        if (!text)
-            error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
-                      (long long)measured->landing.id);
     }
     free(place);
     free(edge);

@@ -8,6 +8,7 @@
 
 #include "common/crc32.h"
 #include "common/wire.h"
+#include "host/base/xmalloc.h"
 
 #define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
 #define RAM_START      0x20000000u
@@ -27,9 +28,7 @@ static enum mr_status read_all(struct source *source, struct error *error)
     if (!file)
         return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all",
                          strerror(errno), source->path);
-    source->bytes = malloc(FILE_BYTES_MAX);
-    if (!source->bytes)
-        abort();
+    source->bytes = xmalloc(FILE_BYTES_MAX);
     source->length = fread(source->bytes, 1, FILE_BYTES_MAX, file);
     bool failed = ferror(file) != 0;
     fclose(file);
@@ -299,9 +298,7 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
 {
     struct source source = {.path = path};
     *image = (struct imagefile){
-        .path = path, .bytes = malloc(IMAGEFILE_BYTES), .given = calloc(IMAGEFILE_BYTES, 1)};
-    if (!image->bytes || !image->given)
-        abort();
+        .path = path, .bytes = xmalloc(IMAGEFILE_BYTES), .given = xcalloc(IMAGEFILE_BYTES, 1)};
     memset(image->bytes, 0xff, IMAGEFILE_BYTES);
     enum mr_status status = read_all(&source, error);
     if (status == MR_OK && source.length >= SELFMAG && memcmp(source.bytes, ELFMAG, SELFMAG) == 0)

@@ -2,8 +2,7 @@
 #include <stdio.h>
 
 #include "host/collect/collect.h"
-#include "host/import/candump_log.h"
-#include "host/import/import.h"
+#include "host/import/readings.h"
 
 /* Another process may want to write: it waits 5 s. */
 #define COMMIT_US     200000u

@@ -39,11 +39,4 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-struct mapping;
-/* Frames of other instruments: the mapping's series from a candump log, times in s since its first
- * frame. MR_MALFORMED: none of them is in it. */
-enum mr_status import_read_signals(const struct textfile *file,
-                                   const struct import_request *request, struct mapping *mapping,
-                                   struct import_result *result, struct error *error);
-
 #endif

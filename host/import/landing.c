@@ -8,6 +8,7 @@
 #include "common/channels.h"
 #include "host/analyse/measured.h"
 #include "host/base/ordered.h"
+#include "host/base/xmalloc.h"
 #include "host/export/origin.h"
 #include "host/link/link.h"
 
@@ -49,9 +50,7 @@ static double usual_step_s(const struct series *series)
 {
     if (series->count < 2)
         return (double)NAN;
-    double *step = malloc((series->count - 1) * sizeof *step);
-    if (!step)
-        return (double)NAN;
+    double *step = xmalloc((series->count - 1) * sizeof *step);
     for (size_t i = 0; i + 1 < series->count; i++)
         step[i] = series->time_s[i + 1] - series->time_s[i];
     order_numbers(step, series->count - 1);
@@ -324,12 +323,8 @@ static enum mr_status put_channels(struct work *w, struct error *error)
                      channel->role == MAPPING_TENSION ? 't' : 'd', channel->number,
                      w->request->path);
     }
-    float *reading = malloc(w->blocks * sizeof *reading);
-    enum mr_status status = reading ? MR_OK
-                                    : error_set(error, MR_FULL, "no memory: %s; import it in parts",
-                                                w->request->path);
-    if (status == MR_OK)
-        status = put_origin_channels(w, origin_of(w), error);
+    float *reading = xmalloc(w->blocks * sizeof *reading);
+    enum mr_status status = put_origin_channels(w, origin_of(w), error);
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
         if (measures(&w->mapping->channel[c]) &&
             (w->mapping->channel[c].series.count || origin_of(w)))

@@ -8,25 +8,76 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "host/import/textfile.h"
 #include "host/base/list.h"
 #include "host/base/quantity.h"
+#include "host/base/xmalloc.h"
+#include "host/export/origin.h"
+#include "host/import/textfile.h"
+#include "host/store/store_import.h"
 
 #define SWITCH_MAX 64u
 
-enum mr_status series_add(struct series *series, double time_s, double value)
+void series_add(struct series *series, double time_s, double value)
 {
-    if (!list_grow(&series->time_s, series->count, sizeof *series->time_s) ||
-        !list_grow(&series->value, series->count, sizeof *series->value))
-        return MR_FULL;
+    xlist_grow(&series->time_s, series->count, sizeof *series->time_s);
+    xlist_grow(&series->value, series->count, sizeof *series->value);
     series->time_s[series->count] = time_s;
     series->value[series->count++] = value;
-    return MR_OK;
 }
 
 double mapping_value(const struct mapping_channel *channel, double read)
 {
     return read * channel->scale + channel->offset;
+}
+
+/* ---- signals of a frame ---- */
+
+/* Bit n of the signal from its lowest: its place in the frame. Big-endian signals begin at their
+ * highest bit and go on at bit 7 of the next byte. */
+static unsigned place_of(const struct import_signal *signal, unsigned n)
+{
+    if (!signal->big_endian)
+        return signal->start_bit + n;
+    unsigned from_top = signal->bits - 1 - n;
+    unsigned in_order = (signal->start_bit / 8) * 8 + (7 - signal->start_bit % 8) + from_top;
+    return (in_order / 8) * 8 + (7 - in_order % 8);
+}
+
+bool signal_fits(const struct import_signal *signal, unsigned length)
+{
+    if (signal->bits == 0 || signal->bits > 64 || signal->start_bit > 63 ||
+        (signal->is_float && signal->bits != 32 && signal->bits != 64))
+        return false;
+    return signal->big_endian
+             ? (signal->start_bit / 8) * 8 + (7 - signal->start_bit % 8) + signal->bits <=
+                   8 * length
+             : signal->start_bit + signal->bits <= 8 * length;
+}
+
+bool signal_value(const struct import_signal *signal, const struct link_frame *frame, double *value)
+{
+    uint64_t raw = 0;
+    if (frame->id != signal->id || !signal_fits(signal, frame->length))
+        return false;
+    for (unsigned n = 0; n < signal->bits; n++) {
+        unsigned bit = place_of(signal, n);
+        raw |= (uint64_t)(frame->data[bit / 8] >> (bit % 8) & 1u) << n;
+    }
+    if (signal->is_float && signal->bits == 32) {
+        float single;
+        uint32_t low = (uint32_t)raw;
+        memcpy(&single, &low, sizeof single);
+        *value = (double)single;
+    } else if (signal->is_float) {
+        memcpy(value, &raw, sizeof *value);
+    } else if (signal->is_signed && raw >> (signal->bits - 1) & 1u) {
+        if (signal->bits < 64)
+            raw |= ~0ull << signal->bits;
+        *value = (double)(int64_t)raw;
+    } else {
+        *value = (double)raw;
+    }
+    return isfinite(*value);
 }
 
 /* ---- names ---- */
@@ -376,8 +427,6 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
     read_root(&r, root, mapping);
     mapping->text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(root);
-    if (!mapping->text)
-        return error_set(error, MR_FULL, "no memory: %s; close other programs", path);
     return error->status;
 }
 
@@ -401,4 +450,79 @@ void mapping_free(struct mapping *mapping)
     free(mapping->origin);
     free(mapping->text);
     *mapping = (struct mapping){0};
+}
+
+/* ---- matrig's own table, as matrig export --format csv writes it ---- */
+
+/* d3_in, t14_N, gear_m. */
+static void add_exported(struct mapping *m, const char *name, size_t length)
+{
+    char word[MAPPING_NAME];
+    struct mapping_channel c = {.station_ft = (double)NAN, .error = (double)NAN};
+    snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1),
+             name);
+    snprintf(c.column, sizeof c.column, "%s", word);
+    char *unit = strchr(word, '_');
+    if (!unit || m->channels == MAPPING_CHANNELS)
+        return;
+    *unit++ = '\0';
+    if (!mapping_channel_named(word, &c) || (c.scale = mapping_unit(c.role, unit)) == 0.0)
+        return;
+    m->channel[m->channels++] = c;
+}
+
+static void take_origin(struct mapping *m, const char *line, size_t length, size_t number)
+{
+    static const char key[] = "# landing: ";
+    const size_t skip = sizeof key - 1;
+    if (length < skip || memcmp(line, key, skip) != 0 || m->origin_line)
+        return;
+    m->origin_line = number;
+    m->origin = xmalloc(sizeof *m->origin);
+    if (!origin_parse(line + skip, length - skip, m->origin)) {
+        free(m->origin);
+        m->origin = NULL;
+    }
+}
+
+bool mapping_of_export(const char *table, size_t length, struct mapping *mapping)
+{
+    static const char head[] = "# matrig landing:";
+    const char *at = table, *end = table + length;
+    if (length < sizeof head || memcmp(table, head, sizeof head - 1) != 0)
+        return false;
+    *mapping = (struct mapping){.exported = true,
+                                .separator = ',',
+                                .decimal = '.',
+                                .comment = '#',
+                                .header_lines = 1,
+                                .time_column = "t_s",
+                                .time_unit_s = 1.0,
+                                .gap_s = (double)NAN,
+                                .touchdown_ft = (double)NAN,
+                                .switch_error_ft = (double)NAN};
+    for (size_t line = 1; at < end && *at == '#'; line++) {
+        const char *newline = memchr(at, '\n', (size_t)(end - at));
+        take_origin(mapping, at, (size_t)((newline ? newline : end) - at), line);
+        at = newline ? newline + 1 : end;
+    }
+    while (at < end && *at != '\n') {
+        size_t count = 0;
+        while (at + count < end && at[count] != ',' && at[count] != '\n')
+            count++;
+        add_exported(mapping, at, count);
+        at += count;
+        at += at < end && *at == ',';
+    }
+    mapping->text = xstrdup(STORE_IMPORT_EXPORTED);
+    return true;
+}
+
+void mapping_by_block(struct mapping *mapping)
+{
+    if (!mapping->origin)
+        return;
+    snprintf(mapping->time_column, sizeof mapping->time_column, "block");
+    mapping->time_unit_s = 0.001;
+    mapping->gap_s = 0.0011; /* what is missing in the table is missing */
 }

@@ -30,11 +30,20 @@
 #include <stdint.h>
 
 #include "host/base/error.h"
-#include "host/import/signal.h"
+#include "host/link/link.h"
 
 #define MAPPING_CHANNELS 100u
 #define MAPPING_NAME     80u
 #define MAPPING_WORDS    16u
+
+/* A number in a CAN frame: where its bits lie, as DBC files count bits. */
+struct import_signal {
+    uint32_t id; /* LINK_ID_EXTENDED included */
+    /* bits 0: no signal. start_bit: lowest bit (little-endian), or highest (big-endian), as DBC
+     * counts */
+    unsigned start_bit, bits;
+    bool is_signed, big_endian, is_float;
+};
 
 /* Samples of one column as they come: those that are missing are not there. */
 struct series {
@@ -102,11 +111,16 @@ bool mapping_of_export(const char *text, size_t length, struct mapping *mapping)
 void mapping_by_block(struct mapping *mapping);
 void mapping_free(struct mapping *mapping);
 
+/* The bits lie within `length` bytes. */
+bool signal_fits(const struct import_signal *signal, unsigned length);
+/* False: another frame, or a shorter one. */
+bool signal_value(const struct import_signal *signal, const struct link_frame *frame,
+                  double *value);
+
 #define MAPPING_VALUE_MOST 1e30 /* a float holds it, and a double its square */
 /* What stands in the file, in the report's unit. */
 double mapping_value(const struct mapping_channel *channel, double read);
-/* MR_FULL: no memory. */
-enum mr_status series_add(struct series *series, double time_s, double value);
+void series_add(struct series *series, double time_s, double value);
 /* Of the channel that `text` names ("d3", "t14", "gear", "switch7"); false: there is none. */
 bool mapping_channel_named(const char *text, struct mapping_channel *channel);
 /* Report's unit of the role over the named one; 0: no unit of it. */

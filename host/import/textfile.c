@@ -11,6 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "host/base/xmalloc.h"
+
 /* A pipe, or what else cannot be mapped. */
 static enum mr_status read_all(int fd, const char *path, struct textfile *file, struct error *error)
 {
@@ -19,13 +21,7 @@ static enum mr_status read_all(int fd, const char *path, struct textfile *file, 
     for (;;) {
         if (file->length == room) {
             room = room ? 2 * room : 65536;
-            char *larger = realloc(text, room);
-            if (!larger) {
-                free(text);
-                return error_set(error, MR_FULL, "no memory for %zu bytes: %s; import it in parts",
-                                 room, path);
-            }
-            text = larger;
+            text = xrealloc(text, room);
         }
         ssize_t count = read(fd, text + file->length, room - file->length);
         if (count < 0 && errno == EINTR)

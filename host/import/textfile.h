@@ -14,7 +14,7 @@ struct textfile {
     bool mapped;
 };
 
-/* MR_IO: cannot be read; MR_FULL. Release with textfile_close, also after an error. */
+/* MR_IO: cannot be read. Release with textfile_close, also after an error. */
 enum mr_status textfile_open(const char *path, struct textfile *file, struct error *error);
 void textfile_close(struct textfile *file);
 

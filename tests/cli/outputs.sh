@@ -218,7 +218,7 @@ race() { # eight at once, while a reader looks: whole, each time
     cmp "$tmp/race.csv" "$tmp/was" && quiet "${sim[@]}" "$tmp/race.csv" && [ -z "$(find "$tmp" -maxdepth 1 -name '.matrig-*')" ]
 }
 check "eight at once to the same file are no harm" race
-gone() { rm -rf "$tmp/no such" && fails_with 3 'cannot write .No such file.*no such/x' "$matrig" sim host/scenes/wave.json --csv "$tmp/no such/x" && fails_with 3 'cannot write .Is a directory' "$matrig" dbc -o "$tmp"; }
+gone() { rm -rf "$tmp/no such" && fails_with 3 'cannot write .No such file.*no such/x' "$matrig" sim host/scenes/wave.json --csv "$tmp/no such/x" && fails_with 3 'cannot write .Is a directory' "$matrig" export --format dbc -o "$tmp"; }
 check "a folder that is not there, and one in place of a file" gone
 
 # ---- pipes and devices ----

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/import/csv.h"
+#include "host/import/readings.h"
 #include "host/import/landing.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -4,9 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/import/candump_log.h"
+#include "host/import/readings.h"
 #include "host/import/landing.h"
-#include "host/import/signal.h"
 #include "tests/host/scratch.h"
 
 static double signal_of(const struct import_signal *signal, const uint8_t *data, unsigned length)
@@ -54,13 +53,13 @@ static void samples_become_blocks(void **state)
     (void)state;
     /* five in a block: 0.1, 0.3 ... 0.9 ms: their mean is the middle's, at 0.5 ms */
     for (int i = 0; i < 500; i++)
-        assert_int_equal(series_add(&fast, (i + 0.5) * 2e-4, 10.0 * (i + 0.5) * 2e-4), MR_OK);
+        series_add(&fast, (i + 0.5) * 2e-4, 10.0 * (i + 0.5) * 2e-4);
     import_resample(&fast, 0.0, 200.0, 300.0, 0, 100, reading);
     for (int i = 0; i < 100; i++)
         assert_near((double)reading[i], 10.0 * (i + 0.5) * 1e-3, 1e-7);
     for (int i = 0; i < 25; i++) {
         if (i != 10)
-            assert_int_equal(series_add(&slow, i * 4e-3, 3.0 - i * 4e-3), MR_OK);
+            series_add(&slow, i * 4e-3, 3.0 - i * 4e-3);
     }
     /* the middle of a block is 437.5 us after its beginning */
     import_resample(&slow, 437.5, 4000.0, 6000.0, 0, 100, reading);

@@ -1,11 +1,152 @@
-#include "host/import/csv.h"
+#include "host/import/readings.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/decimal.h"
-#include "host/import/stray.h"
+#include "host/base/list.h"
+#include "host/import/import.h"
+#include "host/import/mapping.h"
+
+/* ---- a candump log ---- */
+
+void candump_log_start(struct candump_log *log, const char *text, size_t length,
+                       const char *interface)
+{
+    *log = (struct candump_log){.text = text,
+                                .end = text + length,
+                                .at = text,
+                                .interface = interface,
+                                .interface_length = interface ? strlen(interface) : 0};
+}
+
+/* What to call it: CAN FD has its own mark. */
+static const char *reason(const char *text, size_t length)
+{
+    return memmem(text, length, "##", 2) ? "a CAN FD frame; matrig's bus has none"
+                                         : "no line of `candump -L`";
+}
+
+static bool here(const struct candump_log *log, const struct candump_line *line)
+{
+    return !log->interface || (line->interface_length == log->interface_length &&
+                               memcmp(line->interface, log->interface, log->interface_length) == 0);
+}
+
+bool candump_log_next(struct candump_log *log, struct candump_line *line)
+{
+    while (log->at < log->end) {
+        const char *text = log->at;
+        const char *newline = memchr(text, '\n', (size_t)(log->end - text));
+        size_t length = (size_t)((newline ? newline : log->end) - text);
+        log->at = newline ? newline + 1 : log->end;
+        log->line++;
+        if (length == 0)
+            continue;
+        enum mr_status status = candump_parse_line(text, length, line);
+        if (!newline) { /* a whole frame may be the beginning of a longer one */
+            verdict_set(&log->verdict, MR_TRUNCATED, log->line, length + 1,
+                        "the log ends inside a line");
+            return false;
+        }
+        if (status != MR_OK) {
+            log->verdict.bad_lines++;
+            verdict_set(&log->verdict, MR_MALFORMED, log->line, line->column, reason(text, length));
+            continue;
+        }
+        if (here(log, line))
+            return true;
+        log->elsewhere++;
+    }
+    return false;
+}
+
+/* ---- strays ---- */
+
+/* Rows of a table, or frames of a log, whose time lies far from that of the others: one wrong digit
+ * of a time makes a record that is hours long. Rows without a pause of STRAY_PAUSE_S are a group; a
+ * group is stray when it is small beside the largest. */
+#define STRAY_PAUSE_S     60.0
+#define STRAY_TIME_MOST_S 1e12 /* beyond the year 30000: no clock shows it */
+
+struct stray {
+    struct stray_group {
+        double first_s, last_s;
+        double before_s;   /* the last but one; first_s when there is one row alone */
+        size_t line, rows; /* line: of the first row */
+    } * group;
+    size_t groups;
+};
+#define FEW_ROWS 2u
+#define SHARE    100u /* more than a hundredth of the largest group is a part of the record */
+
+static void stray_add(struct stray *stray, double time_s, size_t line)
+{
+    struct stray_group *last = stray->groups ? &stray->group[stray->groups - 1] : NULL;
+    if (last && time_s - last->last_s <= STRAY_PAUSE_S) {
+        last->before_s = last->last_s;
+        last->last_s = time_s;
+        last->rows++;
+        return;
+    }
+    xlist_grow(&stray->group, stray->groups, sizeof *stray->group);
+    stray->group[stray->groups++] = (struct stray_group){time_s, time_s, time_s, line, 1};
+}
+
+static void stray_take_back(struct stray *stray)
+{
+    struct stray_group *last = stray->groups ? &stray->group[stray->groups - 1] : NULL;
+    if (!last)
+        return;
+    last->last_s = last->before_s;
+    if (--last->rows == 0)
+        stray->groups--;
+}
+
+static void cut_group(struct series *series, const struct stray_group *group)
+{
+    size_t from = 0, to;
+    while (from < series->count && series->time_s[from] < group->first_s)
+        from++;
+    for (to = from; to < series->count && series->time_s[to] <= group->last_s; to++)
+        continue;
+    size_t rest = series->count - to;
+    if (to == from)
+        return;
+    memmove(series->time_s + from, series->time_s + to, rest * sizeof *series->time_s);
+    memmove(series->value + from, series->value + to, rest * sizeof *series->value);
+    series->count = from + rest;
+}
+
+static size_t stray_cut(const struct stray *stray, struct mapping_channel *channel, size_t channels,
+                        struct verdict *verdict)
+{
+    size_t most = 0, rows = 0;
+    for (size_t g = 0; g < stray->groups; g++)
+        most = stray->group[g].rows > most ? stray->group[g].rows : most;
+    for (size_t g = 0; g < stray->groups; g++) {
+        const struct stray_group *group = &stray->group[g];
+        if (group->rows == most || (group->rows > FEW_ROWS && group->rows > most / SHARE))
+            continue;
+        for (size_t c = 0; c < channels; c++)
+            cut_group(&channel[c].series, group);
+        rows += group->rows;
+        verdict_set(verdict, MR_MALFORMED, group->line, 1,
+                    "the time lies more than a minute from the others");
+    }
+    verdict->bad_lines += rows;
+    return rows;
+}
+
+static void stray_free(struct stray *stray)
+{
+    free(stray->group);
+    *stray = (struct stray){0};
+}
+
+/* ---- a table ---- */
 
 #define FIELDS_MAX 1024u
 #define NUMBER_MAX 64u
@@ -262,24 +403,23 @@ static void judge_header(struct table *t, double first_s, double second_s)
                 "a row among the header lines; see header_lines");
 }
 
-static enum mr_status take_row(struct table *t, double time_s)
+static void take_row(struct table *t, double time_s)
 {
     struct mapping *m = t->mapping;
-    enum mr_status status = stray_add(&t->stray, time_s, t->line);
+    stray_add(&t->stray, time_s, t->line);
     if (t->rows == 1)
         judge_header(t, t->last_s, time_s);
     t->before_s = t->last_s;
     t->last_s = time_s;
     t->last_line = t->line;
     t->rows++;
-    for (size_t c = 0; c < m->channels && status == MR_OK; c++) {
+    for (size_t c = 0; c < m->channels; c++) {
         struct mapping_channel *channel = &m->channel[c];
         double value;
         take_number(m, t->field[channel->place - 1], &value);
         if (!isnan(value))
-            status = series_add(&channel->series, time_s, mapping_value(channel, value));
+            series_add(&channel->series, time_s, mapping_value(channel, value));
     }
-    return status;
 }
 
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
@@ -298,14 +438,12 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
     enum mr_status status = take_header(&t, error);
     while (status == MR_OK && next_line(&t, false, &line, &length, &whole)) {
         if (check_row(&t, line, length, whole, &time_s))
-            status = take_row(&t, time_s);
+            take_row(&t, time_s);
     }
     if (status == MR_OK)
         t.rows -= stray_cut(&t.stray, mapping->channel, mapping->channels, verdict);
     stray_free(&t.stray);
     *rows = t.rows;
-    if (status == MR_FULL)
-        return error_set(error, status, "no memory: %s line %zu; import it in parts", path, t.line);
     if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
         return error_set(error, MR_MALFORMED,
                          "%zu rows are good, %zu are not: %s line %zu, column %zu: %s; does the "
@@ -313,4 +451,101 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
                          t.rows, verdict->bad_lines, path, verdict->line, verdict->column,
                          verdict->what ? verdict->what : "no row at all");
     return status;
+}
+
+/* ---- frames of other instruments ---- */
+
+struct signals {
+    struct candump_log log;
+    struct mapping *mapping;
+    struct stray stray[MAPPING_CHANNELS];
+    size_t last_line[MAPPING_CHANNELS]; /* of the last sample of each */
+};
+
+static void bad_line(struct signals *s, size_t line, const char *what)
+{
+    s->log.verdict.bad_lines++;
+    verdict_set(&s->log.verdict, MR_MALFORMED, line, 1, what);
+}
+
+/* A log is in order; of two samples of one time the first counts. The sample before was wrong if
+ * this one goes on from the one before that: one bad stamp must not cost all that follow. */
+static bool goes_on(struct signals *s, size_t c, double time_s)
+{
+    struct series *series = &s->mapping->channel[c].series;
+    size_t count = series->count;
+    if (count == 0 || time_s > series->time_s[count - 1])
+        return true;
+    if (time_s == series->time_s[count - 1] || (count > 1 && time_s <= series->time_s[count - 2])) {
+        bad_line(s, s->log.line, "the time does not go on");
+        return false;
+    }
+    bad_line(s, s->last_line[c], "the time jumps");
+    stray_take_back(&s->stray[c]);
+    series->count--;
+    return true;
+}
+
+/* True: a sample more. */
+static bool take_sample(struct signals *s, size_t c, double time_s, double read)
+{
+    struct mapping_channel *channel = &s->mapping->channel[c];
+    double value = mapping_value(channel, read);
+    if (!(fabs(value) <= MAPPING_VALUE_MOST)) {
+        bad_line(s, s->log.line, "a value that no instrument reads");
+        return false;
+    }
+    if (!goes_on(s, c, time_s))
+        return false;
+    s->last_line[c] = s->log.line;
+    stray_add(&s->stray[c], time_s, s->log.line);
+    series_add(&channel->series, time_s, value);
+    return true;
+}
+
+static bool take_signals(struct signals *s, const struct link_frame *frame, double time_s)
+{
+    bool taken = false;
+    double value;
+    for (size_t c = 0; c < s->mapping->channels; c++)
+        taken |= signal_value(&s->mapping->channel[c].signal, frame, &value) &&
+                 take_sample(s, c, time_s, value);
+    return taken;
+}
+
+static void cut_strays(struct signals *s)
+{
+    for (size_t c = 0; c < s->mapping->channels; c++) {
+        stray_cut(&s->stray[c], &s->mapping->channel[c], 1, &s->log.verdict);
+        stray_free(&s->stray[c]);
+    }
+}
+
+enum mr_status import_read_signals(const struct textfile *file,
+                                   const struct import_request *request, struct mapping *mapping,
+                                   struct import_result *result, struct error *error)
+{
+    struct signals s = {.mapping = mapping};
+    struct candump_line line;
+    uint64_t first_us = 0;
+    size_t frames = 0;
+    candump_log_start(&s.log, file->text, file->length, request->interface);
+    while (candump_log_next(&s.log, &line)) {
+        first_us = frames++ ? first_us : line.frame.host_us;
+        double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
+                        mapping->time_unit_s;
+        if (fabs(time_s) > STRAY_TIME_MOST_S)
+            bad_line(&s, s.log.line, "a time that no clock shows");
+        else
+            result->rows += take_signals(&s, &line.frame, time_s);
+    }
+    cut_strays(&s);
+    result->verdict = s.log.verdict;
+    result->elsewhere = s.log.elsewhere;
+    if (result->rows == 0)
+        return error_set(
+            error, MR_MALFORMED,
+            "none of the mapping's signals in %zu frames: %s; see its ids, and --interface", frames,
+            request->path);
+    return MR_OK;
 }
