@@ -149,15 +149,18 @@ static void data(struct plot *plot, const struct plot_series *series)
 
 static void rules(struct plot *plot, const struct plot_series *series, const char *look)
 {
-    for (size_t i = 0; i < series->count; i++) {
-        if (series->kind == PLOT_RULES)
-            fprintf(plot->script, "set arrow from %.9g,graph 0 to %.9g,graph 1 nohead %s\n",
-                    series->x[i], series->x[i], look);
-        else
-            fprintf(plot->script,
-                    "set arrow from graph 0,first %.9g to graph 1,first %.9g nohead %s\n",
-                    series->y[i], series->y[i], look);
-    }
+    for (size_t i = 0; i < series->count; i++)
+        fprintf(plot->script, "set arrow from %.9g,graph 0 to %.9g,graph 1 nohead %s\n",
+                series->x[i], series->x[i], look);
+    fputs("NaN ", plot->list);
+}
+
+/* A constant is a function, which an axis without limits makes room for. */
+static void levels(struct plot *plot, const struct plot_series *series, const char *look)
+{
+    for (size_t i = 1; i < series->count; i++)
+        fprintf(plot->list, "%.9g with lines %s notitle, ", series->y[i], look);
+    fprintf(plot->list, "%.9g ", series->y[0]);
 }
 
 void plot_draw(struct plot *plot, const struct plot_series *series)
@@ -173,14 +176,15 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
              series->dashed ? 2 : 1);
     if (plot->drawn++ > 0)
         fputs(", ", plot->list);
-    if (series->kind == PLOT_RULES || series->kind == PLOT_LEVELS) {
+    if (series->kind == PLOT_RULES)
         rules(plot, series, look);
-        fprintf(plot->list, "NaN with lines %s", look);
-    } else {
+    else if (series->kind == PLOT_LEVELS)
+        levels(plot, series, look);
+    else {
         data(plot, series);
         fprintf(plot->list, "$d%u ", plot->blocks++);
     }
-    if (series->kind == PLOT_LINE)
+    if (series->kind == PLOT_LINE || series->kind == PLOT_RULES || series->kind == PLOT_LEVELS)
         fprintf(plot->list, "with lines %s", look);
     else if (series->kind == PLOT_POINTS)
         fprintf(plot->list, "with points %s pt %d ps 0.6", look, shape);

@@ -90,7 +90,9 @@ struct fact_value {
 struct fact_value figure_fact_of(const struct figure *figure, const struct figure_fact *fact,
                                  const struct figure_run *run);
 
-void figure_draw(FILE *out, const struct figure *figure, const struct figure_run *run, bool alone);
+enum mr_status figure_draw(const char *path, const struct figure *figure,
+                           const struct figure_run *run, struct error *error);
+/* Markdown. */
 void figure_table(FILE *out, const struct figure *figure, const struct figure_run *run);
 
 #endif

@@ -5,9 +5,7 @@
 
 #include "tests/figures/found.h"
 
-/* Each figure to FOLDER/fig3_N.svg (R*) and FOLDER/best3_N.svg, and all of them with the table to
- * FOLDER/figures.html. */
-enum mr_status draw_figures(const char *folder, const struct sheet *sheet,
-                            const struct found *found, struct error *error);
+/* Each figure to FOLDER/fig3_N.svg (R*) and FOLDER/best3_N.svg. */
+enum mr_status draw_figures(const char *folder, const struct found *found, struct error *error);
 
 #endif

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/html.h"
 #include "host/base/output.h"
 
 static const char *const groups[SEARCH_GROUPS] = {"all", "displacements alone", "waves alone"};
@@ -131,16 +130,14 @@ static const char *verdict(const struct fact *fact, const struct sheet_row *row)
     return fact_met(fact, row->alone) ? "alone" : "no";
 }
 
-void sheet_print(FILE *out, const struct sheet *sheet, const struct found *found, bool html)
+void sheet_print(FILE *out, const struct sheet *sheet, const struct found *found)
 {
     static const char *const heads[] = {"#",    "figure", "section", "the text",      "text", "R*",
                                         "best", "alone",  "share",   "reproduced by", NULL};
     int rstar = 0, best = 0;
-    if (html)
-        html_table(out, heads);
-    for (int k = 0; !html && heads[k]; k++)
+    for (int k = 0; heads[k]; k++)
         fprintf(out, "| %s %s", heads[k], heads[k + 1] ? "" : "|\n");
-    for (int k = 0; !html && heads[k]; k++)
+    for (int k = 0; heads[k]; k++)
         fprintf(out, "|---%s", heads[k + 1] ? "" : "|\n");
     for (size_t i = 0; i < fact_count; i++) {
         const struct fact *fact = &facts[i];
@@ -159,21 +156,13 @@ void sheet_print(FILE *out, const struct sheet *sheet, const struct found *found
         snprintf(cell[9], sizeof cell[9], "%s", verdict(fact, row));
         rstar += fact_met(fact, row->rstar);
         best += fact_met(fact, row->best);
-        if (html)
-            fputs("<tr>", out);
-        for (int k = 0; k < 10; k++) {
-            if (html)
-                html_cell(out, "%s", cell[k]);
-            else
-                fprintf(out, "| %s %s", cell[k], k == 9 ? "|\n" : "");
-        }
-        if (html)
-            fputs("</tr>\n", out);
+        for (int k = 0; k < 10; k++)
+            fprintf(out, "| %s %s", cell[k], k == 9 ? "|\n" : "");
     }
-    fputs(html ? "</tbody></table></div>\n<p>" : "\n", out);
+    fputc('\n', out);
     fprintf(out,
             "Of %zu rows R* reproduces %d (score %.1f) and the best reading %d (score %.1f). The "
             "ensemble: %zu readings.",
             fact_count, rstar, sheet->score_rstar, best, sheet->score_best, found->readings);
-    fputs(html ? "</p>\n" : "\n", out);
+    fputc('\n', out);
 }

@@ -29,8 +29,8 @@ struct sheet {
     } row[FACTS_MAX];
 };
 const struct fact *sheet_make(struct sheet *sheet, const struct found *found);
-/* As Markdown, or as a table of a page. */
-void sheet_print(FILE *out, const struct sheet *sheet, const struct found *found, bool html);
+/* As Markdown. */
+void sheet_print(FILE *out, const struct sheet *sheet, const struct found *found);
 
 /* What the search says of each input, and pairs of facts that exclude each other; Markdown. */
 void say_inputs(FILE *out, const struct search *search);

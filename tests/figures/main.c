@@ -19,7 +19,7 @@ static struct both both;
 static void write_table(FILE *out, const void *what)
 {
     const struct both *of = what;
-    sheet_print(out, &of->sheet, &of->found, false);
+    sheet_print(out, &of->sheet, &of->found);
 }
 
 static void write_inputs(FILE *out, const void *what)
@@ -57,7 +57,7 @@ static enum mr_status show(const char *folder, struct error *error)
         return error->status;
     const struct fact *missed = sheet_make(&both.sheet, &both.found);
     if (folder)
-        draw_figures(folder, &both.sheet, &both.found, error);
+        draw_figures(folder, &both.found, error);
     if (error->status == MR_OK)
         write_table(stdout, &both);
     if (error->status == MR_OK && missed)

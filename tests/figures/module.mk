@@ -4,7 +4,7 @@ $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(wildcard tests/figures/*.c
 test-programs: $(B)/tests/figures/figures
 
 .PHONY: figures
-figures: $(B)/tests/figures/figures ## studies | figures 3.6 to 3.12 of the 1973 report, redrawn, with a table: build/figures/figures.html
+figures: $(B)/tests/figures/figures ## studies | figures 3.6 to 3.12 of the 1973 report, redrawn: build/figures/*.svg; the table on stdout
 	@mkdir -p $(B)/figures
 	$(B)/tests/figures/figures $(B)/figures
 

@@ -276,11 +276,9 @@ static bool draw(const char *folder, const struct foresight_row *row,
 {
     char path[512];
     snprintf(path, sizeof path, "%s/foresight-%s.svg", folder, row->name);
-    FILE *out = fopen(path, "w");
-    if (out)
-        foresight_draw(out, row, moment);
-    if (!out || fclose(out)) {
-        fprintf(stderr, "foresight: %s cannot be written; is the disk full?\n", path);
+    struct error error = {0};
+    if (foresight_draw(path, row, moment, &error) != MR_OK) {
+        fprintf(stderr, "foresight: %s\n", error.text);
         return false;
     }
     return true;

@@ -5,6 +5,7 @@
 
 #include <stdio.h>
 
+#include "host/base/error.h"
 #include "tests/score/advised.h"
 #include "tests/score/stats.h"
 
@@ -78,8 +79,8 @@ void foresight_forget(struct foresight_moment *moment);
 void foresight_print_areas(const struct foresight_row *row, const struct foresight_moment *moment);
 void foresight_print_held(const struct foresight_row *row, const struct foresight_moment *moment);
 void foresight_print_missed(const struct foresight_row *row, const struct foresight_moment *moment);
-void foresight_draw(FILE *out, const struct foresight_row *row,
-                    const struct foresight_moment *moment);
+enum mr_status foresight_draw(const char *path, const struct foresight_row *row,
+                              const struct foresight_moment *moment, struct error *error);
 
 extern const char *const foresight_when_names[WHENS];
 
