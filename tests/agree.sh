@@ -35,7 +35,7 @@ same_of() { # ARGUMENT...
 }
 pages_agree() { # the date of making is set: the two are made at different minutes
     for side in own other; do
-        SOURCE_DATE_EPOCH=0 $side matrig report "$tmp/own.db" -o "$tmp/page.html" --force 2>"$tmp/$side.err" || { cat "$tmp/$side.err"; return 1; }
+        SOURCE_DATE_EPOCH=0 $side matrig report "$tmp/own.db" -o "$tmp/page.html" 2>"$tmp/$side.err" || { cat "$tmp/$side.err"; return 1; }
         sed 's/[0-9.]* ms\b//g' "$tmp/page.html" >"$tmp/$side.html"
     done
     cmp "$tmp/own.html" "$tmp/other.html"

@@ -153,9 +153,8 @@ struct command_table {
            .noun = (of_what), .choices = (values))
 /* clang-format on */
 
-/* Of every command that writes a file (host/base/output.h). */
-#define OPTION_FORCE(member) \
-    OPTION_FLAG("--force", member, "write also over a file that is not what matrig wrote there")
+/* Of a command that writes what people fill in (host/base/output.h, output_keep). */
+#define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace the file if it exists")
 
 /* What stands before the command; its rows have the options, as those of a command. */
 struct command_before {

@@ -8,8 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "host/base/written.h"
-
 #define LINKS_MAX  40 /* symbolic ones in a row, as the kernel has it */
 #define DRAFTS_MAX 100
 #define TRIES_MAX  20 /* of another program that makes and removes the file meanwhile */
@@ -37,46 +35,6 @@ bool output_is_database(const char *path)
     static const char magic[16] = "SQLite format 3";
     char begins[sizeof magic];
     return read_beginning(path, begins, sizeof begins) && memcmp(begins, magic, sizeof magic) == 0;
-}
-
-/* As the file formats of SQLite have it, https://www.sqlite.org/fileformat2.html, 3 and 4.1: a
- * rollback journal, a write-ahead log. */
-static bool is_journal(const char *path)
-{
-    static const char rollback[] = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", ahead[] = "\x37\x7f\x06";
-    char begins[8];
-    return read_beginning(path, begins, sizeof begins) &&
-           (memcmp(begins, rollback, sizeof begins) == 0 ||
-            (memcmp(begins, ahead, 3) == 0 && (begins[3] & 0xfe) == 0x82));
-}
-
-/* Also one that is being made, or that may not be read. */
-static bool may_be_database(const char *path)
-{
-    struct stat info;
-    return stat(path, &info) == 0 && S_ISREG(info.st_mode) &&
-           (info.st_size == 0 || access(path, R_OK) != 0 || output_is_database(path));
-}
-
-/* What SQLite keeps beside a database is a part of it, there or not: what was committed may stand
- * in the -wal alone, and SQLite removes what it takes for an old -journal. `at`: what the user
- * named `path`, or what that leads to. */
-static enum mr_status not_beside_database(const char *at, const char *path, struct error *error)
-{
-    static const char *const tails[] = {"-wal", "-shm", "-journal"};
-    char database[PATH_MAX];
-    size_t length = strlen(at);
-    for (size_t i = 0; i < sizeof tails / sizeof tails[0]; i++) {
-        size_t tail = strlen(tails[i]);
-        if (length <= tail || strcmp(at + length - tail, tails[i]) != 0)
-            continue;
-        snprintf(database, sizeof database, "%.*s", (int)(length - tail), at);
-        if (may_be_database(database))
-            return error_set(error, MR_USAGE,
-                             "would overwrite a part of a database, %s: %s; give another file",
-                             database, path);
-    }
-    return MR_OK;
 }
 
 /* What the shell or a parent opened for us, by its name; -1: another path. It is written to where
@@ -114,15 +72,13 @@ static void folder_of(const char *path, char folder[PATH_MAX])
 }
 
 /* Follows symbolic links, also one to a file that is not there yet, to the file that is to be made
- * or replaced. No name on the way may be one of a database's own. */
+ * or replaced. */
 static enum mr_status follow_links(const char *path, char at[PATH_MAX], struct error *error)
 {
     char folder[PATH_MAX], link[PATH_MAX];
     if (snprintf(at, PATH_MAX, "%s", path) >= PATH_MAX)
         return errno = ENAMETOOLONG, cannot(path, error);
     for (int i = 0; i <= LINKS_MAX; i++) {
-        if (not_beside_database(at, path, error) != MR_OK)
-            return error->status;
         ssize_t length = readlink(at, link, sizeof link - 1);
         if (length < 0)
             break;
@@ -140,10 +96,6 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
     char at[PATH_MAX], folder[PATH_MAX], whole[PATH_MAX];
     if (follow_links(path, at, error) != MR_OK)
         return error->status;
-    if (is_journal(at)) /* by another name, or of a database that was moved */
-        return error_set(error, MR_USAGE,
-                         "would overwrite a part of a database, its journal: %s; give another file",
-                         path);
     folder_of(at, folder);
     const char *slash = strrchr(at, '/'), *name = slash ? slash + 1 : at;
     if (!realpath(folder, whole) || !*name)
@@ -155,14 +107,6 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
 
 /* ---- whether ---- */
 
-/* Reads nothing of `path`: it may be a database that this process has open, and closing any
- * descriptor of one takes SQLite's locks. */
-enum mr_status output_not_beside_database(const char *path, struct error *error)
-{
-    char at[PATH_MAX];
-    return follow_links(path, at, error);
-}
-
 enum mr_status output_not_input(const char *path, const char *input, struct error *error)
 {
     struct stat a, b;
@@ -173,30 +117,25 @@ enum mr_status output_not_input(const char *path, const char *input, struct erro
                      "would overwrite what is read: %s; give another file for the output", path);
 }
 
-/* Whether the regular file at `target`, which the user named `path`, may be replaced. */
-static enum mr_status may_replace(const char *path, const char *target, bool force, bool database,
-                                  struct error *error)
+enum mr_status output_keep(const char *path, bool force, struct error *error)
 {
     struct stat info;
-    if (stat(target, &info) != 0 || info.st_size == 0)
+    if (!path || force || stat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0)
         return MR_OK;
-    if (!database && output_is_database(target))
-        return error_set(error, MR_USAGE,
-                         "would overwrite a database: %s; give another file for the output", path);
-    if (force)
-        return MR_OK;
-    enum written_state state = written_state(target);
-    if (state == WRITTEN_HERE)
-        return MR_OK;
-    return error_set(
-        error, MR_USAGE,
-        "is there already, %s: %s; give another file for the output, or --force to lose this one",
-        state == WRITTEN_CHANGED ? "and was changed since matrig wrote it"
-                                 : "and nothing says that matrig wrote it",
-        path);
+    return error_set(error, MR_USAGE,
+                     "exists already: %s; give another file, or --force to replace it", path);
 }
 
-static enum mr_status check(const char *path, bool force, bool database, struct error *error)
+/* Whether the regular file at `target`, which the user named `path`, may be replaced. */
+static enum mr_status may_replace(const char *path, const char *target, struct error *error)
+{
+    if (!output_is_database(target))
+        return MR_OK;
+    return error_set(error, MR_USAGE,
+                     "would overwrite a database: %s; give another file for the output", path);
+}
+
+static enum mr_status check(const char *path, struct error *error)
 {
     char target[PATH_MAX], folder[PATH_MAX];
     struct stat info;
@@ -215,22 +154,17 @@ static enum mr_status check(const char *path, bool force, bool database, struct 
     if (find_target(path, target, error) != MR_OK)
         return error->status;
     folder_of(target, folder);
-    if (exists && may_replace(path, target, force, database, error) != MR_OK)
+    if (exists && may_replace(path, target, error) != MR_OK)
         return error->status;
     return access(folder, W_OK | X_OK) == 0 ? MR_OK : cannot(path, error);
 }
 
-enum mr_status output_check(const char *path, bool force, const char *input, struct error *error)
+enum mr_status output_check(const char *path, const char *input, struct error *error)
 {
     if (!path)
         return MR_OK;
     bool read = !output_is_database(path) && output_not_input(path, input, error) != MR_OK;
-    return read ? error->status : check(path, force, false, error);
-}
-
-enum mr_status output_check_database(const char *path, bool force, struct error *error)
-{
-    return check(path, force, true, error);
+    return read ? error->status : check(path, error);
 }
 
 /* ---- into place ---- */
@@ -251,12 +185,12 @@ static bool write_all(int fd, const char *bytes, size_t length)
 
 /* The draft takes the target's place, if that is still what it may replace. */
 static enum mr_status rename_over(const char *draft, const char *target, const char *path,
-                                  bool force, bool database, struct error *error)
+                                  struct error *error)
 {
     struct stat info;
     for (int i = 0; i < TRIES_MAX; i++) {
         bool exists = lstat(target, &info) == 0;
-        if (exists && may_replace(path, target, force, database, error) != MR_OK)
+        if (exists && may_replace(path, target, error) != MR_OK)
             return error->status;
         int failed = exists ? rename(draft, target)
                             : renameat2(AT_FDCWD, draft, AT_FDCWD, target, RENAME_NOREPLACE);
@@ -271,9 +205,9 @@ static enum mr_status rename_over(const char *draft, const char *target, const c
     return cannot(path, error);
 }
 
-/* What is in `fd`, at `draft`, goes on disk, on record and to its place. */
+/* What is in `fd`, at `draft`, goes on disk and to its place. */
 static enum mr_status finish(int fd, const char *draft, const char *target, const char *path,
-                             bool force, bool database, struct error *error)
+                             struct error *error)
 {
     struct stat info;
     if (stat(target, &info) == 0) {
@@ -284,8 +218,7 @@ static enum mr_status finish(int fd, const char *draft, const char *target, cons
     }
     if (fsync(fd) != 0 && errno != EINVAL)
         return cannot(path, error);
-    (void)written_record(fd, target); /* without it, the next one asks for --force */
-    return rename_over(draft, target, path, force, database, error);
+    return rename_over(draft, target, path, error);
 }
 
 /* A new file beside the target; -1: none can be made. */
@@ -314,25 +247,11 @@ static enum mr_status replace(const struct output *output, struct error *error)
     if (!write_all(fd, output->text, output->length))
         cannot(output->path, error);
     else
-        finish(fd, draft, target, output->path, output->force, false, error);
+        finish(fd, draft, target, output->path, error);
     if (close(fd) != 0 && error->status == MR_OK)
         cannot(output->path, error);
     if (error->status != MR_OK)
         unlink(draft);
-    return error->status;
-}
-
-enum mr_status output_place_database(const char *draft, const char *path, bool force,
-                                     struct error *error)
-{
-    char target[PATH_MAX];
-    if (find_target(path, target, error) != MR_OK)
-        return error->status;
-    int fd = open(draft, O_RDWR | O_CLOEXEC);
-    if (fd < 0)
-        return cannot(path, error);
-    finish(fd, draft, target, path, force, true, error);
-    close(fd);
     return error->status;
 }
 
@@ -354,14 +273,13 @@ static enum mr_status write_through(const struct output *output, struct error *e
 
 /* ---- the whole of it ---- */
 
-enum mr_status output_begin(struct output *output, const char *path, bool force,
-                            struct error *error)
+enum mr_status output_begin(struct output *output, const char *path, struct error *error)
 {
-    *output = (struct output){.file = stdout, .path = path, .force = force};
+    *output = (struct output){.file = stdout, .path = path};
     if (!path)
         return MR_OK;
     output->file = NULL;
-    if (check(path, force, false, error) != MR_OK)
+    if (check(path, error) != MR_OK)
         return error->status;
     output->file = open_memstream(&output->text, &output->length);
     return output->file ? MR_OK
@@ -394,11 +312,10 @@ enum mr_status output_end(struct output *output, struct error *error)
     return error->status;
 }
 
-enum mr_status output_bytes(const char *path, bool force, const void *bytes, size_t length,
-                            struct error *error)
+enum mr_status output_bytes(const char *path, const void *bytes, size_t length, struct error *error)
 {
     struct output output;
-    if (output_begin(&output, path, force, error) != MR_OK)
+    if (output_begin(&output, path, error) != MR_OK)
         return error->status;
     fwrite(bytes, 1, length, output.file);
     return output_end(&output, error);

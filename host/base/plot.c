@@ -292,7 +292,7 @@ static enum mr_status check_ending(const char *path, struct error *error)
              : error_set(error, MR_USAGE, "a plot is a .svg, .png or .pdf file: %s", path);
 }
 
-enum mr_status plot_write(struct plot *plot, const char *path, bool force, struct error *error)
+enum mr_status plot_write(struct plot *plot, const char *path, struct error *error)
 {
     struct output output;
     FILE *script = tmpfile(), *picture = tmpfile();
@@ -304,7 +304,7 @@ enum mr_status plot_write(struct plot *plot, const char *path, bool force, struc
         print_script(script, plot, terminal_of(path));
         rewind(script);
         if (gnuplot(script, picture, error) == MR_OK &&
-            output_begin(&output, path, force, error) == MR_OK) {
+            output_begin(&output, path, error) == MR_OK) {
             copy(picture, output.file);
             output_end(&output, error);
         }
@@ -317,11 +317,11 @@ enum mr_status plot_write(struct plot *plot, const char *path, bool force, struc
     return error->status;
 }
 
-enum mr_status plot_check(const char *path, bool force, const char *input, struct error *error)
+enum mr_status plot_check(const char *path, const char *input, struct error *error)
 {
     if (!path)
         return MR_OK;
-    if (check_ending(path, error) == MR_OK && output_check(path, force, input, error) == MR_OK) {
+    if (check_ending(path, error) == MR_OK && output_check(path, input, error) == MR_OK) {
         FILE *nothing = tmpfile(), *picture = tmpfile();
         if (nothing && picture)
             gnuplot(nothing, picture, error);

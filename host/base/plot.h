@@ -5,7 +5,7 @@
  *     plot_panel(plot, NULL, (struct plot_axis){"station (ft)"}, (struct plot_axis){"u (in)"});
  *     plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE, .key = "measured", .x = x, .y = y,
  *                                           .count = n});
- *     return plot_write(plot, path, force, error);
+ *     return plot_write(plot, path, error);
  */
 #ifndef MATRIG_HOST_BASE_PLOT_H
 #define MATRIG_HOST_BASE_PLOT_H
@@ -55,10 +55,10 @@ void plot_draw(struct plot *plot, const struct plot_series *series);
 void plot_label(struct plot *plot, double x, double y, bool left, const char *text);
 /* Draws it into the file and frees it. MR_USAGE: another ending, or the file may not be
  * overwritten; MR_IO: gnuplot is missing or failed. */
-enum mr_status plot_write(struct plot *plot, const char *path, bool force, struct error *error);
+enum mr_status plot_write(struct plot *plot, const char *path, struct error *error);
 
 /* Before work that takes long: whether plot_write would refuse `path`, or gnuplot is missing.
  * `path` NULL: nothing is drawn. `input`: as for output_check. */
-enum mr_status plot_check(const char *path, bool force, const char *input, struct error *error);
+enum mr_status plot_check(const char *path, const char *input, struct error *error);
 
 #endif

@@ -148,11 +148,10 @@ static int compare_rows(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static enum mr_status write_csv(const char *path, bool force, struct fetch *fetch,
-                                struct error *error)
+static enum mr_status write_csv(const char *path, struct fetch *fetch, struct error *error)
 {
     struct output output;
-    if (output_begin(&output, path, force, error) != MR_OK)
+    if (output_begin(&output, path, error) != MR_OK)
         return error->status;
     FILE *file = output.file;
     qsort(fetch->rows, fetch->count, sizeof *fetch->rows, compare_rows);
@@ -196,7 +195,7 @@ static int tell(const struct cli *cli, const struct fetch *fetch)
 }
 
 int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv,
-               bool force, struct error *error)
+               struct error *error)
 {
     struct fetch fetch = {.talk = talk};
     struct store *store = NULL;
@@ -209,13 +208,13 @@ int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, cons
         date_rows(&fetch);
         enum mr_status kept = db ? keep(store, &fetch, &late) : MR_OK;
         if (kept == MR_OK && csv)
-            kept = write_csv(csv, force, &fetch, &late);
+            kept = write_csv(csv, &fetch, &late);
         if (kept != MR_OK && status == MR_OK) {
             status = kept;
             broken = late;
         }
     } else if (status == MR_OK && csv) {
-        status = write_csv(csv, force, &fetch, &broken);
+        status = write_csv(csv, &fetch, &broken);
     }
     *error = broken;
     store_close(store);

@@ -14,6 +14,6 @@ void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_
 /* `matrig board slow`: what is missing in `db`, or all rows, to `csv`; either may be NULL. Returns
  * the exit code. */
 int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv,
-               bool force, struct error *error);
+               struct error *error);
 
 #endif

@@ -41,8 +41,6 @@ static void spawn(struct quicklook *look)
     words[n++] = (char *)look->db;
     words[n++] = (char *)"-o";
     words[n++] = (char *)look->page;
-    if (look->force)
-        words[n++] = (char *)"--force";
     words[n] = NULL;
     sigemptyset(&none);
     sigemptyset(&pipe_signal);

@@ -12,7 +12,6 @@
 
 struct quicklook {
     const char *db, *page; /* page: NULL, none is written */
-    bool force;            /* in place of whatever is there */
     bool si;
     pid_t child; /* writing the page; 0: none */
     bool again;  /* another one is due after it */

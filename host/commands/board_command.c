@@ -179,8 +179,7 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
     if (request->file) /* also what came before the link broke: the next call goes on from there */
-        status = output_bytes(request->file, request->force, pages, count * MR_BOXPAGE, error) ==
-                         MR_OK
+        status = output_bytes(request->file, pages, count * MR_BOXPAGE, error) == MR_OK
                    ? status
                    : error->status;
     if (broken.status != MR_OK)
@@ -217,8 +216,7 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
     if (status != MR_OK)
         exit_code = cli_fail(error);
     else if (strcmp(verb, "slow") == 0)
-        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, request->force,
-                               error);
+        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, error);
     else if (strcmp(verb, "read") == 0)
         exit_code = read_record(request, talk, number, error);
     else if (strcmp(verb, "list") == 0)
@@ -399,9 +397,11 @@ static int board_command(int argc, char **argv, const struct cli *cli)
         status = cli_number(words[1], "the record", 1, 65535, &number, &error);
     request.force |= status == MR_OK && words[1] && holds_record(request.file, (uint16_t)number);
     if (status == MR_OK)
-        status = output_check(request.file, request.force, NULL, &error);
+        status = output_keep(request.file, request.force, &error);
     if (status == MR_OK)
-        status = output_check(request.csv, request.force, request.db, &error);
+        status = output_check(request.file, NULL, &error);
+    if (status == MR_OK)
+        status = output_check(request.csv, request.db, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     if (!verb)

@@ -90,8 +90,8 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
     struct bytes image = {0};
     /* of this process: the draft that another one left is not touched */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
-    enum mr_status status = output_not_beside_database(r->path, error);
-    if (status == MR_OK && access(r->path, F_OK) == 0)
+    enum mr_status status = MR_OK;
+    if (access(r->path, F_OK) == 0)
         status = error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
     if (status == MR_OK)
         status = store_open(r->words[0], STORE_OPEN, &store, error);

@@ -108,7 +108,7 @@ static enum mr_status write_config(const struct request *r, const struct mr_conf
                                    const struct jump *jump, struct error *error)
 {
     struct output output;
-    if (output_begin(&output, r->output, r->force, error) != MR_OK)
+    if (output_begin(&output, r->output, error) != MR_OK)
         return error->status;
     char *text = configtext_write(config);
     if (r->changed)
@@ -471,7 +471,9 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
         status = check(&r, &error);
     if (status == MR_OK)
         /* before somebody turns a screw for half an hour */
-        status = output_check(r.output, r.force, r.points, &error);
+        status = output_keep(r.output, r.force, &error);
+    if (status == MR_OK)
+        status = output_check(r.output, r.points, &error);
     if (status == MR_OK)
         status = r.recompute          ? recompute(&r, &error)
                : r.serial || r.points ? calibrate(&r, &error)

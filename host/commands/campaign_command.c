@@ -25,7 +25,6 @@ static const struct command_part parts[] = {
                 "compute everything once more, every mat and both engines in every landing, and "
                 "say what differs"),
     OPTION_FLAG("--no-prune", no_prune, "integrate every mat all the time"),
-    OPTION_FORCE(force),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The "
               "older name of this command is campaign."),
     HELP_EXAMPLE("matrig study host/campaign/series/friction.json --ground elastic --seeds 4"),
@@ -36,7 +35,7 @@ const struct command command_campaign = {
     "study",
     study_start,
     "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [--plot F] "
-    "[--force] [--check] [--no-prune]",
+    "[--check] [--no-prune]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),
     {1, 1, "FILE"},

@@ -20,7 +20,7 @@ struct request {
     int64_t run;     /* 0: a series */
     int64_t seeds;   /* 0: the campaign's */
     double limit_in; /* NaN: none */
-    bool voided, as_is, force;
+    bool voided, as_is;
     struct compare_limits limits;
     char runway[500];
 };
@@ -75,9 +75,9 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         return error->status;
     if (!isnan(request->limit_in))
         compare_limits_add_rms(&request->limits, request->limit_in);
-    if (output_check(request->output, request->force, request->scene, error) == MR_OK &&
+    if (output_check(request->output, request->scene, error) == MR_OK &&
         output_not_input(request->output, request->limits_path, error) == MR_OK)
-        plot_check(request->plot, request->force, request->scene, error);
+        plot_check(request->plot, request->scene, error);
     if (error->status == MR_OK && request->limits_path)
         compare_limits_load(&request->limits, request->limits_path, error);
     return error->status;
@@ -87,7 +87,7 @@ static enum mr_status write_csv(const struct request *request,
                                 const struct compare_landing *landing, bool si, struct error *error)
 {
     struct output output;
-    if (output_begin(&output, request->output, request->force, error) != MR_OK)
+    if (output_begin(&output, request->output, error) != MR_OK)
         return error->status;
     compare_csv(output.file, landing, si);
     return output_end(&output, error);
@@ -117,7 +117,7 @@ static int compare_one(struct store *store, const struct request *request,
         if (request->output)
             write_csv(request, &landing, cli->si, error);
         if (request->plot)
-            compare_plot(&landing, cli->si, request->plot, request->force, error);
+            compare_plot(&landing, cli->si, request->plot, error);
     }
     if (error->status == MR_OK) {
         compare_limits_check(&request->limits, &landing.figures, cli->si, &verdict);
@@ -203,7 +203,6 @@ static const struct command_part parts[] = {
         "one landing: draw measured and simulated with their 95 % bands (.svg, .png, .pdf)"),
     OPTION_TEXT("-o", "F.csv", output, "one landing: write both as numbers, every millisecond"),
     OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
-    OPTION_FORCE(force),
     HELP_NOTE("The last sentence states whether they agree and which value differs most. Only a "
               "limit that fails exits 1."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json --plot landing5.svg\n"
@@ -213,7 +212,7 @@ static const struct command_part parts[] = {
 const struct command command_compare = {
     "compare",
     compare_command,
-    "DB RUN [FILE] [--limits F] [--limit IN] [--seeds N] [--as-is] [--plot F] [-o F.csv] [--force] "
+    "DB RUN [FILE] [--limits F] [--limit IN] [--seeds N] [--as-is] [--plot F] [-o F.csv] "
     "[--void] | DB FILE [--series NAME] | DB --series NAME",
     "measured against simulated: a landing, or a series",
     COMMAND_PARTS(parts),

@@ -73,13 +73,15 @@ static int get(const struct request *request, struct error *error)
 {
     static struct session session;
     int exit_code = 0;
-    enum mr_status status = output_check(request->output, request->force, NULL, error);
+    enum mr_status status = output_keep(request->output, request->force, error);
+    if (status == MR_OK)
+        status = output_check(request->output, NULL, error);
     if (status == MR_OK)
         status = open_session(request, &session, error);
     const struct mr_config_state *state = &session.talk.state;
     char *text = status == MR_OK ? configtext_write(&session.config) : NULL;
     if (status == MR_OK && request->output)
-        status = output_bytes(request->output, request->force, text, strlen(text), error);
+        status = output_bytes(request->output, text, strlen(text), error);
     if (status == MR_OK) {
         note_damage(request->cli, state);
         note_unsound(request->cli, &session.config);

@@ -14,7 +14,6 @@ static const struct command_part parts[] = {
         "the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg"),
     OPTION_TEXT("--plot", "F.svg", plot,
                 "draw error against run time. Errors are in ft, also with --si"),
-    OPTION_FORCE(force),
     HELP_NOTE("\n"
               "Each solver that the scene's model has runs over tolerances or steps, against a "
               "reference that two different\n"
@@ -25,7 +24,7 @@ static const struct command_part parts[] = {
 const struct command command_error = {
     "error",
     study_start,
-    "SCENE|--predictor [--plot F.svg] [--force]",
+    "SCENE|--predictor [--plot F.svg]",
     "every solver's error against its run time",
     COMMAND_PARTS(parts),
     {0, 1, "SCENE"},

@@ -8,7 +8,7 @@
 
 struct error_request {
     const char *plot;
-    bool predictor, force;
+    bool predictor;
 };
 
 #endif

@@ -196,7 +196,7 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
 
 /* Made in memory first: what cannot be exported leaves the file as it was. */
 static enum mr_status write_out(struct store *store, int64_t run, const char *format,
-                                const char *path, bool force, const struct cli *cli, long *rows,
+                                const char *path, const struct cli *cli, long *rows,
                                 struct error *error)
 {
     char *text = NULL;
@@ -212,14 +212,13 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
         export_csv(store, run, made, cli, rows, error);
     fclose(made);
     if (error->status == MR_OK)
-        output_bytes(path, force, text, length, error);
+        output_bytes(path, text, length, error);
     free(text);
     return error->status;
 }
 
 struct request {
     const char *format, *path, *base;
-    bool force;
 };
 
 /* The message catalogue: of no landing. */
@@ -230,7 +229,7 @@ static int export_dbc(const struct request *r, const struct cli *cli)
     uint16_t base = 0;
     unsigned messages = 0;
     if ((!r->base || link_read_base(r->base, "--base", &base, &error) == MR_OK) &&
-        output_begin(&output, r->path, r->force, &error) == MR_OK) {
+        output_begin(&output, r->path, &error) == MR_OK) {
         messages = dbc_write(output.file, base);
         output_end(&output, &error);
     }
@@ -288,14 +287,14 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
-        status = output_check(r.path, r.force, words[0], &error);
+        status = output_check(r.path, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &store, &error);
     struct store_landing landing;
     if (status == MR_OK)
         status = store_landing_get(store, run, &landing, &error);
     if (status == MR_OK)
-        write_out(store, run, r.format, r.path, r.force, cli, &rows, &error);
+        write_out(store, run, r.format, r.path, cli, &rows, &error);
     store_close(store);
     if (error.status != MR_OK)
         return cli_fail(&error);
@@ -322,7 +321,6 @@ static const struct command_part parts[] = {
                                "not valid, CAN frames as bus logging\n"
                                "with the DBC attached"),
     OPTION_TEXT("-o", "F", path, "where to write; else standard output"),
-    OPTION_FORCE(force),
     OPTION_TEXT("--base", "B", base,
                 "dbc of a board with this base on its bus, which is added to every identifier: 400 "
                 "and 0x190 are the same"),
@@ -334,8 +332,7 @@ static const struct command_part parts[] = {
 const struct command command_export = {
     "export",
     export_command,
-    "DB RUN --format csv|candump|frames|mdf4 [-o F] [--force] | --format dbc [--base B] [-o F] "
-    "[--force]",
+    "DB RUN --format csv|candump|frames|mdf4 [-o F] | --format dbc [--base B] [-o F]",
     "one landing, or the DBC, for other tools",
     COMMAND_PARTS(parts),
     {0, 2, "DB RUN"},

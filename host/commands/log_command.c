@@ -394,7 +394,7 @@ static void close_all(struct logger *logger)
 struct request {
     const char *can, *serial, *db, *elf, *live, *page;
     double for_s, wait_s;
-    bool listen, commands, force;
+    bool listen, commands;
 };
 
 /* The live page has room for one board. */
@@ -428,7 +428,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = check_live(&r, &error);
     if (status == MR_OK)
-        status = output_check(r.page, r.force, r.db, &error);
+        status = output_check(r.page, r.db, &error);
     struct mr_symbols symbols = {0};
     if (status == MR_OK)
         status = image_symbols_read(&symbols, r.elf, &error);
@@ -451,7 +451,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                             .boards = 1,
                             .symbols = symbols,
                             .wait_s = r.wait_s,
-                            .look = {.db = r.db, .page = r.page, .force = r.force, .si = cli->si}};
+                            .look = {.db = r.db, .page = r.page, .si = cli->si}};
     logger.hold.cause = WATCH_NONE;
     logger.news = -1;
     for (unsigned link = 0; link < LOGGER_LINKS; link++)
@@ -499,7 +499,6 @@ static const struct command_part parts[] = {
                 "keep the report in F up to date: written beside the logging when a landing ends"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S,
                   "wait so long for a device that was unplugged or is down; else an hour"),
-    OPTION_FORCE(force),
     HELP_NOTE("When a landing ends its summary is printed; when its links fall silent in the "
               "middle, what came until then."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
@@ -524,7 +523,7 @@ const struct command command_log = {
     "log",
     log_command,
     "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] "
-    "[--page F] [--force] [--wait S]",
+    "[--page F] [--wait S]",
     "collect landings from a board",
     COMMAND_PARTS(parts),
     {0, 0, ""},

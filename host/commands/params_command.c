@@ -421,7 +421,7 @@ static enum mr_status write_scene(const struct params_request *r, json_t *scene,
                                   struct error *error)
 {
     struct output output;
-    if (!r->output_path || output_begin(&output, r->output_path, r->force, error) != MR_OK)
+    if (!r->output_path || output_begin(&output, r->output_path, error) != MR_OK)
         return error->status;
     json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
     fputc('\n', output.file);
@@ -491,9 +491,10 @@ static enum mr_status check_outputs(const struct params_request *r, const char *
         return error_set(error, MR_USAGE,
                          "nothing to read: give READINGS, --push F.csv or both; see matrig params "
                          "--help");
-    if (output_check(r->output_path, r->force, path, error) == MR_OK &&
+    if (output_check(r->output_path, path, error) == MR_OK &&
+        output_keep(r->output_path, r->force, error) == MR_OK &&
         output_not_input(r->output_path, r->push_path, error) == MR_OK)
-        plot_check(r->plot_path, r->force, path, error);
+        plot_check(r->plot_path, path, error);
     return error->status;
 }
 

@@ -178,5 +178,5 @@ enum mr_status params_push_plot(const struct params_request *request,
                        ? fabs(fit->limit_lb)
                        : push_ground_limit_lb(&push->ground, &push->setting, series->load_lb));
     }
-    return plot_write(plot, request->plot_path, request->force, error);
+    return plot_write(plot, request->plot_path, error);
 }

@@ -11,7 +11,7 @@ int program_end(int exit_code)
     struct output standard;
     if (exit_code != 0)
         return exit_code;
-    output_begin(&standard, NULL, false, &error);
+    output_begin(&standard, NULL, &error);
     return output_end(&standard, &error) == MR_OK ? 0 : cli_fail(&error);
 }
 

@@ -209,7 +209,9 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = ready_walk_kinds(request.learn ? "switches" : request.of, walk.wanted, &error);
     if (status == MR_OK && request.learn)
-        status = output_check(request.learn, request.force, NULL, &error);
+        status = output_keep(request.learn, request.force, &error);
+    if (status == MR_OK && request.learn)
+        status = output_check(request.learn, NULL, &error);
     if (status == MR_OK && request.expected)
         status = expected(request.expected, facts, &error);
     if (status == MR_OK && request.image)
@@ -229,7 +231,6 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     walk.serial = request.serial;
     walk.can = request.can;
     walk.learn = request.learn;
-    walk.force = request.force;
     walk.for_s = request.for_s;
     signal(SIGPIPE, SIG_IGN);
     int exit_code = status != MR_OK ? cli_fail(&error)
@@ -282,7 +283,7 @@ static const struct command_part parts[] = {
                 "configuration with the steps as they were measured, for matrig board config set; "
                 "refused where two come\n"
                 "closer than 6 codes, or one lies 16 or more beside the step configured"),
-    OPTION_FLAG("--force", force, "write also over a FILE that is not what matrig wrote there"),
+    OPTION_FLAG("--force", force, "replace FILE if it exists"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

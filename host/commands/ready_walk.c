@@ -271,8 +271,7 @@ static enum mr_status learn(const struct walk *walk, struct ready_report *report
         return MR_OK;
     }
     char *text = configtext_write(&learned);
-    enum mr_status status = output_bytes(walk->request->learn, walk->request->force, text,
-                                         strlen(text), error);
+    enum mr_status status = output_bytes(walk->request->learn, text, strlen(text), error);
     free(text);
     if (found.configured_stay)
         ready_add(

@@ -13,7 +13,6 @@ struct ready_walk {
     const struct cli *cli;
     const char *db, *serial, *can;
     const char *learn; /* file for the configuration; NULL: nothing is learned */
-    bool force;        /* write over it */
     double for_s;      /* NaN: the usual time */
     bool wanted[WALK_KINDS];
 };

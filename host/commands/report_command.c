@@ -17,14 +17,13 @@ static void default_path(const char *db, char *out, size_t size)
 }
 
 /* Nothing is written unless all of it could be made. */
-static enum mr_status write_page(struct report *report, const char *path, bool force,
-                                 struct error *error)
+static enum mr_status write_page(struct report *report, const char *path, struct error *error)
 {
     char *text = NULL;
     size_t length = 0;
     enum mr_status status = page_write(report, &text, &length, error);
     if (status == MR_OK)
-        output_bytes(path, force, text, length, error);
+        output_bytes(path, text, length, error);
     free(text);
     return error->status;
 }
@@ -32,7 +31,7 @@ static enum mr_status write_page(struct report *report, const char *path, bool f
 struct request {
     const char *path;
     int64_t run; /* 0: all landings */
-    bool voided, force;
+    bool voided;
 };
 
 static int report_command(int argc, char **argv, const struct cli *cli)
@@ -52,7 +51,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
         r.path = made_path;
     }
     if (status == MR_OK)
-        status = output_check(r.path, r.force, words[0], &error);
+        status = output_check(r.path, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &report.store, &error);
     if (status == MR_OK && report.run)
@@ -60,7 +59,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = report_begin(&report, r.voided, &error);
     if (status == MR_OK)
-        write_page(&report, r.path, r.force, &error);
+        write_page(&report, r.path, &error);
     status = error.status;
     if (status == MR_OK && cli->json)
         exit_code = cli_print_json(json_pack("{sssO}", "file", r.path, "landings", report.json), 0);
@@ -80,7 +79,6 @@ static const struct command_part parts[] = {
                 "where to write the page; else the name of the campaign with .html"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
-    OPTION_FORCE(force),
     HELP_NOTE("A PDF of it is printed by the browser. "),
     HELP_NOTE(
         "The front says date, place, runway, series, gear weight, operator, what was tested and "
@@ -91,7 +89,7 @@ static const struct command_part parts[] = {
 const struct command command_report = {
     "report",
     report_command,
-    "DB [-o F.html] [--force] [--run RUN] [--void]",
+    "DB [-o F.html] [--run RUN] [--void]",
     "the campaign as one page, with plots",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

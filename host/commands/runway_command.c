@@ -79,11 +79,11 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-static enum mr_status write_file(const char *path, bool force,
-                                 const struct mr_predictor_state *state, struct error *error)
+static enum mr_status write_file(const char *path, const struct mr_predictor_state *state,
+                                 struct error *error)
 {
     struct output output;
-    if (output_begin(&output, path, force, error) != MR_OK)
+    if (output_begin(&output, path, error) != MR_OK)
         return error->status;
     FILE *file = output.file;
     fprintf(file,
@@ -155,7 +155,7 @@ static enum mr_status read_file(const char *path, struct mr_predictor_state *sta
 
 /* `state`: to be given. */
 static enum mr_status do_verb(struct runwaytalk *talk, struct dialogue *dialogue, const char *verb,
-                              const struct mr_predictor_state *state, const char *out, bool force,
+                              const struct mr_predictor_state *state, const char *out,
                               struct error *error)
 {
     enum mr_status status = runwaytalk_begin(talk, dialogue, error);
@@ -165,7 +165,7 @@ static enum mr_status do_verb(struct runwaytalk *talk, struct dialogue *dialogue
         status = runwaytalk_forget(talk, error);
     if (status == MR_OK)
         status = runwaytalk_read(talk, error);
-    return status == MR_OK && out ? write_file(out, force, &talk->state, error) : status;
+    return status == MR_OK && out ? write_file(out, &talk->state, error) : status;
 }
 
 struct request {
@@ -202,7 +202,9 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && load)
         status = read_file(words[2], &state, &error);
     if (status == MR_OK)
-        status = output_check(r.out, r.force, words[2], &error);
+        status = output_keep(r.out, r.force, &error);
+    if (status == MR_OK)
+        status = output_check(r.out, words[2], &error);
     if (status != MR_OK)
         return cli_fail(&error);
     struct dialogue dialogue;
@@ -211,7 +213,7 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
         abort();
     status = dialogue_open(&dialogue, NULL, r.serial, &error);
     if (status == MR_OK)
-        status = do_verb(talk, &dialogue, verb, &state, r.out, r.force, &error);
+        status = do_verb(talk, &dialogue, verb, &state, r.out, &error);
     dialogue_close(&dialogue);
     int exit_code = status == MR_OK ? print(talk, cli) : cli_fail(&error);
     free(talk);

@@ -186,8 +186,8 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     else if (request.output_path && request.count > 0 && !file)
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
                   request.output_path);
-    else
-        output_check(request.output_path, request.force, file ? request.words[0] : NULL, &error);
+    else if (output_check(request.output_path, file ? request.words[0] : NULL, &error) == MR_OK)
+        output_keep(request.output_path, request.force, &error);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (request.count == 0)

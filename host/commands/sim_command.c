@@ -21,7 +21,7 @@
 struct request {
     const char *scene_path;
     const char *csv_path;
-    bool progress, force, keys;
+    bool progress, keys;
     struct sim_options options;
 };
 
@@ -37,7 +37,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     if (!request->keys && !request->scene_path)
         return error_set(error, MR_USAGE,
                          "something is missing: matrig sim needs SCENE; see matrig sim --help");
-    return output_check(request->csv_path, request->force, request->scene_path, error);
+    return output_check(request->csv_path, request->scene_path, error);
 }
 
 static volatile sig_atomic_t interrupted;
@@ -100,7 +100,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
 {
     double unit = cli->si ? M_PER_FT : 1.0;
     struct output output;
-    if (output_begin(&output, request->csv_path, request->force, error) != MR_OK)
+    if (output_begin(&output, request->csv_path, error) != MR_OK)
         return error->status;
     FILE *file = output.file;
     fputs("t_s", file);
@@ -211,7 +211,6 @@ static const struct command_part parts[] = {
                 "say how far the run is; without it a run says so every 30 s"),
     OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
                   "stop after S seconds of computing, as Ctrl-C does; else never"),
-    OPTION_FORCE(force),
     HELP_NOTE("Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
 };
@@ -219,7 +218,7 @@ static const struct command_part parts[] = {
 const struct command command_sim = {
     "sim",
     sim_command,
-    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress] [--limit "
+    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress] [--limit "
     "S] | --keys",
     "run a mat scene",
     COMMAND_PARTS(parts),

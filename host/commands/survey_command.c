@@ -431,9 +431,9 @@ static enum mr_status write_sheet(const struct request *request, struct store *s
         }
     }
     struct output output;
-    if (status != MR_OK ||
-        output_begin(&output, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet,
-                     request->force, error) != MR_OK)
+    const char *sheet = strcmp(request->sheet, "-") == 0 ? NULL : request->sheet;
+    if (status != MR_OK || output_keep(sheet, request->force, error) != MR_OK ||
+        output_begin(&output, sheet, error) != MR_OK)
         return error->status;
     survey_sheet_write(output.file, &survey->desk, request->cli->si);
     *places = survey->desk.plan.count;

@@ -20,7 +20,6 @@ static const struct command_part parts[] = {
                 "Exit 1 when cases are missing"),
     OPTION_TEXT("-o", "F", output,
                 "write the results of --cases, or the cases of --table as CSV, to F"),
-    OPTION_FORCE(force),
     HELP_NOTE("A case that fails is a result: its line has the reason.\n"
               ""),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"

@@ -10,7 +10,7 @@
 struct sweep_request {
     const char *words[2 + SWEEP_FILES_MAX]; /* the sweep, result files; NULL at the end */
     const char *cases, *output;
-    bool table, force;
+    bool table;
 };
 
 #endif

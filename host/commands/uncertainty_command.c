@@ -27,7 +27,6 @@ struct request {
     const char *at, *config, *output;
     double hours, kelvin;
     int64_t run;
-    bool force;
     int channel;     /* index; -1: all */
     double at_value; /* NaN: not given */
 };
@@ -281,7 +280,7 @@ static enum mr_status write_page(const struct request *r, const struct subject *
 {
     struct output output;
     struct one one;
-    if (output_begin(&output, r->output, r->force, error) != MR_OK)
+    if (output_begin(&output, r->output, error) != MR_OK)
         return error->status;
     page_head(output.file, "Uncertainty budgets");
     fputs("<main><h1>Uncertainty budgets</h1>\n<p class=\"say\">", output.file);
@@ -338,7 +337,7 @@ static enum mr_status check(struct request *r, struct error *error)
         return error_set(error, MR_USAGE,
                          "no reading: '%s' for --at; a number in %s, or with its unit", r->at,
                          unit);
-    return output_check(r->output, r->force, r->words[0], error);
+    return output_check(r->output, r->words[0], error);
 }
 
 static enum mr_status tell(const struct request *r, const struct subject *s, struct answer *answer,
@@ -393,7 +392,6 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
                   "since the zeros of the gages were taken, with --config; else {standard}"),
     OPTION_TEXT("-o", "F", output, "write all budgets as a page that stands alone"),
-    OPTION_FORCE(force),
     HELP_NOTE("The stated error (as beside every reading) and what it leaves out: certificate, "
               "position, temperature. x, u(x) and c are in inches\nand pounds, also with --si. "),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3 -o uncertainty.html"),
@@ -402,7 +400,7 @@ static const struct command_part parts[] = {
 const struct command command_uncertainty = {
     "uncertainty",
     uncertainty_command,
-    "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K] [-o F] [--force]",
+    "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K] [-o F]",
     "the uncertainty budget of each channel, with its certificate",
     COMMAND_PARTS(parts),
     {1, 2, "DB [CHANNEL]"},

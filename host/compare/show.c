@@ -408,7 +408,7 @@ static void draw_side(struct plot *plot, const char *key, unsigned colour, const
 }
 
 enum mr_status compare_plot(const struct compare_landing *landing, bool si, const char *path,
-                            bool force, struct error *error)
+                            struct error *error)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
                       *station = unit_of(UNIT_STATION, si);
@@ -435,7 +435,7 @@ enum mr_status compare_plot(const struct compare_landing *landing, bool si, cons
                   c->simulated_error_in + from, samples - from, length->factor);
     }
     sides_free(&sides);
-    return plot_write(plot, path, force, error);
+    return plot_write(plot, path, error);
 }
 
 void compare_csv(FILE *out, const struct compare_landing *landing, bool si)

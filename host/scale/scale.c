@@ -360,7 +360,7 @@ static enum mr_status write_scene(const struct scale_request *request, const jso
                                   struct error *error)
 {
     struct output output;
-    if (output_begin(&output, request->output_path, request->force, error) != MR_OK)
+    if (output_begin(&output, request->output_path, error) != MR_OK)
         return error->status;
     json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(17));
     fputc('\n', output.file);

@@ -176,8 +176,6 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
 {
     if (store_mistaken(path, mode == STORE_CREATE, error) != MR_OK)
         return error->status;
-    if (mode == STORE_CREATE && output_not_beside_database(path, error) != MR_OK)
-        return error->status;
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);
     if (!made || !copy) {

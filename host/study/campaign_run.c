@@ -42,7 +42,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
 {
     if (command_parse(&command_campaign, argc, argv, cli, request, &request->path, error) != MR_OK)
         return error->status;
-    if (plot_check(request->plot, request->force, request->path, error) != MR_OK)
+    if (plot_check(request->plot, request->path, error) != MR_OK)
         return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!request->jobs)
@@ -95,7 +95,7 @@ static void plot_buckles(struct plot *plot, const struct campaign *c,
     free(station_ft);
 }
 
-static enum mr_status write_plot(const char *path, bool force, const struct campaign *c,
+static enum mr_status write_plot(const char *path, const struct campaign *c,
                                  const struct campaign_run *runs, const struct campaign_summary *s,
                                  struct error *error)
 {
@@ -108,7 +108,7 @@ static enum mr_status write_plot(const char *path, bool force, const struct camp
         plot, NULL, station,
         (struct plot_axis){"buckles in landing", 0.5, (double)c->landing_count + 0.5, false});
     plot_buckles(plot, c, runs);
-    return plot_write(plot, path, force, error);
+    return plot_write(plot, path, error);
 }
 
 /* Once more with every mat integrated and the planar engine in every landing. */
@@ -146,7 +146,7 @@ static int finish(const struct campaign *c, const struct campaign_request *reque
     bool checked = request->check && check(c, request, runs, cli, &apart, underway, error) == MR_OK;
     underway_end(underway);
     if (error->status == MR_OK && request->plot)
-        write_plot(request->plot, request->force, c, runs, &summary, error);
+        write_plot(request->plot, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
         error_set(error, MR_NUMERICS,
                   "%zu of %zu runways could not be played to their end: %s; see what failed",

@@ -89,7 +89,7 @@ static void print_study(const struct predictor_study *study)
            100.0 * PREDICTOR_STUDY_LIMIT);
 }
 
-int error_predictor(const char *plot, bool force, const struct cli *cli)
+int error_predictor(const char *plot, const struct cli *cli)
 {
     static struct predictor_study study;
     struct error error = {0};
@@ -102,7 +102,7 @@ int error_predictor(const char *plot, bool force, const struct cli *cli)
         return cli_fail(&error);
     if (plot) {
         struct output output;
-        if (output_begin(&output, plot, force, &error) != MR_OK)
+        if (output_begin(&output, plot, &error) != MR_OK)
             return cli_fail(&error);
         plot_predictor_file(output.file, &study);
         if (output_end(&output, &error) != MR_OK)

@@ -5,6 +5,6 @@
 #include "host/base/cli.h"
 
 /* Runs the study, draws it into `plot` (NULL: not), prints it. Returns the exit code. */
-int error_predictor(const char *plot, bool force, const struct cli *cli);
+int error_predictor(const char *plot, const struct cli *cli);
 
 #endif

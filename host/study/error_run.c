@@ -204,11 +204,11 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     return answer;
 }
 
-static enum mr_status write_plot(const char *path, bool force, const char *name,
+static enum mr_status write_plot(const char *path, const char *name,
                                  const struct error_study *study, struct error *error)
 {
     struct output output;
-    if (output_begin(&output, path, force, error) != MR_OK)
+    if (output_begin(&output, path, error) != MR_OK)
         return error->status;
     plot_error_file(output.file, name, study);
     return output_end(&output, error);
@@ -243,9 +243,9 @@ int error_command(int argc, char **argv, const struct cli *cli)
                   "--help");
     if (error.status == MR_OK)
         /* before a minute of computing, not after */
-        output_check(r.plot, r.force, words[0], &error);
+        output_check(r.plot, words[0], &error);
     if (error.status == MR_OK && r.predictor)
-        return error_predictor(r.plot, r.force, cli);
+        return error_predictor(r.plot, cli);
     if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])
@@ -254,7 +254,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = error_study_run(&study, &scene, tell, &underway, &error);
     underway_end(&underway);
     if (status == MR_OK && r.plot)
-        write_plot(r.plot, r.force, scene.name, &study, &error);
+        write_plot(r.plot, scene.name, &study, &error);
     if (error.status != MR_OK)
         code = cli_fail(&error);
     else

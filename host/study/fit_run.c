@@ -27,12 +27,14 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
-    if (output_check(request->plot, request->force, request->scene, error) != MR_OK)
+    if (output_check(request->plot, request->scene, error) != MR_OK)
         return error->status;
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
         return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two",
                          request->plot);
-    return output_check(request->out_scene, request->force, request->scene, error);
+    if (output_keep(request->out_scene, request->force, error) != MR_OK)
+        return error->status;
+    return output_check(request->out_scene, request->scene, error);
 }
 
 static int key_of(const char *name, size_t length)
@@ -226,9 +228,9 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         underway_end(&progress.underway);
     }
     if (error.status == MR_OK && request.plot)
-        fit_write_plot(&list, &answer, &misfit, request.plot, request.force, &error);
+        fit_write_plot(&list, &answer, &misfit, request.plot, &error);
     if (error.status == MR_OK && request.out_scene)
-        fit_write_scene(&list, &answer, request.scene, request.out_scene, request.force, &error);
+        fit_write_scene(&list, &answer, request.scene, request.out_scene, &error);
     if (error.status == MR_OK)
         exit_code = answer_show(cli, fit_described(&list, &answer, &misfit, cli->si),
                                 misfit.cannot ? 1 : 0);

@@ -24,7 +24,7 @@ static enum mr_status check_together(const struct sweep_request *r, struct error
     if (r->table && !r->words[1])
         return error_set(error, MR_USAGE,
                          "needs FILE: matrig sweep --table; give the files of results");
-    return output_check(r->output, r->force, r->words[0], error);
+    return output_check(r->output, r->words[0], error);
 }
 
 /* "N..M" or "N", from 1; a last one beyond the end is the end, so that tasks may be of equal
@@ -73,7 +73,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
     size_t first = 0, end = 0, failed = 0;
     struct output output;
     if (read_cases(r->cases, sweep->cases, &first, &end, error) != MR_OK ||
-        output_begin(&output, r->output, r->force, error) != MR_OK)
+        output_begin(&output, r->output, error) != MR_OK)
         return cli_fail(error);
     json_t *all = cli->json && !r->output ? json_array() : NULL;
     for (size_t i = first; i < end; i++) {
@@ -111,7 +111,7 @@ static int show_table(const struct sweep_request *r, const struct sweep *sweep,
     struct output output;
     struct answer *answer = NULL;
     if (sweep_table_load(&table, sweep, r->words + 1, error) == MR_OK && r->output &&
-        output_begin(&output, r->output, r->force, error) == MR_OK) {
+        output_begin(&output, r->output, error) == MR_OK) {
         sweep_table_csv(&table, output.file);
         output_end(&output, error);
     }

@@ -96,7 +96,7 @@ check "the predictor takes no scene" fails_with 2 'takes no SCENE' $m error --pr
 check "no reference: exit 5, no table" fails_with 5 "no reference" $m error "$tmp/sign.json"
 check "nothing on stdout then" test ! -s "$tmp/out"
 echo keep >"$tmp/old.svg"
-check "no reference: an old plot stays" fails_with 5 "no reference" $m error "$tmp/sign.json" --plot "$tmp/old.svg" --force
+check "no reference: an old plot stays" fails_with 5 "no reference" $m error "$tmp/sign.json" --plot "$tmp/old.svg"
 check "it has stayed" grep -q keep "$tmp/old.svg"
 check "no reference: no new plot" fails_with 5 "no reference" $m error "$tmp/sign.json" --plot "$tmp/new.svg"
 check "there is none" test ! -e "$tmp/new.svg"

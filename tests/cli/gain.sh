@@ -18,7 +18,7 @@ ready() {
     return $status
 }
 value() { awk -v name="$2 = " 'index($0, name) == 1 { sub(/^[^=]*= /, ""); sub(/  # .*/, ""); print }' "$1"; }
-calibrate() { $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg" "${@:2}"; }
+calibrate() { $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg" --force "${@:2}"; }
 
 # gives CHANNEL INPUT PER-CODE OPTION...: the file of points, read so, gives this gain to a thousandth
 gives() {
@@ -28,7 +28,7 @@ gives() {
 }
 refuses() { # CHANNEL EXIT PATTERN OPTION...: and nothing is written
     rm -f "$tmp/new.cfg"
-    fails_with "$2" "$3" $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg" "${@:4}" && [ ! -e "$tmp/new.cfg" ]
+    fails_with "$2" "$3" $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg" --force "${@:4}" && [ ! -e "$tmp/new.cfg" ]
 }
 per_in=$(awk 'BEGIN {print 1 / 620.55}')
 per_lb=$(awk 'BEGIN {print 3.3 / 4096 / 0.005}')
@@ -176,11 +176,11 @@ the_campaign_holds_files_too() { # what it knows is the gain of 5 in by now
         $matrig board config check "$tmp/jump.cfg" --db "$tmp/campaign.db" && $matrig board config check "$tmp/rig.cfg" || return 1
     printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
     refuses d3 1 'd3: gain 0.004093 -> 0.001612 .*compared with the campaign' --db "$tmp/campaign.db" &&
-        calibrate d3 --db "$tmp/campaign.db" --changed 'the old cell again' && config get -o "$tmp/now.cfg" &&
+        calibrate d3 --db "$tmp/campaign.db" --changed 'the old cell again' && config get -o "$tmp/now.cfg" --force &&
         sed -i "s/^site.revision.*/$(grep '^site.revision' "$tmp/now.cfg")/" "$tmp/new.cfg" || return 1
     # said once is enough: with that campaign the board takes it, and it is go
     ! config set "$tmp/new.cfg" 2>"$tmp/set.err" && grep -q "compared with the board's" "$tmp/set.err" && config set "$tmp/new.cfg" --db "$tmp/campaign.db" && ready || return 1
-    config get -o "$tmp/now.cfg" && sed "s/^site.revision.*/$(grep '^site.revision' "$tmp/now.cfg")/" "$tmp/jump.cfg" >"$tmp/back.cfg" &&
+    config get -o "$tmp/now.cfg" --force && sed "s/^site.revision.*/$(grep '^site.revision' "$tmp/now.cfg")/" "$tmp/jump.cfg" >"$tmp/back.cfg" &&
         config set "$tmp/back.cfg" --db "$tmp/campaign.db" --changed 'cell of 5 in' && ready
 }
 a_zero_that_moved_is_no_go() { # 400 codes of 0.0041 in: 1.6 in

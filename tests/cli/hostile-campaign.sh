@@ -168,8 +168,8 @@ ends() {
 }
 survives() { # SQL
     hostile values "$1" || return 1
-    ends $matrig report "$tmp/values.db" -o "$tmp/values.html" --force && ends $matrig export "$tmp/values.db" 1 --format csv -o "$tmp/values.csv" --force &&
-        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" --force && ends $matrig predict "$tmp/values.db" 1 && ends $matrig --json live "$tmp/values.db" &&
+    ends $matrig report "$tmp/values.db" -o "$tmp/values.html" && ends $matrig export "$tmp/values.db" 1 --format csv -o "$tmp/values.csv" &&
+        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" && ends $matrig predict "$tmp/values.db" 1 && ends $matrig --json live "$tmp/values.db" &&
         ! grep -aiqE '(^|[^a-z])(inf|nan)([^a-z]|$)' "$tmp/values.csv"
 }
 while IFS='|' read -r what sql; do

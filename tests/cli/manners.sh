@@ -82,7 +82,7 @@ offers() { # EXPECTED WORD...
 check "commands" offers "scale series show sim study survey sweep" s
 check "commands after options" offers "export" --json exp
 check "options of a command" offers "--design-only" bands --d
-check "options, all of them" offers "--base --force --format --help -o" export db 1 -
+check "options, all of them" offers "--base --format --help -o" export db 1 -
 check "values" offers "candump csv" export db 1 --format c
 check "words of board" offers "read reset runway" board --serial serial:/dev/ttyUSB0 r
 check "a file where one is wanted" offers "" log --db x

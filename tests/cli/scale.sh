@@ -30,7 +30,7 @@ check "pi terms are the same on both sides" pi_stays
 # there_and_back SCENE FT: movements differ by at most FT. On the runway rounding decides whether single joints' grit gives
 # way: its own error estimate is the measure.
 there_and_back() {
-    $m scale "$1" -o "$tmp/big.json" && $m scale "$tmp/big.json" --to model -o "$tmp/small.json" || return 1
+    $m scale "$1" -o "$tmp/big.json" --force && $m scale "$tmp/big.json" --to model -o "$tmp/small.json" --force || return 1
     for f in "$1" "$tmp/small.json"; do
         $m --json sim "$f" | grep -o '"outputs".*"active"' | grep -o '"[0-9]*":[0-9.e-]*' | cut -d: -f2 >"$tmp/$(basename "$f").u"
     done
@@ -78,7 +78,7 @@ banded() { # tensions of a model's bands are n^3 smaller; 7^3 = 343
     cat >"$tmp/banded.json" <<'J'
 {"model": "chain", "N": 40, "F": 1200, "v0": 0, "Vac": 40, "tend": 0.5, "bands": 1, "band_T0": 9000, "band_every": 8, "band_K": 2000}
 J
-    $m scale "$tmp/banded.json" --to model -o "$tmp/small.json" || return 1
+    $m scale "$tmp/banded.json" --to model -o "$tmp/small.json" --force || return 1
     for f in banded small; do
         $m --json sim "$tmp/$f.json" | grep -o '"band_least_lb":\[[^]]*' | cut -d[ -f2 | tr , '\n' >"$tmp/$f.t"
     done

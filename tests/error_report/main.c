@@ -78,7 +78,7 @@ int main(int argc, char **argv)
     }
     snprintf(path, sizeof path, "%s/index.html", argv[1]);
     struct output output;
-    if (output_begin(&output, path, true, &error) == MR_OK) {
+    if (output_begin(&output, path, &error) == MR_OK) {
         FILE *out = output.file;
         const char *const *scenes = argc > 2 ? (const char *const *)argv + 2 : standard;
         size_t count = argc > 2 ? (size_t)argc - 2 : sizeof standard / sizeof standard[0];

@@ -146,7 +146,7 @@ static enum mr_status draw_figure(const char *folder, const char *file, const ch
     struct plot *plot = plot_new(title, 800, 600, 1);
     draw_panel(plot, figure, profiles, true);
     draw_panel(plot, figure, profiles, false);
-    return plot_write(plot, path, true, error);
+    return plot_write(plot, path, error);
 }
 
 enum mr_status draw_figures(const char *folder, const struct found *found, struct error *error)

@@ -39,7 +39,7 @@ enum mr_status found_save(const struct found *found, const char *path, struct er
     if (!text)
         return error_set(error, MR_FULL, "out of memory: %s", path);
     struct output output;
-    if (output_begin(&output, path, true, error) == MR_OK) {
+    if (output_begin(&output, path, error) == MR_OK) {
         fprintf(output.file, "%s\n", text);
         output_end(&output, error);
     }

@@ -217,7 +217,7 @@ enum mr_status page_put(const char *path, const char *name,
         return error_set(error, MR_MALFORMED, "%s: no marks of %s", path, name);
     }
     struct output output;
-    if (output_begin(&output, path, true, error) == MR_OK) {
+    if (output_begin(&output, path, error) == MR_OK) {
         fwrite(text, 1, (size_t)(line + 1 - text), output.file);
         write(output.file, what);
         fputs(end, output.file);

@@ -131,11 +131,10 @@ static void draw(FILE *out, const struct fit_landings *list, const struct fit_an
 }
 
 enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer,
-                              const struct misfit *misfit, const char *path, bool force,
-                              struct error *error)
+                              const struct misfit *misfit, const char *path, struct error *error)
 {
     struct output output;
-    if (output_begin(&output, path, force, error) != MR_OK)
+    if (output_begin(&output, path, error) != MR_OK)
         return error->status;
     FILE *out = output.file;
     svg_open_file(out, WIDTH, HEIGHT, "residuals of a fit");

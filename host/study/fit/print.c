@@ -429,7 +429,7 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
 }
 
 enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer,
-                               const char *from, const char *path, bool force, struct error *error)
+                               const char *from, const char *path, struct error *error)
 {
     json_error_t where;
     double value[FIT_KEYS], share;
@@ -443,7 +443,7 @@ enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit
     if (fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share, error)) {
         set_scene(scene, list, value, &joints, share);
         struct output output;
-        if (output_begin(&output, path, force, error) == MR_OK) {
+        if (output_begin(&output, path, error) == MR_OK) {
             json_dumpf(scene, output.file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
             fputc('\n', output.file);
             output_end(&output, error);

@@ -25,12 +25,11 @@ struct answer *fit_described(const struct fit_landings *list, const struct fit_a
  * many draws those that come nearest to what was measured (joints that are all alike would hardly
  * move: a landing moves what gives way first). */
 enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer,
-                               const char *from, const char *path, bool force, struct error *error);
+                               const char *from, const char *path, struct error *error);
 /* Residual plots, one picture: each statistic's measured less expected, in standard deviations,
  * over the transducers' stations, and measured against expected; and whether the model can be the
  * data's. */
 enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer,
-                              const struct misfit *misfit, const char *path, bool force,
-                              struct error *error);
+                              const struct misfit *misfit, const char *path, struct error *error);
 
 #endif
