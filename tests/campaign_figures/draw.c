@@ -185,7 +185,7 @@ enum mr_status figure_draw(const char *path, const struct figure *figure,
         draw_tensions(plot, run);
     else
         draw_curves(plot, figure, run);
-    return plot_write(plot, path, true, error);
+    return plot_write(plot, path, error);
 }
 
 static const char *unit_of(enum fact_kind kind)

@@ -42,7 +42,7 @@ static void the_ending_chooses_the_format(void **state)
     for (size_t i = 0; i < COUNT_OF(begins); i++) {
         struct error error = {0};
         scratch_path(path, sizeof path, begins[i][0]);
-        plot_write(small("a plot"), path, false, &error);
+        plot_write(small("a plot"), path, &error);
         assert_no_error(&error);
         read_back(path, text, sizeof text);
         assert_memory_equal(text, begins[i][1], strlen(begins[i][1]));
@@ -58,9 +58,9 @@ static void another_ending_is_refused(void **state)
     for (size_t i = 0; i < COUNT_OF(names); i++) {
         struct error error = {0}, before = {0};
         scratch_path(path, sizeof path, names[i]);
-        plot_check(path, false, NULL, &before);
+        plot_check(path, NULL, &before);
         assert_error(&before, MR_USAGE, ".svg, .png or .pdf");
-        plot_write(small("a plot"), path, false, &error);
+        plot_write(small("a plot"), path, &error);
         assert_error(&error, MR_USAGE, ".svg, .png or .pdf");
         assert_int_not_equal(access(path, F_OK), 0);
     }
@@ -73,7 +73,7 @@ static void text_is_shown_as_it_is(void **state)
     struct error error = {0};
     (void)state;
     scratch_path(path, sizeof path, "plot-text.svg");
-    plot_write(small("`date` \"quoted\" it's x_1^2 \xc2\xb1"), path, false, &error);
+    plot_write(small("`date` \"quoted\" it's x_1^2 \xc2\xb1"), path, &error);
     assert_no_error(&error);
     read_back(path, text, sizeof text);
     assert_non_null(strstr(text, "`date` \"quoted\" it's x_1^2 \xc2\xb1"));
@@ -97,7 +97,7 @@ static void a_long_line_is_thinned_and_keeps_its_spike(void **state)
     struct plot *plot = plot_new("long", 600, 400, 1);
     plot_panel(plot, NULL, (struct plot_axis){.label = "x"}, (struct plot_axis){.label = "y"});
     plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE, .x = x, .y = y, .count = MANY});
-    plot_write(plot, path, false, &error);
+    plot_write(plot, path, &error);
     assert_no_error(&error);
     read_back(path, text, sizeof text);
     assert_true(strlen(text) < 100000);
@@ -112,8 +112,8 @@ static void without_gnuplot_one_line_names_the_package(void **state)
     (void)state;
     scratch_path(path, sizeof path, "plot-missing.svg");
     setenv("PATH", "/nowhere", 1);
-    plot_check(path, false, NULL, &early);
-    plot_write(small("a plot"), path, false, &error);
+    plot_check(path, NULL, &early);
+    plot_write(small("a plot"), path, &error);
     setenv("PATH", before, 1);
     free(before);
     assert_error(&early, MR_IO, "apt install gnuplot-nox");

@@ -51,5 +51,5 @@ enum mr_status foresight_draw(const char *path, const struct foresight_row *row,
         for (unsigned by = 0; by < SHOWN; by++)
             draw_points(plot, &moment[w], by);
     }
-    return plot_write(plot, path, true, error);
+    return plot_write(plot, path, error);
 }
