@@ -64,8 +64,7 @@ enum mr_task {
     X(LAMP_ON,     5, "warning lamp, lit")             \
     X(LAMP_OFF,    6, "warning lamp, put out")         \
     X(RAM_START,   7, "RAM not in use, at start")      \
-    X(IMAGE,       8, "the program, whole as it was built") \
-    X(RELEASE,     9, "brake release, its pin")
+    X(IMAGE,       8, "the program, whole as it was built")
 /* clang-format on */
 
 enum mr_self_test_number {

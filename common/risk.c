@@ -468,3 +468,16 @@ void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *p,
     }
     said->reason = reason_of(risk, zone, said);
 }
+
+float mr_risk_lamp_limit(float cost_ratio)
+{
+    return 1.0f / (1.0f + cost_ratio);
+}
+
+bool mr_risk_lamp(float limit, const struct mr_predictor_zone *zone,
+                  const struct mr_risk_said *said)
+{
+    if (__builtin_isnan(limit) || __builtin_isnan(said->risk))
+        return zone->verdict == MR_PREDICTOR_WARNING;
+    return said->risk >= limit;
+}

@@ -41,6 +41,8 @@ struct mr_risk_plan {
     float knot_s[MR_RISK_KNOTS], knot_ft_s2[MR_RISK_KNOTS];
 };
 #define MR_RISK_ITEMS (2u + 3u * MR_RISK_ROWS + 2u * MR_RISK_KNOTS)
+/* What message risk_item carries: chart and plan, then the lamp's limit. */
+#define MR_RISK_TOLD  (MR_RISK_ITEMS + 1u)
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan);
 /* As a list of MR_RISK_ITEMS numbers, in the order of the struct. NaN beyond the list. */
@@ -120,6 +122,13 @@ void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *predic
 /* What is to be said now; `zone`: mr_predictor_zone of now. */
 void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *predictor,
                  const struct mr_predictor_zone *zone, struct mr_risk_said *said);
+
+/* Limit of the risk from which the lamp warns. A missed warning costs `cost_ratio` times a needless
+ * one, so a warning pays from 1 / (1 + cost_ratio) on. NaN: the lamp follows the verdict. */
+float mr_risk_lamp_limit(float cost_ratio);
+/* Does the lamp warn? Without a limit or a risk it follows the verdict. */
+bool mr_risk_lamp(float limit, const struct mr_predictor_zone *zone,
+                  const struct mr_risk_said *said);
 
 /* 1 / (1 + exp(-x)) to 1e-6. */
 float mr_risk_logistic(float x);

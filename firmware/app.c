@@ -497,8 +497,6 @@ static void take_block(struct app *app, const struct mr_block *block)
                                           .displacement_in = app->displacement_in[row],
                                           .baseline_in = app->baseline.in,
                                           .waiting = board_blocks_waiting()});
-    board_release(predict_release_level(&app->predict, block->index) ||
-                  selftest_release_level(&app->healthlink.test));
     tasks_done(MR_TASK_PREDICTOR);
 }
 

@@ -121,11 +121,6 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity);
 
 /* Warning lamp and horn. The output is fail-safe: a dead board warns. */
 void board_warn(bool warning);
-/* Level of the output that asks for the brake to be released. Only a square wave asks; either level
- * alone, and a pin that nobody drives, does not. */
-void board_release(bool high);
-/* The level that the pin has. */
-bool board_release_reads(void);
 /* Shunt resistors across an arm of every strain bridge; off after reset. */
 void board_shunt(bool on);
 /* The lamp draws current. */

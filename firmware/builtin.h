@@ -27,7 +27,5 @@
 #define BUILTIN_CAMERA            0
 #define BUILTIN_PREDICTOR         1
 #define BUILTIN_UPDATES_PER_BLOCK MR_PREDICTOR_UPDATES_PER_BLOCK
-#define BUILTIN_RELEASE           0
-#define BUILTIN_COASTING_FT_S2    4.0f
 
 #endif

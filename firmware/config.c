@@ -127,16 +127,9 @@ struct mr_config config = {
         .deceleration_ft_s2 = 5.0f,
         .bump_in = 0.0432f,
     }},
-    /* The lamp follows the verdict, no brake release is wired; limits of one that is: as costly
-     * either way, and the least bearing drag that the report has (2.7.1). */
+    /* The lamp follows the verdict. */
     .risk = {{
         .lamp_cost_ratio = __builtin_nanf(""),
-        .release = BUILTIN_RELEASE,
-        .release_cost_ratio = 1.0f,
-        .release_hold_ms = 100,
-        .release_most_ms = 4000,
-        .coasting_ft_s2 = BUILTIN_COASTING_FT_S2,
-        .spare_ft = 5.0f,
     }},
 };
 

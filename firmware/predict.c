@@ -31,7 +31,7 @@ void predict_configure(struct predict *p, const float *slack_in)
         mr_predictor_save(&p->predictor, &p->state);
     p->telling = p->telling_risk = TOLD;
     p->warning = false;
-    p->release = (struct release){.settings = {.lamp_limit = MR_NAN, .release_limit = MR_NAN}};
+    p->lamp_limit = MR_NAN;
     p->status = MR_NOT_NOW;
     if (!config.predict[0].fitted)
         return;
@@ -64,13 +64,6 @@ static void say_zone(const struct predict *p, struct telemetry *telemetry, uint3
     TELL_THIS(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
 }
 
-static void say_release(const struct predict *p, struct telemetry *telemetry)
-{
-    TELL(telemetry, TO_RECORD, release, RELEASE, .state = p->release.state,
-         .reason = p->release.reason, .ease_ft_s2 = p->release.ease_ft_s2,
-         .block = p->release.changed_block);
-}
-
 static uint32_t doubts_of(const struct mr_predictor *predictor)
 {
     uint32_t doubts = 0;
@@ -89,26 +82,22 @@ static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t i
     p->updates = p->predictor.updates;
 }
 
-/* Looks, moves the lamp, asks for the brake's release, and says what is due. */
+/* Looks, moves the lamp, and sends what is due. */
 static void look(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
                  uint32_t index)
 {
     struct mr_predictor_zone was = p->zone;
     mr_predictor_zone(&p->predictor, &p->zone);
     mr_risk_say(&p->risk, &p->predictor, &p->zone, &p->risk_said);
-    bool warning = release_lamp(&p->release.settings, &p->zone, &p->risk_said) &&
+    bool warning = mr_risk_lamp(p->lamp_limit, &p->zone, &p->risk_said) &&
                    landing_may_warn(landing, index);
     bool changed = warning != p->warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
-    bool release_changed = release_look(&p->release, &p->predictor, &p->zone, &p->risk_said,
-                                        landing, index);
     uint32_t doubts = doubts_of(&p->predictor);
     p->warning = warning;
     board_warn(warning);
     if (changed || DUE(SAY, index))
         say_zone(p, telemetry, index);
-    if (release_changed || (release_asked(&p->release) && DUE(SAY, index)))
-        say_release(p, telemetry);
     if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
         p->doubts = doubts;
         say_trust(p, telemetry, index);
@@ -152,11 +141,10 @@ static void begin_saying(struct predict *p, struct telemetry *telemetry)
     p->telling = 0;
 }
 
-/* Chart and plan, then the settings: number n of the list. */
+/* Chart and plan, then the lamp's limit: number n of the list. */
 static float risk_item(const struct predict *p, unsigned n)
 {
-    return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n)
-                             : release_setting(&p->release.settings, n - MR_RISK_ITEMS);
+    return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;
 }
 
 /* What is missing is told of the first two alone: there is no chart. False: nothing is. */
@@ -166,7 +154,7 @@ static bool say_risk_item(const struct predict *p, struct telemetry *telemetry, 
     float value = risk_item(p, n);
     if (n >= 2 && __builtin_isnan(value))
         return false;
-    TELL(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n, .items = RELEASE_ITEMS,
+    TELL(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n, .items = MR_RISK_TOLD,
          .value = value);
     return true;
 }
@@ -177,8 +165,8 @@ static void go_on_saying_risk(struct predict *p, struct telemetry *telemetry)
         return;
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling_risk != TOLD;) {
         i += say_risk_item(p, telemetry, TO_LINKS, p->telling_risk++);
-        /* limits are those of a landing */
-        if (p->telling_risk >= (p->predictor.armed ? RELEASE_ITEMS : MR_RISK_ITEMS))
+        /* the limit is that of a landing */
+        if (p->telling_risk >= (p->predictor.armed ? MR_RISK_TOLD : MR_RISK_ITEMS))
             p->telling_risk = TOLD;
     }
 }
@@ -214,20 +202,12 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     p->told_block = index;
     p->hurried = false;
     p->backlog_given = 0;
-    struct release_settings settings;
-    release_settings_of(&config, telemetry->identity.clock_source == BOARD_CLOCK_CRYSTAL,
-                        &settings);
-    release_arm(&p->release, &settings, index);
+    p->lamp_limit = mr_risk_lamp_limit(config.risk[0].lamp_cost_ratio);
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
                 config.site[0].touchdown_ft);
     p->risk_said = (struct mr_risk_said){.risk = MR_NAN};
     begin_saying(p, telemetry);
     p->telling_risk = 0;
-}
-
-bool predict_release_level(const struct predict *p, uint32_t index)
-{
-    return p->predictor.armed && release_asked(&p->release) && index % 2u;
 }
 
 void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
@@ -239,7 +219,7 @@ void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t
     say_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
         say_joints(p, telemetry, TO_CONFIGURATION, n);
-    for (unsigned n = 0; n < RELEASE_ITEMS; n++)
+    for (unsigned n = 0; n < MR_RISK_TOLD; n++)
         (void)say_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
@@ -337,8 +317,6 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                                              .reason = MR_RISK_NOT_KNOWN};
         say_zone(p, telemetry, index);
     }
-    if (release_end(&p->release, index))
-        say_release(p, telemetry);
     if (folded) {
         p->given_whole = true;
         mr_predictor_fold(&p->predictor);

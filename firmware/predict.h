@@ -9,8 +9,8 @@
  * level, and the message backlog says so; a replay gives that by the command backlog.
  *
  * Chart and plan (common/risk.h) are given for one landing, by commands: they are in force for the
- * next one armed, and forgotten when it is over. What the lamp and the brake release do by the risk
- * is common/onboard/release.h's.
+ * next one armed, and forgotten when it is over. When the lamp warns by the risk is
+ * common/risk.h's.
  *
  * It runs last of what a block brings: nothing waits for it but the next block, and those are taken
  * by interrupts. */
@@ -19,7 +19,7 @@
 
 #include "common/command.h"
 #include "common/onboard/predict_feed.h"
-#include "common/onboard/release.h"
+#include "common/risk.h"
 #include "common/predictor.h"
 #include "common/runway.h"
 #include "firmware/telemetry.h"
@@ -47,7 +47,7 @@ struct predict {
     struct mr_risk_plan plan_given; /* by commands, to be taken */
     bool has_plan;
     unsigned telling_risk; /* next of its items; UINT32_MAX: none */
-    struct release release;
+    float lamp_limit;      /* of the risk; NaN: the lamp follows the verdict */
 
     /* the one a landing was armed with, to be told; or kept: runwaystore.h */
     struct mr_predictor_state state;
@@ -72,9 +72,6 @@ void predict_configure(struct predict *predict, const float *slack_in);
  * NaN: not surveyed since a landing. */
 void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in,
                  uint32_t index);
-/* The level of the output that asks for the brake to be released, in this block: a square wave of
- * two blocks while it is asked for, else low. */
-bool predict_release_level(const struct predict *predict, uint32_t index);
 /* Into the black box's record of the landing just armed. */
 void predict_store(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy);
 /* The runway found in the memory is in `state`: it is in force unless one was given meanwhile, the

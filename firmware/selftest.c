@@ -72,11 +72,6 @@ static bool has_transducers(void)
     return false;
 }
 
-static bool has_release(void)
-{
-    return config.predict[0].fitted && config.risk[0].release;
-}
-
 /* What this board and its configuration have. */
 static uint16_t wanted(const struct selftest *test)
 {
@@ -84,7 +79,6 @@ static uint16_t wanted(const struct selftest *test)
                      1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_LAMP_ON |
                      1u << MR_SELF_TEST_LAMP_OFF;
     tests |= has_transducers() ? 1u << MR_SELF_TEST_EXCITATION : 0;
-    tests |= has_release() ? 1u << MR_SELF_TEST_RELEASE : 0;
     tests |= config.site[0].black_box ? 1u << MR_SELF_TEST_NOR : 0;
     return (uint16_t)(tests | test->done);
 }
@@ -108,18 +102,10 @@ bool selftest_tick(struct selftest *test, struct mr_self_test *result)
     return true;
 }
 
-bool selftest_release_level(struct selftest *test)
-{
-    test->release_high = test->running && has_release() && test->blocks < SELFTEST_BLOCKS &&
-                         !test->release_high;
-    return test->release_high;
-}
-
 void selftest_block(struct selftest *test, const struct mr_block *block)
 {
     if (!test->running || test->blocks >= SELFTEST_BLOCKS)
         return;
-    test->release_bad |= has_release() && board_release_reads() != test->release_high;
     test->reference_bad |= __builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int difference = (int)block->plus[i] - (int)block->minus[i];
@@ -130,8 +116,6 @@ void selftest_block(struct selftest *test, const struct mr_block *block)
     if (++test->blocks < SELFTEST_BLOCKS)
         return;
     conclude(test, MR_SELF_TEST_REFERENCE, !test->reference_bad);
-    if (has_release())
-        conclude(test, MR_SELF_TEST_RELEASE, !test->release_bad);
     if (has_transducers())
         conclude(test, MR_SELF_TEST_EXCITATION,
                  test->excited && health_counted(MR_FAULT_POLARITY) == test->polarity_faults);

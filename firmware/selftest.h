@@ -1,7 +1,6 @@
 /* The self-test on command: everything that can be tested without moving the rig. RAM and program
  * once through, the reference channel, the excitation, the black box's memory, the warning output
- * lit for 200 ms and read back; where a brake release is configured, its square wave for 100 ms,
- * read back at the pin. Not from arm to done; arming breaks it off. */
+ * lit for 200 ms and read back. Not from arm to done; arming breaks it off. */
 #ifndef MATRIG_FIRMWARE_SELFTEST_H
 #define MATRIG_FIRMWARE_SELFTEST_H
 
@@ -24,7 +23,6 @@ struct selftest {
     uint16_t polarity_faults;
     unsigned blocks;
     bool reference_bad, excited;
-    bool release_high, release_bad; /* level that it was given; it was another */
 };
 
 /* MR_OK: it has begun; MR_WAIT: one is going on. */
@@ -32,8 +30,6 @@ enum mr_status selftest_begin(struct selftest *test, uint16_t tag);
 /* 10 ms have passed. True: it is over, `result` says how. */
 bool selftest_tick(struct selftest *test, struct mr_self_test *result);
 void selftest_block(struct selftest *test, const struct mr_block *block);
-/* Level of the brake release's output in this block. */
-bool selftest_release_level(struct selftest *test);
 /* What was not done stays undone. True: there was one to be broken off. */
 bool selftest_stop(struct selftest *test, struct mr_self_test *result);
 

@@ -97,16 +97,6 @@ void board_warn(bool warning)
     pin_write(PIN_WARNING, !warning);
 }
 
-void board_release(bool high)
-{
-    pin_write(PIN_BRAKE_RELEASE, high && !quiet);
-}
-
-bool board_release_reads(void)
-{
-    return pin_read(PIN_BRAKE_RELEASE);
-}
-
 void board_shunt(bool on)
 {
     pin_write(PIN_SHUNTS, on);

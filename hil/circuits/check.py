@@ -42,7 +42,7 @@ def reaches(signal):
         "SERIAL_OUT": [("R604", "1")], "SERIAL_IN": [("R605", "1")], "CAN_IN": [("U601", "R")], "CAN_OUT": [("U601", "D")],
         "MEMORY_SELECT": [("U501", "/CS")], "MEMORY_CLOCK": [("U501", "CLK")], "MEMORY_IN": [("U501", "DO")],
         "MEMORY_OUT": [("U501", "DI")], "THERMOMETER_CLOCK": [("R609", "1")], "THERMOMETER_DATA": [("R610", "1")],
-        "WARNING": [("R401", "1")], "LAMP": [("U401", "OUT")], "SHUNTS": [("R201", "1")], "BRAKE_RELEASE": [("R703", "1")],
+        "WARNING": [("R401", "1")], "LAMP": [("U401", "OUT")], "SHUNTS": [("R201", "1")],
         "MAINTENANCE": [("R705", "1")], "BRAKE_APPLIED": [("X702/U1", "Y")], "WHEEL_SPEED": [("X703/U1", "Y")],
     }.get(signal, [("nothing that check.py knows", "")])
 

@@ -17,7 +17,7 @@
 #define EXC_RETURN    0xffffffe0u
 #define FILE_BUFFER   (1u << 20)
 
-enum { FIXED_LANES = 14 };
+enum { FIXED_LANES = 13 };
 
 /* Lanes that every trace has, in the order of `fixed_values`. */
 static const struct {
@@ -28,7 +28,6 @@ static const struct {
     {"pins", "PD13_excitation_minus", 1},
     {"pins", "PA15_switch_edge", 1},
     {"pins", "PE0_lamp_off", 1},
-    {"pins", "PE7_brake_release", 1},
     {"converters", "adc1_scan", 1},
     {"converters", "adc3_scan", 1},
     {"links", "can_frame", 1},
@@ -210,16 +209,15 @@ static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LAN
     value[1] = hil_board_pin(board, 3, 13);
     value[2] = hil_board_pin(board, 0, 15);
     value[3] = hil_board_pin(board, 4, 0);
-    value[4] = hil_board_pin(board, 4, 7);
-    value[5] = state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER;
-    value[6] = state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER;
-    value[7] = board->state.mcu.can.phase == HIL_CAN_FRAME;
-    value[8] = state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER;
-    value[9] = state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER;
-    value[10] = state->cpu.asleep;
-    value[11] = hil_board_register(board, 16) & 0x1ffu;
-    value[12] = (uint32_t)state->counters.resets & 0xffffu;
-    value[13] = state->clock.hclk_hz;
+    value[4] = state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER;
+    value[5] = state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER;
+    value[6] = board->state.mcu.can.phase == HIL_CAN_FRAME;
+    value[7] = state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER;
+    value[8] = state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER;
+    value[9] = state->cpu.asleep;
+    value[10] = hil_board_register(board, 16) & 0x1ffu;
+    value[11] = (uint32_t)state->counters.resets & 0xffffu;
+    value[12] = state->clock.hclk_hz;
 }
 
 static void sample(void *who, uint64_t at)

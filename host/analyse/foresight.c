@@ -61,12 +61,9 @@ static enum mr_status load_risk(struct store *store, const struct measured *meas
                                 struct foresight *foresight, struct error *error)
 {
     struct store_risk *rows = NULL;
-    struct store_release_told *told = NULL;
-    size_t count = 0, changes = 0;
+    size_t count = 0;
     foresight->risk_most = foresight->risk_most_s = foresight->plan_left_s = (double)NAN;
     enum mr_status status = store_risks(store, measured->landing.id, &rows, &count, error);
-    if (status == MR_OK)
-        status = store_releases(store, measured->landing.id, &told, &changes, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         double t_s = time_s(measured, rows[i].block);
         unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
@@ -80,15 +77,7 @@ static enum mr_status load_risk(struct store *store, const struct measured *meas
         foresight->risk_most_s = t_s;
         foresight->risk_basis = basis;
     }
-    for (size_t i = 0; status == MR_OK && i < changes; i++) {
-        if (foresight->releases == FORESIGHT_RELEASES)
-            break;
-        foresight->release[foresight->releases].t_s = time_s(measured, told[i].block);
-        foresight->release[foresight->releases].state = (unsigned)told[i].state;
-        foresight->release[foresight->releases++].reason = (unsigned)told[i].reason;
-    }
     free(rows);
-    free(told);
     return status;
 }
 
@@ -210,10 +199,6 @@ static void risk_answer(const struct foresight *foresight, struct answer *answer
         answer_words(answer, NULL, LABEL,
                      "the chart given was of another runway, with another number of landings: it "
                      "was ignored");
-    for (unsigned i = 0; i < foresight->releases; i++)
-        answer_words(answer, NULL, LABEL, "brake release %s at %.3f s: %s",
-                     mr_release_state_text(foresight->release[i].state), foresight->release[i].t_s,
-                     mr_release_reason_text(foresight->release[i].reason));
 }
 
 void foresight_answer(const struct foresight *foresight, const struct measured *measured,

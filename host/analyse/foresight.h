@@ -7,8 +7,6 @@
 #include "host/analyse/measured.h"
 #include "host/base/answer.h"
 
-#define FORESIGHT_RELEASES 6u /* changes of the brake release that are told */
-
 enum foresight_lack {
     FORESIGHT_BLIND,
     FORESIGHT_NO_MOTION,
@@ -37,11 +35,6 @@ struct foresight {
     unsigned risk_basis;                            /* then */
     double plan_left_s;                             /* from when on the plan was left; NaN: not */
     bool chart_old;
-    struct {
-        double t_s;
-        unsigned state, reason;
-    } release[FORESIGHT_RELEASES];
-    unsigned releases;
 };
 
 enum mr_status foresight_load(struct store *store, const struct measured *measured,

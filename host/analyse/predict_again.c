@@ -8,7 +8,7 @@
 #include "common/channels.h"
 #include "common/onboard/baseline.h"
 #include "common/onboard/predict_feed.h"
-#include "common/onboard/release.h"
+#include "common/risk.h"
 #include "common/watch.h"
 
 struct again {
@@ -33,7 +33,7 @@ struct again {
     struct mr_predictor predictor;
     struct mr_predictor_zone look;
     struct mr_risk_plan plan;
-    struct release_settings settings;
+    float lamp_limit;
     struct mr_risk_state hazard;
     struct mr_risk_said hazard_said;
     struct predict_motion motion;
@@ -106,7 +106,7 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     if (status == MR_OK)
         status = store_risks(store, run, &again->risk, &again->risks, error);
     if (status == MR_OK)
-        status = store_risk_get(store, run, &again->plan, &again->settings, &risk_items, error);
+        status = store_risk_get(store, run, &again->plan, &again->lamp_limit, &risk_items, error);
     if (status == MR_OK)
         status = store_backlogs(store, run, &again->backlog, &again->backlogs, error);
     if (status == MR_OK)
@@ -344,7 +344,7 @@ static void look(struct again *again, const struct mr_block *block)
     struct mr_predictor_zone was = again->look;
     mr_predictor_zone(&again->predictor, &again->look);
     mr_risk_say(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
-    bool warning = release_lamp(&again->settings, &again->look, &again->hazard_said) &&
+    bool warning = mr_risk_lamp(again->lamp_limit, &again->look, &again->hazard_said) &&
                    landing_may_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict ||
                    again->look.level != was.level;

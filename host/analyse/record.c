@@ -14,12 +14,9 @@ static enum mr_status take_risk(struct store *store, const struct measured *meas
                                 struct record_row *row, struct error *error)
 {
     struct store_risk *risk = NULL;
-    struct store_release_told *told = NULL;
-    size_t risks = 0, changes = 0;
+    size_t risks = 0;
     row->risk_most = row->risk_most_t_s = row->risk_early = (double)NAN;
     enum mr_status status = store_risks(store, row->run, &risk, &risks, error);
-    if (status == MR_OK)
-        status = store_releases(store, row->run, &told, &changes, error);
     for (size_t i = 0; status == MR_OK && i < risks; i++) {
         double t_s = measured_block_s(measured, risk[i].block);
         if (isnan(risk[i].risk))
@@ -31,12 +28,7 @@ static enum mr_status take_risk(struct store *store, const struct measured *meas
             row->risk_most_t_s = t_s;
         }
     }
-    for (size_t i = 0; status == MR_OK && i < changes; i++) {
-        row->release_asked |= told[i].state == MR_RELEASE_ASKED;
-        row->release_refused |= told[i].state == MR_RELEASE_REFUSED;
-    }
     free(risk);
-    free(told);
     return status;
 }
 
@@ -79,10 +71,7 @@ static void take_plan(const struct measured *measured, struct record_row *row)
 static void judge_warned(struct record_row *row)
 {
     const struct outcome *outcome = &row->outcome;
-    if (outcome->came == OUTCOME_DID_NOT && row->release_asked)
-        row->why =
-            "the board asked for the brake to be released: what would have come is not known";
-    else if (outcome->came == OUTCOME_DID_NOT)
+    if (outcome->came == OUTCOME_DID_NOT)
         row->verdict = RECORD_FALSE;
     else if (outcome->t_s < row->warned_t_s)
         row->verdict = RECORD_LATE;
@@ -206,10 +195,6 @@ static void add_row(struct record *record, const struct record_row *row, double 
     record->basis[row->outcome.basis]++;
     record->unwatched += row->warned == RECORD_UNWATCHED;
     record->unknown_warned += row->verdict == RECORD_NOT_KNOWN && row->warned == RECORD_WARNED;
-    record->released += row->verdict == RECORD_NOT_KNOWN && row->release_asked &&
-                        row->outcome.came == OUTCOME_DID_NOT;
-    record->asked += row->release_asked;
-    record->refused += row->release_refused;
     if (row->verdict == RECORD_HIT && isfinite(row->lead_s))
         lead_s[record->leads++] = row->lead_s;
     if (!row->advised)
@@ -223,12 +208,11 @@ static void add_row(struct record *record, const struct record_row *row, double 
                            : RECORD_CLEAR][row->outcome.came]++;
 }
 
-/* The probability of a landing that is scored; NaN: none, or nobody knows what came. A landing in
- * which the brake was to be released, or that was another than planned, says nothing of it. */
+/* The probability of a landing that is scored; NaN: none, or nobody knows what came. A landing
+ * that was another than planned says nothing of it. */
 static double stated(const struct record_row *row, bool said)
 {
-    bool known = !row->is_void && row->outcome.came != OUTCOME_UNKNOWN &&
-                 !(row->release_asked && row->outcome.came == OUTCOME_DID_NOT);
+    bool known = !row->is_void && row->outcome.came != OUTCOME_UNKNOWN;
     if (!known)
         return (double)NAN;
     if (said)

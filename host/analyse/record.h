@@ -1,10 +1,9 @@
-/* The record of a campaign: every advice that was kept before a landing, every warning, risk and
- * brake release in it, with what came of it (outcome.h), and their sums.
+/* The record of a campaign: every advice that was kept before a landing, every warning and risk in
+ * it, with what came of it (outcome.h), and their sums.
  *
- * A landing of which nobody knows what came is counted as unknown, never as a success. So is a
- * landing without a zone in which the board asked for the brake to be released: what would have
- * come is not known. Voided landings stand apart. Nothing here is kept: it is read from the
- * campaign anew, so that a later survey or correction counts. */
+ * A landing with an unknown outcome is counted as unknown, never as a success. Voided landings
+ * stand apart. Nothing here is stored: it is read from the campaign anew, so that a later survey or
+ * correction counts. */
 #ifndef MATRIG_HOST_ANALYSE_RECORD_H
 #define MATRIG_HOST_ANALYSE_RECORD_H
 
@@ -45,7 +44,6 @@ struct record_row {
     double lead_s;                          /* to when the wheel came to a zone; NaN */
     double risk_most, risk_most_t_s;        /* told in it; NaN: none */
     double risk_early;                      /* at RECORD_RISK_AT_S; NaN */
-    bool release_asked, release_refused;
     bool advised;
     struct store_advice advice; /* the newest before it */
     size_t replaced;            /* advices before that one, after the landing before */
@@ -70,11 +68,10 @@ struct record {
     /* sums over those that are not void */
     size_t landings, voided, unwatched;
     size_t verdict[RECORD_VERDICTS];
-    size_t unknown_warned, released; /* of those not known */
+    size_t unknown_warned; /* of those not known */
     size_t basis[OUTCOME_BASES];
     double lead_least_s, lead_median_s; /* of hits with a time; NaN: none */
     size_t leads;
-    size_t asked, refused;                     /* brake releases */
     size_t advices, advice[RECORD_ADVICES][3]; /* the latter by enum outcome_came */
     size_t off_plan, to_come, replaced, advice_voided;
     struct record_score said, risk; /* of advice, and of the board RECORD_RISK_AT_S on */

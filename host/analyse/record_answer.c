@@ -52,7 +52,6 @@ static void unknown_answer(const struct record *record, struct answer *answer)
     size_t unknown = record->verdict[RECORD_NOT_KNOWN];
     answer_count(answer, "unknown", NULL, (int64_t)unknown);
     answer_count(answer, "unknown_warned", NULL, (int64_t)record->unknown_warned);
-    answer_count(answer, "unknown_released", NULL, (int64_t)record->released);
     answer_count(answer, "unwatched", NULL, (int64_t)record->unwatched);
     answer_words(answer, NULL, "not known",
                  "%zu landing%s, %zu of them warned of: counted as neither right nor wrong",
@@ -86,11 +85,6 @@ static void warnings_answer(const struct record *record, struct answer *answer)
     answer_count(answer, "silences", "rightly quiet", (int64_t)record->verdict[RECORD_SILENCE]);
     lead_answer(record, answer);
     unknown_answer(record, answer);
-    answer_count(answer, "release_asked", NULL, (int64_t)record->asked);
-    answer_count(answer, "release_refused", NULL, (int64_t)record->refused);
-    if (record->asked + record->refused)
-        answer_words(answer, NULL, "brake release", "asked for in %zu, refused in %zu landings",
-                     record->asked, record->refused);
     answer_close(answer);
 }
 

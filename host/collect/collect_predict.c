@@ -80,7 +80,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
             status = store_predict_item_put(collector->store, slot->row.id, i,
                                             (double)collector->predict_item[i], error);
     }
-    for (unsigned i = 0; i < RELEASE_ITEMS && status == MR_OK; i++) {
+    for (unsigned i = 0; i < MR_RISK_TOLD && status == MR_OK; i++) {
         if (collector->risk_known[i])
             status = store_risk_item_put(collector->store, slot->row.id, i,
                                          (double)collector->risk_item[i], error);
@@ -92,7 +92,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
 static enum mr_status risk_item(struct collector *collector, const struct side *side,
                                 const struct mr_risk_item *m, struct error *error)
 {
-    if (m->index >= RELEASE_ITEMS)
+    if (m->index >= MR_RISK_TOLD)
         return MR_OK;
     if (m->index == 0)
         memset(collector->risk_known, 0, sizeof collector->risk_known);

@@ -6,7 +6,7 @@
 #include "common/message.h"
 #include "common/fault.h"
 #include "common/framing.h"
-#include "common/onboard/release.h"
+#include "common/risk.h"
 #include "common/runway.h"
 #include "common/series.h"
 #include "common/slowrow.h"
@@ -129,8 +129,8 @@ struct collector {
     bool stored_known, stored_news; /* and nobody has asked for yet */
     bool predict_known[MR_PREDICT_ITEMS];
     float predict_item[MR_PREDICT_ITEMS];
-    bool risk_known[RELEASE_ITEMS];
-    float risk_item[RELEASE_ITEMS];
+    bool risk_known[MR_RISK_TOLD];
+    float risk_item[MR_RISK_TOLD];
     bool config_kept; /* a whole configuration is in the database: */
     uint32_t config_kept_crc;
     struct crash_report crash[LINK_KINDS]; /* being put together */

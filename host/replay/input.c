@@ -240,9 +240,9 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
                                 const struct answers *recorded, struct error *error)
 {
     struct mr_risk_plan plan;
-    struct release_settings settings;
+    float lamp_limit;
     size_t items, block = CHART_BLOCK, words = 0;
-    enum mr_status status = store_risk_get(store, recorded->landing.id, &plan, &settings, &items,
+    enum mr_status status = store_risk_get(store, recorded->landing.id, &plan, &lamp_limit, &items,
                                            error);
     if (status != MR_OK || isnan(plan.speed_ft_s))
         return status;

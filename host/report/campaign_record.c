@@ -31,7 +31,6 @@ static void board_cells(const struct record_row *row, double station, FILE *out)
     html_number(out, row->warned_t_s, 3);
     html_number(out, station * row->warned_ft, 1);
     html_number(out, row->risk_most, 2);
-    html_cell(out, "%s", row->release_asked ? "asked" : row->release_refused ? "refused" : "");
 }
 
 static void outcome_cells(const struct record_row *row, double station, FILE *out)
@@ -58,8 +57,8 @@ static void write_rows(const struct report *report, const struct record *record,
     snprintf(at, sizeof at, "of a zone from, %s", station->text);
     snprintf(longest, sizeof longest, "from, %s", station->text);
     html_table(out, (const char *const[]){"RUN", "advice", "zone, %", "the board", "at, s", at,
-                                          "risk, most", "brake release", "a zone", "longest, mats",
-                                          longest, "50 mats at, s", "left at the wheel, mats",
+                                          "risk, most", "a zone", "longest, mats", longest,
+                                          "50 mats at, s", "left at the wheel, mats",
                                           "waves, breaks seen", "so it was", "lead, s", "known by",
                                           NULL});
     for (size_t i = 0; i < record->rows; i++) {

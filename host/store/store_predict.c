@@ -10,7 +10,6 @@ STORE_PUT_OF_LANDING(prediction)
 STORE_PUT_OF_LANDING(trust)
 STORE_PUT_OF_LANDING(risk)
 STORE_ROWS_OF_LANDING(store_risks, RISKS)
-STORE_ROWS_OF_LANDING(store_releases, RELEASES)
 STORE_ROWS_OF_LANDING(store_predictions, PREDICTIONS)
 STORE_ROWS_OF_LANDING(store_backlogs, BACKLOGS)
 STORE_ROWS_OF_LANDING(store_trusts, TRUSTS)
@@ -93,17 +92,15 @@ static enum mr_status risk_items(struct store *store, int64_t run, struct store_
 }
 
 enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
-                              struct release_settings *settings, size_t *items, struct error *error)
+                              float *lamp_limit, size_t *items, struct error *error)
 {
     struct store_risk_item *rows;
     mr_risk_plan_clear(plan);
-    for (unsigned n = 0; n < RELEASE_SETTINGS; n++)
-        (void)release_setting_set(settings, n, MR_NAN);
+    *lamp_limit = MR_NAN;
     enum mr_status status = risk_items(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++) {
         if (!mr_risk_item_set(plan, (unsigned)rows[i].item, (float)rows[i].value))
-            (void)release_setting_set(settings, (unsigned)rows[i].item - MR_RISK_ITEMS,
-                                      (float)rows[i].value);
+            *lamp_limit = (float)rows[i].value;
     }
     free(rows);
     return status;

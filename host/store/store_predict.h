@@ -5,7 +5,7 @@
 #ifndef MATRIG_HOST_STORE_STORE_PREDICT_H
 #define MATRIG_HOST_STORE_STORE_PREDICT_H
 
-#include "common/onboard/release.h"
+#include "common/risk.h"
 #include "common/runway.h"
 #include "host/store/store.h"
 
@@ -28,15 +28,11 @@ enum mr_status store_risk_put(struct store *store, int64_t run, const struct sto
                               struct error *error);
 enum mr_status store_risks(struct store *store, int64_t run, struct store_risk **rows,
                            size_t *count, struct error *error);
-/* Ascending in time. */
-enum mr_status store_releases(struct store *store, int64_t run, struct store_release_told **rows,
-                              size_t *count, struct error *error);
 enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t item, double value,
                                    struct error *error);
-/* `*items`: how many there are; 0: the board told none. */
+/* `*lamp_limit`: NaN: none. `*items`: how many there are; 0: the board sent none. */
 enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
-                              struct release_settings *settings, size_t *items,
-                              struct error *error);
+                              float *lamp_limit, size_t *items, struct error *error);
 
 /* Whole runways only. `*there` false: the landing has none. */
 enum mr_status store_runway_put(struct store *store, int64_t run,

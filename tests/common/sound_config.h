@@ -65,13 +65,7 @@ static inline struct mr_config sound_config(void)
                                               .thrust_lb_per_g = 108.3f,
                                               .deceleration_ft_s2 = 5.0f,
                                               .bump_in = 0.043f};
-    c.risk[0] = (struct mr_risk_config){.lamp_cost_ratio = 4.0f,
-                                        .release = 1,
-                                        .release_cost_ratio = 2.0f,
-                                        .release_hold_ms = 100,
-                                        .release_most_ms = 3000,
-                                        .coasting_ft_s2 = 4.0f,
-                                        .spare_ft = 5.0f};
+    c.risk[0] = (struct mr_risk_config){.lamp_cost_ratio = 4.0f};
     return c;
 }
 

@@ -287,6 +287,24 @@ static void a_zone_that_is_there_outweighs_the_chart(void **state)
     assert_true(plain.risk > 0.5f && seen.risk == plain.risk);
 }
 
+static void the_lamp_has_a_limit_or_the_verdict(void **state)
+{
+    (void)state;
+    struct mr_predictor_zone zone = {.verdict = MR_PREDICTOR_WARNING};
+    struct mr_risk_said said = {.risk = 0.1f};
+    assert_true(mr_risk_lamp(NAN, &zone, &said)); /* none set */
+    assert_true(isnan(mr_risk_lamp_limit(NAN)));
+    assert_true(mr_risk_lamp_limit(4.0f) == 0.2f);
+    assert_false(mr_risk_lamp(0.2f, &zone, &said));
+    zone.verdict = MR_PREDICTOR_QUIET;
+    said.risk = 0.2f;
+    assert_true(mr_risk_lamp(0.2f, &zone, &said));
+    said.risk = NAN; /* nobody knows: the verdict again */
+    assert_false(mr_risk_lamp(0.2f, &zone, &said));
+    zone.verdict = MR_PREDICTOR_WARNING;
+    assert_true(mr_risk_lamp(0.2f, &zone, &said));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -302,6 +320,7 @@ int main(void)
         cmocka_unit_test(no_transducer_is_told),
         cmocka_unit_test(failure_is_expected_inside_the_zone),
         cmocka_unit_test(a_zone_that_is_there_outweighs_the_chart),
+        cmocka_unit_test(the_lamp_has_a_limit_or_the_verdict),
     };
     return cmocka_run_group_tests_name("common/risk", tests, NULL, NULL);
 }

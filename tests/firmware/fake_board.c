@@ -207,17 +207,6 @@ void board_warn(bool warning)
     fake.warning = warning;
 }
 
-void board_release(bool high)
-{
-    fake.release_edges += fake.release != high;
-    fake.release = high;
-}
-
-bool board_release_reads(void)
-{
-    return fake.release && !fake.release_stuck;
-}
-
 void board_shunt(bool on)
 {
     fake.shunted = on;

@@ -43,8 +43,6 @@ struct fake_board {
     struct board_can_errors can_errors;
     unsigned clears, rejoins;
     bool warning, shunted, lamp_broken;
-    bool release, release_stuck; /* level of the brake release's output; its pin stays low */
-    unsigned release_edges;
     unsigned resets;
     struct board_restart restart;
     uint8_t late_task;

@@ -223,26 +223,6 @@ static void advice_and_what_came(void **state)
     session_end(&session);
 }
 
-/* A warned landing without a zone in which the release was asked for: what would have come? */
-static void released(void **state)
-{
-    struct record record;
-    (void)state;
-    make("11");
-    survey_anew(1);
-    survey_anew(2);
-    sql("insert into events (session, boot, landing, board_us, host_us, kind, code, detail, value, "
-        "links) values (1, 0, 2, 9000000, 1, 'release', 1, 1, 9000, 1)");
-    reopen();
-    load(&record);
-    is(&record, 1, RECORD_FALSE, OUTCOME_TRANSDUCERS);
-    is(&record, 2, RECORD_NOT_KNOWN, OUTCOME_TRANSDUCERS);
-    assert_int_equal(record.asked, 1);
-    assert_int_equal(record.released, 1);
-    record_free(&record);
-    session_end(&session);
-}
-
 /* Whoever has loaded a landing need not wait for it again, and gets the same. */
 static void given(void **state)
 {
@@ -271,7 +251,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_kind),
         cmocka_unit_test(advice_and_what_came),
-        cmocka_unit_test(released),
         cmocka_unit_test(given),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
 # The predictor on landings that are not its model.
-score_programs := risk closed
+score_programs := risk
 score_mains := $(patsubst %,tests/score/%.c,main $(score_programs) foresight foresight_table foresight_diagram)
 score_parts := $(patsubst %.c,$(B)/%.o,$(filter-out $(score_mains),$(wildcard tests/score/*.c)))
 $(patsubst %,$(B)/tests/score/%,$(score_programs)): %: %.o $(score_parts) $(host_lib) $(common_lib)
@@ -21,8 +21,3 @@ score-foresight: $(B)/tests/score/foresight ## longer | FROM=700 SERIES=60: what
 	$(B)/tests/score/foresight $(B)/score learn
 	$(B)/tests/score/foresight $(B)/score play $(or $(FROM),700) $(or $(SERIES),60)
 	$(B)/tests/score/foresight $(B)/score table $(or $(FROM),700) $(or $(SERIES),60) | tee $(B)/score/foresight.txt
-
-.PHONY: score-closed
-score-closed: $(B)/tests/score/closed ## longer | FROM=1100 SERIES=60: what a brake release, eased or not, would have come to, closed loop, without and with the share of the thrust measured: build/score/closed.txt (10 min)
-	@mkdir -p $(B)/score
-	@for share in "" share; do $(B)/tests/score/closed $(B)/score planar $(or $(FROM),1100) $(or $(SERIES),60) $$share || exit; echo; done | tee $(B)/score/closed.txt

@@ -126,18 +126,7 @@ struct gear {
     double first_ft_s2, last_ft_s2, bend_from_s, bend_to_s, onset_s;
     double ripple[3], ripple_hz[3], turn[3];
     double pulse_hz, pulse_left, pulse_part;
-    struct score_release release; /* from_s NaN: not released */
 };
-
-static double released(const struct score_release *release, double t_s, double a_ft_s2)
-{
-    double drag_ft_s2 = release->drag_ft_s2, most_ft_s2 = release->most_ft_s2;
-    if (!(release->pulse_s > 0.0) || a_ft_s2 <= most_ft_s2)
-        return fmin(a_ft_s2, most_ft_s2);
-    double braked = (most_ft_s2 - drag_ft_s2) / (a_ft_s2 - drag_ft_s2),
-           part = fmod(t_s - release->from_s, release->pulse_s) / release->pulse_s;
-    return part >= 1.0 - braked ? a_ft_s2 : fmin(a_ft_s2, drag_ft_s2);
-}
 
 /* Of the braking, 1 on the mean. */
 static double pulse_of(const struct gear *gear, double since_s)
@@ -164,7 +153,7 @@ static double braking_ft_s2(const struct gear *gear, double t_s)
     double a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) *
                      (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave *
                      (gear->pulse_hz > 0.0 ? pulse_of(gear, since_s) : 1.0);
-    return t_s >= gear->release.from_s ? released(&gear->release, t_s, a_ft_s2) : a_ft_s2;
+    return a_ft_s2;
 }
 
 static void draw_gear(struct gear *gear, const struct score_series *series, uint64_t *state)
@@ -180,7 +169,6 @@ static void draw_gear(struct gear *gear, const struct score_series *series, uint
     gear->bend_to_s = gear->bend_from_s + between(state, 0.3, 3.0);
     gear->onset_s = between(state, 0.03, 0.1);
     gear->pulse_hz = 0.0;
-    gear->release = (struct score_release){.from_s = (double)NAN};
     for (int i = 0; i < 3; i++) {
         gear->ripple[i] = between(state, 0.003, 0.02);
         gear->ripple_hz[i] = between(state, 0.5, 6.0);
@@ -336,7 +324,7 @@ static void find_wave(struct score_landing *landing, const struct sim_result *re
 
 static bool land(const struct score_series *series, struct score_landing *landing,
                  enum score_kind kind, const double *gap_ft, const double *grit_lb,
-                 double *gap_end_ft, uint64_t *state, const struct score_release *release)
+                 double *gap_end_ft, uint64_t *state)
 {
     static struct sim_path_row rows[SCORE_ROWS_MAX];
     static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
@@ -351,8 +339,6 @@ static bool land(const struct score_series *series, struct score_landing *landin
         brake_late(&gear, state);
     if (kinds[kind].pulse_hz[1] > 0.0)
         brake_in_pulses(&gear, &kinds[kind], series->number, landing->number);
-    if (release)
-        gear.release = *release;
     note_braking(&gear, landing);
     roll(landing, &gear, series, rows, &count, state);
     sim_scene_defaults(&scene);
@@ -451,9 +437,7 @@ static void change_joints(const struct kind *kind, const struct score_series *se
     }
 }
 
-/* `before`: NULL, or what is before each landing. */
-static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
-                    struct score_before *before)
+static bool compute(struct score_truth *truth, uint32_t number, enum score_kind kind)
 {
     static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
     uint64_t state = 0x5c0e0000u + number;
@@ -471,12 +455,7 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
         landing->number = i + 1;
         for (int j = 0; j < SCORE_JOINTS; j++)
             landing->gap_in[j] = (float)(12.0 * gap_ft[j]);
-        if (before) {
-            memcpy(before[i].gap_ft, gap_ft, sizeof gap_ft);
-            memcpy(before[i].grit_lb, grit_lb, sizeof grit_lb);
-            before[i].state = state;
-        }
-        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state, NULL))
+        if (!land(&truth->series, landing, kind, gap_ft, grit_lb, gap_ft, &state))
             return false;
         if (kinds[kind].planar && landing->rows == 0) {
             truth->series.landings = i;
@@ -486,25 +465,6 @@ static bool compute(struct score_truth *truth, uint32_t number, enum score_kind 
             truth->series.landings = i + 1; /* the runway has to be laid again */
     }
     return true;
-}
-
-bool score_truth_compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
-                         struct score_before before[SCORE_LANDINGS])
-{
-    return compute(truth, number, kind, before);
-}
-
-bool score_truth_released(const struct score_series *series, enum score_kind kind, uint32_t number,
-                          const struct score_before *before, const struct score_release *release,
-                          struct score_landing *landing)
-{
-    static double end_ft[SCORE_JOINTS];
-    uint64_t state = before->state;
-    memset(landing, 0, sizeof *landing);
-    landing->number = number;
-    landing->wave_s = NAN;
-    return land(series, landing, kind, before->gap_ft, before->grit_lb, end_ft, &state, release) &&
-           landing->rows > 0;
 }
 
 /* A landing on disk: only the rows and looks it has. */
@@ -558,7 +518,7 @@ bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind
         if (good)
             return true;
     }
-    if (!compute(truth, number, kind, NULL))
+    if (!compute(truth, number, kind))
         return false;
     file = fopen(made, "wb");
     if (!file || !carry_all(truth, kind, file, put) || fclose(file) != 0 ||

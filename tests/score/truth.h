@@ -78,25 +78,6 @@ enum score_kind score_kind_find(const char *name);
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
                      const char *folder);
 
-/* Before each landing of a series: what it takes to play it again. */
-struct score_before {
-    double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
-    uint64_t state;
-};
-/* The series with what was before each of its landings; never from the cache. */
-bool score_truth_compute(struct score_truth *truth, uint32_t number, enum score_kind kind,
-                         struct score_before before[SCORE_LANDINGS]);
-/* From a time on a landing is braked by no more than that; or, in pulses that last `pulse_s`, by
- * all of its brake and by `drag_ft_s2` in turn, so that the mean is that. */
-struct score_release {
-    double from_s, most_ft_s2;  /* time 0: the first row */
-    double pulse_s, drag_ft_s2; /* pulse_s 0: no pulses */
-};
-/* A landing again, its brake released. */
-bool score_truth_released(const struct score_series *series, enum score_kind kind, uint32_t number,
-                          const struct score_before *before, const struct score_release *release,
-                          struct score_landing *landing);
-
 /* Uniform in 0..1 and standard normal from a state. */
 double score_uniform(uint64_t *state);
 double score_normal(uint64_t *state);

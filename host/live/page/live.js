@@ -318,7 +318,7 @@
     const r = state.risk;
     if (!r || r.risk === null) return '';
     return '; risk ' + fixed(r.risk, 2) + (r.lamp_limit !== null ? ' (the lamp warns from ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ' by chart and plan' : r.of_plan ? ' by the plan' : '') +
-      (r.failure_s !== null ? ', failure expected at ' + shown(r.failure_ft, 'station', 1) + ' in ' + fixed(r.failure_s, 2) + ' s' : '') + (r.release ? '; brake release ' + r.release : '');
+      (r.failure_s !== null ? ', failure expected at ' + shown(r.failure_ft, 'station', 1) + ' in ' + fixed(r.failure_s, 2) + ' s' : '');
   };
   const showWarning = () => {
     const w = state.warning, box = $('warning'), past = !w.on && w.since_us > 0;
