@@ -74,7 +74,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         read_words(words, request, error) != MR_OK)
         return error->status;
     if (!isnan(request->limit_in))
-        compare_limits_add_rms(&request->limits, request->limit_in);
+        compare_limits_add(&request->limits, "channels.*.rms_in", request->limit_in);
     if (output_check(request->output, request->scene, error) == MR_OK &&
         output_not_input(request->output, request->limits_path, error) == MR_OK)
         plot_check(request->plot, request->scene, error);
@@ -120,7 +120,7 @@ static int compare_one(struct store *store, const struct request *request,
             compare_plot(&landing, cli->si, request->plot, error);
     }
     if (error->status == MR_OK) {
-        compare_limits_check(&request->limits, &landing.figures, cli->si, &verdict);
+        compare_judge(&landing.figures, &request->limits, &verdict);
         compare_answer(&landing.figures, &verdict, answer);
     }
     measured_aside_note(&landing.measured, cli);
@@ -141,11 +141,12 @@ static int compare_many(struct store *store, const struct request *request,
     struct compare_series set;
     struct answer *answer = answer_new(cli->si);
     struct cli for_progress = *cli;
-    enum mr_status status = compare_series_run(store, request->series, model, &request->limits,
-                                               cli->si, progress, &for_progress, &set, error);
-    struct compare_verdict verdict = set.verdict;
-    if (status == MR_OK)
+    if (compare_series_run(store, request->series, model, progress, &for_progress, &set, error) ==
+        MR_OK) {
+        compare_series_judge(&set, &request->limits);
         compare_series_answer(&set, answer);
+    }
+    struct compare_verdict verdict = set.verdict;
     compare_series_free(&set);
     return conclude(&verdict, answer, cli, error);
 }
@@ -173,6 +174,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
                                 : compare_many(store, &request, &model, cli, &error);
         compare_model_free(&model);
     }
+    compare_limits_free(&request.limits);
     store_close(store);
     return exit_code;
 }
@@ -187,10 +189,9 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--series", "NAME", series,
                 "the landings of a series (matrig series) instead of all"),
     OPTION_TEXT("--limits", "F", limits_path,
-                "JSON; exit 1 when one fails: {\"channels\": {\"all\": {\"rms_in\": 0.05, "
-                "\"correlation\": 0.99}, \"3\":\n"
-                "{\"peak_in\": 0.1}}, \"zones\": {\"simulated\": {\"overlap\": 0.5}}, \"series\": "
-                "{\"within\": 0.8}}"),
+                "JSON of paths into the answer's JSON; exit 1 when one fails:\n"
+                "{\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1, "
+                "\"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when a channel's rms difference exceeds IN inches"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,

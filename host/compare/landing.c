@@ -260,7 +260,6 @@ static void pool(struct compare_series *set, const struct compare_figures *figur
 static void finish(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
-    size_t within = 0;
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
         double n = set->channel[c].samples;
         samples += n;
@@ -269,11 +268,9 @@ static void finish(struct compare_series *set)
         set->channel[c].bias_in /= n;
         set->channel[c].rms_in = sqrt(set->channel[c].rms_in / n);
     }
-    for (size_t i = 0; i < set->count; i++)
-        within += set->landing[i].compared && set->landing[i].verdict.failed == 0;
     set->pooled.bias_in = sum / samples;
     set->pooled.rms_in = sqrt(squares / samples);
-    set->pooled.within = (double)within / (double)set->count;
+    set->pooled.within = (double)NAN;
 }
 
 /* ---- surveys ---- */
@@ -392,7 +389,6 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
 /* ---- the series ---- */
 
 static enum mr_status run_landing(struct store *store, struct compare_model *model,
-                                  const struct compare_limits *limits, bool si,
                                   struct compare_series *set, size_t index, struct moves *moves,
                                   struct error *error)
 {
@@ -404,7 +400,6 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
         out->compared = true;
         set->compared++;
         out->figures = landing.figures;
-        compare_limits_check(limits, &out->figures, si, &out->verdict);
         pool(set, &out->figures);
         moves->known = true;
         memcpy(moves->in, landing.moved_in, sizeof moves->in);
@@ -418,31 +413,10 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
     return error->status;
 }
 
-/* The verdict of the whole: the worst of the landings' and the series' own limits. */
-static void judge(struct compare_series *set, const struct compare_limits *limits, bool si)
-{
-    for (size_t i = 0; i < set->count; i++) {
-        struct compare_verdict *one = &set->landing[i].verdict;
-        if (!set->landing[i].compared && compare_limits_any(limits)) {
-            /* nobody knows whether it is within them */
-            *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
-            snprintf(one->text, sizeof one->text, "RUN %lld not compared: %.200s",
-                     (long long)set->landing[i].run, set->landing[i].why);
-        }
-        set->verdict.checked += one->checked;
-        if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
-            set->verdict.worst = one->worst;
-            memcpy(set->verdict.text, one->text, sizeof set->verdict.text);
-        }
-        set->verdict.failed += one->failed;
-    }
-    compare_limits_check_series(limits, &set->pooled, si, &set->verdict);
-}
-
 enum mr_status compare_series_run(struct store *store, const char *name,
-                                  struct compare_model *model, const struct compare_limits *limits,
-                                  bool si, void (*progress)(void *ctx, size_t done, size_t of),
-                                  void *ctx, struct compare_series *set, struct error *error)
+                                  struct compare_model *model,
+                                  void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                                  struct compare_series *set, struct error *error)
 {
     int64_t *runs = NULL;
     struct moves *moves = NULL;
@@ -455,7 +429,7 @@ enum mr_status compare_series_run(struct store *store, const char *name,
     }
     for (size_t i = 0; i < set->count && error->status == MR_OK; i++) {
         set->landing[i].run = runs[i];
-        run_landing(store, model, limits, si, set, i, &moves[i], error);
+        run_landing(store, model, set, i, &moves[i], error);
         if (progress)
             progress(ctx, i + 1, set->count);
     }
@@ -464,8 +438,7 @@ enum mr_status compare_series_run(struct store *store, const char *name,
                   set->landing[0].why);
     if (error->status == MR_OK) {
         finish(set);
-        if (compare_surveys(store, moves, set, error) == MR_OK)
-            judge(set, limits, si);
+        compare_surveys(store, moves, set, error);
     }
     free(runs);
     free(moves);

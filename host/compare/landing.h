@@ -47,6 +47,13 @@ struct compare_moved {
     double bias_in, rms_in, chi; /* over the points; chi: in standard errors */
 };
 
+/* All landings of a series together. */
+struct compare_pooled {
+    double within; /* share of landings within their limits; NaN: not judged */
+    double bias_in, rms_in;
+    double moved_in; /* rms of the movements between surveys, measured less simulated */
+};
+
 struct compare_series {
     char against[120], name[80]; /* the model's file; the series' name, or empty: all landings */
     struct compare_series_landing *landing;
@@ -71,9 +78,9 @@ struct compare_series {
  * MR_TOO_FEW: none could be; MR_UNKNOWN: no such series. `progress` may be NULL. The caller frees,
  * also after an error. */
 enum mr_status compare_series_run(struct store *store, const char *name,
-                                  struct compare_model *model, const struct compare_limits *limits,
-                                  bool si, void (*progress)(void *ctx, size_t done, size_t of),
-                                  void *ctx, struct compare_series *set, struct error *error);
+                                  struct compare_model *model,
+                                  void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                                  struct compare_series *set, struct error *error);
 void compare_series_free(struct compare_series *set);
 
 #endif

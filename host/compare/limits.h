@@ -1,48 +1,30 @@
-/* Limits on a comparison: a JSON file, and the verdict.
+/* Limits on a comparison: a JSON file whose keys are paths into the answer's JSON, and the result.
  *
- *     {"channels": {"all": {"rms_in": 0.05, "correlation": 0.99}, "3": {"rms_in": 0.1}},
- *      "zones": {"simulated": {"overlap": 0.5, "start_ft": 6}, "board": {"end_ft": 6}},
- *      "missing_channels": 0,
- *      "series": {"within": 0.8, "rms_in": 0.05, "moved_in": 0.1}}
+ *     {"channels.*.rms_in": 0.05, "channels.3.rms_in": 0.1, "channels.*.correlation": 0.99,
+ *      "zones.*.overlap_simulated.share": 0.5, "zones.*.overlap_board.end_difference_ft": 6,
+ *      "missing_channels": 0, "series.within": 0.8, "series.rms_in": 0.05}
  *
- * Each quantity has its unit in its key. Limits are the most that is allowed of the size of a
- * value, but for overlap, correlation, inside and within: the least. A number for one channel takes
- * the place of that for all. What is not known fails its limit, but for the ends of zones where one
- * side has none (overlap says that). missing_channels: how many fitted channels may be without a
- * comparison, 0 unless given. Keys that begin with _ are comments. */
+ * A path names keys from the outside in; * is every element of a list, a number the element whose
+ * "number" it is. A path with a number takes the place of the one with *. Paths that begin with
+ * series. are of a series' answer, the others of each landing's. The path may end in the unit of
+ * either answer (rms_in, rms_mm), and a limit may be text with a unit.
+ *
+ * A limit is the most that is allowed of the size of a value; of share, correlation, inside and
+ * within it is the least. A value that is null, or that is not there, fails its limit; but not in a
+ * channel that was not compared, which counts as missing, and not where one side has no zone, which
+ * is the share's to judge. missing_channels is 0 where channels have limits and it is not given.
+ * Keys that begin with _ are comments. */
 #ifndef MATRIG_HOST_COMPARE_LIMITS_H
 #define MATRIG_HOST_COMPARE_LIMITS_H
 
-#include "host/compare/figures.h"
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
 
-#define COMPARE_LIMITS_MAX 160u
-
-enum compare_scope {
-    COMPARE_CHANNELS,
-    COMPARE_ZONES_SIMULATED,
-    COMPARE_ZONES_BOARD,
-    COMPARE_SERIES,
-    COMPARE_SCOPES
-};
-
-struct compare_limit {
-    enum compare_scope scope;
-    int64_t channel; /* 0: all */
-    size_t quantity; /* of its scope */
-    double value;    /* in the report's units */
-};
+#include "host/base/error.h"
 
 struct compare_limits {
-    struct compare_limit limit[COMPARE_LIMITS_MAX];
-    size_t count;
-    size_t missing_channels;
-};
-
-/* Of a series, for its limits. */
-struct compare_pooled {
-    double within; /* share of landings within their limits */
-    double bias_in, rms_in;
-    double moved_in; /* rms of the movements between surveys, measured less simulated */
+    json_t *paths; /* path: number, in file order; NULL: none */
 };
 
 struct compare_verdict {
@@ -51,19 +33,16 @@ struct compare_verdict {
     double worst;
 };
 
-/* Adds what the file says. MR_IO, MR_MALFORMED: names line and key. */
+/* Adds what the file says. MR_IO, MR_MALFORMED. */
 enum mr_status compare_limits_load(struct compare_limits *limits, const char *path,
                                    struct error *error);
-/* As {"channels": {"all": {"rms_in": V}}}. */
-void compare_limits_add_rms(struct compare_limits *limits, double rms_in);
+void compare_limits_add(struct compare_limits *limits, const char *path, double most);
 bool compare_limits_any(const struct compare_limits *limits);
+void compare_limits_free(struct compare_limits *limits);
 
-/* All but those of a series; adds to the verdict. */
-void compare_limits_check(const struct compare_limits *limits,
-                          const struct compare_figures *figures, bool si,
-                          struct compare_verdict *verdict);
-void compare_limits_check_series(const struct compare_limits *limits,
-                                 const struct compare_pooled *pooled, bool si,
-                                 struct compare_verdict *verdict);
+/* Judges an answer, in the report's units and in SI; adds to the verdict. `where`: "RUN 5", for
+ * people. */
+void compare_limits_check(const struct compare_limits *limits, bool of_series, const json_t *answer,
+                          const json_t *si, const char *where, struct compare_verdict *verdict);
 
 #endif

@@ -48,6 +48,8 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
         answer_value(answer, "inside", NULL, UNIT_NUMBER, f->inside, 3);
         moment(answer, "peak_measured", "peak|measured", &f->peak_measured);
         moment(answer, "peak_simulated", "peak|simulated", &f->peak_simulated);
+        answer_value(answer, "peak_difference", NULL, UNIT_DISPLACEMENT,
+                     f->peak_measured.value - f->peak_simulated.value, 4);
         ratio(answer, "peak_en", "peak|En", c->peak_en);
         peak_time(answer, true, &f->peak_measured);
         peak_time(answer, false, &f->peak_simulated);
@@ -60,11 +62,15 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
                         f->arrival_measured.t_s, f->arrival_measured.t_error_s, 4);
         answer_estimate(answer, "arrival_simulated", "arrival|simulated", UNIT_TIME,
                         f->arrival_simulated.t_s, f->arrival_simulated.t_error_s, 4);
+        answer_value(answer, "arrival_difference", NULL, UNIT_TIME,
+                     f->arrival_measured.t_s - f->arrival_simulated.t_s, 4);
         ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
         answer_value(answer, "ahead_measured", "wheel ahead|measured", UNIT_STATION,
                      c->ahead_measured_ft, 1);
         answer_value(answer, "ahead_simulated", "wheel ahead|simulated", UNIT_STATION,
                      c->ahead_simulated_ft, 1);
+        answer_value(answer, "ahead_difference", NULL, UNIT_STATION,
+                     c->ahead_measured_ft - c->ahead_simulated_ft, 1);
         answer_value(answer, "correlation", "correlation|at lag 0", UNIT_NUMBER, f->correlation, 4);
         answer_value(answer, "lag", "best lag", UNIT_TIME, f->lag_s, 4);
         answer_value(answer, "lag_correlation", "correlation|there", UNIT_NUMBER,
@@ -216,6 +222,10 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     answer_value(answer, "scatter", "rms of the rest", UNIT_TIME, figures->scatter_s, 4);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
+    size_t missing = 0;
+    for (size_t i = 0; i < figures->channels; i++)
+        missing += !figures->channel[i].compared;
+    answer_count(answer, "missing_channels", NULL, (int64_t)missing);
     compare_channels_answer(figures, answer);
     compare_zones_answer(&figures->zones, answer);
     struct compare_agreement agreement;
@@ -340,12 +350,66 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
         moved_answer(&set->moved[i], answer);
     answer_close(answer);
     worst_agreement(set, answer);
-    if (set->verdict.checked > 0) {
+    answer_value(answer, "moved_rms", NULL, UNIT_DISPLACEMENT, set->pooled.moved_in, 4);
+    if (!isnan(set->pooled.within)) {
         answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within, 2);
         answer_words(answer, NULL, "within limits", "%.0f %% of the landings",
                      100.0 * set->pooled.within);
     }
     verdict_answer(&set->verdict, answer);
+}
+
+/* ---- limits ---- */
+
+void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,
+                   struct compare_verdict *verdict)
+{
+    static const struct compare_verdict none;
+    json_t *json[2];
+    char where[40];
+    for (int si = 0; si < 2; si++) {
+        struct answer *answer = answer_new(si);
+        compare_answer(figures, &none, answer);
+        json[si] = answer_into_json(answer);
+    }
+    snprintf(where, sizeof where, "RUN %" PRId64, figures->run);
+    compare_limits_check(limits, false, json[0], json[1], where, verdict);
+    json_decref(json[0]);
+    json_decref(json[1]);
+}
+
+/* The whole fails as its landings and the series' own limits do. */
+void compare_series_judge(struct compare_series *set, const struct compare_limits *limits)
+{
+    json_t *json[2];
+    size_t within = 0;
+    for (size_t i = 0; i < set->count && compare_limits_any(limits); i++) {
+        struct compare_verdict *one = &set->landing[i].verdict;
+        if (set->landing[i].compared) {
+            compare_judge(&set->landing[i].figures, limits, one);
+        } else { /* nobody knows whether it is within them */
+            *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
+            snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
+                     set->landing[i].run, set->landing[i].why);
+        }
+        set->verdict.checked += one->checked;
+        if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
+            set->verdict.worst = one->worst;
+            memcpy(set->verdict.text, one->text, sizeof set->verdict.text);
+        }
+        set->verdict.failed += one->failed;
+        within += one->failed == 0;
+    }
+    if (compare_limits_any(limits))
+        set->pooled.within = (double)within / (double)set->count;
+    for (int si = 0; si < 2; si++) {
+        struct answer *answer = answer_new(si);
+        compare_series_answer(set, answer);
+        json[si] = answer_into_json(answer);
+    }
+    compare_limits_check(limits, true, json[0], json[1], "the series", &set->verdict);
+    json_decref(json[0]);
+    json_decref(json[1]);
 }
 
 /* ---- files ---- */

@@ -10,6 +10,10 @@
 void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                     struct answer *answer);
 void compare_series_answer(const struct compare_series *set, struct answer *answer);
+/* The result against limits, into the verdict of a landing, or of a series and its landings. */
+void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,
+                   struct compare_verdict *verdict);
+void compare_series_judge(struct compare_series *set, const struct compare_limits *limits);
 /* Parts of a landing's: the table of its transducers with what its words mean, and what each
  * moment's zones are. */
 void compare_channels_answer(const struct compare_figures *figures, struct answer *answer);

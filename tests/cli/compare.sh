@@ -17,11 +17,11 @@ sed 's/"f": 0.5/"f": 0.35/' $scene >"$tmp/slippery.json"
 
 cat >"$tmp/tight.json" <<'END'
 {"_": "at rest the measured zone ends where transducers do, the simulated does not",
- "channels": {"all": {"rms_in": 0.003, "bias_in": 0.001, "correlation": 0.9995, "end_en": 1, "chi": 1, "lag_s": 0.002}, "1": {"arrival_s": 0.002},
-              "5": {"ahead_ft": 0.1, "peak_mm": 0.1}},
- "zones": {"simulated": {"overlap": 0.15}}}
+ "channels.*.rms_in": 0.003, "channels.*.bias_in": 0.001, "channels.*.correlation": 0.9995, "channels.*.end_en": 1, "channels.*.chi": 1,
+ "channels.*.lag_s": 0.002, "channels.1.arrival_difference_s": 0.002, "channels.5.ahead_difference_ft": 0.1, "channels.5.peak_difference_mm": 0.1,
+ "zones.*.overlap_simulated.share": 0.15}
 END
-sed 's/"rms_in": 0.003/"rms_in": 0.01/; s/"bias_in": 0.001/"bias_in": 0.006/; s/_s": 0.002/_s": 0.02/g; s/"peak_mm": 0.1/"peak_mm": 0.3/' "$tmp/tight.json" >"$tmp/wider.json"
+sed 's/rms_in": 0.003/rms_in": 0.01/; s/bias_in": 0.001/bias_in": 0.006/; s/_s": 0.002/_s": 0.02/g; s/_mm": 0.1/_mm": 0.3/' "$tmp/tight.json" >"$tmp/wider.json"
 
 json() { python3 -c 'import json, sys
 def no(x): raise SystemExit("not JSON: " + x)
@@ -45,7 +45,7 @@ print(worst + 1, "%.2f" % rms[worst])
 END
     ) || return 1
     echo "expected: transducer, rms: $worst"
-    fails_with 1 "rms difference ${worst#* }.* in exceeds 0.0030 in: transducer ${worst% *} of RUN 1, by" $matrig compare "$db" 1 "$tmp/slippery.json" --as-is --limit 0.003
+    fails_with 1 "channels.${worst% *}.rms_in of RUN 1 is ${worst#* }.*; its limit is 0.0030, exceeded by" $matrig compare "$db" 1 "$tmp/slippery.json" --as-is --limit 0.003
 }
 fits_a_terminal() {
     $matrig compare "$db" 1 >"$tmp/t.txt" && $matrig --si compare "$db" 1 >>"$tmp/t.txt" && $matrig compare "$db" $scene >>"$tmp/t.txt" || return 1
@@ -81,10 +81,10 @@ is_drawn() { $matrig compare "$db" 1 --plot "$tmp/one.svg" >/dev/null && grep -c
 
 series_and_its_limits() {
     # Twice the same landing, by a board that says the same survey: what the first did to the gaps is carried on, and shows.
-    printf '{"channels": {"all": {"rms_in": 1.5}}, "series": {"within": 1, "rms_in": 1}}' >"$tmp/series.json"
+    printf '{"channels.*.rms_in": 1.5, "series.within": 1, "series.rms_in": 1}' >"$tmp/series.json"
     $matrig compare "$db" $scene --limits "$tmp/series.json" | tee "$tmp/series.txt" | grep -Eq '^within limits +100 %' && cat "$tmp/series.txt" || return 1
-    printf '{"series": {"bias_in": 0.00001}}' >"$tmp/strict.json"
-    fails_with 1 'pooled bias .* exceeds 0.0000 in: the series, by' $matrig compare "$db" $scene --limits "$tmp/strict.json" &&
+    printf '{"series.bias_in": 0.00001}' >"$tmp/strict.json"
+    fails_with 1 'bias_in of the series is .*; its limit is 0.0000, exceeded by' $matrig compare "$db" $scene --limits "$tmp/strict.json" &&
         [ "$($matrig --json compare "$db" --series spring >"$tmp/s.json"; json "$tmp/s.json" '[l["run"] for l in j["landings"]]')" = "[2]" ] &&
         fails_with 2 "no landings in series 'summer'" $matrig compare "$db" --series summer
 }
@@ -100,8 +100,8 @@ without_switches() {
         fails_with 1 'RUN 2 not compared: the motion of the gear is not known' $matrig compare "$tmp/blind.db" $scene --limit 1
 }
 wrong_input_is_told() {
-    printf '{\n "channels":\n  {"all": {"rsm_in": 1}}}' >"$tmp/typo.json"
-    fails_with 4 'typo.json line 3: "rsm_in"; give bias_in, rms_in' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
+    echo '{"channels.*.rsm_in": 1}' >"$tmp/typo.json"
+    fails_with 1 'channels.*.rsm_in is not in the answer of RUN 1' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
         fails_with 3 'cannot read limits: .*none.json' $matrig compare "$db" 1 --limits "$tmp/none.json" &&
         fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
         fails_with 2 'one runway; give a study file for --seeds' $matrig compare "$db" 1 --seeds 4 &&

@@ -22,7 +22,7 @@ files() { # of the names that examples have
     cp can.log candump-2026-05-04.log && matrig --quiet bundle campaign.db 3 -o landing5.db || return 1
     matrig --quiet survey campaign.db --edges none --sheet sheet.csv && awk -F, -v OFS=, 'NR > 1 {$4 = 33.8} {print}' sheet.csv >read.csv &&
         matrig --quiet survey campaign.db --edges none --from read.csv || return 1
-    printf '{"channels": {"all": {"rms_in": 9}}}' >limits.json
+    printf '{"channels.*.rms_in": 9}' >limits.json
     printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >readings.json
     cp tests/push/one.csv push.csv
     printf 't,x\n' >lvdt.csv && awk 'BEGIN {for (i = 0; i < 400; i++) printf "%.4f,%.5f\n", i * 0.002, i * 0.0001}' >>lvdt.csv

@@ -1,20 +1,20 @@
 /* Files of limits for matrig compare. */
-#include "host/compare/limits.h"
+#include "host/compare/show.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    struct compare_limits limits = {.count = 0};
+    struct compare_limits limits = {NULL};
     struct compare_verdict verdict = {0};
     struct compare_figures figures = {
         .run = 1, .channels = 1, .channel = {{.number = 1, .compared = true}}};
     struct error error = {0};
     if (compare_limits_load(&limits, fuzz_file("limits.json", data, size), &error) == MR_OK) {
-        FUZZ_REQUIRE(limits.count > 0 && limits.count <= COMPARE_LIMITS_MAX);
-        compare_limits_check(&limits, &figures, false, &verdict);
+        compare_judge(&figures, &limits, &verdict);
         FUZZ_REQUIRE(!verdict.failed == !verdict.text[0]);
     } else {
         FUZZ_REQUIRE(error.text[0]);
     }
+    compare_limits_free(&limits);
     return 0;
 }

@@ -418,7 +418,6 @@ static void movement_between_surveys(void **state)
     struct compare_model model;
     struct compare_series set;
     struct compare_landing landing;
-    const struct compare_limits none = {.count = 0};
     (void)state;
     load_one(&s, &m, &zones);
     for (int k = 0; k < 2; k++) {
@@ -444,7 +443,7 @@ static void movement_between_surveys(void **state)
     compare_landing(s.store, 1, &model, 0, &landing, &s.error);
     compare_model_free(&model);
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
-    compare_series_run(s.store, NULL, &model, &none, false, NULL, NULL, &set, &s.error);
+    compare_series_run(s.store, NULL, &model, NULL, NULL, &set, &s.error);
     assert_no_error(&s.error);
     assert_int_equal(set.compared, 1);
     assert_int_equal(set.moves, 1);
@@ -481,7 +480,7 @@ static void movement_between_surveys(void **state)
 
 static struct compare_limits limits_of(const char *text, struct error *error)
 {
-    struct compare_limits limits = {.count = 0};
+    struct compare_limits limits = {NULL};
     char path[200];
     FILE *file = fopen(scratch_path(path, sizeof path, "limits.json"), "w");
     assert_non_null(file);
@@ -513,7 +512,8 @@ static struct compare_verdict verdict_of(const char *text, const struct compare_
     struct compare_verdict verdict = {0};
     struct compare_limits limits = limits_of(text, &error);
     assert_no_error(&error);
-    compare_limits_check(&limits, figures, false, &verdict);
+    compare_judge(figures, &limits, &verdict);
+    compare_limits_free(&limits);
     return verdict;
 }
 
@@ -522,41 +522,47 @@ static void limits_decide(void **state)
     struct compare_figures f = two_channels();
     struct compare_verdict v;
     (void)state;
-    v = verdict_of(
-        "{\"channels\": {\"all\": {\"rms_in\": 0.05, \"bias_in\": 0.04, \"correlation\": 0.9}}}",
-        &f);
+    v = verdict_of("{\"channels.*.rms_in\": 0.05, \"channels.*.bias_in\": 0.04, "
+                   "\"channels.*.correlation\": 0.9}",
+                   &f);
     assert_true(v.failed == 0 && v.checked == 7); /* three of each, and that none is missing */
-    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}}}", &f);
+    v = verdict_of("{\"channels.*.rms_in\": 0.03}", &f);
     assert_true(v.failed == 1);
     assert_string_equal(
-        v.text, "rms difference 0.0400 in exceeds 0.0300 in: transducer 2 of RUN 7, by 0.0100 in");
+        v.text, "channels.2.rms_in of RUN 7 is 0.0400; its limit is 0.0300, exceeded by 0.0100");
     /* 0.05 in */
-    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}, \"2\": {\"rms_mm\": 1.27}}}", &f);
+    v = verdict_of("{\"channels.*.rms_in\": 0.03, \"channels.2.rms_in\": \"1.27 mm\"}", &f);
     assert_true(v.failed == 0 && v.checked == 3);
-    v = verdict_of("{\"channels\": {\"all\": {\"bias_in\": 0.02}}}", &f); /* its size counts */
+    v = verdict_of("{\"channels.*.rms_mm\": 1}", &f);
+    assert_true(v.failed == 1 && v.checked == 3);
+    v = verdict_of("{\"channels.*.bias_in\": 0.02}", &f); /* its size counts */
     assert_true(v.failed == 2);
-    v = verdict_of("{\"channels\": {\"all\": {\"correlation\": 0.99}}}", &f);
+    v = verdict_of("{\"channels.*.correlation\": 0.99}", &f);
     assert_string_equal(
-        v.text, "correlation 0.9500 falls short of 0.9900: transducer 1 of RUN 7, by 0.0400");
+        v.text, "channels.1.correlation of RUN 7 is 0.9500; its limit is 0.9900, missed by 0.0400");
     /* what is not known does not pass */
-    v = verdict_of("{\"channels\": {\"all\": {\"lag_s\": 0.1}}}", &f);
-    assert_true(v.failed == 2 && strstr(v.text, "lag is not known"));
-    v = verdict_of("{\"channels\": {\"5\": {\"rms_in\": 1}}}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "transducer 5 of RUN 7 is not fitted"));
+    v = verdict_of("{\"channels.*.lag_s\": 0.1}", &f);
+    assert_true(v.failed == 2 && strstr(v.text, "lag_s of RUN 7 is not known"));
+    v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
+    assert_true(v.failed == 1 && strstr(v.text, "channels.5.rms_in is not in the answer of RUN 7"));
+    v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
+    assert_true(v.failed == 1 && strstr(v.text, "channels.*.rsm_in is not in the answer"));
     /* ends that are not there are the overlap's */
-    v = verdict_of("{\"zones\": {\"simulated\": {\"overlap\": 0.5, \"start_ft\": 3}}}", &f);
-    assert_true(
-        v.failed == 1 && v.checked == 1 &&
-        strstr(v.text,
-               "overlap of zones 0.4000 falls short of 0.5000: the simulated, at rest, RUN 7"));
-    v = verdict_of("{\"zones\": {\"board\": {\"overlap\": 0.5}}}", &f);
+    v = verdict_of("{\"zones.*.overlap_simulated.share\": 0.5, "
+                   "\"zones.*.overlap_simulated.start_difference_ft\": 3}",
+                   &f);
+    assert_true(v.failed == 1 && v.checked == 1);
+    assert_string_equal(v.text, "zones.1.overlap_simulated.share of RUN 7 is 0.4000; its limit is "
+                                "0.5000, missed by 0.1000");
+    v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
     assert_true(v.failed == 1 && strstr(v.text, "not known"));
     f.channel[0].compared = false;
     snprintf(f.channel[0].why, sizeof f.channel[0].why, "open");
-    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 1}}}", &f);
-    assert_true(v.failed == 1 &&
-                strstr(v.text, "1 channels not compared, 0 allowed: transducer 1 of RUN 7: open"));
-    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 1}}, \"missing_channels\": 1}", &f);
+    v = verdict_of("{\"channels.*.rms_in\": 1}", &f);
+    assert_true(v.failed == 1);
+    assert_string_equal(
+        v.text, "missing_channels of RUN 7 is 1.0000; its limit is 0.0000, exceeded by 1.0000");
+    v = verdict_of("{\"channels.*.rms_in\": 1, \"missing_channels\": 1}", &f);
     assert_true(v.failed == 0);
 }
 
@@ -565,24 +571,19 @@ static void limits_that_are_wrong(void **state)
     static const struct {
         const char *text, *says;
     } wrong[] = {
-        {"{\n \"channels\": {\n  \"all\": {\"rsm_in\": 0.05}}}",
-         "line 3: \"rsm_in\"; give bias_in, rms_in,"},
-        {"{\"chanels\": {}}", "unknown key: "},
-        {"{\"channels\": {\"9\": {\"rms_in\": 1}}}", "no such transducer: "},
-        {"{\"channels\": {\"all\": {\"rms_in\": \"x\"}}}", "no limit: "},
-        {"{\"channels\": {\"all\": {\"rms_in\": -1}}}", "no limit: "},
-        {"{\"channels\": {\"all\": {\"rms\": 1}}}", "unknown limit: "}, /* a unit is needed */
-        {"{\"channels\": [1]}", "no object: "},
-        {"{\"zones\": {\"chain\": {}}}", "unknown zones: "},
-        {"{\"missing_channels\": 0.5}", "no number of channels: "},
+        {"{\"channels.*.rms_in\": \"x\"}", "not a number: "},
+        {"{\"channels.*.rms_in\": \"3 lb\"}", "a force instead of a length: "},
+        {"{\"channels.*.rms_in\": -1}", "no limit: "},
+        {"{\"channels\": {\"all\": {\"rms_in\": 1}}}", "no limit: "}, /* as it was once */
         {"{\"_\": 1}", "nothing could fail"},
-        {"{\"channels\": {\n \"all\": {\"rms_in\": 1,}}}", "no JSON: "},
-        {"{\"channels\": {\"all\": {\"rms_in\": 1, \"rms_in\": 2}}}", "no JSON: "},
+        {"{\n \"missing_channels\": 1,}", "no JSON: "},
+        {"{\"missing_channels\": 1, \"missing_channels\": 2}", "no JSON: "},
     };
     (void)state;
     for (size_t i = 0; i < COUNT_OF(wrong); i++) {
         struct error error = {0};
-        limits_of(wrong[i].text, &error);
+        struct compare_limits limits = limits_of(wrong[i].text, &error);
+        compare_limits_free(&limits);
         assert_error(&error, MR_MALFORMED, wrong[i].says);
     }
 }
