@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/board/readytalk.h"
+#include "host/board/ready_client.h"
 
 #define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
 #define POINT_S      10.0 /* for them to come */
@@ -49,11 +49,11 @@ static bool gathered(const void *context)
 }
 
 /* The channel's mean over a second or so. */
-static enum mr_status measure(struct readytalk *talk, struct gathering *g, const char *name,
+static enum mr_status measure(struct ready_client *talk, struct gathering *g, const char *name,
                               struct calibrate_point *point, struct error *error)
 {
     *g = (struct gathering){.reference = g->reference, .channel = g->channel};
-    enum mr_status status = readytalk_live(talk, LIVE_S, error);
+    enum mr_status status = ready_client_live(talk, LIVE_S, error);
     if (status != MR_OK && error->status == MR_OK)
         return error_set(error, status, "the board does not read live (%s): %s; it must be idle",
                          mr_status_text(status), dialogue_spec(talk->dialogue));
@@ -71,7 +71,7 @@ static enum mr_status measure(struct readytalk *talk, struct gathering *g, const
 
 /* A line from the keyboard while the board is listened to, so that nothing piles up. False: the
  * end. */
-static bool typed_line(struct readytalk *talk, char *line, size_t size, struct error *error)
+static bool typed_line(struct ready_client *talk, char *line, size_t size, struct error *error)
 {
     size_t length = 0;
     while (error->status == MR_OK) {
@@ -93,7 +93,7 @@ static bool typed_line(struct readytalk *talk, char *line, size_t size, struct e
     return false;
 }
 
-static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *talk,
+static enum mr_status guide(const struct calibrate_guided *r, struct ready_client *talk,
                             const struct mr_config *config, struct calibrate_points *points,
                             struct error *error)
 {
@@ -134,7 +134,7 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
     }
     struct error late = {0};
     if (error->status == MR_OK)
-        (void)readytalk_live(talk, 0, &late);
+        (void)ready_client_live(talk, 0, &late);
     return error->status;
 }
 
@@ -142,14 +142,14 @@ enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_confi
                                struct calibrate_points *points, struct error *error)
 {
     struct dialogue dialogue;
-    struct readytalk *talk = calloc(1, sizeof *talk);
+    struct ready_client *talk = calloc(1, sizeof *talk);
     struct ready_facts *facts = calloc(1, sizeof *facts);
     if (!talk || !facts)
         abort();
     enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error);
     if (status == MR_OK) {
-        readytalk_begin(talk, &dialogue, facts, MEET_S);
-        status = readytalk_meet(talk, error);
+        ready_client_begin(talk, &dialogue, facts, MEET_S);
+        status = ready_client_meet(talk, error);
     }
     if (status == MR_OK && !facts->hello)
         status = dialogue_no_hello(&dialogue, error);

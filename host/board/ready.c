@@ -1,15 +1,19 @@
 #include "host/board/ready.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "common/channels.h"
 #include "common/crash.h"
+#include "common/gain.h"
 #include "common/staircase.h"
 #include "host/base/units.h"
-#include "host/board/ready_parts.h"
+#include "host/base/wrap.h"
 #include "host/board/shunts.h"
+#include "host/calibrate/jump.h"
+#include "host/calibrate/mistake.h"
 
 #define MB 1e6
 /* Every rig has these to be tested; and these have a name of their own when they are good. */
@@ -17,6 +21,312 @@
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
 #define SELF_TESTS_NAMED \
     (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
+
+/* ---- the report ---- */
+
+static void limit(struct ready_check *check, const char *text)
+{
+    snprintf(check->limit, sizeof check->limit, "%s", text);
+}
+
+/* What to do about it, unless it is go. */
+static void advise(struct ready_check *check, const char *text)
+{
+    if (check->verdict != READY_GO)
+        snprintf(check->advice, sizeof check->advice, "%s", text);
+}
+
+const char *ready_text(enum ready_verdict verdict)
+{
+    static const char *const text[] = {
+        [READY_GO] = "GO",
+        [READY_NO_GO] = "NO-GO",
+        [READY_NOT_DONE] = "not done",
+        [READY_TOLD] = "told",
+    };
+    return text[verdict];
+}
+
+struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,
+                              const char *name, const char *format, ...)
+{
+    static struct ready_check beyond;
+    struct ready_check *check = report->count < READY_CHECKS ? &report->check[report->count++]
+                                                             : &beyond;
+    va_list arguments;
+    memset(check, 0, sizeof *check);
+    check->verdict = verdict;
+    snprintf(check->name, sizeof check->name, "%s", name);
+    va_start(arguments, format);
+    vsnprintf(check->value, sizeof check->value, format, arguments);
+    va_end(arguments);
+    return check;
+}
+
+enum ready_verdict ready_verdict(const struct ready_report *report)
+{
+    return ready_count(report, READY_NO_GO) || report->count == 0 ? READY_NO_GO : READY_GO;
+}
+
+unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < report->count; i++)
+        count += report->check[i].verdict == verdict;
+    return count;
+}
+
+json_t *ready_json(const struct ready_report *report)
+{
+    json_t *checks = json_array();
+    for (unsigned i = 0; i < report->count; i++) {
+        const struct ready_check *c = &report->check[i];
+        json_array_append_new(checks, json_pack("{ssssssssss}", "name", c->name, "verdict",
+                                                ready_text(c->verdict), "value", c->value, "limit",
+                                                c->limit, "advice", c->advice));
+    }
+    return checks;
+}
+
+#define VALUES        29u /* the column in which what was found begins */
+#define COLUMNS_LEAST 60u
+
+static void print_check(const struct ready_check *c, unsigned columns, FILE *out)
+{
+    char text[sizeof c->value + sizeof c->limit + 8], head[VALUES + 20];
+    snprintf(text, sizeof text, "%s%s%s%s", c->value, c->limit[0] ? "  [" : "", c->limit,
+             c->limit[0] ? "]" : "");
+    snprintf(head, sizeof head, "%-8s  %-17s ", ready_text(c->verdict), c->name);
+    fputs(head, out);
+    wrap_print(text, strlen(head), VALUES, columns, out);
+    if (!c->advice[0])
+        return;
+    fprintf(out, "%*s->", (int)VALUES, "");
+    wrap_print(c->advice, VALUES + 2, VALUES + 3, columns, out);
+}
+
+static void print_verdict(const struct ready_report *report, double took_s, unsigned columns,
+                          FILE *out)
+{
+    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
+    unsigned checks = report->count - ready_count(report, READY_TOLD);
+    char text[READY_CHECKS * 24 + 120];
+    size_t used = (size_t)snprintf(text, sizeof text, "%s after %.1f s",
+                                   ready_text(ready_verdict(report)), took_s);
+    const char *before = ": ";
+    for (unsigned i = 0; i < report->count && used < sizeof text; i++) {
+        if (report->check[i].verdict != READY_NO_GO)
+            continue;
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", before,
+                                 report->check[i].name);
+        before = ", ";
+    }
+    used += (size_t)snprintf(text + used, sizeof text - used, "%s%u of %u checks are go",
+                             no_go ? "; " : ": ", checks - no_go - open, checks);
+    if (open)
+        snprintf(text + used, sizeof text - used, ", %u not done", open);
+    wrap_print(text, 0, 0, columns, out);
+}
+
+void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
+{
+    columns = columns < COLUMNS_LEAST ? COLUMNS_LEAST : columns;
+    for (unsigned i = 0; i < report->count; i++)
+        print_check(&report->check[i], columns, out);
+    print_verdict(report, took_s, columns, out);
+}
+
+/* ---- calibration and certificates ---- */
+
+static void channel_name(const struct mr_channel_config *channel, char *out, size_t size)
+{
+    if (channel->kind == MR_KIND_DISPLACEMENT)
+        snprintf(out, size, "transducer %u", channel->number);
+    else if (channel->kind == MR_KIND_TENSION)
+        snprintf(out, size, "gage %u", channel->number);
+    else
+        snprintf(out, size, "%s", channel->kind == MR_KIND_STAIRCASE ? "staircase" : "reference");
+}
+
+static void judge_days(const struct ready_facts *f, struct ready_report *report)
+{
+    unsigned never = 0, sensors = 0, expired = 0;
+    char text[120] = "", name[20];
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+        const struct mr_channel_config *channel = &f->config.channel[i];
+        if (!mr_channel_measures(channel))
+            continue;
+        sensors++;
+        never += channel->calibrated_day == 0;
+        if (!channel->expires_day || channel->expires_day > f->today_day)
+            continue;
+        channel_name(channel, name, sizeof name);
+        size_t at = strlen(text);
+        snprintf(text + at, sizeof text - at, "%s%s", expired++ ? ", " : "", name);
+    }
+    if (sensors == 0)
+        return;
+    if (expired) {
+        struct ready_check *c = ready_add(report, READY_NO_GO, "calibration", "expired: %s", text);
+        limit(c, "expires_day after today");
+        advise(c, "calibrate, then matrig board config set with the new values and dates");
+    } else if (never) {
+        advise(ready_add(report, READY_NOT_DONE, "calibration",
+                         "%u of %u sensors have no date of calibration", never, sensors),
+               "put calibrated_day and expires_day into the configuration");
+    } else {
+        limit(ready_add(report, READY_GO, "calibration", "%u sensors, none expired", sensors),
+              "expires_day after today");
+    }
+}
+
+static void judge_jump(const struct ready_facts *f, unsigned i, const struct jump *jump,
+                       struct ready_report *report)
+{
+    char name[20], channel[8], what[120], since[40] = "the last check";
+    jump_channel(i, channel);
+    snprintf(name, sizeof name, "calibration %s", channel);
+    jump_text(jump, &f->config.channel[i], what, sizeof what);
+    if (f->past.run[i])
+        snprintf(since, sizeof since, "RUN %lld", (long long)f->past.run[i]);
+    struct ready_check *c = ready_add(report, READY_NO_GO, name, "%s since %s", what, since);
+    snprintf(c->limit, sizeof c->limit, "%.3g times, zero %g %s", jump->most, jump->shift_most,
+             f->config.channel[i].kind == MR_KIND_DISPLACEMENT ? "in" : "lb");
+    snprintf(c->advice, sizeof c->advice,
+             "a wrong unit, or was something changed? then say so: matrig ready DB --serial LINK "
+             "--changed '%s: NOTE'",
+             channel);
+}
+
+/* A board of an older firmware may hold a gain that is refused today. */
+static void judge_possible(const struct ready_facts *f, struct ready_report *report)
+{
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        const struct mr_channel_config *channel = &f->config.channel[i];
+        char name[20], input[8], mistake[80];
+        if (!mr_channel_measures(channel) || channel->unit_per_code == 0.0f ||
+            mr_gain_check(channel) == MR_RULE_NONE)
+            continue;
+        jump_channel(i, input);
+        snprintf(name, sizeof name, "calibration %s", input);
+        mistake_text(channel, mistake, sizeof mistake);
+        struct ready_check *c = ready_add(
+            report, READY_NO_GO, name, "%.4g %s per code: no sensor of the rig has such a gain%s",
+            (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
+        advise(c, "matrig board config get and check say more; calibrate the channel anew");
+    }
+}
+
+/* Each channel against what the campaign knows of it. Says nothing when that is nothing. */
+static void judge_past(const struct ready_facts *f, struct ready_report *report)
+{
+    unsigned known = 0, jumped = 0;
+    double most = 0.0;
+    char worst[8] = "";
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        struct jump jump;
+        const struct mr_channel_config *was = &f->past.channel[i], *is = &f->config.channel[i];
+        if (was->kind == MR_KIND_NONE || !mr_channel_measures(is))
+            continue;
+        bool jumps = jump_find(was, is, &jump);
+        known += jump.ratio > 0.0; /* 0: the input has another number now */
+        if (jumps) {
+            judge_jump(f, i, &jump, report);
+            jumped++;
+        } else if (jump.ratio > 0.0 && fabs(log(jump.ratio)) > most) {
+            most = fabs(log(jump.ratio));
+            jump_channel(i, worst);
+        }
+    }
+    if (known && !jumped && worst[0])
+        ready_add(report, READY_GO, "calibration kept",
+                  "%u channels follow from what the campaign knows; most of all the gain of %s, by "
+                  "%.2g %%",
+                  known, worst, 100.0 * (exp(most) - 1.0));
+    else if (known && !jumped)
+        ready_add(report, READY_GO, "calibration kept",
+                  "%u channels have the gains that the campaign knows", known);
+}
+
+static void judge_calibration(const struct ready_facts *f, struct ready_report *report)
+{
+    judge_days(f, report);
+    judge_possible(f, report);
+    judge_past(f, report);
+    if (f->changed[0])
+        ready_add(report, READY_GO, "change said", "%.150s", f->changed);
+}
+
+/* A bridge's zero holds for the temperature and the trim it was set at; before a landing somebody
+ * measures it with the bands slack. */
+static void judge_zeros(const struct ready_facts *f, struct ready_report *report)
+{
+    char is[UNIT_TEXT];
+    unsigned gages = 0, measured = 0;
+    float worst_lb = 0.0f;
+    for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        if (f->config.channel[i].kind != MR_KIND_TENSION || !(f->zero_told >> i & 1u))
+            continue;
+        gages++;
+        if (f->zero_measured >> i & 1u)
+            measured++;
+        else
+            worst_lb = fmaxf(worst_lb, f->config.channel[i].zero_error);
+    }
+    if (!gages)
+        return;
+    if (measured == gages) {
+        ready_add(report, READY_GO, "gage zeros", "all %u measured since reset", gages);
+        return;
+    }
+    struct ready_check *c =
+        ready_add(report, READY_NOT_DONE, "gage zeros",
+                  "%u of %u not measured since reset: as configured, +- %s", gages - measured,
+                  gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
+    advise(c, "that holds where bridges are trimmed; with the bands slack: matrig gages zero 2");
+}
+
+static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
+                              struct ready_report *report)
+{
+    char name[20], text[CERTIFICATES_TEXT];
+    const struct store_certificate *certificate = &f->certificates.of[i];
+    enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
+    certificates_text(certificate, state, &f->config.channel[i], text);
+    snprintf(name, sizeof name, "certificate %s", channel);
+    struct ready_check *c = ready_add(
+        report, state == CERTIFICATE_VALID ? READY_GO : READY_NO_GO, name, "%s: No. %s%s%s", text,
+        certificate->number, certificate->laboratory[0] ? ", " : "", certificate->laboratory);
+    advise(c,
+           state == CERTIFICATE_OVERDUE
+               ? "have the sensor calibrated; matrig calibrate CHANNEL --db DB --certificate ... "
+                 "enters its new certificate"
+               : "enter the certificate of the sensor that is fitted, or put its serial number "
+                 "into the configuration");
+}
+
+void ready_judge_certificates(const struct ready_facts *f, struct ready_report *report)
+{
+    unsigned without = 0, sensors = 0;
+    char text[200] = "", name[8];
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        if (!mr_channel_measures(&f->config.channel[i]))
+            continue;
+        sensors++;
+        jump_channel(i, name);
+        if (f->certificates.known[i]) {
+            judge_certificate(f, i, name, report);
+            continue;
+        }
+        size_t at = strlen(text);
+        snprintf(text + at, sizeof text - at, "%s%s", without++ ? ", " : "", name);
+    }
+    if (without)
+        ready_add(report, READY_TOLD, "certificates", "none is entered of %s",
+                  without == sensors ? "any sensor" : text);
+}
+
+/* ---- readings ---- */
 
 void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
                    unsigned c, struct ready_channel *channel)
@@ -201,7 +511,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     const struct mr_channel_config *channel = &f->config.channel[i];
     const struct ready_channel *m = &f->channel[i];
     char name[20];
-    ready_channel_name(channel, name, sizeof name);
+    channel_name(channel, name, sizeof name);
     if (m->blocks == 0) {
         advise(ready_add(report, READY_NOT_DONE, name, "no readings came"), "");
         return;
@@ -532,14 +842,11 @@ static void judge_serial(const struct ready_facts *f, struct ready_report *repor
 
 static void judge_computer(const struct ready_facts *f, struct ready_report *report)
 {
-    double wanted = f->wanted_bytes > 0.0 ? f->wanted_bytes : READY_LANDINGS * f->landing_bytes;
+    double wanted = READY_LANDINGS * f->landing_bytes;
     struct ready_check *c = ready_add(report, f->free_bytes >= wanted ? READY_GO : READY_NO_GO,
                                       "disk", "%.0f MB free, a landing takes %.1f MB",
                                       f->free_bytes / MB, f->landing_bytes / MB);
-    if (f->wanted_bytes > 0.0)
-        snprintf(c->limit, sizeof c->limit, "%.0f MB, as given", wanted / MB);
-    else
-        snprintf(c->limit, sizeof c->limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
+    snprintf(c->limit, sizeof c->limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
     advise(c, "make room where the campaign is, or use another disk");
     c = f->database[0] ? ready_add(report, READY_NO_GO, "database", "%s", f->database)
                        : ready_add(report, READY_GO, "database", "writable%s",
@@ -579,14 +886,14 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_image(f, report);
     judge_configuration(f, report);
     if (f->config_known) {
-        ready_judge_calibration(f, report);
+        judge_calibration(f, report);
         ready_judge_certificates(f, report);
     }
     judge_clock(f, report);
     judge_brown_out(f, report);
     if (f->config_known) {
         judge_channels(f, report);
-        ready_judge_zeros(f, report);
+        judge_zeros(f, report);
         judge_shunts(f, report);
     }
     judge_box(f, report);

@@ -84,7 +84,7 @@ struct ready_facts {
     char advice[420];
     bool advised_against;
     bool database_checked; /* its pages, all in time */
-    double free_bytes, landing_bytes, wanted_bytes;
+    double free_bytes, landing_bytes;
 
     /* the board */
     bool hello, config_known, config_state_known;
@@ -126,6 +126,8 @@ void ready_measure(const struct mr_config *config, const struct mr_block *blocks
                    unsigned c, struct ready_channel *channel);
 
 void ready_judge(const struct ready_facts *facts, struct ready_report *report);
+/* Only the certificates of the sensors, a part of it. */
+void ready_judge_certificates(const struct ready_facts *facts, struct ready_report *report);
 /* No-go when any check is. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
 unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict);

@@ -11,7 +11,7 @@
 
 #include "common/config.h"
 #include "common/staircase.h"
-#include "host/board/walksteps.h"
+#include "host/board/walk.h"
 #include "tests/electronics/boards.h"
 
 struct spread {
@@ -154,7 +154,7 @@ static int boards(uint64_t count, uint64_t from)
 
 /* ---- staircase ---- */
 
-/* What matrig ready --walk --learn would make of a board (host/board/walksteps.h): its steps, whole
+/* What matrig ready --learn would make of a board (host/board/walk.h): its steps, whole
  * codes as the configuration has them; the configured ones; or nothing. */
 enum learning { LEARNED, CONFIGURED_STAY, REFUSED };
 

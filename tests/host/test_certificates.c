@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/board/certificates.h"
-#include "host/board/ready_parts.h"
+#include "host/board/ready.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_sql.h"
 #include "tests/host/scratch.h"

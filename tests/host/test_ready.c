@@ -7,7 +7,7 @@
 #include "common/channels.h"
 #include "common/crash.h"
 #include "host/board/ready.h"
-#include "host/board/readywalk.h"
+#include "host/board/walk.h"
 #include "host/store/store.h"
 #include "tests/cmocka_all.h"
 
@@ -288,74 +288,52 @@ static void mean_and_noise(void **state)
 
 /* ---- the walk ---- */
 
-static void walked(struct walk_order *order, unsigned fitted, const char *answers)
+static struct walk walk;
+
+static void walked(unsigned fitted, const char *answers)
 {
-    memset(order, 0, sizeof *order);
-    order->fitted = (1u << fitted) - 1u;
+    static struct mr_config config;
+    memset(&config, 0, sizeof config);
+    for (unsigned i = 0; i < fitted; i++)
+        config.gate[i].step_codes = (uint16_t)(64 + 8 * i);
+    walk_start(&walk, &config);
     for (const char *p = answers; *p; p++)
-        walk_take(order, (unsigned)(*p - 'a') + 1u);
+        walk_take_edge(&walk,
+                       &(struct mr_edge){.position = (uint8_t)(*p - 'a' + 1), .step_codes = 70.0f});
     memset(&report, 0, sizeof report);
-    walk_judge(order, "switch", "tripped", &report);
+    walk_judge(&walk, &report);
 }
 
-static void an_order_is_held_against_what_is_fitted(void **state)
+static void an_order_is_compared_with_what_is_fitted(void **state)
 {
     (void)state;
-    struct walk_order order;
-    walked(&order, 6, "abcdef");
+    walked(6, "abcdef");
     assert_int_equal(ready_verdict(&report), READY_GO);
-    assert_true(walk_over(&order));
-    walked(&order, 6, "fedcba"); /* from the other end */
+    assert_string_equal(check_named("switch walk")->value, "all 6 answered, in order");
+    assert_true(walk_is_over(&walk, false));
+    walked(6, "fedcba"); /* from the other end */
     assert_int_equal(ready_verdict(&report), READY_GO);
-    walked(&order, 6, "abdcef");
-    assert_int_equal(report.count, 1);
-    assert_string_equal(check_named("switch 3")->value,
-                        "switch 4 answered when 3 was next, and 3 when 4 was: swapped");
-    walked(&order, 6, "fecdba");
-    assert_string_equal(check_named("switch 4")->value,
-                        "switch 3 answered when 4 was next, and 4 when 3 was: swapped");
-    walked(&order, 6, "ebcdaf"); /* far apart */
-    assert_int_equal(report.count, 1);
-    assert_string_equal(check_named("switch 1")->value,
-                        "switch 5 answered when 1 was next, and 1 when 5 was: swapped");
-    walked(&order, 6, "abdef");
+    walked(6, "abbgcdef"); /* one twice, one that is not fitted */
+    assert_int_equal(ready_verdict(&report), READY_GO);
+    walked(6, "abdcef");
+    assert_int_equal(report.count, 2);
+    assert_string_equal(check_named("switch 3")->value, "answered when 4 was next");
+    assert_string_equal(check_named("switch 4")->value, "answered when 3 was next");
+    walked(6, "fecdba");
+    assert_int_equal(report.count, 2);
+    assert_string_equal(check_named("switch 4")->value, "answered when 3 was next");
+    walked(6, "abdef");
     assert_int_equal(report.count, 1);
     assert_string_equal(check_named("switch 3")->value, "did not answer");
-    assert_false(walk_over(&order));
-    walked(&order, 6, "abdfe"); /* one dead, two swapped */
-    assert_int_equal(report.count, 2);
-    assert_string_equal(check_named("switch 5")->value,
-                        "switch 6 answered when 5 was next, and 5 when 6 was: swapped");
-    walked(&order, 6, "acdbef"); /* three in a ring */
+    assert_false(walk_is_over(&walk, false));
+    walked(6, "abdfe"); /* one dead, two swapped */
     assert_int_equal(report.count, 3);
-    assert_string_equal(check_named("switch 2")->value, "switch 3 answered when 2 was next");
-    walked(&order, 6, "");
-    assert_int_equal(report.count, 6);
-    walked(&order, 0, ""); /* none fitted: nothing to say */
+    assert_string_equal(check_named("switch 5")->value, "answered when 6 was next");
+    walked(6, ""); /* nobody walked along them */
+    assert_int_equal(report.count, 1);
+    assert_int_equal(report.check[0].verdict, READY_NOT_DONE);
+    walked(0, ""); /* none fitted */
     assert_int_equal(report.count, 0);
-}
-
-static void what_comes_next(void **state)
-{
-    (void)state;
-    struct walk_order order = {.fitted = 0x2f}; /* 1 to 4 and 6 */
-    assert_int_equal(walk_next(&order), 1);
-    assert_int_equal(walk_take(&order, 1), WALK_NEXT);
-    assert_int_equal(walk_take(&order, 1), WALK_AGAIN);
-    assert_int_equal(order.again[0], 1);
-    assert_int_equal(walk_take(&order, 5), WALK_NOT_FITTED);
-    assert_int_equal(walk_take(&order, 0), WALK_NOT_FITTED);
-    assert_int_equal(walk_take(&order, 33), WALK_NOT_FITTED);
-    assert_int_equal(walk_take(&order, 3), WALK_ANOTHER);
-    assert_int_equal(walk_next(&order), 2); /* it may be swapped with 3 */
-    assert_int_equal(walk_take(&order, 4), WALK_ANOTHER);
-    /* 2 was passed by two: it is dead, and no longer waited for */
-    assert_int_equal(walk_next(&order), 6);
-    assert_int_equal(walk_take(&order, 6), WALK_NEXT);
-    assert_int_equal(walk_next(&order), 0);
-    assert_false(walk_over(&order));
-    assert_int_equal(walk_take(&order, 2), WALK_ANOTHER);
-    assert_true(walk_over(&order));
 }
 
 /* ---- movements ---- */
@@ -500,8 +478,7 @@ int main(void)
         TEST(an_impossible_gain_is_no_go),
         TEST(an_advice_is_told),
         TEST(numbers_are_for_people),
-        TEST(an_order_is_held_against_what_is_fitted),
-        TEST(what_comes_next),
+        TEST(an_order_is_compared_with_what_is_fitted),
         TEST(the_one_that_moved_most_is_meant),
     };
     return cmocka_run_group_tests_name("host/ready", tests, NULL, NULL);

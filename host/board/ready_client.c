@@ -1,9 +1,15 @@
-#include "host/board/readytalk.h"
+#include "host/board/ready_client.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/command.h"
+#include "host/base/cli.h"
+#include "host/link/link.h"
+#include "host/store/store_journal.h"
+#include "host/store/store_readiness.h"
 
 #define HELLO_S     4.0
 #define ANSWER_S    1.5
@@ -20,7 +26,7 @@
 
 /* ---- what comes ---- */
 
-static void take_fault(struct readytalk *talk, const struct mr_fault *fault)
+static void take_fault(struct ready_client *talk, const struct mr_fault *fault)
 {
     if (fault->code >= MR_FAULT_COUNT)
         return;
@@ -34,7 +40,7 @@ static void take_fault(struct readytalk *talk, const struct mr_fault *fault)
         (uint16_t)(fault->count - talk->first_fault[fault->code]);
 }
 
-static void take_clock(struct readytalk *talk, const struct mr_clock *clock, uint64_t host_us)
+static void take_clock(struct ready_client *talk, const struct mr_clock *clock, uint64_t host_us)
 {
     if (!talk->clock_known)
         talk->first_clock = clock->block;
@@ -43,12 +49,12 @@ static void take_clock(struct readytalk *talk, const struct mr_clock *clock, uin
     timemap_add(&talk->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
 }
 
-static void take_block(struct readytalk *talk, const uint8_t *bytes, size_t length)
+static void take_block(struct ready_client *talk, const uint8_t *bytes, size_t length)
 {
     struct mr_block block;
     if (mr_block_get(&block, bytes, length) != MR_OK)
         return;
-    if (talk->blocks < READYTALK_BLOCKS)
+    if (talk->blocks < READY_CLIENT_BLOCKS)
         talk->block[talk->blocks++] = block;
     if (talk->reading)
         talk->reading(talk->context, &block);
@@ -63,7 +69,7 @@ static uint16_t rise(bool *known, uint16_t *first, uint16_t now)
 }
 
 /* Health of the board and of its links. */
-static void take_health(struct readytalk *talk, uint16_t id, const uint8_t *bytes, size_t length)
+static void take_health(struct ready_client *talk, uint16_t id, const uint8_t *bytes, size_t length)
 {
     struct ready_facts *f = talk->facts;
     struct mr_health health;
@@ -93,7 +99,7 @@ static void take_health(struct readytalk *talk, uint16_t id, const uint8_t *byte
     }
 }
 
-static void take_serial(struct readytalk *talk, const struct dialogue_message *message)
+static void take_serial(struct ready_client *talk, const struct dialogue_message *message)
 {
     struct ready_facts *f = talk->facts;
     const uint8_t *bytes = message->payload;
@@ -140,7 +146,7 @@ static void take_serial(struct readytalk *talk, const struct dialogue_message *m
     }
 }
 
-static void count_serial(struct readytalk *talk, uint16_t seq)
+static void count_serial(struct ready_client *talk, uint16_t seq)
 {
     talk->facts->serial_frames++;
     if (talk->seq_known)
@@ -151,7 +157,7 @@ static void count_serial(struct readytalk *talk, uint16_t seq)
 
 /* CAN is only listened to: how much of what the board queued came. Others on the bus do not
  * count. */
-static void count_can(struct readytalk *talk, const struct dialogue_message *message)
+static void count_can(struct ready_client *talk, const struct dialogue_message *message)
 {
     struct mr_can_health health;
     struct ready_facts *f = talk->facts;
@@ -176,7 +182,7 @@ static void count_can(struct readytalk *talk, const struct dialogue_message *mes
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
 {
-    struct readytalk *talk = context;
+    struct ready_client *talk = context;
     (void)error;
     if (message->kind == LINK_CAN) {
         count_can(talk, message);
@@ -187,8 +193,8 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct ready_facts *facts,
-                     double limit_s)
+void ready_client_begin(struct ready_client *talk, struct dialogue *dialogue,
+                        struct ready_facts *facts, double limit_s)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
@@ -202,13 +208,13 @@ void readytalk_begin(struct readytalk *talk, struct dialogue *dialogue, struct r
 /* ---- asking ---- */
 
 /* Not beyond the end of all of it. */
-static double at_most(const struct readytalk *talk, double most_s)
+static double at_most(const struct ready_client *talk, double most_s)
 {
     return fmin(most_s, talk->until_s - dialogue_now_s(talk->dialogue));
 }
 
 /* MR_OK also when the time is over: the facts say what did not come. */
-static enum mr_status wait_for(struct readytalk *talk, dialogue_done *done, const void *context,
+static enum mr_status wait_for(struct ready_client *talk, dialogue_done *done, const void *context,
                                double most_s, struct error *error)
 {
     enum mr_status status = dialogue_until(talk->dialogue, done, context, at_most(talk, most_s),
@@ -217,8 +223,8 @@ static enum mr_status wait_for(struct readytalk *talk, dialogue_done *done, cons
 }
 
 /* talk->acknowledged says whether an answer came. */
-static enum mr_status order(struct readytalk *talk, uint8_t code, int32_t argument, double most_s,
-                            struct error *error)
+static enum mr_status order(struct ready_client *talk, uint8_t code, int32_t argument,
+                            double most_s, struct error *error)
 {
     const struct dialogue_order order = {
         .code = code, .argument = argument, .answer_s = at_most(talk, most_s)};
@@ -227,7 +233,7 @@ static enum mr_status order(struct readytalk *talk, uint8_t code, int32_t argume
     return status == MR_TIMEOUT ? MR_OK : status;
 }
 
-static enum mr_status read_configuration(struct readytalk *talk, struct error *error)
+static enum mr_status read_configuration(struct ready_client *talk, struct error *error)
 {
     struct ready_facts *f = talk->facts;
     struct configwords *words = &talk->words;
@@ -246,7 +252,7 @@ static enum mr_status read_configuration(struct readytalk *talk, struct error *e
     return status;
 }
 
-enum mr_status readytalk_meet(struct readytalk *talk, struct error *error)
+enum mr_status ready_client_meet(struct ready_client *talk, struct error *error)
 {
     struct ready_facts *f = talk->facts;
     enum mr_status status = wait_for(talk, dialogue_flag, &f->identity.commit_known, HELLO_S,
@@ -262,7 +268,7 @@ enum mr_status readytalk_meet(struct readytalk *talk, struct error *error)
     return status == MR_OK ? read_configuration(talk, error) : status;
 }
 
-enum mr_status readytalk_live(struct readytalk *talk, int seconds, struct error *error)
+enum mr_status ready_client_live(struct ready_client *talk, int seconds, struct error *error)
 {
     enum mr_status status = order(talk, MR_COMMAND_LIVE, seconds, ANSWER_S, error);
     if (status != MR_OK)
@@ -272,24 +278,24 @@ enum mr_status readytalk_live(struct readytalk *talk, int seconds, struct error 
 
 static bool enough_blocks(const void *context)
 {
-    return ((const struct readytalk *)context)->blocks >= READY_BLOCKS;
+    return ((const struct ready_client *)context)->blocks >= READY_BLOCKS;
 }
 
-static enum mr_status ask_readings(struct readytalk *talk, struct error *error)
+static enum mr_status ask_readings(struct ready_client *talk, struct error *error)
 {
     struct ready_facts *f = talk->facts;
-    enum mr_status status = MR_OK, live = readytalk_live(talk, LIVE_S, error);
+    enum mr_status status = MR_OK, live = ready_client_live(talk, LIVE_S, error);
     if (error->status == MR_OK && live == MR_OK)
         status = wait_for(talk, enough_blocks, talk, BLOCKS_S, error);
     f->blocks = talk->blocks;
     for (unsigned c = 0; f->config_known && c < MR_CHANNELS; c++)
         ready_measure(&f->config, talk->block, talk->blocks, c, &f->channel[c]);
     if (status == MR_OK && live == MR_OK)
-        (void)readytalk_live(talk, 0, error);
+        (void)ready_client_live(talk, 0, error);
     return error->status;
 }
 
-static enum mr_status ask_shunts(struct readytalk *talk, struct error *error)
+static enum mr_status ask_shunts(struct ready_client *talk, struct error *error)
 {
     /* answered when it is over, after its results */
     enum mr_status status = order(talk, MR_COMMAND_SHUNT, 0, SHUNT_S, error);
@@ -303,7 +309,7 @@ static bool box_looked_through(const void *context)
     return ((const struct ready_facts *)context)->box.state != MR_BOX_LOOKING;
 }
 
-static enum mr_status ask_box(struct readytalk *talk, struct error *error)
+static enum mr_status ask_box(struct ready_client *talk, struct error *error)
 {
     double until_s = dialogue_now_s(talk->dialogue) + BOX_S;
     struct ready_facts *f = talk->facts;
@@ -320,11 +326,11 @@ static enum mr_status ask_box(struct readytalk *talk, struct error *error)
 /* Board time: an emulated board may be faster than this computer's clock. */
 static bool rested(const void *context)
 {
-    const struct readytalk *talk = context;
+    const struct ready_client *talk = context;
     return talk->newest_clock - talk->first_clock >= (uint32_t)(1000.0 * REST_S);
 }
 
-enum mr_status readytalk_ask(struct readytalk *talk, struct error *error)
+enum mr_status ready_client_ask(struct ready_client *talk, struct error *error)
 {
     struct ready_facts *f = talk->facts;
     double begun_s = dialogue_now_s(talk->dialogue);
@@ -347,5 +353,109 @@ enum mr_status readytalk_ask(struct readytalk *talk, struct error *error)
         f->config.site[0].thermometer)
         status = wait_for(talk, dialogue_flag, &f->temperature_known, ANSWER_S, error);
     timemap_fit(&talk->map, PACE_PPM, &f->time);
+    return status;
+}
+
+/* ---- the campaign ---- */
+
+/* The spans that the last `matrig ready` of this board kept. */
+static void take_spans(const char *checks, float span_lb[MR_GAGES])
+{
+    json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
+    for (unsigned i = 0; i < MR_GAGES; i++) {
+        json_t *span = json_array_get(spans, i);
+        if (json_is_number(span))
+            span_lb[i] = (float)json_number_value(span);
+    }
+    json_decref(object);
+}
+
+/* The newest advice that was kept for the landing to come; one of before the newest landing was for
+ * that. */
+static enum mr_status take_advice(struct store *store, int64_t newest_run, struct ready_facts *f,
+                                  struct error *error)
+{
+    struct store_advice *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_advices(store, &rows, &count, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if (rows[i].after_run != newest_run)
+            continue;
+        snprintf(f->advice, sizeof f->advice, "%s: %s", rows[i].verdict, rows[i].reason);
+        f->advised_against = strcmp(rows[i].verdict, "against") == 0;
+    }
+    free(rows);
+    return status;
+}
+
+enum mr_status ready_client_look_back(struct store *store, struct ready_facts *f,
+                                      struct error *error)
+{
+    char uid[IDENTITY_UID_TEXT];
+    struct store_landing *rows = NULL;
+    struct store_readiness last;
+    size_t count = 0;
+    bool found = false;
+    int64_t kept_us = STORE_NONE;
+    identity_uid_text(&f->identity, uid);
+    enum mr_status status = store_landings(store, &rows, &count, error);
+    if (status == MR_OK && count)
+        status = take_advice(store, rows[count - 1].id, f, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if (strcmp(rows[i].board_uid, uid) != 0)
+            continue;
+        f->before = true;
+        f->before_run = rows[i].id;
+        f->before_image = rows[i].image_crc;
+        f->before_config = rows[i].config_crc;
+    }
+    free(rows);
+    if (status == MR_OK)
+        status = store_board_spans(store, uid, f->before_span_lb, &kept_us, error);
+    if (status == MR_OK)
+        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last,
+                                     &found, error);
+    if (status == MR_OK && found && last.made_us > kept_us)
+        take_spans(last.checks, f->before_span_lb);
+    if (status == MR_OK && found)
+        free(last.checks);
+    if (status == MR_OK)
+        status = calibrationpast_read(store, uid, &f->past, error);
+    if (status == MR_OK)
+        status = certificates_read(store, uid, &f->certificates, error);
+    return status;
+}
+
+enum mr_status ready_client_save(struct store *store, const struct identity *identity,
+                                 const char *kind, const struct ready_report *report,
+                                 const struct ready_facts *f, int64_t made_us, struct error *error)
+{
+    char uid[IDENTITY_UID_TEXT];
+    json_t *spans = json_array();
+    struct store_readiness row = {.made_us = made_us};
+    for (unsigned gage = 1; f && gage <= MR_GAGES; gage++) {
+        double span_lb = (double)NAN;
+        for (unsigned i = 0; i < f->shunts.count; i++) {
+            if (f->shunts.result[i].gage == gage)
+                span_lb = (double)f->shunts.result[i].span_lb;
+        }
+        json_array_append_new(spans, cli_json_number(span_lb, 7));
+    }
+    json_t *object = json_pack("{soso}", "checks", ready_json(report), "spans_lb", spans);
+    if (f && f->config_known)
+        json_object_set_new(object, "calibration", calibrationpast_json(&f->config, UINT32_MAX));
+    row.checks = json_dumps(object, JSON_COMPACT);
+    json_decref(object);
+    if (!row.checks)
+        abort();
+    snprintf(row.verdict, sizeof row.verdict, "%s",
+             ready_verdict(report) == READY_GO ? "go" : "no-go");
+    identity_uid_text(identity, uid);
+    enum mr_status status = store_begin(store, error);
+    if (status == MR_OK)
+        status = store_readiness_put(store, uid, kind, &row, error);
+    if (status == MR_OK)
+        status = store_commit(store, error);
+    free(row.checks);
     return status;
 }
