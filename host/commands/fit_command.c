@@ -27,7 +27,7 @@ static const struct command_part parts[] = {
     OPTION_NUMBER(
         "--max-time", "S", options.max_s, "s", 1.0, 1e6, 600.0,
         "else {standard}; an answer that is not settled by then is given and said to be so"),
-    OPTION_TEXT("--plot", "F.svg", plot, "residual plots"),
+    OPTION_TEXT("--plot", "F", plot, "a plot of the residuals, SVG, PNG or PDF (gnuplot)"),
     OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
     OPTION_FORCE(force),
     HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
@@ -37,7 +37,7 @@ const struct command command_fit = {
     "fit",
     study_start,
     "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] "
-    "[--max-time S] [--plot F.svg] [-o F] [--force]",
+    "[--max-time S] [--plot F] [-o F] [--force]",
     "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
     COMMAND_PARTS(parts),
     {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},

@@ -7,6 +7,7 @@
 #include "host/commands/commands.h"
 #include "host/commands/fit_command.h"
 #include "host/base/output.h"
+#include "host/base/plot.h"
 #include "host/base/quantity.h"
 #include "host/base/place.h"
 #include "host/base/run.h"
@@ -27,7 +28,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
-    if (output_check(request->plot, request->scene, error) != MR_OK)
+    if (plot_check(request->plot, request->scene, error) != MR_OK)
         return error->status;
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
         return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two",
@@ -218,13 +219,11 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
         struct progress progress = {.draws = cli_terminal() && !cli->quiet};
-        struct misfit_odd odd;
         request.options.go_on = show_progress;
         request.options.go_on_context = &progress;
-        misfit_odd(&list, &odd, &request.options);
         underway_begin(&progress.underway, "fit", "fewer --draws", cli->quiet);
         if (fit_run(&model, list.measured, &request.options, &answer, &error) == MR_OK)
-            misfit_check(&list, &answer, request.options.seed, &misfit, &error);
+            misfit = misfit_check(&list, &answer, request.options.seed);
         underway_end(&progress.underway);
     }
     if (error.status == MR_OK && request.plot)

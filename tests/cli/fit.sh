@@ -38,12 +38,12 @@ scene_has_it() { # means of 421 draws: within a tenth
 misfit() { # FIELD
     sqlite3 :memory: "select json_extract(cast(readfile('$tmp/fit.json') as text), '\$.misfit.$1')"
 }
-can_be() { [ "$(misfit checked)" = 1 ] && [ "$(misfit cannot_be)" = 0 ] && misfit says | grep 'the model can be the data'; }
+can_be() { [ "$(misfit checked)" = 1 ] && [ "$(misfit cannot_be)" = 0 ] && [ "$(misfit replicas)" -ge 90 ]; }
 # Gaps as if laid in stretches of five segments: no such runway is drawn, and the movement is another's.
 laid_in_stretches() {
     cp "$db" "$tmp/laid.db" && sqlite3 "$tmp/laid.db" 'update slack set slack_in = case when (segment / 5) % 2 then 0.06 else 0.28 end' &&
         ! $matrig --json fit "$tmp/laid.db" 1 --fit grit --draws 60 --plot "$tmp/laid.svg" >"$tmp/fit.json" && [ "$(misfit cannot_be)" = 1 ] &&
-        grep -q '"intervals_trusted":false' "$tmp/fit.json" && grep -q 'cannot be the data' "$tmp/laid.svg"
+        grep -q '"intervals_trusted":false' "$tmp/fit.json" && grep -q 'cannot describe the data' "$tmp/laid.svg"
 }
 no_transducer() {
     cp "$db" "$tmp/none.db" && sqlite3 "$tmp/none.db" 'update channels set kind = 0 where kind = 1'
@@ -57,16 +57,14 @@ check "the interval of the closing resistance holds the truth" holds_truth
 check "and is narrower than the prior's" narrows_prior
 check "the model can be the data's" can_be
 check "the residuals are a picture" residuals_drawn
-check "every text is inside the picture" python3 tests/report/texts_inside.py "$tmp/fit.svg"
 check "the scene runs, with the fitted resistance" scene_has_it
 check "a runway laid in stretches cannot be: exit code 1, JSON and picture say so" laid_in_stretches
-check "the picture's words are inside it" eval "! python3 tests/report/texts_inside.py '$tmp/laid.svg' | grep outside"
 check "no such parameter" fails_with 2 "unknown parameter: 'frictoin'" $matrig fit "$db" 1 --fit frictoin
 check "no such prior" fails_with 2 'NAME=VALUE:ERROR' $matrig fit "$db" 1 --prior f=0.5
 check "a prior below 0" fails_with 2 'above 0' $matrig fit "$db" 1 --prior f=0.5:-1
 check "a prior twice" fails_with 2 'given twice: f in --prior' $matrig fit "$db" 1 --prior f=0.5:0.1,f=0.6:0.1
 check "a landing twice" fails_with 2 'given twice: RUN 1' $matrig fit "$db" 1 1
-check "a plot in place of the campaign" fails_with 2 'would overwrite a database' $matrig fit "$db" 1 --plot "$db"
+check "a plot in place of the campaign" fails_with 2 "a plot is a .svg, .png or .pdf file" $matrig fit "$db" 1 --plot "$db"
 check "a scene that cannot be written, before anything is fitted" fails_with 3 'cannot write' $matrig fit "$db" 1 -o "$tmp/none/scene.json"
 check "too few draws" fails_with 2 '--draws' $matrig fit "$db" 1 --draws 3
 check "no such landing" fails_with 2 'RUN 9' $matrig fit "$db" 9

@@ -1,7 +1,6 @@
 /* Whether the fit notices that its model cannot be the data's: campaigns of tests/fit/runway.h,
  * right ones and four kinds of wrong ones, each fitted and checked (host/study/fit/misfit.h).
- * Prints how many of each are called impossible, with Wilson's 95 % intervals, by which figure, and
- * how often the intervals hold.
+ * Prints how many of each are called impossible, with Wilson's 95 % intervals, and how often the intervals hold.
  *
  *   misfits FOLDER [FIRST [RIGHT [WRONG [MATS]]]]
  *
@@ -17,14 +16,14 @@
 #include "host/study/fit/misfit.h"
 #include "tests/fit/runway.h"
 
-#define VERSION  2u
+#define VERSION  3u
 #define DRAWS    64u
 #define REPLICAS 99u
 #define BLOCKS   5u /* the kinds in turn: an interrupted run has some of each */
 
 struct head {
-    uint32_t version, statistics, rows, parameters, odds;
-    double fits, z[FIT_PARAMETERS_MAX], low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX];
+    uint32_t version, statistics, rows, parameters;
+    double z[FIT_PARAMETERS_MAX], low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX];
 };
 
 static bool fit(const struct fit_landings *list, uint64_t seed, struct fit_answer *answer)
@@ -32,8 +31,6 @@ static bool fit(const struct fit_landings *list, uint64_t seed, struct fit_answe
     struct fit_model model = fit_landings_model(list);
     struct fit_options options = {.draws = DRAWS, .replicas = REPLICAS, .seed = seed};
     struct error error = {0};
-    struct misfit_odd odd;
-    misfit_odd(list, &odd, &options);
     if (fit_run(&model, list->measured, &options, answer, &error) == MR_OK)
         return true;
     fprintf(stderr, "misfits: seed %llu: %s\n", (unsigned long long)seed, error.text);
@@ -45,23 +42,15 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_a
     struct head head;
     FILE *file = fopen(path, "rb");
     bool good = file && fread(&head, sizeof head, 1, file) == 1 && head.version == VERSION &&
-                head.statistics == list->statistics && head.rows > 0 && head.rows < 10000 &&
-                head.odds < 100;
+                head.statistics == list->statistics && head.rows > 0 && head.rows < 10000;
     size_t count = good ? (size_t)head.rows * head.statistics : 0;
     answer->residual = calloc(count + 1, sizeof(double));
-    answer->replica = calloc(count + 1, sizeof(double));
-    answer->odd = calloc(good ? (size_t)head.odds * head.statistics + 1 : 1, sizeof(double));
-    good = good && answer->residual && answer->replica && answer->odd &&
-           fread(answer->residual, sizeof(double), count, file) == count &&
-           fread(answer->replica, sizeof(double), count, file) == count &&
-           fread(answer->odd, sizeof(double), (size_t)head.odds * head.statistics, file) ==
-               (size_t)head.odds * head.statistics;
+    good = good && answer->residual &&
+           fread(answer->residual, sizeof(double), count, file) == count;
     if (good) {
-        answer->odds = head.odds;
         answer->statistics = head.statistics;
         answer->parameters = head.parameters;
         answer->replicas = head.rows - 1;
-        answer->fits = head.fits;
         memcpy(answer->z, head.z, sizeof head.z);
         memcpy(answer->low, head.low, sizeof head.low);
         memcpy(answer->high, head.high, sizeof head.high);
@@ -77,18 +66,15 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_a
 static bool save(const char *path, struct fit_answer *answer)
 {
     if (!answer->residual) {
-        answer->replicas = answer->odds = 0;
+        answer->replicas = 0;
         answer->residual = calloc(answer->statistics, sizeof(double));
-        answer->replica = calloc(answer->statistics, sizeof(double));
     }
-    if (!answer->residual || !answer->replica)
+    if (!answer->residual)
         return false;
     struct head head = {.version = VERSION,
                         .statistics = (uint32_t)answer->statistics,
                         .rows = (uint32_t)answer->replicas + 1,
-                        .parameters = (uint32_t)answer->parameters,
-                        .odds = (uint32_t)answer->odds,
-                        .fits = answer->fits};
+                        .parameters = (uint32_t)answer->parameters};
     char made[600];
     memcpy(head.z, answer->z, sizeof head.z);
     memcpy(head.low, answer->low, sizeof head.low);
@@ -97,10 +83,7 @@ static bool save(const char *path, struct fit_answer *answer)
     size_t count = (size_t)head.rows * head.statistics;
     FILE *file = fopen(made, "wb");
     bool good = file && fwrite(&head, sizeof head, 1, file) == 1 &&
-                fwrite(answer->residual, sizeof(double), count, file) == count &&
-                fwrite(answer->replica, sizeof(double), count, file) == count &&
-                fwrite(answer->odd, sizeof(double), (size_t)head.odds * head.statistics, file) ==
-                    (size_t)head.odds * head.statistics;
+                fwrite(answer->residual, sizeof(double), count, file) == count;
     good = file && fclose(file) == 0 && good && rename(made, path) == 0;
     if (!good)
         fprintf(stderr, "misfits: %s cannot be written; is the disk full?\n", path);
@@ -108,7 +91,7 @@ static bool save(const char *path, struct fit_answer *answer)
 }
 
 struct tally {
-    unsigned cases, unchecked, cannot, poor, by[MISFITS];
+    unsigned cases, unchecked, cannot;
     unsigned held[FIT_KEYS], flagged_held, flagged, unflagged_held, unflagged;
 };
 
@@ -120,8 +103,6 @@ static void count(const struct fit_landings *list, const struct fit_answer *answ
     tally->cases++;
     tally->unchecked += !misfit->checked;
     tally->cannot += misfit->cannot;
-    tally->poor += answer->fits < 0.05;
-    tally->by[misfit->worst] += misfit->cannot;
     for (size_t i = 0; i < fitted; i++) {
         bool held = answer->low[i] <= z[key[i]] && z[key[i]] <= answer->high[i];
         tally->held[key[i]] += held;
@@ -136,7 +117,7 @@ static bool play(const char *folder, enum runway_kind kind, int mats, uint64_t s
     const struct runway_wanted wanted = {.kind = kind, .surveyed = true, .mats = mats};
     struct fit_landings list;
     struct fit_answer answer = {0};
-    struct misfit misfit;
+    struct misfit misfit = {0};
     struct error error = {0};
     double z[FIT_KEYS];
     char path[560];
@@ -145,16 +126,13 @@ static bool play(const char *folder, enum runway_kind kind, int mats, uint64_t s
     bool good = runway_campaign(&wanted, seed, z, &list, &error);
     good = good &&
            (load(path, &list, &answer) || (fit(&list, seed, &answer) && save(path, &answer)));
-    good = good && misfit_check(&list, &answer, seed, &misfit, &error) == MR_OK;
-    if (good)
+    if (good) {
+        misfit = misfit_check(&list, &answer, seed);
         count(&list, &answer, z, &misfit, tally);
-    if (good && getenv("MISFITS_ROWS")) {
-        printf("%-7s %4llu %d %.2f %-12s", runway_names[kind], (unsigned long long)seed,
-               misfit.cannot, misfit.share, misfit_words[misfit.worst].key);
-        for (enum misfit_figure f = 0; f < MISFITS; f++)
-            printf(" %5.1f", misfit.found[f].known ? misfit.found[f].away : (double)NAN);
-        printf("\n");
     }
+    if (good && getenv("MISFITS_ROWS"))
+        printf("%-7s %4llu %d %.2f\n", runway_names[kind], (unsigned long long)seed, misfit.cannot,
+               misfit.share);
     fit_free(&answer);
     fit_landings_free(&list);
     return good;
@@ -168,17 +146,13 @@ static double percent(unsigned part, unsigned of)
 static void print(enum runway_kind kind, const struct tally *tally)
 {
     struct wilson wilson = wilson_of(tally->cannot, tally->cases);
-    printf("%-8s %4u %6u %6.1f %%  %5.1f to %5.1f %%  %5.1f %%  ", runway_names[kind], tally->cases,
+    printf("%-8s %4u %6u %6.1f %%  %5.1f to %5.1f %%  ", runway_names[kind], tally->cases,
            tally->cannot, percent(tally->cannot, tally->cases), 100.0 * wilson.low,
-           100.0 * wilson.high, percent(tally->poor, tally->cases));
+           100.0 * wilson.high);
     for (int k = 0; k < FIT_STIFFNESS; k++)
         printf(" %5.0f", percent(tally->held[k], tally->cases));
     printf("  %5.1f of %u, %5.1f of %u  ", percent(tally->flagged_held, tally->flagged),
            tally->flagged, percent(tally->unflagged_held, tally->unflagged), tally->unflagged);
-    for (enum misfit_figure f = 0; f < MISFITS; f++) {
-        if (tally->by[f] > 0)
-            printf(" %s %u", misfit_words[f].key, tally->by[f]);
-    }
     if (tally->unchecked > 0)
         printf(" (not checked: %u)", tally->unchecked);
     printf("\n");
@@ -207,8 +181,8 @@ int main(int argc, char **argv)
     }
     printf("%d mats, two landings, surveys before and after; seeds from %llu; %u draws, %u "
            "replicas\n"
-           "kind    cases cannot be the data's (95 %%)    distance alone; intervals hold, %%: gap "
-           "grit f share; of all where called impossible, where not; by which figure\n",
+           "kind    cases cannot be the data's (95 %%); intervals hold, %%: gap grit f share; of "
+           "all where called impossible, where not\n",
            mats, (unsigned long long)first, DRAWS, REPLICAS);
     for (int k = 0; k < RUNWAY_KINDS; k++)
         print((enum runway_kind)k, &tally[k]);

@@ -156,8 +156,6 @@ static bool play(const char *folder, enum score_kind kind, uint32_t number, stru
     static struct score_truth truth;
     struct fit_landings list = {0};
     struct fit_answer answer = {0};
-    struct misfit_odd odd;
-    struct misfit misfit;
     struct error error = {0};
     struct cheap_random random = {0x07e50000u + number};
     double z[FIT_KEYS];
@@ -169,10 +167,9 @@ static bool play(const char *folder, enum score_kind kind, uint32_t number, stru
         good = add_landing(&truth, n, of, &list, &random, &error);
     struct fit_model model = fit_landings_model(&list);
     struct fit_options options = {.draws = DRAWS, .seed = number};
-    misfit_odd(&list, &odd, &options);
-    good = good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK &&
-           misfit_check(&list, &answer, number, &misfit, &error) == MR_OK;
+    good = good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK;
     if (good) {
+        struct misfit misfit = misfit_check(&list, &answer, number);
         set_truth(&truth.series, &list, z);
         tally->cases++;
         tally->cannot += misfit.cannot;
@@ -183,8 +180,8 @@ static bool play(const char *folder, enum score_kind kind, uint32_t number, stru
             *(misfit.cannot ? &tally->other_held : &tally->trusted_held) += held;
         }
         if (getenv("MISFITS_ROWS"))
-            printf("%u: %d %.2f %s, shape %u, %u landings\n", number, misfit.cannot, misfit.share,
-                   misfit_words[misfit.worst].key, truth.series.grit_shape, of);
+            printf("%u: %d %.2f, shape %u, %u landings\n", number, misfit.cannot, misfit.share,
+                   truth.series.grit_shape, of);
     } else {
         fprintf(stderr, "others: series %u: %s\n", number, error.text);
     }

@@ -12,7 +12,6 @@
 #include <string.h>
 
 #include "host/study/fit/replicas.h"
-#include "host/study/fit/verdict.h"
 #include "host/base/steady.h"
 
 #define DRAWS  300u
@@ -251,46 +250,12 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
     return error->status;
 }
 
-/* Squared distance in the metric, which an earlier ensemble gave. */
-static double distance(const struct fitting *fitting, gsl_vector *departure)
+/* What is expected of each statistic at the estimate, and its scatter. */
+static void set_expected(const struct surface *surface, const double *w, struct fit_answer *answer)
 {
-    double squares = 0.0;
-    for (size_t s = 0; s < departure->size; s++)
-        gsl_vector_set(departure, s, gsl_vector_get(departure, s) / fitting->scale[s]);
-    gsl_blas_dtrsv(CblasLower, CblasNoTrans, CblasNonUnit, fitting->metric, departure);
-    gsl_blas_ddot(departure, departure, &squares);
-    return squares;
-}
-
-/* How far the measured statistics lie out, among the ensemble's own. */
-static enum mr_status set_goodness(const struct fitting *fitting, const struct surface *surface,
-                                   const double *w, struct error *error)
-{
-    struct fit_answer *answer = fitting->answer;
-    size_t p = answer->statistics, further = 0;
-    gsl_vector *departure = gsl_vector_alloc(p);
-    double *slope = calloc(p * answer->parameters, sizeof *slope);
-    if (!departure || !slope) {
-        error_set(error, MR_FULL, "no memory: %zu statistics; use fewer landings", p);
-    } else {
-        surface_at(surface, w, answer->expected, slope);
-        for (size_t s = 0; s < p; s++) {
-            answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
-            gsl_vector_set(departure, s, fitting->measured[s] - answer->expected[s]);
-        }
-        /* the surface is off as well */
-        gsl_vector_scale(departure, 1.0 / sqrt(1.0 + surface_leverage(surface, w)));
-        answer->distance = distance(fitting, departure);
-        for (size_t i = 0; i < surface->draws; i++) {
-            gsl_vector_const_view row = gsl_matrix_const_row(surface->departure, i);
-            gsl_vector_memcpy(departure, &row.vector);
-            further += distance(fitting, departure) >= answer->distance;
-        }
-        answer->fits = ((double)further + 0.5) / ((double)surface->draws + 1.0);
-    }
-    gsl_vector_free(departure);
-    free(slope);
-    return error->status;
+    surface_at(surface, w, answer->expected, NULL);
+    for (size_t s = 0; s < answer->statistics; s++)
+        answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
 /* The last ensemble: its scores were chosen by others. */
@@ -306,7 +271,6 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
         ensemble_at(&fitting->place, w, answer->z);
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
-        verdict_make(&solve, w, answer);
         const struct replicas replicas = {.model = fitting->model,
                                           .measured = fitting->measured,
                                           .options = &fitting->options,
@@ -314,10 +278,11 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
                                           .weight = fitting->weight,
                                           .solve = &solve,
                                           .surface = &all};
-        if (surface_make(&ensemble, &all, error) == MR_OK &&
-            set_goodness(fitting, &all, w, error) == MR_OK &&
-            set_intervals(fitting, &solve, w, error) == MR_OK)
-            replicas_make(&replicas, answer, error);
+        if (surface_make(&ensemble, &all, error) == MR_OK) {
+            set_expected(&all, w, answer);
+            if (set_intervals(fitting, &solve, w, error) == MR_OK)
+                replicas_make(&replicas, answer, error);
+        }
     }
     surface_free(&scores);
     surface_free(&all);
@@ -416,7 +381,5 @@ void fit_free(struct fit_answer *answer)
     free(answer->expected);
     free(answer->scatter);
     free(answer->residual);
-    free(answer->replica);
-    free(answer->odd);
     *answer = (struct fit_answer){0};
 }

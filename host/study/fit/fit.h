@@ -28,8 +28,6 @@
  *   with priors drawn alike, the fit is done again. The spread of these estimates is the error of
  *   the fit, Student's t of it the interval (in z, so that the interval of a parameter is as wide
  *   upwards as downwards by its factor), their offset the bias.
- * - goodness: how far the measured statistics lie from the surface, ranked among the ensemble's
- * own.
  * - replicas: data sets from the posterior, fitted again, for misfit.h to hold the measured one
  * against.
  *
@@ -64,26 +62,14 @@ struct fit_model {
 };
 
 struct fit_options {
-    size_t draws;    /* of each ensemble; 0: 300 */
-    size_t replicas; /* of the data set, to check the model with; 0: 99 */
-    /* Models that are otherwise in one thing each, for what that does to a data set; NULL: none */
-    const struct fit_model *odd;
-    size_t odds;
+    size_t draws;     /* of each ensemble; 0: 300 */
+    size_t replicas;  /* of the data set, to check the model with; 0: 99 */
     unsigned threads; /* 0: as many as processors */
     uint64_t seed;
     double max_s; /* wall clock; 0: without limit */
     /* called by one thread; false: stop. NULL: none */
     bool (*go_on)(void *context, unsigned round, size_t done, size_t of);
     void *go_on_context;
-};
-
-/* A combination of parameters that is left to the priors: host/study/fit/verdict.h. */
-struct fit_confounded {
-    double direction[FIT_PARAMETERS_MAX]; /* in z, of length 1 */
-    unsigned members;                     /* that count in it */
-    double information;                   /* of the data along it: below 1 */
-    /* of the squared misfit a prior's standard deviation away */
-    double rise;
 };
 
 struct fit_answer {
@@ -95,14 +81,7 @@ struct fit_answer {
     /* of the estimate, priors included */
     double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* of the data alone */
-    /* the data say less of it than its prior, even with the others known */
-    bool silent[FIT_PARAMETERS_MAX];
-    struct fit_confounded confounded[FIT_PARAMETERS_MAX];
-    size_t confounded_count;
-    double distance; /* squared, of the measured statistics from the surface at z */
-    /* share of the ensemble's data sets that lie further out: below 0.05 the model does not fit */
-    double fits;
-    unsigned rounds; /* ensembles */
+    unsigned rounds;                                            /* ensembles */
     size_t simulated, failed;
     /* the estimate did not come to stand still in the rounds or the time there were */
     bool stopped;
@@ -112,10 +91,6 @@ struct fit_answer {
      * set and of replicas (replicas.h). No replicas: there was no time for them */
     size_t replicas;
     double *residual;
-    double *replica; /* likewise: the statistics themselves */
-    /* rows of statistics, one for each odd model: what it adds to the residuals, on the mean */
-    size_t odds;
-    double *odd;
 };
 
 /* MR_TOO_FEW: fewer statistics than parameters. MR_NUMERICS: too many draws failed, or a statistic

@@ -83,19 +83,8 @@ struct fit_landing {
     size_t first; /* of its statistics, in the list's */
 };
 
-/* What a runway may be otherwise than the fit has it. */
-enum fit_odd {
-    FIT_AS_IS,
-    FIT_ODD_BEYOND, /* resistance beyond the middle of the runway is twice that before it */
-    FIT_ODD_BEFORE, /* before it, twice that beyond: what joints do then is not the opposite */
-    FIT_ODD_TAIL,   /* resistances are lognormal, of logarithmic spread 1, with their mean */
-    FIT_ODD_THRUST, /* thrust grows within a landing, from 0.7 to 1.3 of what is said */
-    FIT_ODD_END
-};
-
 struct fit_landings {
     struct fit_parameter parameter[FIT_KEYS];
-    enum fit_odd odd;       /* of what is simulated */
     double survey_error_in; /* of a segment's sum, where the landing does not say */
     struct fit_landing *landing;
     size_t count;
@@ -115,8 +104,7 @@ void fit_landings_free(struct fit_landings *list);
 size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
 /* Values of all parameters at z. */
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
-/* The model of fit.h over this list, which must stay as it is. Models of lists that differ in `odd`
- * alone give, for the same draw, data sets that differ in that alone. */
+/* The model of fit.h over this list, which must stay as it is. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
 /* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats,
  * and gives the share of the thrust of that draw. */

@@ -1,169 +1,94 @@
 #include "host/study/fit/misfit.h"
 
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_linalg.h>
 #include <gsl/gsl_sort.h>
 #include <gsl/gsl_statistics.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "host/study/fit/misfit_parts.h"
+#include "host/base/xmalloc.h"
+#include "host/study/fit/surface.h"
 
-#define TAIL        0.9 /* quantile that a figure's unit comes from */
-#define TAIL_NORMAL 1.2815515655446004
-#define FAR         0.975 /* and another, when that is wider */
-#define FAR_NORMAL  1.959963984540054
-
-/* Half of the rows' tail on one side in standard deviations of a normal distribution: what is
- * skewed or has long tails among right rows too is not odd by that. */
-static double tail(const double *sorted, size_t n, double middle, double part)
+/* Squared Mahalanobis distance of each row of residuals. */
+static void add_residuals(const struct fit_answer *answer, size_t rows, double *square)
 {
-    double far = part > 0.5 ? FAR : 1.0 - FAR;
-    return fmax(fabs(gsl_stats_quantile_from_sorted_data(sorted, 1, n, part) - middle) /
-                    TAIL_NORMAL,
-                fabs(gsl_stats_quantile_from_sorted_data(sorted, 1, n, far) - middle) / FAR_NORMAL);
-}
-
-/* How far each row is from the median, in the direction that is odd. */
-static void set_away(struct checking *c, enum misfit_figure figure, double *sorted, double *away,
-                     struct misfit_found *found)
-{
-    size_t n = c->rows;
-    double *value = c->figure + figure * n;
-    /* of these too little is as odd as too much */
-    bool both = figure == MISFIT_SCATTER || figure == MISFIT_CLOSED || figure == MISFIT_SUMS ||
-                figure == MISFIT_NEIGHBOURS || figure == MISFIT_SUMS_ALONG ||
-                figure == MISFIT_ODD_THRUST;
-    memcpy(sorted, value + 1, (n - 1) * sizeof *sorted);
-    gsl_sort(sorted, 1, n - 1);
-    found->measured = value[0];
-    found->middle = gsl_stats_median_from_sorted_data(sorted, 1, n - 1);
-    found->low = gsl_stats_quantile_from_sorted_data(sorted, 1, n - 1, 0.025);
-    found->high = gsl_stats_quantile_from_sorted_data(sorted, 1, n - 1, 0.975);
-    memcpy(sorted, value, n * sizeof *sorted);
-    gsl_sort(sorted, 1, n);
-    /* whole numbers may all be the same but for a few */
-    double middle = gsl_stats_median_from_sorted_data(sorted, 1, n),
-           least = figure == MISFIT_CLOSED ? 1.0 : 1e-9,
-           above = fmax(tail(sorted, n, middle, TAIL), least),
-           below = fmax(tail(sorted, n, middle, 1.0 - TAIL), least);
-    for (size_t i = 0; i < n; i++) {
-        double far = value[i] > middle ? (value[i] - middle) / above : (value[i] - middle) / below;
-        away[i] = both ? fabs(far) : far;
-        if (i == 0)
-            found->away = far;
+    size_t p = answer->statistics;
+    gsl_matrix *z = gsl_matrix_alloc(rows, p), *covariance = gsl_matrix_alloc(p, p);
+    for (size_t s = 0; s < p; s++) {
+        const double *column = answer->residual + s;
+        double mean = gsl_stats_mean(column, p, rows), sd = gsl_stats_sd(column, p, rows);
+        for (size_t i = 0; i < rows; i++)
+            gsl_matrix_set(z, i, s, sd > 0.0 ? (column[i * p] - mean) / sd : 0.0);
     }
+    gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0 / (double)(rows - 1), z, z, 0.0, covariance);
+    surface_shrink(z, covariance);
+    for (size_t s = 0; s < p; s++) /* also a statistic that never changes */
+        *gsl_matrix_ptr(covariance, s, s) += 1e-6;
+    gsl_linalg_cholesky_decomp1(covariance);
+    for (size_t i = 0; i < rows; i++) {
+        gsl_vector_view row = gsl_matrix_row(z, i);
+        gsl_blas_dtrsv(CblasLower, CblasNoTrans, CblasNonUnit, covariance, &row.vector);
+        gsl_blas_ddot(&row.vector, &row.vector, &square[i]);
+    }
+    gsl_matrix_free(z);
+    gsl_matrix_free(covariance);
 }
 
-/* A row's distance: its farthest figure, or all that are odd together, if that is odder. */
-static void set_most(struct checking *c, const double *together, double *sorted, double *most)
+/* Logarithm of the spread between segments; false: too few were surveyed. */
+static bool spread_of(const double *sum_in, double *spread)
 {
-    size_t n = c->rows;
-    memcpy(sorted, together, n * sizeof *sorted);
-    gsl_sort(sorted, 1, n);
-    double middle = gsl_stats_median_from_sorted_data(sorted, 1, n),
-           unit = fmax(tail(sorted, n, middle, TAIL), 1e-9);
-    for (size_t i = 0; i < n; i++)
-        most[i] = fmax(most[i], (together[i] - middle) / unit);
+    double read[MR_SEGMENTS];
+    size_t count = 0;
+    for (size_t s = 0; s < MR_SEGMENTS; s++) {
+        if (!isnan(sum_in[s]))
+            read[count++] = sum_in[s];
+    }
+    *spread = count > 4 ? log(fmax(gsl_stats_sd(read, 1, count), 1e-9)) : 0.0;
+    return count > 4;
 }
 
-static bool judge(struct checking *c, struct misfit *misfit)
+/* A runway that nothing has rolled over: the sums that were read, and those that gaps laid as the
+ * fit draws them would give. Later surveys do not show how the gaps were laid. */
+static void add_survey(const struct fit_landings *list, uint64_t seed, size_t rows, double *square)
 {
-    size_t n = c->rows, out = 0;
-    double *sorted = calloc(4 * n, sizeof *sorted);
-    if (!sorted)
-        return false;
-    double *away = sorted + n, *most = away + n, *together = most + n, worst = -(double)INFINITY;
-    for (size_t i = 0; i < n; i++)
-        most[i] = -(double)INFINITY;
-    for (enum misfit_figure f = 0; f < MISFITS; f++) {
-        if (!misfit->found[f].known)
-            continue;
-        set_away(c, f, sorted, away, &misfit->found[f]);
-        for (size_t i = 0; i < n; i++) {
-            most[i] = fmax(most[i], away[i]);
-            together[i] += fmax(away[i], 0.0) * fmax(away[i], 0.0);
+    const struct fit_landing *first = &list->landing[0];
+    double sum_in[MR_SEGMENTS], *spread = xcalloc(2 * rows, sizeof *spread),
+                                *sorted = spread + rows;
+    if (!first->later && spread_of(first->survey_in, &spread[0])) {
+        gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
+        gsl_rng_set(random, (unsigned long)(seed * 2654435761u + 17u) & 0xffffffffu);
+        for (size_t i = 1; i < rows; i++) {
+            fit_landings_lay(list, first, random, sum_in);
+            spread_of(sum_in, &spread[i]);
         }
-        if (away[0] > worst) {
-            worst = away[0];
-            misfit->worst = f;
-        }
+        gsl_rng_free(random);
+        for (size_t i = 0; i < rows; i++)
+            sorted[i] = spread[i];
+        gsl_sort(sorted, 1, rows);
+        double middle = gsl_stats_median_from_sorted_data(sorted, 1, rows),
+               unit = gsl_stats_quantile_from_sorted_data(sorted, 1, rows, 0.8413) - middle;
+        for (size_t i = 0; i < rows && unit > 0.0; i++)
+            square[i] += pow(fmax(spread[i] - middle, 0.0) / unit, 2.0);
     }
-    for (size_t i = 0; i < n; i++)
-        together[i] = sqrt(together[i]);
-    set_most(c, together, sorted, most);
-    for (size_t i = 0; i < n; i++)
-        out += most[i] >= most[0];
-    misfit->share = (double)out / (double)n;
-    misfit->cannot = misfit->share <= MISFIT_FALSE;
-    free(sorted);
-    return true;
+    free(spread);
 }
 
-static void standardise(struct checking *c)
+struct misfit misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
+                           uint64_t seed)
 {
-    for (size_t s = 0; s < c->statistics; s++) {
-        const double *column = c->answer->residual + s;
-        double mean = gsl_stats_mean(column, c->statistics, c->rows),
-               sd = gsl_stats_sd(column, c->statistics, c->rows);
-        c->spread[s] = sd;
-        for (size_t i = 0; i < c->rows; i++)
-            c->z[i * c->statistics + s] =
-                sd > 0.0 ? (c->answer->residual[i * c->statistics + s] - mean) / sd : 0.0;
-    }
-}
-
-static bool begin(struct checking *c)
-{
-    size_t s = 0;
-    c->landing = calloc(c->statistics, sizeof(*c->landing));
-    c->window = calloc(c->statistics, sizeof(*c->window));
-    c->z = calloc(c->rows * c->statistics, sizeof *c->z);
-    c->figure = calloc(MISFITS * c->rows, sizeof *c->figure);
-    c->group = calloc(GROUP_MAX * c->rows, sizeof *c->group);
-    c->weight = calloc(c->statistics, sizeof *c->weight);
-    c->spread = calloc(c->statistics, sizeof *c->spread);
-    c->member_at = calloc(GROUP_MAX, sizeof *c->member_at);
-    if (!c->landing || !c->window || !c->z || !c->figure || !c->group || !c->weight || !c->spread ||
-        !c->member_at)
-        return false;
-    for (size_t l = 0; l < c->list->count; l++) {
-        for (size_t w = 0; w < c->list->landing[l].windows; w++, s++) {
-            c->landing[s] = &c->list->landing[l];
-            c->window[s] = &c->list->landing[l].window[w];
-        }
-    }
-    standardise(c);
-    return true;
-}
-
-enum mr_status misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
-                            uint64_t seed, struct misfit *misfit, struct error *error)
-{
-    struct checking c = {.list = list,
-                         .answer = answer,
-                         .rows = 1 + answer->replicas,
-                         .statistics = answer->statistics};
-    *misfit = (struct misfit){.replicas = answer->replicas};
-    for (enum misfit_figure f = 0; f < MISFITS; f++)
-        misfit->found[f].where = SIZE_MAX;
+    size_t rows = 1 + answer->replicas, out = 0;
+    struct misfit misfit = {.replicas = answer->replicas};
     if (answer->replicas < MISFIT_LEAST)
-        return MR_OK;
-    bool good = begin(&c);
-    if (good) {
-        misfit_singles(&c, seed, misfit);
-        good = misfit_groups(&c, misfit) && misfit_odds(&c, misfit) && judge(&c, misfit);
-    }
-    if (!good)
-        error_set(error, MR_FULL, "no memory: check of %zu statistics; use fewer landings",
-                  c.statistics);
-    misfit->checked = good;
-    free(c.landing);
-    free(c.window);
-    free(c.z);
-    free(c.figure);
-    free(c.group);
-    free(c.weight);
-    free(c.spread);
-    free(c.member_at);
-    return error->status;
+        return misfit;
+    double *square = xcalloc(rows, sizeof *square);
+    add_residuals(answer, rows, square);
+    add_survey(list, seed, rows, square);
+    for (size_t i = 0; i < rows; i++)
+        out += square[i] >= square[0];
+    free(square);
+    misfit.checked = true;
+    misfit.share = (double)out / (double)rows;
+    misfit.cannot = misfit.share <= MISFIT_FALSE;
+    return misfit;
 }

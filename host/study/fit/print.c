@@ -3,19 +3,16 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "host/base/cli.h"
-#include "host/study/fit/verdict.h"
 #include "host/base/output.h"
+#include "host/base/plot.h"
+#include "host/base/xmalloc.h"
 
-#define NORMAL_95     1.959963984540054
-#define IN_PER_FT     12.0
-#define TEXT_SIZE     400
-#define POOR_FIT      0.05
-#define NEAREST_OF    50u
-#define FARTHEST      3   /* statistics that a poor fit names, */
-#define FARTHEST_FROM 2.5 /* standard deviations and more away */
+#define NORMAL_95  1.959963984540054
+#define IN_PER_FT  12.0
+#define NEAREST_OF 50u
+#define LIMIT      1.96 /* of the plot's band, in standard deviations */
 
 /* A parameter in its own unit: estimate, 95 % interval, prior. */
 struct fit_row {
@@ -59,169 +56,6 @@ static size_t fit_rows(const struct fit_landings *list, const struct fit_answer 
         };
     }
     return count;
-}
-
-/* "f x share^-0.98": of two, what stays the same along a direction in which the data say
- * nothing. */
-static void determined(const struct fit_landings *list, const enum fit_key *key,
-                       const double *direction, char *text, size_t size)
-{
-    size_t member[2], count = 0;
-    for (size_t i = 0; i < FIT_PARAMETERS_MAX && count < 2; i++) {
-        if (direction[i] * direction[i] >= VERDICT_MEMBER)
-            member[count++] = i;
-    }
-    double first = list->parameter[key[member[0]]].spread * direction[member[0]];
-    double second = list->parameter[key[member[1]]].spread * direction[member[1]];
-    snprintf(text, size, "; what they tell is %s x %s^%.2g", fit_names[key[member[0]]].key,
-             fit_names[key[member[1]]].key, -first / second);
-}
-
-static void confounded_text(const struct fit_landings *list, const enum fit_key *key,
-                            const struct fit_confounded *found, char *text)
-{
-    unsigned named = 0;
-    char same[80] = "";
-    size_t length = (size_t)snprintf(text, TEXT_SIZE, "the data cannot tell ");
-    for (size_t i = 0; i < FIT_PARAMETERS_MAX && length < TEXT_SIZE; i++) {
-        if (found->direction[i] * found->direction[i] < VERDICT_MEMBER)
-            continue;
-        named++;
-        length += (size_t)snprintf(text + length, TEXT_SIZE - length, "%s%s",
-                                   named == 1   ? ""
-                                   : named == 2 ? " from "
-                                                : " and ",
-                                   fit_names[key[i]].key);
-    }
-    if (found->members == 2)
-        determined(list, key, found->direction, same, sizeof same);
-    length += length < TEXT_SIZE
-                ? (size_t)snprintf(text + length, TEXT_SIZE - length, "%s (together by", same)
-                : 0;
-    for (size_t i = 0; i < FIT_PARAMETERS_MAX && length < TEXT_SIZE; i++) {
-        if (found->direction[i] * found->direction[i] >= VERDICT_MEMBER)
-            length += (size_t)snprintf(
-                text + length, TEXT_SIZE - length, " %s %+.0f %%", fit_names[key[i]].key,
-                100.0 * (exp(list->parameter[key[i]].spread * found->direction[i]) - 1.0));
-    }
-    if (length < TEXT_SIZE)
-        snprintf(text + length, TEXT_SIZE - length, ": misfit +%.1f, %.2f would show)",
-                 fmax(found->rise, 0.0), VERDICT_LIMIT);
-}
-
-static double away(const struct fit_landings *list, const struct fit_answer *answer,
-                   size_t statistic)
-{
-    return (list->measured[statistic] - answer->expected[statistic]) / answer->scatter[statistic];
-}
-
-/* The farthest statistic that is nearer than `below`; false: none is far. */
-static bool next_farthest(const struct fit_landings *list, const struct fit_answer *answer,
-                          double below, size_t *landing, size_t *window)
-{
-    double most = FARTHEST_FROM;
-    bool found = false;
-    for (size_t l = 0; l < list->count; l++) {
-        for (size_t w = 0; w < list->landing[l].windows; w++) {
-            double far = fabs(away(list, answer, list->landing[l].first + w));
-            if (!(far >= most && far < below))
-                continue;
-            most = far;
-            *landing = l;
-            *window = w;
-            found = true;
-        }
-    }
-    return found;
-}
-
-/* "RUN 2, transducer 6 at 90 ft, end: 0.024 in, expected 0.118 (-5.1)". */
-static void where_it_fails(const struct fit_landings *list, const struct fit_answer *answer,
-                           char *text)
-{
-    double below = HUGE_VAL;
-    size_t l = 0, w = 0,
-           length = (size_t)snprintf(text, TEXT_SIZE, "farthest off (in standard deviations):");
-    for (int i = 0;
-         i < FARTHEST && next_farthest(list, answer, below, &l, &w) && length < TEXT_SIZE; i++) {
-        const struct fit_landing *landing = &list->landing[l];
-        const struct fit_window *window = &landing->window[w];
-        size_t s = landing->first + w;
-        bool transducer = window->channel != SIZE_MAX;
-        char place[60];
-        if (transducer)
-            snprintf(place, sizeof place, "transducer %lld at %g ft",
-                     (long long)landing->channel[window->channel].number,
-                     landing->channel[window->channel].station_ft);
-        else
-            snprintf(place, sizeof place, "segment %zu", window->segment + 1);
-        below = fabs(away(list, answer, s));
-        length += (size_t)snprintf(
-            text + length, TEXT_SIZE - length, "%s RUN %lld %s, %s: %.3f in, expected %.3f (%+.1f)",
-            i ? ";" : "", (long long)landing->run, place, window->name,
-            transducer ? fit_movement_in(list->measured[s]) : list->measured[s],
-            transducer ? fit_movement_in(answer->expected[s]) : answer->expected[s],
-            away(list, answer, s));
-    }
-}
-
-/* Why a fit may be poor that the data do not say. */
-static size_t poor_fit(const struct fit_landings *list, const struct fit_answer *answer,
-                       char *text[3])
-{
-    char line[TEXT_SIZE];
-    size_t lines = 0, l, w;
-    if (answer->fits < POOR_FIT) {
-        snprintf(line, sizeof line,
-                 "the model does not fit: only %.1f %% of simulated data sets lie further from it; "
-                 "the intervals do not allow for that",
-                 100.0 * answer->fits);
-        text[lines++] = strdup(line);
-    }
-    if (next_farthest(list, answer, HUGE_VAL, &l, &w)) {
-        where_it_fails(list, answer, line);
-        text[lines++] = strdup(line);
-    }
-    if (list->count > 0 && list->landing[0].later) {
-        snprintf(line, sizeof line,
-                 "RUN %lld began on joints that earlier landings had closed or opened, but its "
-                 "gaps are drawn as those of a new "
-                 "runway: fit from the first landing on",
-                 (long long)list->landing[0].run);
-        text[lines++] = strdup(line);
-    }
-    return lines;
-}
-
-size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer,
-                    const struct misfit *misfit, char *text[FIT_VERDICTS])
-{
-    enum fit_key key[FIT_KEYS];
-    char line[TEXT_SIZE];
-    size_t count = fit_landings_fitted(list, key), lines = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (!answer->silent[i])
-            continue;
-        snprintf(line, sizeof line,
-                 "the data say less of %s than its prior does: its interval is the prior's",
-                 fit_names[key[i]].key);
-        text[lines++] = strdup(line);
-    }
-    for (size_t d = 0; d < answer->confounded_count; d++) {
-        confounded_text(list, key, &answer->confounded[d], line);
-        text[lines++] = strdup(line);
-    }
-    if (misfit->checked ? misfit->cannot : answer->fits < POOR_FIT)
-        lines += poor_fit(list, answer, &text[lines]);
-    if (answer->stopped) {
-        snprintf(line, sizeof line,
-                 "the estimate did not come to stand still in %u rounds: give it more time, or "
-                 "narrower priors",
-                 answer->rounds);
-        text[lines++] = strdup(line);
-    }
-    text[lines] = NULL;
-    return lines;
 }
 
 static void add_landings(struct answer *answer, const struct fit_landings *list)
@@ -329,18 +163,42 @@ static void add_residuals(struct answer *answer, const struct fit_landings *list
     answer_close(answer);
 }
 
-static void add_verdicts(struct answer *answer, const struct fit_landings *list,
-                         const struct fit_answer *fit, const struct misfit *misfit)
+static void misfit_text(const struct misfit *misfit, char *text, size_t size)
 {
-    char *verdict[FIT_VERDICTS];
-    size_t lines = fit_verdicts(list, fit, misfit, verdict);
-    if (lines == 0)
-        answer_words(answer, NULL, "verdict", "the data tell every parameter from the others");
-    answer_list(answer, "verdict", "verdict");
-    for (size_t i = 0; i < lines; i++) {
-        answer_sentence(answer, NULL, "%s", verdict[i] ? verdict[i] : "");
-        free(verdict[i]);
-    }
+    if (!misfit->checked)
+        snprintf(text, size,
+                 "the model was not checked: %zu replicated data sets, %u are needed; allow more "
+                 "time",
+                 misfit->replicas, MISFIT_LEAST);
+    else
+        snprintf(text, size,
+                 "the model %s describe the data: %.0f %% of replicated data sets are as far from "
+                 "it (%.0f %% or less: it cannot)",
+                 misfit->cannot ? "cannot" : "can", 100.0 * misfit->share, 100.0 * MISFIT_FALSE);
+}
+
+static void add_misfit(struct answer *answer, const struct fit_landings *list,
+                       const struct misfit *misfit)
+{
+    char text[200];
+    misfit_text(misfit, text, sizeof text);
+    answer_sentence(answer, NULL, "%s", text);
+    if (misfit->cannot)
+        answer_sentence(answer, NULL,
+                        "Do not trust the intervals. --plot shows where the residuals are large: "
+                        "check the transducers, dirt, the gear's way and elastic ground there");
+    if (misfit->cannot && list->landing[0].later)
+        answer_sentence(answer, NULL,
+                        "RUN %lld began on joints that earlier landings had moved: fit from the "
+                        "first landing on",
+                        (long long)list->landing[0].run);
+    answer_open(answer, "misfit", NULL);
+    answer_flag(answer, "checked", NULL, misfit->checked);
+    answer_flag(answer, "cannot_be", NULL, misfit->cannot);
+    answer_value(answer, "share", NULL, UNIT_NUMBER, misfit->checked ? misfit->share : (double)NAN,
+                 2);
+    answer_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_FALSE, 2);
+    answer_count(answer, "replicas", NULL, (int64_t)misfit->replicas);
     answer_close(answer);
 }
 
@@ -357,14 +215,12 @@ struct answer *fit_described(const struct fit_landings *list, const struct fit_a
     answer_flag(answer, "intervals_trusted", NULL, misfit->checked && !misfit->cannot);
     add_parameters(answer, list, fit, misfit, si);
     add_correlations(answer, list, fit);
-    answer_sentence(answer, NULL,
-                    "goodness of fit: %.0f %% of simulated data sets lie further from the model "
-                    "than the measured one (distance %.1f, %zu statistics)",
-                    100.0 * fit->fits, sqrt(fit->distance), fit->statistics);
-    answer_value(answer, "fits", NULL, UNIT_NUMBER, fit->fits, 2)->digits = 4;
-    answer_value(answer, "distance", NULL, UNIT_NUMBER, sqrt(fit->distance), 1);
-    misfit_describe(answer, list, misfit);
-    add_verdicts(answer, list, fit, misfit);
+    if (fit->stopped)
+        answer_sentence(answer, NULL,
+                        "the estimate did not settle in %u rounds: allow more time, or narrower "
+                        "priors",
+                        fit->rounds);
+    add_misfit(answer, list, misfit);
     add_residuals(answer, list, fit);
     return answer;
 }
@@ -393,9 +249,9 @@ static json_t *list_json(const struct sim_list *list)
 static uint64_t nearest(const struct fit_landings *list, const struct fit_answer *answer)
 {
     struct fit_model model = fit_landings_model(list);
-    double *statistic = calloc(list->statistics, sizeof *statistic), least = (double)INFINITY;
+    double *statistic = xcalloc(list->statistics, sizeof *statistic), least = (double)INFINITY;
     uint64_t best = 1;
-    for (uint64_t draw = 1; draw <= NEAREST_OF && statistic; draw++) {
+    for (uint64_t draw = 1; draw <= NEAREST_OF; draw++) {
         double squares = 0.0;
         if (!model.simulate(model.context, answer->z, draw, statistic))
             continue;
@@ -452,4 +308,56 @@ enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit
     sim_scene_free(&joints);
     json_decref(scene);
     return error->status;
+}
+
+static double station_of(const struct fit_landing *landing, const struct fit_window *window)
+{
+    return window->channel != SIZE_MAX
+             ? landing->channel[window->channel].station_ft
+             : ((double)window->segment + 0.5) * (double)MR_SEGMENT_LENGTH_FT;
+}
+
+enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer,
+                              const struct misfit *misfit, const char *path, struct error *error)
+{
+    char text[200], key[60];
+    double *station_ft = xcalloc(2 * list->statistics, sizeof *station_ft),
+           *residual = station_ft + list->statistics;
+    const double limits[] = {-LIMIT, LIMIT};
+    misfit_text(misfit, text, sizeof text);
+    struct plot *plot = plot_new("residuals of a fit", 900, 420, 1);
+    plot_panel(plot, text, (struct plot_axis){.label = "station (ft)"},
+               (struct plot_axis){.label = "(measured - expected) / standard deviation"});
+    for (size_t l = 0; l < list->count; l++) {
+        const struct fit_landing *landing = &list->landing[l];
+        for (int sums = 0; sums < 2; sums++) {
+            size_t count = 0;
+            for (size_t w = 0; w < landing->windows; w++) {
+                size_t s = landing->first + w;
+                if ((landing->window[w].channel == SIZE_MAX) != sums)
+                    continue;
+                station_ft[count] = station_of(landing, &landing->window[w]);
+                residual[count++] = (list->measured[s] - answer->expected[s]) / answer->scatter[s];
+            }
+            snprintf(key, sizeof key, "RUN %lld, %s", (long long)landing->run,
+                     sums ? "sums of gaps after" : "movements");
+            plot_draw(plot, &(struct plot_series){.kind = PLOT_POINTS,
+                                                  .key = key,
+                                                  .colour = (unsigned)l,
+                                                  .shape = (unsigned)l,
+                                                  .open = sums,
+                                                  .x = station_ft,
+                                                  .y = residual,
+                                                  .count = count});
+        }
+    }
+    plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS,
+                                          .key = "95 % of data sets",
+                                          .colour = PLOT_GREY,
+                                          .dashed = true,
+                                          .x = limits,
+                                          .y = limits,
+                                          .count = 2});
+    free(station_ft);
+    return plot_write(plot, path, error);
 }

@@ -20,7 +20,7 @@ struct replicas {
     const struct surface *surface; /* of all statistics, of that ensemble */
 };
 
-/* Fills replicas, residual, replica and odd of `answer`, which has all else. When time runs out,
+/* Fills replicas and residual of `answer`, which has all else. When time runs out,
  * or when the posterior reaches where simulations fail, there are no replicas, and that is no
  * error. */
 enum mr_status replicas_make(const struct replicas *replicas, struct fit_answer *answer,

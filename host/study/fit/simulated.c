@@ -1,5 +1,4 @@
 /* What is simulated of landings: joints and errors drawn, the chain run, statistics read. */
-#include <gsl/gsl_cdf.h>
 #include <gsl/gsl_randist.h>
 #include <gsl/gsl_rng.h>
 #include <math.h>
@@ -13,9 +12,6 @@
 #define SAMPLE_S        0.002
 #define HALVINGS        40
 #define PAIRS_PER_JOINT 6 /* leaves half a percent of where it began */
-#define ODD_SPREAD      1.0
-#define ODD_RATIO       2.0
-#define ODD_GROWTH      0.3
 
 /* Half of what gaps are uniform up to, for a mean of those that none beyond the slack leaves: s -
  * s^2/(4 m) with 2 m > s. All hooked: INFINITY. */
@@ -224,16 +220,6 @@ static double draw_thrust(const struct drawing *drawing, const struct fit_landin
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-/* The path, with its thrust as it is simulated. */
-static void set_thrust(const struct fit_landings *list, const struct sim_scene *scene,
-                       struct sim_path_row *path)
-{
-    double end_s = scene->path[scene->path_count - 1].t_s;
-    memcpy(path, scene->path, scene->path_count * sizeof *path);
-    for (size_t i = 0; i < scene->path_count && list->odd == FIT_ODD_THRUST && end_s > 0.0; i++)
-        path[i].force_lb *= 1.0 + ODD_GROWTH * (2.0 * path[i].t_s / end_s - 1.0);
-}
-
 /* By host/sim: what the chains side by side do not have. */
 static bool run_alone(const struct drawing *drawing, const struct fit_landing *landing,
                       const double *station_ft, double thrust, struct outcome *outcome)
@@ -241,7 +227,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     struct sim_scene scene = landing->scene;
     struct sim_result result;
     struct error error = {0};
-    set_thrust(drawing->list, &scene, drawing->path);
+    memcpy(drawing->path, scene.path, scene.path_count * sizeof *drawing->path);
     for (size_t i = 0; i < scene.path_count; i++)
         drawing->path[i].force_lb *= thrust;
     scene.path = drawing->path;
@@ -283,10 +269,7 @@ static bool run_beside(struct drawing *drawing, size_t count, const struct fit_l
             lane[k].gap_ft = spare_gap_ft + k * joints;
         }
     }
-    struct sim_scene scene = landing->scene;
-    scene.path = drawing[0].path;
-    set_thrust(drawing[0].list, &landing->scene, scene.path);
-    bool good = beside_run(&scene, station_ft, landing->channels, SAMPLE_S, lane);
+    bool good = beside_run(&landing->scene, station_ft, landing->channels, SAMPLE_S, lane);
     for (size_t k = 0; k < count; k++)
         drawing[k].good = drawing[k].good && good && lane[k].good;
     return good;
@@ -328,19 +311,6 @@ static bool simulate_landing(struct drawing *drawing, size_t count,
     return true;
 }
 
-/* A closing resistance, of their mean, from what is uniform over 0 to 1. */
-static double grit_share(const struct fit_landings *list, bool beyond, double uniform)
-{
-    if (list->odd == FIT_ODD_TAIL)
-        return exp(ODD_SPREAD * gsl_cdf_ugaussian_Pinv(fmax(uniform, 1e-9)) -
-                   0.5 * ODD_SPREAD * ODD_SPREAD);
-    bool halves = list->odd == FIT_ODD_BEYOND || list->odd == FIT_ODD_BEFORE;
-    double factor = !halves                                 ? 1.0
-                  : beyond == (list->odd == FIT_ODD_BEYOND) ? 2.0 * ODD_RATIO / (1.0 + ODD_RATIO)
-                                                            : 2.0 / (1.0 + ODD_RATIO);
-    return 2.0 * uniform * factor;
-}
-
 /* Closing resistances and room for the rest; end_drawing in any case. */
 static bool begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
                           uint64_t draw)
@@ -361,8 +331,7 @@ static bool begin_drawing(struct drawing *drawing, const struct fit_landings *li
     gsl_rng_set(drawing->random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
     fit_landings_values(list, z, drawing->value);
     for (size_t j = 0; j < joints; j++)
-        drawing->grit_lb[j] = drawing->value[FIT_GRIT] *
-                              grit_share(list, 2 * j > joints, gsl_rng_uniform(drawing->random));
+        drawing->grit_lb[j] = 2.0 * drawing->value[FIT_GRIT] * gsl_rng_uniform(drawing->random);
     return true;
 }
 

@@ -5,9 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-#define STEPS_MAX   300
-#define TOLERANCE   1e-7
-#define HOLD_WEIGHT 1e3 /* a held parameter strays by a millionth of what it is pulled with */
+#define STEPS_MAX 300
+#define TOLERANCE 1e-7
 
 typedef double square[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
 
@@ -47,8 +46,7 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
     size_t q = surface->parameters;
     square covariance, lower;
     double middle[FIT_PARAMETERS_MAX] = {0.0};
-    *solve =
-        (struct solve){.surface = surface, .place = place, .prior_weight = 1.0, .hold = SIZE_MAX};
+    *solve = (struct solve){.surface = surface, .place = place};
     double share = 1.0 + surface_leverage(surface, middle);
     for (size_t i = 0; i < q; i++) {
         for (size_t k = 0; k < q; k++)
@@ -93,32 +91,27 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
         residual[r] = 0.0;
         for (size_t s = 0; s <= r; s++)
             residual[r] += solve->root[r][s] * (score[s] - solve->score[s]);
-        residual[q + r] = solve->prior_weight * (z[r] - solve->prior[r]);
+        residual[q + r] = z[r] - solve->prior[r];
         for (size_t i = 0; i < q; i++) {
             double sum = 0.0;
             for (size_t s = 0; s <= r; s++)
                 sum += solve->root[r][s] * change[s * q + i];
             slope[r * q + i] = sum;
-            slope[(q + r) * q + i] = solve->prior_weight * solve->place->spread[r][i];
+            slope[(q + r) * q + i] = solve->place->spread[r][i];
         }
     }
-    residual[2 * q] = solve->hold < q ? HOLD_WEIGHT * (z[solve->hold] - solve->held) : 0.0;
-    for (size_t i = 0; i < q; i++)
-        slope[2 * q * q + i] = solve->hold < q ? HOLD_WEIGHT * solve->place->spread[solve->hold][i]
-                                               : 0.0;
 }
 
 static int residual_of(const gsl_vector *w, void *context, gsl_vector *f)
 {
-    double slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
+    double slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     solve_residual(context, w->data, f->data, slope);
     return GSL_SUCCESS;
 }
 
 static int slope_of(const gsl_vector *w, void *context, gsl_matrix *jacobian)
 {
-    double residual[2 * FIT_PARAMETERS_MAX + 1],
-        slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
+    double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     solve_residual(context, w->data, residual, slope);
     gsl_matrix_const_view view = gsl_matrix_const_view_array(slope, jacobian->size1,
                                                              jacobian->size2);
@@ -131,12 +124,12 @@ double solve_least(const struct solve *solve, double *w)
     size_t q = solve->surface->parameters;
     gsl_multifit_nlinear_parameters how = gsl_multifit_nlinear_default_parameters();
     gsl_multifit_nlinear_workspace *work = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust,
-                                                                      &how, 2 * q + 1, q);
+                                                                      &how, 2 * q, q);
     if (!work)
         return (double)NAN;
     struct solve copy = *solve;
     gsl_multifit_nlinear_fdf fdf = {
-        .f = residual_of, .df = slope_of, .n = 2 * q + 1, .p = q, .params = &copy};
+        .f = residual_of, .df = slope_of, .n = 2 * q, .p = q, .params = &copy};
     gsl_vector_const_view start = gsl_vector_const_view_array(w, q);
     int info = 0;
     int status = gsl_multifit_nlinear_init(&start.vector, &fdf, work);
@@ -162,8 +155,7 @@ double solve_least(const struct solve *solve, double *w)
 void solve_information(const struct solve *solve, const double *w, square information)
 {
     size_t q = solve->surface->parameters;
-    double residual[2 * FIT_PARAMETERS_MAX + 1],
-        slope[(2 * FIT_PARAMETERS_MAX + 1) * FIT_PARAMETERS_MAX];
+    double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     square lower, inverse, by_z;
     solve_residual(solve, w, residual, slope);
     memcpy(lower, solve->place->spread, sizeof lower);

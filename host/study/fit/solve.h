@@ -10,8 +10,7 @@
  * simulated. */
 #define SOLVE_STRAIGHT (1.3 * ENSEMBLE_REACH)
 
-/* What is minimised over w: |root (surface(w) - score)|^2 + |z(w) - prior|^2, and, with hold below
- * parameters, z_hold = held. */
+/* What is minimised over w: |root (surface(w) - score)|^2 + |z(w) - prior|^2. */
 struct solve {
     const struct surface *surface; /* as many statistics as parameters */
     const struct ensemble_place *place;
@@ -19,18 +18,15 @@ struct solve {
     double root[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     double score[FIT_PARAMETERS_MAX];
     double prior[FIT_PARAMETERS_MAX];
-    double prior_weight; /* 1; 0: the data alone */
-    size_t hold;         /* SIZE_MAX: none */
-    double held;
 };
 
-/* Prepares for a surface: root at the middle, priors 0 of weight 1, nothing held. False: its
+/* Prepares for a surface: root at the middle, priors 0. False: its
  * covariance is singular. */
 bool solve_begin(struct solve *solve, const struct surface *surface,
                  const struct ensemble_place *place);
 /* From w (start) to w (least). Gives the least sum of squares; NaN: no convergence. */
 double solve_least(const struct solve *solve, double *w);
-/* residual: 2 q + 1; slope: 2 q + 1 rows of q: what multifit_nlinear is given. For tests. */
+/* residual: 2 q; slope: 2 q rows of q: what multifit_nlinear is given. For tests. */
 void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope);
 /* Information of the data alone at w, about z. */
 void solve_information(const struct solve *solve, const double *w,
