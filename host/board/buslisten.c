@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host/base/steady.h"
-#include "host/link/diagnose.h"
+#include "host/link/rx_diagnostics.h"
 
 #define FRAMES_A_TURN 64
 #define WAIT_S        0.1

@@ -9,7 +9,7 @@
 
 #include "common/canbase.h"
 #include "common/command.h"
-#include "host/link/diagnose.h"
+#include "host/link/rx_diagnostics.h"
 #include "host/base/steady.h"
 
 #define SERIAL_BYTES 16384u

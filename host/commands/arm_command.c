@@ -75,7 +75,7 @@ static int arm_command(int argc, char **argv, const struct cli *cli)
                                    "see matrig board --help",
                            words[0]);
     const char *spec = r.can ? r.can : r.serial;
-    if (status == MR_OK && (strncmp(spec, "file:", 5) == 0 || strncmp(spec, "paced:", 6) == 0))
+    if (status == MR_OK && strncmp(spec, "file:", 5) == 0)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one", spec);
     if (status != MR_OK)
         return cli_fail(&error);

@@ -329,8 +329,7 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && !r.serial)
         status = error_set(&error, MR_USAGE,
                            "no link: matrig board needs --serial LINK; see matrig board --help");
-    if (status == MR_OK && strcmp(section, "rom") == 0 &&
-        (strncmp(r.serial, "file:", 5) == 0 || strncmp(r.serial, "paced:", 6) == 0))
+    if (status == MR_OK && strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one",
                            r.serial);
     if (status == MR_OK && r.db && strcmp(section, "rom") == 0)

@@ -7,7 +7,7 @@
 #include "host/base/answer.h"
 #include "host/board/buslisten.h"
 #include "host/commands/commands.h"
-#include "host/link/diagnose.h"
+#include "host/link/rx_diagnostics.h"
 
 #define CONFLICTS_MOST 100u /* each message of the catalogue */
 #define FREE_MOST      8u

@@ -12,7 +12,7 @@
 #include "host/board/dialogue.h"
 #include "host/commands/commands.h"
 #include "host/flash/stm32flash.h"
-#include "host/link/diagnose.h"
+#include "host/link/rx_diagnostics.h"
 #include "host/link/tty.h"
 
 #define BAUD_LEAST    9600.0

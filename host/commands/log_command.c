@@ -12,7 +12,7 @@
 
 #include "host/board/image_symbols.h"
 #include "host/commands/commands.h"
-#include "host/link/diagnose.h"
+#include "host/link/rx_diagnostics.h"
 #include "host/log/logger.h"
 #include "host/base/output.h"
 #include "host/base/steady.h"

@@ -1,16 +1,14 @@
 /* file:PATH, what was recorded earlier (a `candump -L` log, or serial bytes), or a pipe that
- * another program fills; paced:PATH, a `candump -L` log at the pace of its stamps. */
+ * another program fills. */
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/timerfd.h>
 #include <unistd.h>
 
 #include "host/link/candump.h"
 #include "host/link/link_ops.h"
-#include "host/base/steady.h"
 
 /* A log is text, serial bytes are not: the one in the other's place is named. */
 static enum mr_status check_kind(struct link *link, struct error *error)
@@ -115,72 +113,6 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
     return error_set(error, MR_NOT_NOW, "a recorded file takes no commands: %s; use a live link",
                      link->spec);
 }
-
-/* ---- paced ---- */
-
-/* What is waited for is a timer: the file itself is always readable. */
-static enum mr_status paced_open(struct link *link, const char *path, struct error *error)
-{
-    enum mr_status status = file_open(link, path, error);
-    link->source = link->fd;
-    link->fd = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
-    if (status == MR_OK && link->fd < 0)
-        status = error_set(error, MR_IO, "no timer (%s): %s; use file:", strerror(errno),
-                           link->spec);
-    const struct itimerspec now = {.it_value = {0, 1}};
-    if (status == MR_OK)
-        timerfd_settime(link->fd, 0, &now, NULL);
-    return status;
-}
-
-static ssize_t paced_read(struct link *link, uint8_t *bytes, size_t size)
-{
-    return read(link->source, bytes, size);
-}
-
-/* The first frame now, each other one as much later as it was recorded later. */
-static enum mr_status paced_receive_frame(struct link *link, struct link_frame *frame,
-                                          struct error *error)
-{
-    uint64_t now_us = steady_us();
-    if (!link->frame_waits) {
-        enum mr_status status = file_receive_frame(link, &link->waiting, error);
-        if (status != MR_OK)
-            return status;
-        link->frame_waits = true;
-    }
-    if (link->pace_us == 0)
-        link->pace_us = now_us - link->waiting.host_us; /* wraps, as the sum below does */
-    uint64_t due_us = link->waiting.host_us + link->pace_us;
-    if ((int64_t)(due_us - now_us) <= 0) {
-        *frame = link->waiting;
-        link->frame_waits = false;
-        return MR_OK;
-    }
-    const struct itimerspec then = {
-        .it_value = {(time_t)(due_us / 1000000u), (long)(due_us % 1000000u) * 1000}};
-    timerfd_settime(link->fd, TFD_TIMER_ABSTIME, &then, NULL);
-    return MR_TOO_FEW;
-}
-
-static void paced_close(struct link *link)
-{
-    if (link->source >= 0)
-        close(link->source);
-    if (link->fd >= 0)
-        close(link->fd);
-}
-
-const struct link_ops link_paced_ops = {
-    .kinds = 1u << LINK_CAN,
-    .waits = true,
-    .recorded = true,
-    .open = paced_open,
-    .receive_frame = paced_receive_frame,
-    .send = file_send,
-    .read = paced_read,
-    .close = paced_close,
-};
 
 const struct link_ops link_file_ops = {
     .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,

@@ -1,19 +1,22 @@
 #include "host/link/link.h"
 
+#include <ctype.h>
 #include <errno.h>
+#include <net/if.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "common/canbase.h"
 #include "common/framing.h"
 #include "common/wire.h"
-#include "host/link/can_error.h"
-#include "host/link/link_ops.h"
 #include "host/base/steady.h"
+#include "host/link/link_ops.h"
 
 #define RETRY_US       250000u
 #define AWAY_MAX_US    10000000u
@@ -40,6 +43,160 @@ static const struct kind *find_kind(const char *spec)
             return &kinds[i];
     }
     return NULL;
+}
+
+/* ---- a name without a kind, as people type it: can0, /dev/ttyUSB0, landing.log ---- */
+
+#define FORMS_TEXT 200u
+
+/* "unix:PATH, file:PATH or pty:PATH" */
+static void say_forms(char out[FORMS_TEXT])
+{
+    size_t n = 0;
+    for (size_t i = 0; i < KINDS && n < FORMS_TEXT; i++)
+        n += (size_t)snprintf(out + n, FORMS_TEXT - n, "%s%s",
+                              i == 0          ? ""
+                              : i + 1 < KINDS ? ", "
+                                              : " or ",
+                              kinds[i].form);
+}
+
+/* can0, vcan1, slcan0: as Linux calls its CAN interfaces; or one that is there. */
+static bool is_can(const char *name)
+{
+    const char *can = strstr(name, "can");
+    bool called = can && can - name <= 2 && can[3] &&
+                  can[3 + strspn(can + 3, "0123456789")] == '\0';
+    return !strchr(name, '/') && strlen(name) < IF_NAMESIZE &&
+           (called || if_nametoindex(name) != 0);
+}
+
+/* /dev/ttyUSB0, or ttyUSB0 as it is said; the device's path without the rate behind it. False: of
+ * another kind. */
+static bool is_port(const char *name, char path[200])
+{
+    bool bare = strncmp(name, "tty", 3) == 0 && isupper((unsigned char)name[3]);
+    bool whole = strncmp(name, "/dev/tty", 8) == 0 || strncmp(name, "/dev/serial/", 12) == 0;
+    const char *dev = bare ? "/dev/" : "";
+    snprintf(path, 200, "%s%s", dev, name);
+    return bare || whole;
+}
+
+static enum mr_status say_spec(char out[LINK_SPEC_MAX], const char *kind, const char *name)
+{
+    snprintf(out, LINK_SPEC_MAX, "%s:%s", kind, name);
+    return MR_OK;
+}
+
+/* COM3, as another system calls its ports. */
+static bool is_com(const char *name)
+{
+    return strncasecmp(name, "com", 3) == 0 && name[3] &&
+           name[3 + strspn(name + 3, "0123456789")] == '\0';
+}
+
+static enum mr_status complete_file(const char *spec, enum link_kind kind, char out[LINK_SPEC_MAX],
+                                    const struct stat *info, struct error *error)
+{
+    static const char magic[] = "SQLite format 3";
+    char head[sizeof magic] = "";
+    FILE *file = S_ISREG(info->st_mode) ? fopen(spec, "rb") : NULL;
+    bool database = file && fread(head, sizeof head, 1, file) == 1 &&
+                    memcmp(head, magic, sizeof magic) == 0;
+    if (file)
+        fclose(file);
+    if (database)
+        return error_set(error, MR_USAGE,
+                         "a campaign, no link: '%s'; give it as DB (--db of matrig log)", spec);
+    if (S_ISDIR(info->st_mode))
+        return error_set(error, MR_USAGE, "a folder, no link: '%s'; name a file in it", spec);
+    if (S_ISSOCK(info->st_mode))
+        return say_spec(out, "unix", spec);
+    if (S_ISREG(info->st_mode) || S_ISFIFO(info->st_mode))
+        return say_spec(out, "file", spec);
+    if (S_ISCHR(info->st_mode) && kind == LINK_SERIAL)
+        return say_spec(out, "pty", spec);
+    return error_set(error, MR_USAGE, "not a link: '%s'; write serial:%s or pty:%s", spec, spec,
+                     spec);
+}
+
+static enum mr_status refuse_name(const char *spec, struct error *error)
+{
+    char forms[FORMS_TEXT];
+    if (is_com(spec))
+        return error_set(error, MR_USAGE,
+                         "not a link: '%s'; Linux calls its serial ports /dev/ttyUSB0, "
+                         "/dev/ttyACM0, ...",
+                         spec);
+    if (strchr(spec, '/') || strchr(spec, '.'))
+        return error_set(error, MR_IO,
+                         "no such file, port or interface: %s; check its name (ls, ip link)", spec);
+    say_forms(forms);
+    return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
+}
+
+enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LINK_SPEC_MAX],
+                             struct error *error)
+{
+    struct stat info;
+    char port[200];
+    if (find_kind(spec)) {
+        snprintf(out, LINK_SPEC_MAX, "%s", spec);
+        return MR_OK;
+    }
+    if (is_port(spec, port) && kind == LINK_SERIAL)
+        return say_spec(out, "serial", port);
+    if (is_port(strncmp(spec, "slcan:", 6) == 0 ? spec + 6 : spec, port))
+        return error_set(error, MR_USAGE,
+                         "not a CAN link: '%s'; for an SLCAN adapter run slcand -o -s8 %s can0 and "
+                         "ip link set can0 up, then give can:can0; the board's own line is "
+                         "--serial",
+                         spec, port);
+    if (stat(spec, &info) == 0)
+        return complete_file(spec, kind, out, &info, error);
+    if (is_can(spec) && kind == LINK_CAN)
+        return say_spec(out, "can", spec);
+    if (is_can(spec))
+        return error_set(error, MR_USAGE,
+                         "%s is a CAN interface: it carries no serial bytes; give it as --can",
+                         spec);
+    return refuse_name(spec, error);
+}
+
+bool link_is_can(const char *spec)
+{
+    struct stat info;
+    struct link_bases bases;
+    struct error ignored = {0};
+    char plain[LINK_SPEC_MAX];
+    snprintf(plain, sizeof plain, "%s", spec);
+    (void)link_take_bases(plain, &bases, &ignored); /* whoever opens it says what is wrong there */
+    return strncmp(plain, "can:", 4) == 0 ||
+           (!find_kind(plain) && stat(plain, &info) != 0 && is_can(plain));
+}
+
+/* ---- links ---- */
+
+const char *link_trouble_text(unsigned trouble)
+{
+    static const char *const texts[] = {
+#define LINK_TROUBLE_TEXT(name, text) text,
+        LINK_TROUBLE_TABLE(LINK_TROUBLE_TEXT)
+#undef LINK_TROUBLE_TEXT
+    };
+    return trouble < LINK_TROUBLES ? texts[trouble] : "unknown trouble";
+}
+
+/* Until the first whole frame. */
+static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
+{
+    rx->bytes += length;
+    for (size_t i = 0; i < length && rx->frames == 0; i++) {
+        struct mr_frame frame;
+        enum mr_status status = mr_deframer_push(&rx->deframer, bytes[i], &frame);
+        rx->frames += status == MR_OK;
+        rx->bad += status != MR_OK && status != MR_TOO_FEW;
+    }
 }
 
 /* What stands behind the kind's name. */
@@ -94,7 +251,7 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
     made->ops = found->ops;
     made->form = found->form;
     made->kind = kind;
-    made->fd = made->source = -1;
+    made->fd = -1;
     made->name = name;
     made->spec = whole;
     made->bases = bases;
@@ -213,7 +370,8 @@ void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
 void link_hear_anew(struct link *link, int baud)
 {
     pthread_mutex_lock(&link->heard);
-    hearing_start(&link->counters.hearing, steady_us(), baud);
+    link->counters.rx = (struct link_rx){.begun_us = steady_us(), .baud = baud};
+    mr_deframer_init(&link->counters.rx.deframer);
     pthread_mutex_unlock(&link->heard);
 }
 
@@ -223,7 +381,7 @@ void link_heard(const struct link *link, struct link_counters *counters, struct 
     pthread_mutex_lock(heard);
     counters->received = link->counters.received;
     counters->error_frames = link->counters.error_frames;
-    counters->hearing = link->counters.hearing;
+    counters->rx = link->counters.rx;
     memcpy(counters->trouble, link->counters.trouble, sizeof counters->trouble);
     *away = link->away;
     pthread_mutex_unlock(heard);
@@ -374,7 +532,7 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
     memcpy(bytes, link->buffer + link->start, count);
     link->start += count;
     pthread_mutex_lock(&link->heard);
-    hearing_bytes(&link->counters.hearing, bytes, count);
+    count_rx(&link->counters.rx, bytes, count);
     link->counters.received += count;
     pthread_mutex_unlock(&link->heard);
     *length = count;
@@ -442,6 +600,6 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
 enum mr_status link_line(struct link *link, int baud, struct error *error)
 {
     link->start = link->end = 0;
-    link_hear_anew(link, link->counters.hearing.baud ? baud : 0);
+    link_hear_anew(link, link->counters.rx.baud ? baud : 0);
     return link->ops->line ? link->ops->line(link, baud, error) : MR_OK;
 }

@@ -4,10 +4,9 @@
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct
  * can_frame of SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN,
- * recorded bytes for serial, from a file or a pipe; paced: a log at the pace at which it was
- * recorded. can: is a CAN interface of the Linux kernel, with :board the board's messages alone,
- * serial: a serial port, 8N1, 2000000 baud unless given, or the usual rate at which frames come,
- * pty: the pseudo-terminal of an emulated board.
+ * recorded bytes for serial, from a file or a pipe. can: is a CAN interface of the Linux kernel,
+ * with :board the board's messages alone, serial: a serial port, 8N1, 2000000 baud unless given, or
+ * the usual rate at which frames come, pty: the pseudo-terminal of an emulated board.
  *
  * Behind a LINK that carries CAN, @BASE says where on the bus the board is (common/canbase.h):
  * can0@0x190; @0,0x190 is two boards. Without it the base is 0. Frames carry the identifiers that
@@ -28,8 +27,7 @@
 
 #include "host/base/error.h"
 #include "host/link/bases.h"
-#include "host/link/hearing.h"
-#include "host/link/trouble.h"
+#include "common/framing.h"
 
 enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_KINDS 2
@@ -62,13 +60,69 @@ struct link_frame {
     uint8_t data[8];
 };
 
+/* Troubles of a link: what it saw that is no frame of the board. Each is counted by the link
+ * (struct link_counters), recorded in the campaign and shown to the user. The numbers are in
+ * campaign databases: new ones go to the end.
+ *
+ * The first group is what CAN error frames say (linux/can/error.h; host/link/can.h translates
+ * them), the second what the ways into this computer lost, the last what the queue to the campaign
+ * had no room for (host/link/reader.h): frames of CAN, bytes of serial. */
+
+/*        name                     text of one or more of them */
+/* clang-format off */
+#define LINK_TROUBLE_TABLE(X)                                                             \
+    X(LINK_BUS_OFF,                "bus off")                                             \
+    X(LINK_RESTARTED,              "restarted after bus off")                             \
+    X(LINK_ERROR_PASSIVE,          "error passive")                                       \
+    X(LINK_ERROR_WARNING,          "error warning")                                       \
+    X(LINK_ERROR_ACTIVE,           "error active again")                                  \
+    X(LINK_NO_ACK,                 "no acknowledgement")                                  \
+    X(LINK_ARBITRATION_LOST,       "arbitration lost")                                    \
+    X(LINK_PROTOCOL_ERROR,         "protocol error")                                      \
+    X(LINK_BUS_ERROR,              "bus error")                                           \
+    X(LINK_RX_OVERFLOW,            "receive overflow in the adapter")                     \
+    X(LINK_TX_OVERFLOW,            "transmit overflow in the adapter")                    \
+    X(LINK_TX_TIMEOUT,             "transmit timeout")                                    \
+    X(LINK_TRANSCEIVER,            "transceiver or wiring fault")                         \
+    X(LINK_OTHER_ERROR,            "other bus errors")                                    \
+    X(LINK_QUEUE_LOST,             "frames lost in this computer's receive queue")        \
+    X(LINK_UART_OVERRUN,           "UART overruns")                                       \
+    X(LINK_UART_LINE,              "UART framing, parity or break errors")                \
+    X(LINK_AWAY,                   "went away")                                           \
+    X(LINK_BACK,                   "came back")                                           \
+    X(LINK_LOST_LOCK, "frames or bytes that a full queue lost (another program held the " \
+      "campaign)")                                                                        \
+    X(LINK_LOST_SLOW_DISK,         "frames or bytes that a full queue lost (slow disk)")  \
+    X(LINK_LOST_FULL_DISK,         "frames or bytes that a full queue lost (full disk)")  \
+    X(LINK_LOST_PROCESSOR,         "frames or bytes that a full queue lost (slow computer)")
+/* clang-format on */
+
+enum link_trouble {
+#define LINK_TROUBLE_ENUM(name, text) name,
+    LINK_TROUBLE_TABLE(LINK_TROUBLE_ENUM) LINK_TROUBLES
+};
+#undef LINK_TROUBLE_ENUM
+
+/* "unknown trouble" for a number not in the table. Static storage. */
+const char *link_trouble_text(unsigned trouble);
+
+/* What a link has received before a board is understood on it. */
+struct link_rx {
+    uint64_t begun_us; /* by the monotonic clock */
+    uint64_t bytes;
+    uint64_t frames; /* serial: with a good CRC; counting ends with the first */
+    uint64_t bad;    /* ends of frames that are none */
+    int baud;        /* of the line; 0: it has none */
+    struct mr_deframer deframer;
+};
+
 struct link_counters {
     uint64_t received; /* frames or bytes */
     uint64_t sent;
     uint64_t trouble[LINK_TROUBLES];
-    uint64_t troubles;      /* all of them; when it has not changed, none has */
-    uint64_t error_frames;  /* what the adapter said of the bus; not in `received` */
-    struct hearing hearing; /* until a board is understood */
+    uint64_t troubles;     /* all of them; when it has not changed, none has */
+    uint64_t error_frames; /* what the adapter said of the bus; not in `received` */
+    struct link_rx rx;
 };
 
 #define LINK_BOARD_BAUD 2000000 /* the board's USART1 */

@@ -5,7 +5,7 @@
 #include <pthread.h>
 #include <sys/types.h>
 
-#include "host/link/adapter_clock.h"
+#include "host/link/can.h"
 #include "host/link/link.h"
 
 struct link_ops {
@@ -51,11 +51,6 @@ struct link {
     uint64_t read_monotonic_us; /* and by the clock that is never set */
     uint64_t ahead_us;          /* what the time of day is ahead of that */
     unsigned long line;         /* file: lines given on */
-    int source;                 /* paced: the file; fd is a timer */
-    bool frame_waits;           /* paced: until it is due, */
-    struct link_frame waiting;
-    /* by the monotonic clock, which is so much later than the stamps; 0: not known */
-    uint64_t pace_us;
 
     struct error away;      /* why the device is away; MR_OK: it is there */
     uint64_t away_most_us;  /* how long it is waited for */

@@ -1,6 +1,10 @@
+/* serial:TTY[:BAUD|:find], a serial port of this computer through libserialport; pty:PATH, the
+ * pseudo-terminal of an emulated board. */
 #include "host/link/tty.h"
 
+#include <asm/termbits.h> /* struct termios2, for any rate; not to be mixed with termios.h */
 #include <errno.h>
+#include <fcntl.h>
 #include <libserialport.h>
 #include <linux/serial.h>
 #include <poll.h>
@@ -12,8 +16,46 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "common/framing.h"
+#include "host/base/steady.h"
 #include "host/link/link_ops.h"
-#include "host/link/pts.h"
+#include "host/link/rx_diagnostics.h"
+
+/* ---- pseudo-terminals, which libserialport does not take: Linux keeps no parity for them ---- */
+
+static enum mr_status pts_line(const char *spec, int fd, int baud, struct error *error)
+{
+    struct termios2 t;
+    bool set = ioctl(fd, TCGETS2, &t) == 0;
+    if (set) {
+        t.c_iflag = t.c_oflag = t.c_lflag = 0;
+        t.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
+        t.c_ispeed = t.c_ospeed = (speed_t)baud;
+        t.c_cc[VMIN] = 1;
+        t.c_cc[VTIME] = 0;
+        set = ioctl(fd, TCSETS2, &t) == 0;
+    }
+    if (!set)
+        return error_set(error, MR_IO, "no terminal (%s): %s; write unix:PATH for a socket",
+                         strerror(errno), spec);
+    ioctl(fd, TCFLSH, TCIFLUSH);
+    return MR_OK;
+}
+
+static enum mr_status pts_open(const char *spec, const char *path, int baud, int *fd,
+                               struct error *error)
+{
+    *fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (*fd < 0)
+        return error_set(error, MR_IO,
+                         "cannot open the terminal (%s): %s; start the emulated board there first",
+                         strerror(errno), spec);
+    if (flock(*fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
+        return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first", spec);
+    return pts_line(spec, *fd, baud, error);
+}
+
+/* ---- ports ---- */
 
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
@@ -152,8 +194,23 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
     return status == MR_OK ? set_line(tty, baud, error) : status;
 }
 
-enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty,
-                        struct error *error)
+static void tty_close(struct tty *tty)
+{
+    if (!tty)
+        return;
+    if (tty->port) {
+        if (tty->fd > 0)
+            ioctl(tty->fd, TIOCNXCL);
+        sp_close(tty->port);
+        sp_free_port(tty->port);
+    } else if (tty->fd >= 0) {
+        close(tty->fd);
+    }
+    free(tty);
+}
+
+static enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty,
+                               struct error *error)
 {
     char real[4096]; /* PATH_MAX; libserialport does not follow the links of /dev/serial */
     if (!realpath(path, real))
@@ -175,22 +232,7 @@ enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty
     return MR_OK;
 }
 
-void tty_close(struct tty *tty)
-{
-    if (!tty)
-        return;
-    if (tty->port) {
-        if (tty->fd > 0)
-            ioctl(tty->fd, TIOCNXCL);
-        sp_close(tty->port);
-        sp_free_port(tty->port);
-    } else if (tty->fd >= 0) {
-        close(tty->fd);
-    }
-    free(tty);
-}
-
-enum mr_status tty_line(struct tty *tty, int baud, struct error *error)
+static enum mr_status tty_line(struct tty *tty, int baud, struct error *error)
 {
     if (!tty->port)
         return pts_line(tty->spec, tty->fd, baud, error);
@@ -200,12 +242,12 @@ enum mr_status tty_line(struct tty *tty, int baud, struct error *error)
     return status;
 }
 
-int tty_fd(const struct tty *tty)
+static int tty_fd(const struct tty *tty)
 {
     return tty->fd;
 }
 
-ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
+static ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
 {
     ssize_t count = tty->port ? (ssize_t)sp_nonblocking_read(tty->port, bytes, size)
                               : read(tty->fd, bytes, size);
@@ -224,7 +266,8 @@ ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
     return -1;
 }
 
-enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length,
+                                struct error *error)
 {
     if (!tty->port)
         return link_write(tty->spec, tty->fd, bytes, length, error);
@@ -238,7 +281,7 @@ enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, s
     return MR_OK;
 }
 
-void tty_news(struct tty *tty, struct link *link)
+static void tty_news(struct tty *tty, struct link *link)
 {
     struct serial_icounter_struct now = {0}, *before = &tty->counted;
     if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
@@ -251,3 +294,156 @@ void tty_news(struct tty *tty, struct link *link)
                      (unsigned)(now.brk - before->brk));
     *before = now;
 }
+
+/* ---- the usual rates ---- */
+
+/* a clock every 0.1 s, and what is needed to find the beginning of a frame */
+#define LISTEN_US 700000u
+
+/* MR_OK: a frame was whole. */
+static enum mr_status listen_for_frame(struct tty *tty, uint64_t *heard, struct error *error)
+{
+    struct mr_deframer deframer;
+    struct mr_frame frame;
+    bool whole = false;
+    uint8_t bytes[4096];
+    uint64_t until_us = steady_us() + LISTEN_US;
+    mr_deframer_init(&deframer);
+    while (!whole && steady_us() < until_us) {
+        struct pollfd ready = {.fd = tty_fd(tty), .events = POLLIN};
+        uint64_t left_us = until_us - steady_us();
+        if (poll(&ready, 1, left_us > LISTEN_US ? 0 : (int)(left_us / 1000 + 1)) <= 0)
+            continue;
+        ssize_t count = tty_read(tty, bytes, sizeof bytes);
+        if (count < 0 && errno == ENODEV)
+            return error_set(
+                error, MR_IO,
+                "the serial port went away while its rate was looked for; plug it in again");
+        for (ssize_t i = 0; i < count && !whole; i++)
+            whole = mr_deframer_push(&deframer, bytes[i], &frame) == MR_OK;
+        *heard += count > 0 ? (uint64_t)count : 0;
+    }
+    return whole ? MR_OK : MR_TIMEOUT;
+}
+
+static enum mr_status find_baud(struct tty *tty, const char *spec, int *baud, struct error *error)
+{
+    uint64_t heard = 0;
+    static const int usual_bauds[] = {2000000, 115200, 921600, 1000000, 460800,
+                                      230400,  500000, 576000, 1500000, 3000000,
+                                      57600,   38400,  19200,  9600,    0};
+    for (const int *usual = usual_bauds; *usual; usual++) {
+        struct error cannot = {0};
+        if (tty_line(tty, *usual, &cannot) != MR_OK)
+            continue; /* a rate that this port does not do */
+        *baud = *usual;
+        enum mr_status status = listen_for_frame(tty, &heard, error);
+        if (status != MR_TIMEOUT)
+            return status;
+    }
+    if (heard == 0)
+        return error_set(error, MR_TIMEOUT,
+                         LINK_NO_HELLO
+                         ": %s; not a byte came at any usual rate: is the board on, the cable in?",
+                         spec);
+    return error_set(
+        error, MR_IO,
+        LINK_NO_HELLO
+        ": %s; %llu bytes came at the usual rates, and no frame: is this the board's port?",
+        spec, (unsigned long long)heard);
+}
+
+/* ---- serial: ---- */
+
+static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
+{
+    char path[TTY_PATH_MAX];
+    int baud;
+    enum mr_status status = tty_parse(text, link->form, path, &baud, error);
+    bool find = status == MR_OK && baud == TTY_BAUD_FIND;
+    if (find)
+        baud = link->baud ? link->baud : TTY_BAUD_DEFAULT; /* one that comes back is what it was */
+    if (status == MR_OK)
+        status = tty_open(link->spec, path, baud, &link->tty, error);
+    if (status == MR_OK && find && link->baud == 0)
+        status = find_baud(link->tty, link->spec, &baud, error);
+    if (status != MR_OK)
+        return status;
+    if (find && link->baud == 0)
+        fprintf(stderr, "matrig: %s: frames come at %d baud\n", link->spec, baud);
+    link->baud = baud;
+    link_hear_anew(link, baud);
+    link->fd = tty_fd(link->tty);
+    return MR_OK;
+}
+
+static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
+{
+    return tty_read(link->tty, bytes, size);
+}
+
+static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_t length,
+                                  struct error *error)
+{
+    return tty_write(link->tty, bytes, length, error);
+}
+
+static void serial_service(struct link *link)
+{
+    tty_news(link->tty, link);
+}
+
+static enum mr_status serial_line(struct link *link, int baud, struct error *error)
+{
+    return tty_line(link->tty, baud, error);
+}
+
+static void serial_close(struct link *link)
+{
+    tty_close(link->tty);
+    link->tty = NULL;
+}
+
+const struct link_ops link_serial_ops = {
+    .kinds = 1u << LINK_SERIAL,
+    .comes_back = true,
+    .open = serial_open,
+    .send = serial_send,
+    .read = serial_read,
+    .service = serial_service,
+    .line = serial_line,
+    .close = serial_close,
+};
+
+/* ---- pty: ---- */
+
+#define OPEN_TRIES    250
+#define OPEN_PAUSE_MS 20 /* 5 s in all, as unix: does: the board may just be starting */
+
+static enum mr_status pty_line(struct link *link, int baud, struct error *error)
+{
+    return pts_line(link->spec, link->fd, baud, error);
+}
+
+static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
+{
+    bool first = link->away.status == MR_OK; /* one that was there is waited for in link.c */
+    for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
+        poll(NULL, 0, OPEN_PAUSE_MS);
+    link_hear_anew(link, TTY_BAUD_DEFAULT);
+    return pts_open(link->spec, path, TTY_BAUD_DEFAULT, &link->fd, error);
+}
+
+static enum mr_status pty_send(struct link *link, const uint8_t *bytes, size_t length,
+                               struct error *error)
+{
+    return link_write(link->spec, link->fd, bytes, length, error);
+}
+
+const struct link_ops link_pty_ops = {
+    .kinds = 1u << LINK_SERIAL,
+    .waits = true,
+    .open = pty_open,
+    .send = pty_send,
+    .line = pty_line,
+};

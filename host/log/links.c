@@ -2,7 +2,7 @@
  * said into its own, what befell a link into those of all that it carries. */
 #include <time.h>
 
-#include "host/link/can_error.h"
+#include "host/link/can.h"
 #include "host/log/logger.h"
 #include "host/base/steady.h"
 

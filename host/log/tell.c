@@ -4,7 +4,7 @@
 
 #include "host/analyse/summary.h"
 #include "host/collect/doubt.h"
-#include "host/link/diagnose.h"
+#include "host/link/rx_diagnostics.h"
 #include "host/log/logger.h"
 #include "host/base/steady.h"
 
@@ -333,7 +333,7 @@ static enum mr_status check_board(const struct logger *logger, unsigned i, bool 
     const struct logger_board *board = &logger->board[i];
     collector_progress(board->collector, &p);
     const struct store_link_counts *c = p.counts;
-    bool line = serial && link_counters(serial)->hearing.baud != 0;
+    bool line = serial && link_counters(serial)->rx.baud != 0;
     if (p.hello)
         return MR_OK;
     if (others)

@@ -136,7 +136,6 @@ static inline struct link *scripted_open(struct scripted *s, enum link_kind kind
     *link = (struct link){.ops = &scripted_ops,
                           .form = "scripted:",
                           .kind = kind,
-                          .source = -1,
                           .spec = strdup(kind == LINK_CAN ? "scripted can" : "scripted")};
     link->fd = open("/dev/zero", O_RDONLY | O_CLOEXEC); /* always ready: waiting takes no time */
     assert_true(link->fd >= 0);

@@ -5,8 +5,7 @@
 
 #include <linux/errqueue.h> /* wants time.h before itself */
 
-#include "host/link/adapter_clock.h"
-#include "host/link/can_control.h"
+#include "host/link/can.h"
 #include "tests/cmocka_all.h"
 
 /* A message with one thing beside it, as recvmsg(2) leaves it: length, level and type by hand. */

@@ -1,6 +1,6 @@
 /* CAN error frames in words. The frames are numbers from the kernel's documentation of error frames
  * (Documentation/networking/can.rst and the comments of linux/can/error.h), written out by hand. */
-#include "host/link/can_error.h"
+#include "host/link/can.h"
 #include "tests/host/scratch.h"
 
 #define BIT(trouble) (1u << (trouble))

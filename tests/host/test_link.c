@@ -19,7 +19,7 @@ static void refused_specs(void **state)
         const char *names;
     } cases[] = {
         {"", MR_USAGE,
-         "write unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], serial:TTY[:BAUD|:find] or "
+         "write unix:PATH, file:PATH, can:IFACE[:board], serial:TTY[:BAUD|:find] or "
          "pty:PATH"},
         {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
@@ -239,48 +239,6 @@ static void foreign_file_names_its_line(void **state)
     free(text);
 }
 
-static uint64_t monotonic_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
-}
-
-/* No frame comes before its time; its stamp is the recorded one. What is waited for is readable
- * then. */
-static void paced_log_keeps_its_pace(void **state)
-{
-    static const uint64_t later_us[] = {0, 30000, 30000, 90000};
-    char path[200], spec[220];
-    struct link *link = NULL;
-    struct link_frame frame;
-    struct error error = {0};
-    const char *text = "(1700000000.5) can0 001#\n(1700000000.53) can0 002#\n(1700000000.53) can0 "
-                       "003#\n(1700000000.59) can0 004#\n";
-    (void)state;
-    scratch_path(path, sizeof path, "paced.log");
-    scratch_write(path, text, strlen(text));
-    snprintf(spec, sizeof spec, "paced:%s", path);
-    assert_int_equal(link_open(spec, LINK_SERIAL, &link, &error), MR_USAGE);
-    error = (struct error){0};
-    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
-    uint64_t begun_us = 0;
-    for (size_t i = 0; i < COUNT_OF(later_us); i++) {
-        enum mr_status status;
-        while ((status = link_receive_frame(link, &frame, &error)) == MR_TOO_FEW) {
-            struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};
-            assert_int_equal(poll(&ready, 1, 5000), 1);
-        }
-        assert_int_equal(status, MR_OK);
-        begun_us = i ? begun_us : monotonic_us();
-        assert_int_equal(frame.id, i + 1);
-        assert_true(frame.host_us == 1700000000500000u + later_us[i]);
-        assert_true(i == 0 || monotonic_us() + 5000 >= begun_us + later_us[i]);
-    }
-    assert_int_equal(link_receive_frame(link, &frame, &error), MR_CLOSED);
-    link_close(link);
-}
-
 /* A board's end of a socket: `far` is what it writes to. */
 static struct link *open_socket(enum link_kind kind, int *far)
 {
@@ -412,7 +370,6 @@ int main(void)
         cmocka_unit_test(refused_candump_lines),
         cmocka_unit_test(candump_there_and_back),
         cmocka_unit_test(file_ends_well),
-        cmocka_unit_test(paced_log_keeps_its_pace),
         cmocka_unit_test(file_ends_inside_a_line),
         cmocka_unit_test(foreign_file_names_its_line),
         cmocka_unit_test(socket_carries_can_frames),

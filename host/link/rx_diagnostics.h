@@ -1,7 +1,7 @@
 /* Why no board is understood on a link: nothing comes, or what comes is no frame, because of the
  * rate, or the bus has errors alone. */
-#ifndef MATRIG_HOST_LINK_DIAGNOSE_H
-#define MATRIG_HOST_LINK_DIAGNOSE_H
+#ifndef MATRIG_HOST_LINK_RX_DIAGNOSTICS_H
+#define MATRIG_HOST_LINK_RX_DIAGNOSTICS_H
 
 #include "host/link/link.h"
 
