@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "docs/reference/reference.h"
-#include "host/sim/scene/scene_schema.h"
+#include "host/sim/scene/scene_keys.h"
 
 static void write_default(FILE *out, const json_t *key)
 {

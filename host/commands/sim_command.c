@@ -8,7 +8,7 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/sim/going.h"
-#include "host/sim/scene/scene_schema.h"
+#include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_answer.h"
 #include "host/commands/study_start.h"

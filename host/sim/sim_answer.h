@@ -4,6 +4,7 @@
 
 #include "host/base/answer.h"
 #include "host/sim/sim.h"
+#include "host/sim/elements/mods.h"
 
 /* The mats that a scene asks for (u_mats, else all): how many, and the i-th of them, from 1. */
 size_t sim_shown_count(const struct sim_scene *scene);
@@ -12,5 +13,11 @@ int sim_shown_mat(const struct sim_scene *scene, size_t i);
 /* A new answer, whatever the status; the caller frees. For programs lengths in ft, times in s,
  * forces in lb, also with `si`. */
 struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si);
+
+/* "mods": for programs the state as scene keys would have it (band_T0, band_slipped, band_pulled,
+ * cleat_left, torn) and each part's extremes of the run; for people the extremes of all. Nothing
+ * without modifications (`state` NULL). */
+void mods_answer(struct answer *answer, const struct sim_scene *scene,
+                 const struct mods_state *state);
 
 #endif

@@ -258,7 +258,7 @@ const struct played *play_run(struct playing *playing, enum run_id id)
     if (played->done)
         return played;
     struct sim_scene scene = play_scene(id, &playing->reading, &room);
-    *played = (struct played){.done = true, .threshold_ft = planar_bow_threshold_ft(&scene)};
+    *played = (struct played){.done = true, .threshold_ft = pass_bow_threshold_ft(&scene)};
     if (pass(&outcome, &scene, playing->fine)) {
         played->ok = true;
         played->times = (int)scene.t_out_s.count;

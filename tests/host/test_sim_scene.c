@@ -14,7 +14,6 @@
 
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_keys.h"
-#include "host/sim/scene/scene_schema.h"
 
 #define SCENE_FILE "build/test-tmp/test_sim_scene.json"
 

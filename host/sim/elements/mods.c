@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/elements/mods_view.h"
 #include "host/sim/scene/result.h"
 
 #define RADIANS (3.14159265358979323846 / 180.0)
@@ -324,4 +323,465 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     if (m->laid)
         sim_result_note(result, "joints at %g degrees slide at %g lb + %g of their load",
                         s->lay_deg, s->lay_slide_lb, s->lay_mu);
+}
+
+/* Bands: MODIFICATIONS.md, "Bands". Those of a group are alike; tensions are those of one. */
+
+/* of slip through the connections until nothing moves any more, at the start */
+#define SWEEPS  200
+#define SETTLED 1e-12 /* of the stiffness' reach: less slip than that is none */
+
+/* Riveted mats of all groups in order; one that both are riveted to is braced once, by their
+ * sum. */
+static void find_braces(struct mods *m)
+{
+    int at[SIM_BAND_GROUPS] = {0};
+    for (;;) {
+        int next = m->mats + 1;
+        for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+            if (at[g] < m->band[g].segments - 1 && m->band[g].mat[at[g]] < next)
+                next = m->band[g].mat[at[g]];
+        }
+        if (next > m->mats)
+            return;
+        for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+            if (at[g] < m->band[g].segments - 1 && m->band[g].mat[at[g]] == next)
+                m->band[g].brace[at[g]++] = m->braces;
+        }
+        m->brace_mat[m->braces++] = next;
+    }
+}
+
+void mods_place_bands(struct mods *m, double *at)
+{
+    size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
+           connection = 0;
+    double *k = at, *stretch = k + segments;
+    m->band_lb = stretch + segments;
+    m->carried_lb = m->band_lb + segments;
+    m->saved_lb = m->carried_lb + connections;
+    m->brace_mat = (int *)(m->saved_lb + connections);
+    int *mat = m->brace_mat + connections, *brace = mat + connections;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        int count = mods_connections(m->scene, g);
+        if (count == 0)
+            continue;
+        m->band[g] = (struct mods_bands){
+            .made = &m->scene->mods.band[g],
+            .segments = count + 1,
+            .mat = mat + connection,
+            .brace = brace + connection,
+            .k_lb_ft = k + segment,
+            .stretch_ft = stretch + segment,
+            .lb = m->band_lb + segment,
+            .least_lb = m->state->band_least_lb + segment,
+            .most_lb = m->state->band_most_lb + segment,
+            .slip_ft = m->state->band_slip_ft + connection,
+            .load_lb = m->state->band_load_lb + connection,
+            .out = m->state->band_out + connection,
+            .riveted = m->state->band_mat + connection,
+        };
+        for (int c = 0; c < count; c++)
+            m->band[g].mat[c] = mods_connection_mat(m->scene, g, c);
+        segment += (size_t)count + 1;
+        connection += (size_t)count;
+    }
+    find_braces(m);
+}
+
+static int left_mat(const struct mods_bands *b, int segment)
+{
+    return segment > 0 ? b->mat[segment - 1] : 0;
+}
+
+static double raw_lb(const struct mods *m, const struct mods_bands *b, const struct mods_view *view,
+                     int segment)
+{
+    int right = segment < b->segments - 1 ? b->mat[segment] : m->mats + 1;
+    double longer_ft = view_u_ft(view, m->mats, right) -
+                       view_u_ft(view, m->mats, left_mat(b, segment));
+    return b->k_lb_ft[segment] * (b->stretch_ft[segment] + longer_ft);
+}
+
+static double grip_lb(const struct mods_bands *b, int connection)
+{
+    return b->out[connection] != 0.0 ? 0.0 : b->made->grip_lb;
+}
+
+/* What has to go from segment `from` to segment `to`, ft, so that from - to = grip: the band slides
+ * through. A slack segment takes up length before it pulls. */
+static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
+{
+    double t_from = b->lb[from], t_to = b->lb[to];
+    double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
+    double to_limit_ft = (t_from - grip) / k_from; /* while the other stays slack */
+    return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
+                                            : (t_from - t_to - grip) / (k_from + k_to);
+}
+
+/* One connection; returns the slip. */
+static double slide(struct mods_bands *b, int c)
+{
+    double grip = grip_lb(b, c);
+    double difference = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
+    if (!(fabs(difference) > grip))
+        return 0.0;
+    int from = difference > 0.0 ? c + 1 : c, to = difference > 0.0 ? c : c + 1;
+    double s = slid_ft(b, from, to, grip);
+    b->stretch_ft[from] -= s;
+    b->stretch_ft[to] += s;
+    b->lb[from] -= b->k_lb_ft[from] * s;
+    b->lb[to] += b->k_lb_ft[to] * s;
+    b->slip_ft[c] += s;
+    return s;
+}
+
+/* Slip at one connection loads the next: there and back, until nothing slides any more. */
+static void slide_all(const struct mods *m, struct mods_bands *b)
+{
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        double most_ft = 0.0;
+        for (int i = 0; i < b->segments - 1; i++)
+            most_ft = fmax(most_ft, slide(b, sweep % 2 ? b->segments - 2 - i : i));
+        if (!(most_ft > SETTLED * m->scene->length_ft))
+            return;
+    }
+}
+
+/* The wheel turns a riveted mat by band_tilt against the band on both sides: the rivets feel a part
+ * across the mat. A hole that slip has worn holds less. */
+static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
+{
+    const struct sim_bands *s = b->made;
+    int first = b->mat[0];
+    for (int i = 0; i < count; i++) {
+        int c = (touch[i].mat - first) / s->every;
+        if (touch[i].mat < first || (touch[i].mat - first) % s->every != 0 || c >= b->segments - 1)
+            continue;
+        double across_lb = s->tilt_rad * (taut_lb(b->lb[c]) + taut_lb(b->lb[c + 1]));
+        double worn = b->slip_ft[c] / s->wear_ft;
+        if (across_lb > s->pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
+            b->out[c] = 1.0;
+    }
+}
+
+/* Extremes, and what the group pushes its mats with. */
+static void note(struct mods *m, const struct mods_bands *b)
+{
+    for (int i = 0; i < b->segments; i++) {
+        b->least_lb[i] = b->lb[i] < b->least_lb[i] ? b->lb[i] : b->least_lb[i];
+        b->most_lb[i] = b->lb[i] > b->most_lb[i] ? b->lb[i] : b->most_lb[i];
+    }
+    for (int c = 0; c < b->segments - 1; c++) {
+        double carried_lb = taut_lb(b->lb[c + 1]) - taut_lb(b->lb[c]);
+        if (fabs(carried_lb) > b->load_lb[c])
+            b->load_lb[c] = fabs(carried_lb);
+        m->carried_lb[b->brace[c]] += b->made->count * carried_lb;
+    }
+}
+
+void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
+                     int count)
+{
+    for (int i = 0; i < m->braces; i++)
+        m->carried_lb[i] = 0.0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        struct mods_bands *b = &m->band[g];
+        if (b->segments == 0)
+            continue;
+        for (int i = 0; i < b->segments; i++)
+            b->lb[i] = raw_lb(m, b, view, i);
+        if (b->made->pull_lb < HUGE_VAL)
+            pull_rivets(b, touch, count);
+        slide_all(m, b);
+        note(m, b);
+    }
+}
+
+/* A segment's ends are the middles of its mats; the outer ones end at the springs of the anchors,
+ * at the runway's ends. */
+static void reset_group(const struct mods *m, struct mods_bands *b)
+{
+    const struct sim_scene *scene = m->scene;
+    const struct sim_bands *s = b->made;
+    double ea_lb = s->area_ft2 * s->e_lb_ft2;
+    for (int c = 0; c < b->segments - 1; c++) {
+        b->slip_ft[c] = s->slipped_ft.count ? sim_scene_joint(&s->slipped_ft, c + 1) : 0.0;
+        b->out[c] = 0.0;
+        b->load_lb[c] = 0.0;
+        b->riveted[c] = b->mat[c];
+        for (size_t i = 0; i < s->pulled.count; i++)
+            b->out[c] = s->pulled.values[i] == b->mat[c] ? 1.0 : b->out[c];
+    }
+    for (int i = 0; i < b->segments; i++) {
+        double from_ft = i > 0 ? (b->mat[i - 1] - 0.5) * scene->length_ft : 0.0;
+        double to_ft = i < b->segments - 1 ? (b->mat[i] - 0.5) * scene->length_ft
+                                           : m->mats * scene->length_ft;
+        double give_ft_lb = (to_ft - from_ft) / ea_lb;
+        if (i == 0 || i == b->segments - 1)
+            give_ft_lb += 1.0 / s->k_lb_ft;
+        b->k_lb_ft[i] = 1.0 / give_ft_lb;
+        b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
+                           s->alpha_f * s->dt_f * (to_ft - from_ft);
+        b->lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
+        b->least_lb[i] = (double)INFINITY;
+        b->most_lb[i] = -(double)INFINITY;
+    }
+}
+
+void mods_reset_bands(struct mods *m)
+{
+    for (int i = 0; i < m->braces; i++)
+        m->carried_lb[i] = 0.0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        struct mods_bands *b = &m->band[g];
+        if (b->segments == 0)
+            continue;
+        reset_group(m, b);
+        slide_all(m, b);
+        note(m, b);
+    }
+}
+
+double mods_band_energy_lb_ft(const struct mods *m, const struct mods_view *view)
+{
+    double energy = 0.0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        const struct mods_bands *b = &m->band[g];
+        double of_one = 0.0;
+        for (int i = 0; i < b->segments; i++) {
+            double t_lb = taut_lb(raw_lb(m, b, view, i));
+            of_one += 0.5 * t_lb * t_lb / b->k_lb_ft[i];
+        }
+        energy += b->segments > 0 ? b->made->count * of_one : 0.0;
+    }
+    return energy;
+}
+
+/* Where mats rise: bands over a wave, stiffeners that bend, cleats that leave the ground.
+ * MODIFICATIONS.md. */
+
+#define RADIANS (3.14159265358979323846 / 180.0)
+
+/* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving
+ * part lies on the ground. */
+static double slope(const struct mods_heave *h, int n)
+{
+    if (n < 0 || n >= h->mats)
+        return 0.0;
+    double tilt_ft = h->tilt_ft ? h->tilt_ft[n] : 0.0;
+    return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) /
+           h->length_ft;
+}
+
+static double all_lb(const struct mods_bands *b, int segment)
+{
+    return b->made->count * taut_lb(b->lb[segment]);
+}
+
+/* The segment that passes over node j, between mats j and j + 1 of those counted from 1. */
+static int segment_over(const struct mods_bands *b, int j)
+{
+    int first = b->mat[0], every = b->made->every;
+    int before = j < first ? 0 : (j - first) / every + 1; /* rivets in mats 1..j */
+    return before < b->segments ? before : b->segments - 1;
+}
+
+/* A band that follows the mats bears on every crest with T times its angle: 2 T h/L on a vee. */
+static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
+{
+    for (int j = h->first + 1; j <= h->last; j++) {
+        double kink = slope(h, j) - slope(h, j - 1);
+        if (kink > 0.0)
+            h->down_lb[j] += all_lb(b, segment_over(b, j)) * kink;
+    }
+}
+
+static double node_height_ft(const struct mods_heave *h, int node)
+{
+    double ground_ft = h->ground_ft ? h->ground_ft[node] : 0.0;
+    return ground_ft - (node < h->first || node > h->last + 1 ? h->rest_y_ft : h->z[2 * node]);
+}
+
+/* Height of a point of the band in mats from the left end: of a node, or of the middle of a riveted
+ * mat. */
+static double height_ft(const struct mods_heave *h, double at)
+{
+    int node = (int)floor(at);
+    double left_ft = node_height_ft(h, node);
+    return at > node ? 0.5 * (left_ft + node_height_ft(h, node + 1)) : left_ft;
+}
+
+static void press(const struct mods_heave *h, double at, double down_lb)
+{
+    int node = (int)floor(at);
+    bool middle = at > node;
+    for (int j = node; j <= node + middle; j++) {
+        if (j >= h->first && j <= h->last + 1)
+            h->down_lb[j] += middle ? 0.5 * down_lb : down_lb;
+    }
+}
+
+static double rise(const struct mods_heave *h, double from, double to)
+{
+    return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
+}
+
+/* A band that is free between its rivets is the tightest line over the nodes from one to the
+ * next. */
+static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
+                       int segment)
+{
+    double t_lb = all_lb(b, segment), *line = m->hull;
+    double from = segment > 0 ? b->mat[segment - 1] - 0.5 : 0.0;
+    double to = segment < b->segments - 1 ? b->mat[segment] - 0.5 : m->mats;
+    int count = 1;
+    if (!(t_lb > 0.0) || to <= h->first || from >= h->last + 1 || !(to > from))
+        return;
+    line[0] = from;
+    for (int j = (int)floor(from) + 1; j < to + 1.0; j++) {
+        double at = j < to ? j : to;
+        while (count > 1 &&
+               rise(h, line[count - 2], line[count - 1]) <= rise(h, line[count - 1], at))
+            count--;
+        line[count++] = at;
+        if (at == to)
+            break;
+    }
+    for (int i = 0; i + 1 < count; i++) {
+        double pulled_lb = t_lb * rise(h, line[i], line[i + 1]);
+        press(h, line[i], -pulled_lb);
+        press(h, line[i + 1], pulled_lb);
+    }
+}
+
+void mods_brace_heave(struct mods *m, const struct mods_heave *h)
+{
+    for (int j = h->first; j <= h->last + 1; j++) {
+        h->down_lb[j] = 0.0;
+        h->moment_lb_ft[j] =
+            m->stiffened ? mods_moment_lb_ft(m, j + 1, asin(slope(h, j)) - asin(slope(h, j - 1)))
+                         : 0.0;
+    }
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        const struct mods_bands *b = &m->band[g];
+        if (b->segments > 0 && b->made->over == SIM_OVER_JOINTS)
+            press_crests(b, h);
+        for (int i = 0; i < b->segments && b->made->over == SIM_OVER_RIVETS; i++)
+            press_hull(m, b, h, i);
+    }
+}
+
+double mods_rate2(const struct mods *m, double mass_slug, double inertia)
+{
+    double length_ft = m->scene->length_ft, turn = 0.0, pull_lb = 0.0;
+    double lightest = fmin(mass_slug, 4.0 * inertia / (length_ft * length_ft));
+    for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
+        turn = fmax(turn, m->turn_lb_ft_rad[j]);
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        double most_lb = 0.0;
+        for (int i = 0; i < m->band[g].segments; i++)
+            most_lb = fmax(most_lb, all_lb(&m->band[g], i));
+        pull_lb += most_lb;
+    }
+    return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
+           2.0 * pull_lb * 4.0 / (length_ft * lightest);
+}
+
+/* Share of its hold at a share of its depth. Passive earth pressure goes with the depth squared,
+ * cohesion with the depth. */
+static double share_at(const struct sim_mods *s, double depth)
+{
+    return pow(depth, s->cleat_power);
+}
+
+/* Share that is left when the wheel presses a cleat back of whose depth `out` was out. Its tip
+ * stays where it is in the soil, so that it turns at its root: cos turn = 1 - out. A part of that
+ * springs back. */
+static double share_pressed(const struct sim_mods *s, double out)
+{
+    if (!(s->cleat_power > 0.0))
+        return 1.0 - out;
+    double bent = acos(1.0 - out) - s->cleat_spring_deg * RADIANS;
+    return bent > 0.0 ? share_at(s, cos(bent)) : 1.0;
+}
+
+double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
+{
+    int cleat = mods_cleat_of(m, mat);
+    if (cleat < 0)
+        return 0.0;
+    const struct sim_mods *s = &m->scene->mods;
+    double raised_ft = -0.5 * (left_y_ft + right_y_ft);
+    raised_ft = raised_ft > 0.0 ? fmin(raised_ft, s->cleat_depth_ft) : 0.0;
+    double in = 1.0 - raised_ft / s->cleat_depth_ft;
+    m->raised_ft[cleat] = fmax(m->raised_ft[cleat], raised_ft);
+    double whole_lb = s->cleat_hold_lb * m->state->cleat_left[cleat];
+    return s->cleat_power > 0.0 ? whole_lb * share_at(s, in) : whole_lb * in * in;
+}
+
+/* The wheel presses a cleat that had come out back onto the soil: what was out bends. */
+void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
+{
+    for (int i = 0; i < count; i++) {
+        int cleat = mods_cleat_of(m, touch[i].mat);
+        if (cleat < 0 || !(m->raised_ft[cleat] > 0.0))
+            continue;
+        const struct sim_mods *s = &m->scene->mods;
+        m->state->cleat_left[cleat] *= share_pressed(s, m->raised_ft[cleat] / s->cleat_depth_ft);
+        m->raised_ft[cleat] = 0.0;
+    }
+}
+
+/* What a landing leaves of the modifications, as the next one's scene. */
+
+/* The numbers of those flagged. */
+static enum mr_status set_flagged(struct sim_list *list, const double *flags, const double *numbers,
+                                  size_t count, struct error *error)
+{
+    double *found = calloc(count + 1, sizeof *found);
+    size_t n = 0;
+    if (!found)
+        return error_set(error, MR_FULL, "out of memory: %zu values; use a smaller scene", count);
+    for (size_t i = 0; i < count; i++) {
+        if (flags[i] != 0.0)
+            found[n++] = numbers ? numbers[i] : (double)i;
+    }
+    enum mr_status status = sim_scene_set_list(list, found, n, error);
+    free(found);
+    return status;
+}
+
+enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *result,
+                          struct error *error)
+{
+    const struct mods_state *s = result->mods;
+    struct sim_mods *m = &scene->mods;
+    size_t segment = 0, connection = 0;
+    if (!s)
+        return MR_OK;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        struct sim_bands *b = &m->band[g];
+        size_t count = (size_t)mods_connections(scene, g);
+        if (count == 0)
+            continue;
+        if (sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1, error) != MR_OK ||
+            sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count, error) !=
+                MR_OK ||
+            set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count,
+                        error) != MR_OK)
+            return error->status;
+        b->dt_f = 0.0;
+        segment += count + 1;
+        connection += count;
+    }
+    if (m->cleat_every > 0 &&
+        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats, error) != MR_OK)
+        return error->status;
+    if (m->stiff_span > 1 && sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1,
+                                                (size_t)scene->mats + 1, error) != MR_OK)
+        return error->status;
+    return m->tear_lb < HUGE_VAL || m->unhinge_deg < HUGE_VAL
+             ? set_flagged(&m->torn, s->torn, NULL, s->joints + 1, error)
+             : MR_OK;
 }

@@ -15,7 +15,6 @@
 #include <stddef.h>
 
 #include "host/base/error.h"
-#include "host/sim/scene/mods_scene.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/wheel.h"
 
@@ -158,5 +157,27 @@ void mods_describe(const struct mods *mods, struct sim_result *result);
  * Gaps are the caller's. Nothing happens when the result has none. MR_FULL when memory is short. */
 enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *result,
                           struct error *error);
+
+/* The ground, mats 0 and N+1, does not move. */
+static inline double view_u_ft(const struct mods_view *view, int mats, int mat)
+{
+    return mat < 1 || mat > mats ? 0.0 : view->u_ft[mat * view->stride + view->offset];
+}
+
+static inline double view_v_ft_s(const struct mods_view *view, int mats, int mat)
+{
+    return mat < 1 || mat > mats ? 0.0 : view->v_ft_s[mat * view->stride + view->offset];
+}
+
+/* Bands. */
+void mods_place_bands(struct mods *mods, double *storage); /* 3 a segment, 5 a connection */
+void mods_reset_bands(struct mods *mods);
+double mods_band_energy_lb_ft(const struct mods *mods, const struct mods_view *view);
+
+/* What a segment pulls with; a slack one nothing. */
+static inline double taut_lb(double raw_lb)
+{
+    return raw_lb > 0.0 ? raw_lb : 0.0;
+}
 
 #endif

@@ -1,6 +1,6 @@
 /* Kernel: the parts that the right-hand sides of both models share: kinematics, and the laws of
  * elements/ in the models' modes, inlined so that what a scene does not need is left out at compile
- * time. PLANAR.md, "Common pieces". Private to this folder and solvers/landing*.c. */
+ * time. PLANAR.md, "Common pieces". Private to this folder and solvers/planar_engine.c. */
 #ifndef MATRIG_HOST_SIM_MODELS_KERNEL_H
 #define MATRIG_HOST_SIM_MODELS_KERNEL_H
 

@@ -1,11 +1,14 @@
 /* The keys of a scene: name in the file, place in struct sim_scene, unit, what is allowed. One
- * table reads and checks them, and explains them to people and programs (scene_schema.h). An
+ * table reads and checks them, and explains them to people and programs. An
  * element that is a file of its own brings its key along (elements/element.h); elements/table.c
  * puts those at the end. */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 
 #include "host/sim/scene/scene.h"
+#include <stdbool.h>
+#include "host/base/quantity.h"
+#include <stdio.h>
 
 enum sim_key_kind {
     SIM_KEY_TEXT,
@@ -46,5 +49,24 @@ const struct sim_key *sim_key_at(size_t i);
 
 /* The key with this name, or NULL. */
 const struct sim_key *sim_key_find(const char *name);
+
+/* Units of a scene's numbers: each key has its own in ft, lb, s, slug; a value may be written as
+ * text with any unit of its kind (host/base/quantity.h): "ground_damping": "175 N s/m". */
+
+/* A number, or text "NUMBER UNIT", in the key's unit. False: neither; text without a unit is none,
+ * nor is text for a key that has none. */
+bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
+                   struct quantity_wrong *wrong);
+
+/* The keys of a scene, told to programs (JSON Schema) and to people: from the table that reads and
+ * checks them. */
+
+struct json_t;
+
+/* JSON Schema (2020-12) of a scene file; the caller's. */
+struct json_t *sim_scene_schema(void);
+
+/* One line per key: name, default, unit, meaning. */
+void sim_scene_print_keys(FILE *to);
 
 #endif

@@ -525,3 +525,74 @@ void pass_free(struct pass_outcome *out)
     free(out->z);
     out->z = NULL;
 }
+
+/* ---- what a run has come to ---- */
+
+#define BOW_WAVE_FT 0.05
+
+double pass_bow_threshold_ft(const struct sim_scene *scene)
+{
+    double bump = 0.0;
+    for (size_t i = 0; i < scene->bump_ft.count; i++)
+        bump = fmax(bump, scene->bump_ft.values[i]);
+    return fmax(BOW_WAVE_FT, 2.0 * bump);
+}
+
+static void final_shape(const struct model *m, const double *z, struct sim_result *result)
+{
+    for (int n = 1; n <= m->mats; n++)
+        result->u_ft[n] = z[2 * n - 1];
+    double left = 0.0;
+    for (int j = 1; j <= m->mats + 1; j++) {
+        double right = j <= m->mats ? result->u_ft[j] : 0.0;
+        double shortened = 0.0;
+        if (m->full) {
+            for (int n = j - 1; n <= j; n++) {
+                bool there = n >= 1 && n <= m->mats;
+                double tilt = there && m->tilt_ft ? m->tilt_ft[n - 1] / m->length_ft : 0.0;
+                double s = there ? (z[2 * n] - z[2 * n - 2]) / m->length_ft + tilt : 0.0;
+                shortened += m->half_ft * (sqrt(1.0 - tilt * tilt) - sqrt(1.0 - s * s));
+            }
+        }
+        result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;
+        left = right;
+    }
+}
+
+enum mr_status pass_deliver(const struct model *m, const double *z, struct sim_record *record,
+                            double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
+                            struct error *error)
+{
+    size_t mats = (size_t)m->mats;
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
+        result->status != SIM_UNPREDICTABLE)
+        return MR_OK;
+    struct sim_difference peak = sim_record_peak(record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->speed_end_ft_s = speed_end_ft_s;
+    result->max_lift_ft = max_lift_ft;
+    result->bow_wave = max_lift_ft > pass_bow_threshold_ft(m->scene);
+    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
+    if (!result->u_ft || !result->gap_ft)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
+                         mats);
+    final_shape(m, z, result);
+    return sim_record_deliver(record, result, error);
+}
+
+enum mr_status pass_answer(const struct model *m, struct pass_outcome *pass,
+                           const struct pass_outcome *other, struct sim_result *result,
+                           struct error *error)
+{
+    result->pass_ms = pass->ms;
+    result->steps = pass->steps;
+    result->events = pass->events;
+    result->dt_s = pass->longest_s;
+    result->checked_dt_s = other->longest_s;
+    result->mats_max = pass->mats_max;
+    result->mats_mean = pass->mats_mean;
+    return pass_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result,
+                        error);
+}

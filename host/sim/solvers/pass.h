@@ -41,4 +41,20 @@ enum mr_status pass_run(struct pass_outcome *outcome, struct model *model,
                         struct error *error);
 void pass_free(struct pass_outcome *outcome);
 
+#define PASS_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
+
+/* A lift beyond this is a bow wave: twice the bump's height, or 0.05 ft if that is more. */
+double pass_bow_threshold_ft(const struct sim_scene *scene);
+
+/* What a run has come to, whatever moved it: peaks, bow wave, displacements and openings at the end
+ * (state z), and the record, which the result owns then. MR_FULL when memory is short. */
+enum mr_status pass_deliver(const struct model *model, const double *z, struct sim_record *record,
+                            double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
+                            struct error *error);
+
+/* The same of a pass, with what another, shorter or longer one cost. */
+enum mr_status pass_answer(const struct model *model, struct pass_outcome *pass,
+                           const struct pass_outcome *other, struct sim_result *result,
+                           struct error *error);
+
 #endif

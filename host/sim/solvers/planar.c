@@ -5,13 +5,10 @@
 #include <string.h>
 
 #include "host/base/steady.h"
-#include "host/sim/solvers/apart.h"
-#include "host/sim/solvers/landing.h"
-#include "host/sim/solvers/moreau.h"
-#include "host/sim/solvers/pass.h"
-#include "host/sim/solvers/spread.h"
 #include "host/sim/solvers/deadline.h"
-#include "host/sim/solvers/weigh.h"
+#include "host/sim/solvers/error_estimate.h"
+#include "host/sim/solvers/landing.h"
+#include "host/sim/solvers/pass.h"
 
 #define TIGHTEN          0.01
 #define MOST_TIGHTENINGS 2
@@ -23,45 +20,175 @@
 #define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
 #define EXPLICIT_MOST    500000.0 /* more are not tried */
-#define BOW_WAVE_FT      0.05
-
 bool planar_has_solver(const char *name)
 {
     return strcmp(name, "auto") == 0 || strcmp(name, "fixed") == 0 || stepper_find(name);
 }
 
-double planar_bow_threshold_ft(const struct sim_scene *scene)
+/* ---- moreau's runs ----
+ *
+ * The method is in moreau.c.
+ *
+ * A scene is run with steps 1.9 times shorter each time, until the stated error is below a
+ * ten-thousandth of what moves and of what lifts, or the work is done that MOREAU_WORK allows. The
+ * answer is the run with the shortest steps. Its method is of order 1 where anything switches, so
+ * the shortest steps' error is 1.1 times the last difference, 2.6 times for order 1/2: stated is
+ * three times the larger of the last difference and of the one before divided by 1.9, so that runs
+ * that are close by chance are not believed. Runs that contradict each other with the shortest
+ * steps are `unpredictable` (error_estimate.h). With a given step: that, 1.9 and 3.6 times it. */
+#define MOREAU_WORK 1.5e7 /* evaluations times mats: some 10 s */
+
+#define RATIO       1.9
+#define CAUTION     3.0
+#define FIRST_STEPS 500.0
+#define CLOSE       1e-4
+#define RUNS_MOST   16
+#define RUNS        3
+
+/* The last runs, the one with the shortest steps last. */
+struct ladder {
+    struct pass_outcome runs[RUNS];
+    int count; /* of those that are complete */
+    struct pass_difference last, before;
+};
+
+static void climb(struct ladder *l, const struct pass_outcome *run)
 {
-    double bump = 0.0;
-    for (size_t i = 0; i < scene->bump_ft.count; i++)
-        bump = fmax(bump, scene->bump_ft.values[i]);
-    return fmax(BOW_WAVE_FT, 2.0 * bump);
+    if (l->count == RUNS) {
+        pass_free(&l->runs[0]);
+        l->runs[0] = l->runs[1];
+        l->runs[1] = l->runs[2];
+        l->count--;
+    }
+    l->runs[l->count++] = *run;
+    l->before = l->last;
+    if (l->count > 1)
+        l->last = pass_difference(&l->runs[l->count - 2], &l->runs[l->count - 1]);
 }
+
+static void restart(struct ladder *l)
+{
+    for (int i = 0; i < l->count; i++)
+        pass_free(&l->runs[i]);
+    l->count = 0;
+}
+
+static bool agrees(const struct ladder *l, const struct sim_scene *scene)
+{
+    return l->count == RUNS && passes_agree(scene, &l->runs[1], &l->runs[2], l->last);
+}
+
+static void state(const struct ladder *l, struct sim_result *result)
+{
+    double before = l->count == RUNS ? 1.0 / RATIO : 0.0;
+    result->error_u_ft = CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft);
+    result->error_lift_ft = CAUTION * fmax(l->last.lift_ft, before * l->before.lift_ft);
+}
+
+static bool close_enough(const struct ladder *l, const struct sim_scene *scene,
+                         const struct sim_result *result)
+{
+    const struct pass_outcome *best = &l->runs[l->count - 1];
+    double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
+    return agrees(l, scene) && result->error_u_ft <= CLOSE * sim_record_peak(&best->record).u_ft &&
+           result->error_lift_ft <= CLOSE * lift_ft;
+}
+
+static enum mr_status say(struct model *m, const struct sim_options *options,
+                          const struct pass_request *request, struct ladder *l, bool given,
+                          struct sim_result *result, struct error *error)
+{
+    struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
+    if (!agrees(l, m->scene)) {
+        sim_result_end(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
+        if (!given && divergence_state(m, request, options, best, other, result, error) != MR_OK)
+            return error->status;
+    }
+    return pass_answer(m, best, other, result, error);
+}
+
+static enum mr_status moreau_run(const struct model *model, const struct sim_options *options,
+                                 struct sim_result *result, struct error *error)
+{
+    struct model m = *model;
+    struct ladder ladder = {0};
+    bool given = options->dt_s > 0.0;
+    double work = 0.0, end_s = sim_scene_end_s(m.scene);
+    struct pass_request request = {
+        &stepper_moreau, 0.0, given ? options->dt_s * RATIO * RATIO : end_s / FIRST_STEPS,
+        UINT64_MAX,      0,   0.0};
+    if (m.law == SIM_SIGN) {
+        m.law = SIM_STICK;
+        sim_result_note(result, "friction sign is taken as stick, its exact form");
+    }
+    sim_result_note(result, "error estimate: three times the largest difference to runs with 1.9 "
+                            "and 3.6 times the step");
+    for (int i = 0; i < RUNS_MOST; i++) {
+        struct pass_outcome run = {0};
+        request.number = ++result->passes;
+        request.most_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
+        enum mr_status status = pass_run(&run, &m, &request, options, error);
+        double done = (double)run.rhs * m.mats;
+        result->rhs += run.rhs;
+        result->rejected += run.rejected;
+        work += done;
+        if (status != MR_OK || run.status == SIM_INTERRUPTED) {
+            sim_result_end(result, run.status, run.mat, run.t_s);
+            if (status == MR_OK)
+                status = pass_answer(&m, &run, &run, result, error);
+            pass_free(&run);
+            restart(&ladder);
+            return status;
+        }
+        bool more = given ? i + 1 < RUNS : i + 1 < RUNS_MOST && work + RATIO * done < MOREAU_WORK;
+        if (run.status == SIM_OK) {
+            climb(&ladder, &run);
+            state(&ladder, result);
+        } else { /* what longer steps said counts no more */
+            sim_result_end(result, run.status, run.mat, run.t_s);
+            pass_free(&run);
+            restart(&ladder);
+        }
+        if (!more || (!given && close_enough(&ladder, m.scene, result)))
+            break;
+        request.dt_s /= RATIO;
+    }
+    if (ladder.count >= 2) {
+        result->status = SIM_OK;
+        say(&m, options, &request, &ladder, given, result, error);
+    } else if (ladder.count == 1) {
+        sim_result_end(result, SIM_UNSTABLE, 1, end_s);
+    }
+    restart(&ladder);
+    return error->status;
+}
+
+/* ---- auto and the rest ---- */
 
 /* How long auto stays with a solver before it tries the other one. */
 static uint64_t patience(const struct model *m, const struct stepper_kind *kind, bool last,
                          const struct sim_result *result)
 {
-    double steps = weigh_explicit_steps(m, result);
+    double steps = explicit_steps(m, result);
     if (kind == &stepper_event)
         return last ? (uint64_t)(2.0 * steps) + MOST_CHATTER : MOST_CHATTER;
     if (last || steps > EXPLICIT_MOST)
         return MOST_AUTO;
-    return (uint64_t)fmax(MOST_IMPLICIT, steps / WEIGH_STEP_RATIO);
+    return (uint64_t)fmax(MOST_IMPLICIT, steps / ESTIMATE_STEP_RATIO);
 }
 
 static const struct stepper_kind *choose(const struct sim_scene *scene,
                                          const struct sim_options *options, double rate,
                                          struct sim_result *result)
 {
-    double steps = rate * sim_scene_end_s(scene) / WEIGH_EXPLICIT_REACH;
-    if (!weigh_automatic(options))
+    double steps = rate * sim_scene_end_s(scene) / ESTIMATE_EXPLICIT_REACH;
+    if (!solver_is_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         sim_result_note(
             result, "auto: friction sign leaves open what holds a mat at rest; taken as stick, its "
                     "exact form");
-    if (steps <= WEIGH_EXPLICIT_STEPS) {
+    if (steps <= ESTIMATE_EXPLICIT_STEPS) {
         sim_result_note(
             result,
             "auto: event; the fastest rate, %.4g /s, asks for no more than %.0f explicit steps",
@@ -81,110 +208,51 @@ static void refuse(struct sim_result *result, enum sim_status status, int mat, d
     result->t_s = t_s;
 }
 
-static void final_shape(const struct model *m, const double *z, struct sim_result *result)
-{
-    for (int n = 1; n <= m->mats; n++)
-        result->u_ft[n] = z[2 * n - 1];
-    double left = 0.0;
-    for (int j = 1; j <= m->mats + 1; j++) {
-        double right = j <= m->mats ? result->u_ft[j] : 0.0;
-        double shortened = 0.0;
-        if (m->full) {
-            for (int n = j - 1; n <= j; n++) {
-                bool there = n >= 1 && n <= m->mats;
-                double tilt = there && m->tilt_ft ? m->tilt_ft[n - 1] / m->length_ft : 0.0;
-                double s = there ? (z[2 * n] - z[2 * n - 2]) / m->length_ft + tilt : 0.0;
-                shortened += m->half_ft * (sqrt(1.0 - tilt * tilt) - sqrt(1.0 - s * s));
-            }
-        }
-        result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;
-        left = right;
-    }
-}
-
-enum mr_status planar_deliver(const struct model *m, const double *z, struct sim_record *record,
-                              double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
-                              struct error *error)
-{
-    size_t mats = (size_t)m->mats;
-    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
-        result->status != SIM_UNPREDICTABLE)
-        return MR_OK;
-    struct sim_difference peak = sim_record_peak(record);
-    result->peak_u_ft = peak.u_ft;
-    result->peak_mat = peak.mat;
-    result->speed_end_ft_s = speed_end_ft_s;
-    result->max_lift_ft = max_lift_ft;
-    result->bow_wave = max_lift_ft > planar_bow_threshold_ft(m->scene);
-    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    if (!result->u_ft || !result->gap_ft)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
-                         mats);
-    final_shape(m, z, result);
-    return sim_record_deliver(record, result, error);
-}
-
-enum mr_status planar_answer(const struct model *m, struct pass_outcome *pass,
-                             const struct pass_outcome *other, struct sim_result *result,
-                             struct error *error)
-{
-    result->pass_ms = pass->ms;
-    result->steps = pass->steps;
-    result->events = pass->events;
-    result->dt_s = pass->longest_s;
-    result->checked_dt_s = other->longest_s;
-    result->mats_max = pass->mats_max;
-    result->mats_mean = pass->mats_mean;
-    return planar_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s,
-                          result, error);
-}
-
 /* Run coarse and fine; the answer is `coarse` when coarse_answers. With `last`, what contradicts
  * itself is unpredictable. */
 static enum mr_status run_pair(struct model *m, const struct sim_options *options,
                                struct pass_request request, bool coarse_answers, bool last,
                                bool *contradicted, struct sim_result *result, struct error *error)
 {
-    struct weigh_pair runs = {
+    struct error_pair runs = {
         .check = request, .request = request, .coarse_answers = coarse_answers};
     struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
-    runs.check.first_part = WEIGH_FIRST_PART;
+    runs.check.first_part = ESTIMATE_FIRST_PART;
     if (request.kind->fixed && coarse_answers)
-        runs.request.dt_s /= WEIGH_GRID_RATIO;
+        runs.request.dt_s /= ESTIMATE_GRID_RATIO;
     else if (request.kind->fixed)
-        runs.check.dt_s = WEIGH_GRID_RATIO * (runs.request.dt_s *= 0.5);
+        runs.check.dt_s = ESTIMATE_GRID_RATIO * (runs.request.dt_s *= 0.5);
     else
-        runs.check.rtol = fmin(1e-2, request.rtol * WEIGH_CHECK_FACTOR);
+        runs.check.rtol = fmin(1e-2, request.rtol * ESTIMATE_CHECK_FACTOR);
     *contradicted = false;
     runs.check.number = ++result->passes;
     if (pass_run(coarse, m, &runs.check, options, error) == MR_OK) {
-        weigh_cost(result, coarse);
+        cost_add(result, coarse);
         runs.request.number = result->passes + 1;
         if (coarse->status == SIM_INTERRUPTED) {
             refuse(result, coarse->status, coarse->mat, coarse->t_s);
-            planar_answer(m, coarse, coarse, result, error);
+            pass_answer(m, coarse, coarse, result, error);
         } else if (result->passes++, pass_run(fine, m, &runs.request, options, error) == MR_OK) {
-            weigh_cost(result, fine);
+            cost_add(result, fine);
             const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
                                               : coarse->status != SIM_OK ? coarse
                                                                          : NULL;
             if (failed) {
                 refuse(result, failed->status, failed->mat, failed->t_s);
                 *contradicted = fine->status == SIM_OK;
-            } else if (!weigh_runs(m, options, &runs, result, &where, error)) {
+            } else if (!error_estimate(m, options, &runs, result, &where, error)) {
                 refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
                 *contradicted = true;
                 if (last && error->status == MR_OK)
-                    spread_run(m, &runs.request, options, fine, coarse, result, error);
+                    divergence_state(m, &runs.request, options, fine, coarse, result, error);
             }
             if (error->status != MR_OK)
                 ;
             else if (coarse_answers)
-                planar_answer(m, coarse, fine, result, error);
+                pass_answer(m, coarse, fine, result, error);
             else
-                planar_answer(m, fine, coarse, result, error);
+                pass_answer(m, fine, coarse, result, error);
         }
     }
     pass_free(coarse);
@@ -223,9 +291,9 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
                                    struct sim_result *result, struct error *error)
 {
     bool given = options->rtol > 0.0, contradicted;
-    uint64_t most = m->law == SIM_SIGN       ? MOST_SIGN
-                  : weigh_automatic(options) ? patience(m, kind, last, result)
-                                             : MOST_STEPS;
+    uint64_t most = m->law == SIM_SIGN           ? MOST_SIGN
+                  : solver_is_automatic(options) ? patience(m, kind, last, result)
+                                                 : MOST_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
     sim_result_note(
         result,
@@ -237,7 +305,7 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
             break;
         if (!contradicted || i == MOST_TIGHTENINGS || given)
             break;
-        request.rtol = fmax(WEIGH_LEAST_RTOL, request.rtol * TIGHTEN);
+        request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol * TIGHTEN);
         sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
     }
     return error->status;
@@ -270,7 +338,7 @@ static enum mr_status run_others(struct model *m, const struct sim_options *opti
                                  struct error *error)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
-    if (other != &stepper_event || weigh_explicit_steps(m, result) <= EXPLICIT_MOST) {
+    if (other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST) {
         result->status = SIM_OK;
         result->solver = other->name;
         sim_result_note(result, "auto: %s came to %.9g s only; %s instead", first->name,
@@ -289,7 +357,7 @@ static enum mr_status run_auto(struct model *m, const struct sim_options *option
                                struct error *error)
 {
     struct deadline deadline;
-    bool last = kind == &stepper_implicit && weigh_explicit_steps(m, result) > EXPLICIT_MOST;
+    bool last = kind == &stepper_implicit && explicit_steps(m, result) > EXPLICIT_MOST;
     if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
         result->status != SIM_STEP_UNDERFLOW)
         return error->status;
@@ -325,7 +393,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         free(z);
         return error->status;
     }
-    if (weigh_automatic(options) && model.law == SIM_SIGN)
+    if (solver_is_automatic(options) && model.law == SIM_SIGN)
         model.law = SIM_STICK;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
@@ -333,7 +401,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     result->solver = kind->name;
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
-    result->dt_limit_s = rate > 0.0 ? WEIGH_RK4_REAL / rate : HUGE_VAL;
+    result->dt_limit_s = rate > 0.0 ? ESTIMATE_RK4_REAL / rate : HUGE_VAL;
     model_describe(&model, result);
     if (options->dt_s > 0.0 && !kind->fixed)
         error_set(error, MR_USAGE,
@@ -347,7 +415,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         moreau_run(&model, options, result, error);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
-    else if (weigh_automatic(options))
+    else if (solver_is_automatic(options))
         run_auto(&model, options, kind, result, error);
     else
         run_adaptive(&model, options, kind, true, result, error);
@@ -392,11 +460,11 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
     if (options->solver && strcmp(options->solver, "fixed") == 0
             ? scene->model == SIM_CONSISTENT
-            : landing && weigh_automatic(options)) {
-        if (weigh_automatic(options))
+            : landing && solver_is_automatic(options)) {
+        if (solver_is_automatic(options))
             sim_result_note(result,
                             "auto: fixed; a whole landing has too many switches to locate each");
-        if (landing_run(scene, options, result, error) != MR_OK || !weigh_automatic(options) ||
+        if (landing_run(scene, options, result, error) != MR_OK || !solver_is_automatic(options) ||
             !undecided(result) || options->dt_s > 0.0 || options->single)
             return error->status;
         return run_located(scene, options, result, error);

@@ -7,11 +7,11 @@
  * The error estimate is the largest difference of the two, over all mats at 64 even times and t_out
  * for u, over the same and the run's largest lift for lift; never less than the tolerance times L
  * for what moves at all. Two runs can agree by chance, and share what their solver does wrong:
- * weigh.h has what joins them.
+ * error_estimate.h has what joins them.
  *
  * The first two have to agree within a fifth (of the largest movement, of the lift) and on whether
  * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then
- * the run is `unpredictable` (spread.h); `unstable` when the step or tolerance was given. A fixed
+ * the run is `unpredictable` (error_estimate.h); `unstable` when the step or tolerance was given. A fixed
  * step beyond the stability limit of the equations with every node on the ground is refused before
  * it runs: what it would return can look right.
  *
@@ -27,25 +27,10 @@
 #include "host/sim/solvers/pass.h"
 
 /* Wall time that solvers which auto tries after its first one may take, together. */
-#define PLANAR_OTHERS_S     60.0
-#define PLANAR_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
+#define PLANAR_OTHERS_S 60.0
 
 /* Whether sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);
-
-/* A lift beyond this is a bow wave: twice the bump's height, or 0.05 ft if that is more. */
-double planar_bow_threshold_ft(const struct sim_scene *scene);
-
-/* What a run has come to, whatever moved it: peaks, bow wave, displacements and openings at the end
- * (state z), and the record, which the result owns then. MR_FULL when memory is short. */
-enum mr_status planar_deliver(const struct model *model, const double *z, struct sim_record *record,
-                              double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
-                              struct error *error);
-
-/* The same of a pass, with what another, shorter or longer one cost. */
-enum mr_status planar_answer(const struct model *model, struct pass_outcome *pass,
-                             const struct pass_outcome *other, struct sim_result *result,
-                             struct error *error);
 
 /* Run a checked scene. MR_OK: look at result->status. The caller frees the result in every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,

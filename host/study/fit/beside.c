@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/sim/elements/wheel.h"
-#include "host/sim/scene/mods_scene.h"
+#include "host/sim/scene/scene.h"
 
 #define SETTLE_S 1e-3
 #define CLEAR    0.98 /* of the chain's longest step: its check is in other roundings */

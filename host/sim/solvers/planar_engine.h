@@ -1,11 +1,6 @@
-/* Landing engine: the state of landing.h's solver and what a step does to it. Private to
- * landing*.c.
- *
- * landing_parts.c follows which mats slide and which heave, landing_joints.c has tensions,
- * landing_kick.c the speeds' change in a step,
- * landing_parting.c ends of mats that came apart, landing_march.c the steps of one run and what is
- * noted on the way, landing_make.c their memory, landing.c the runs and what they are worth. Mats,
- * nodes and joints count from 0 as in model.h. */
+/* Planar engine: the state of landing.h's solver and what a step does to it: which mats slide and
+ * which rise, tensions, speeds, the gear, ends of mats that came apart. landing.c has the steps of
+ * one run, and the runs. Mats, nodes and joints count from 0 as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 
@@ -22,7 +17,7 @@ struct part {
     int quiet_first, quiet_last; /* steps that its ends have been at rest */
 };
 
-struct landing {
+struct planar_engine {
     struct model model; /* its window is the part that heaves */
     const struct sim_scene *scene;
     size_t stored; /* values from z on: all that a march leaves in this */
@@ -32,8 +27,8 @@ struct landing {
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
     /* what modifications and the gear press nodes down with and bend joints by; NULL: nothing */
     double *brace_lb, *brace_lb_ft;
-    void (*brace_heaves)(struct landing *l); /* puts it there; NULL: nothing */
-    double *push_lb, *pull_lb, *rise_ft;     /* per joint and node: most so far */
+    void (*brace_heaves)(struct planar_engine *l); /* puts it there; NULL: nothing */
+    double *push_lb, *pull_lb, *rise_ft;           /* per joint and node: most so far */
     /* a step in parts, as a node lands in it: what mats rub with, in it and in the next one */
     bool in_parts;
     double *rub_lb, *rub_next_lb; /* per node, from rub_first to rub_last */
@@ -75,47 +70,47 @@ struct march {
 
 /* One strip, ready to march; the landing is all zero before. The result, if any, is told what is
  * left out. Whatever becomes of it, landing_free releases it. */
-enum mr_status landing_make(struct landing *l, const struct sim_scene *scene,
-                            struct sim_result *result, struct error *error);
-void landing_free(struct landing *l);
+enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
+                           struct sim_result *result, struct error *error);
+void engine_free(struct planar_engine *l);
 
 /* What the modifications see of a landing. */
-static inline struct mods_view landing_view(const struct landing *l)
+static inline struct mods_view engine_view(const struct planar_engine *l)
 {
     return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
 }
 
 /* Make a part reach from mat `low` to mat `high`. */
-void landing_take_in(struct part *part, const struct model *m, int low, int high);
+void engine_take_in(struct part *part, const struct model *m, int low, int high);
 /* The parts before a step: what the wheel touches and what moves is taken in, what has come to rest
  * is left behind. */
-void landing_follow_slides(struct landing *l, const struct sim_touch *touch, int count);
-void landing_follow_heaves(struct landing *l);
+void engine_follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count);
+void engine_follow_heaves(struct planar_engine *l);
 /* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the
  * mats. */
-void landing_slide_what_heaves(struct landing *l);
-bool landing_mat_rests(const struct landing *l, int n);
+void engine_slide_what_heaves(struct planar_engine *l);
+bool engine_mat_rests(const struct planar_engine *l, int n);
 
 /* Tensions of all joints of the sliding part, and the most that each has had. */
-void landing_stretch_joints(struct landing *l);
+void engine_stretch_joints(struct planar_engine *l);
 
 /* With parting: joints that come apart at t_s; the hinges of the heaving part; its ends' speeds
  * (returns the largest change by the soil) and heights over a step. */
-void landing_part_joints(struct landing *l, double t_s);
-void landing_shape_ends(struct landing *l);
-double landing_kick_ends(struct landing *l, double h_s);
-void landing_move_ends(struct landing *l, double h_s);
-bool landing_settle_ends(struct landing *l, double h_s); /* as the soil's contacts */
-double landing_worst_angle_deg(const struct landing *l, int *mat_from_1);
+void engine_part_joints(struct planar_engine *l, double t_s);
+void engine_shape_ends(struct planar_engine *l);
+double engine_kick_ends(struct planar_engine *l, double h_s);
+void engine_move_ends(struct planar_engine *l, double h_s);
+bool engine_settle_ends(struct planar_engine *l, double h_s); /* as the soil's contacts */
+double engine_worst_angle_deg(const struct planar_engine *l, int *mat_from_1);
 /* Mat n stands upright: if it has come apart from a neighbour it is pushed over and lies loose on
  * the ground. False: it has not. */
-bool landing_topple(struct landing *l, int n, double t_s);
+bool engine_topple(struct planar_engine *l, int n, double t_s);
 /* Loose mats that the brakes push get no faster than the aircraft. */
-void landing_hold_back(struct landing *l, const struct sim_wheel *wheel,
-                       const struct sim_touch *touch, int count);
+void engine_hold_back(struct planar_engine *l, const struct sim_wheel *wheel,
+                      const struct sim_touch *touch, int count);
 
 /* Sine of mat n's angle. */
-static inline double landing_slope(const struct landing *l, int n)
+static inline double engine_slope(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
     return (parting_right_y_ft(l->parting, l->z, n) - l->z[2 * n] +
@@ -125,23 +120,24 @@ static inline double landing_slope(const struct landing *l, int n)
 
 /* What modifications do in a step, before its kicks: along the runway, and on nodes and joints of
  * the heaving part. */
-void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s);
-void landing_brace_heaves(struct landing *l);
+void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
+                         double h_s);
+void engine_brace_heaves(struct planar_engine *l);
 
-/* With gear (landing_gear.c): at the start of a run in steps of h_s; its spans are then the
+/* With gear: at the start of a run in steps of h_s; its spans are then the
  * wheel's, and what it loads is taken in. */
-void landing_mount(struct landing *l, struct sim_wheel *wheel, double h_s);
+void engine_mount(struct planar_engine *l, struct sim_wheel *wheel, double h_s);
 /* The gear's weight on the nodes of the heaving part, beside what modifications do. */
-void landing_load_heaves(struct landing *l);
+void engine_load_heaves(struct planar_engine *l);
 /* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
  * that step. Slides say how many mats came to rest within the step. */
 /* The largest change of a node's speed by the soil. */
-double landing_kick_heaves(struct landing *l, double h_s);
-double landing_soil_lb(const struct model *m, const double *z, int node);
-unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count,
-                             double h_s);
+double engine_kick_heaves(struct planar_engine *l, double h_s);
+double engine_soil_lb(const struct model *m, const double *z, int node);
+unsigned engine_kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
+                            double h_s);
 
 /* March through the whole landing with march->steps steps; the record is made. */
-void landing_march(struct landing *l, struct march *march, const struct sim_options *options);
+void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options);
 
 #endif

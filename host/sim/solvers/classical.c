@@ -1,0 +1,351 @@
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/solvers/stepper.h"
+
+/* ---- rk4 ---- */
+
+/* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed
+ * changes sign within a step is brought to rest at its end (pass.c). As a check of the other
+ * solvers: another method on the model's own right-hand side. */
+
+struct rk4_work {
+    double *k[5]; /* four stages and the rates at the end */
+    double *at;
+};
+
+static void rk4_restart(struct stepper *s)
+{
+    (void)s;
+}
+
+static void rk4_shift(const struct stepper *s, double h, const double *rate, double *to)
+{
+    for (int half = 0; half < 2; half++) {
+        int from = half * s->model->size;
+        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++)
+            to[k] = s->z[k] + h * rate[k];
+    }
+}
+
+static bool rk4_advance(struct stepper *s, double limit_s)
+{
+    struct rk4_work *w = s->work;
+    double h = s->dt_s;
+    bool last = s->t_s + h * (1.0 + 1e-9) >= limit_s;
+    if (last)
+        h = limit_s - s->t_s;
+    stepper_rates(s, s->t_s, s->z, w->k[0]);
+    rk4_shift(s, 0.5 * h, w->k[0], w->at);
+    stepper_rates(s, s->t_s + 0.5 * h, w->at, w->k[1]);
+    rk4_shift(s, 0.5 * h, w->k[1], w->at);
+    stepper_rates(s, s->t_s + 0.5 * h, w->at, w->k[2]);
+    rk4_shift(s, h, w->k[2], w->at);
+    stepper_rates(s, s->t_s + h, w->at, w->k[3]);
+    for (int half = 0; half < 2; half++) {
+        int from = half * s->model->size;
+        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++)
+            s->z_new[k] = s->z[k] +
+                          h / 6.0 * (w->k[0][k] + 2.0 * (w->k[1][k] + w->k[2][k]) + w->k[3][k]);
+    }
+    s->t_new_s = last ? limit_s : s->t_s + h;
+    return true;
+}
+
+static void rk4_dense(struct stepper *s, double t_s, int low, int high, double *z)
+{
+    struct rk4_work *w = s->work;
+    stepper_rates(s, s->t_new_s, s->z_new, w->k[4]);
+    stepper_cubic(s, s->z, w->k[0], s->z_new, w->k[4], t_s, low, high, z);
+}
+
+const struct stepper_kind stepper_rk4 = {
+    .name = "rk4",
+    .samples = true,
+    .fixed = true,
+    .method = "classical Runge-Kutta, fixed step, switches sampled",
+    .work_bytes = sizeof(struct rk4_work),
+    .rows = 6,
+    .restart = rk4_restart,
+    .advance = rk4_advance,
+    .dense = rk4_dense,
+};
+
+/* ---- rkgs ---- */
+
+/* rkgs: the Runge-Kutta method in Gill's form with halving and doubling, as IBM's Scientific
+ * Subroutine Package ran it (S. Gill, Proc. Cambridge Phil. Soc. 47, 1951; A. Ralston, H. S. Wilf,
+ * Mathematical Methods for Digital Computers, 1960). A pair of steps is checked against one of
+ * double size: the test value is the largest of |difference|/15 over its tolerance. Above 1 the
+ * step is halved and the pair done again; below 0.02 it is doubled for the next pair. One advance
+ * here is such a pair. Gill's form carries q, the rounding of the last step. Switches are
+ * sampled. */
+
+#define RKGS_ROOT_HALF 0.70710678118654752440
+
+static const double rkgs_gill_a[4] = {0.5, 1.0 - RKGS_ROOT_HALF, 1.0 + RKGS_ROOT_HALF, 1.0 / 6.0};
+static const double rkgs_gill_b[4] = {2.0, 1.0, 1.0, 2.0};
+static const double rkgs_gill_c[4] = {0.5, 1.0 - RKGS_ROOT_HALF, 1.0 + RKGS_ROOT_HALF, 0.5};
+static const double rkgs_gill_time[4] = {0.0, 0.5, 0.5, 1.0};
+
+struct rkgs_work {
+    double *rate, *q, *q_start, *middle, *whole, *rate0, *rate1; /* 2 size each */
+};
+
+static void rkgs_restart(struct stepper *s)
+{
+    struct rkgs_work *w = s->work;
+    memset(w->q, 0, 2 * (size_t)s->model->size * sizeof *w->q);
+}
+
+static void rkgs_gill(struct stepper *s, double t_s, double h, double *z)
+{
+    struct rkgs_work *w = s->work;
+    for (int i = 0; i < 4; i++) {
+        stepper_rates(s, t_s + rkgs_gill_time[i] * h, z, w->rate);
+        for (int half = 0; half < 2; half++) {
+            int from = half * s->model->size;
+            for (int k = from + stepper_low(s); k < from + stepper_high(s); k++) {
+                double step = h * w->rate[k];
+                double move = rkgs_gill_a[i] * (step - rkgs_gill_b[i] * w->q[k]);
+                z[k] += move;
+                w->q[k] += 3.0 * move - rkgs_gill_c[i] * step;
+            }
+        }
+    }
+}
+
+static bool rkgs_advance(struct stepper *s, double limit_s)
+{
+    struct rkgs_work *w = s->work;
+    size_t bytes = 2 * (size_t)s->model->size * sizeof *s->z;
+    memcpy(w->q_start, w->q, bytes);
+    for (;;) {
+        double h = s->h_s; /* of one step; a pair goes to t + 2 h */
+        bool last = s->t_s + 2.0 * h * (1.0 + 1e-9) >= limit_s;
+        if (last)
+            h = 0.5 * (limit_s - s->t_s);
+        if (!(s->h_s >= s->least_s))
+            return false;
+        memcpy(w->whole, s->z, bytes);
+        rkgs_gill(s, s->t_s, 2.0 * h, w->whole);
+        memcpy(w->q, w->q_start, bytes);
+        memcpy(s->z_new, s->z, bytes);
+        rkgs_gill(s, s->t_s, h, s->z_new);
+        rkgs_gill(s, s->t_s + h, h, s->z_new);
+        double test = stepper_halves_error(s, w->whole);
+        if (test <= 1.0) {
+            if (test < 0.02 && !last)
+                s->h_s *= 2.0;
+            s->t_new_s = last ? limit_s : s->t_s + 2.0 * h;
+            return true;
+        }
+        stepper_reject(s, 0.5 * h);
+        memcpy(w->q, w->q_start, bytes);
+    }
+}
+
+static void rkgs_dense(struct stepper *s, double t_s, int low, int high, double *z)
+{
+    struct rkgs_work *w = s->work;
+    stepper_cubic_anew(s, w->rate0, w->rate1, t_s, low, high, z);
+}
+
+const struct stepper_kind stepper_rkgs = {
+    .name = "rkgs",
+    .samples = true,
+    .rtol = 1e-6,
+    .method = "Runge-Kutta-Gill with halving and doubling, switches sampled",
+    .work_bytes = sizeof(struct rkgs_work),
+    .rows = 7,
+    .restart = rkgs_restart,
+    .advance = rkgs_advance,
+    .dense = rkgs_dense,
+};
+
+/* ---- hamming ---- */
+
+/* hamming: Hamming's modified predictor-corrector (R. W. Hamming, J. ACM 6, 1959) with halving and
+ * doubling:
+ *     P = y[-3] + 4h/3 (2 f[0] - f[-1] + 2 f[-2])
+ *     M = P - 112/121 (P - C of the last step)
+ *     C = (9 y[0] - y[-2])/8 + 3h/8 (f(M) + 2 f[0] - f[-1])
+ *     y = C + 9/121 (P - C)
+ * The test value is the largest of 9/121 |P - C| over its tolerance: above 1 the step is halved,
+ * below 0.02 doubled. The three values that a start needs come from the classical Runge-Kutta
+ * method, as does a start at a new step size (the library's own halving interpolates instead).
+ * Switches are sampled. */
+
+#define HAMMING_PAST 7 /* points kept: enough to go on at double the step */
+
+struct hamming_work {
+    double *y[HAMMING_PAST],
+        *f[HAMMING_PAST]; /* [0] the present point, then backwards; 2 size values each */
+    double *apart;        /* P - C of the last step */
+    double *predicted, *modified, *rate, *k[3];
+    int known; /* points in y and f, equidistant */
+    int at_h;  /* steps since the step size was changed */
+    bool apart_known;
+    double h_s; /* their distance */
+};
+
+static void hamming_restart(struct stepper *s)
+{
+    struct hamming_work *w = s->work;
+    w->known = 0;
+    w->apart_known = false;
+}
+
+/* Make room for a new present point. */
+static void hamming_rotate(struct hamming_work *w)
+{
+    double *y = w->y[HAMMING_PAST - 1], *f = w->f[HAMMING_PAST - 1];
+    for (int i = HAMMING_PAST - 1; i > 0; i--) {
+        w->y[i] = w->y[i - 1];
+        w->f[i] = w->f[i - 1];
+    }
+    w->y[0] = y;
+    w->f[0] = f;
+    w->known = w->known < HAMMING_PAST ? w->known + 1 : HAMMING_PAST;
+}
+
+#define HAMMING_FOR_STATE(s, k)                                 \
+    for (int half_ = 0; half_ < 2; half_++)                     \
+        for (int k = half_ * (s)->model->size + stepper_low(s); \
+             k < half_ * (s)->model->size + stepper_high(s); k++)
+
+/* One classical Runge-Kutta step from y[0], f[0] to z_new. */
+static void hamming_runge_kutta(struct stepper *s, double h)
+{
+    struct hamming_work *w = s->work;
+    const double *y = w->y[0], *f = w->f[0];
+    HAMMING_FOR_STATE(s, k) w->modified[k] = y[k] + 0.5 * h * f[k];
+    stepper_rates(s, s->t_s + 0.5 * h, w->modified, w->k[0]);
+    HAMMING_FOR_STATE(s, k) w->modified[k] = y[k] + 0.5 * h * w->k[0][k];
+    stepper_rates(s, s->t_s + 0.5 * h, w->modified, w->k[1]);
+    HAMMING_FOR_STATE(s, k) w->modified[k] = y[k] + h * w->k[1][k];
+    stepper_rates(s, s->t_s + h, w->modified, w->k[2]);
+    HAMMING_FOR_STATE(s, k)
+    s->z_new[k] = y[k] + h / 6.0 * (f[k] + 2.0 * (w->k[0][k] + w->k[1][k]) + w->k[2][k]);
+}
+
+/* One Hamming step to z_new; its test value. */
+static double hamming_predict_correct(struct stepper *s, double h)
+{
+    struct hamming_work *w = s->work;
+    double *const *y = w->y, *const *f = w->f;
+    double most = 0.0;
+    HAMMING_FOR_STATE(s, k)
+    {
+        w->predicted[k] = y[3][k] + 4.0 * h / 3.0 * (2.0 * f[0][k] - f[1][k] + 2.0 * f[2][k]);
+        w->modified[k] = w->predicted[k] - (w->apart_known ? 112.0 / 121.0 * w->apart[k] : 0.0);
+    }
+    stepper_rates(s, s->t_s + h, w->modified, w->rate);
+    for (int half = 0; half < 2; half++) {
+        double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
+        for (int k = half * s->model->size + stepper_low(s);
+             k < half * s->model->size + stepper_high(s); k++) {
+            double c = 0.125 * (9.0 * y[0][k] - y[2][k]) +
+                       0.375 * h * (w->rate[k] + 2.0 * f[0][k] - f[1][k]);
+            w->rate[k] = w->predicted[k] - c; /* kept when the step is accepted */
+            s->z_new[k] = c + 9.0 / 121.0 * w->rate[k];
+            if (!(fabs(s->z_new[k]) < 1e300))
+                return (double)NAN;
+            double scale = atol + s->rtol * fmax(fabs(y[0][k]), fabs(s->z_new[k]));
+            most = fmax(most, 9.0 / 121.0 * fabs(w->rate[k]) / scale);
+        }
+    }
+    return most;
+}
+
+/* Error of a starting step: what two halves of it say. Leaves the better answer in z_new. */
+static double hamming_start_step(struct stepper *s, double h)
+{
+    struct hamming_work *w = s->work;
+    hamming_runge_kutta(s, h);
+    memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
+    hamming_runge_kutta(s, 0.5 * h);
+    double *y = w->y[0], *f = w->f[0], start = s->t_s;
+    w->y[0] = w->apart; /* a detour: the middle */
+    w->f[0] = w->rate;
+    memcpy(w->apart, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
+    s->t_s = start + 0.5 * h;
+    stepper_rates(s, s->t_s, w->apart, w->rate);
+    hamming_runge_kutta(s, 0.5 * h);
+    s->t_s = start;
+    w->y[0] = y;
+    w->f[0] = f;
+    w->apart_known = false;
+    return stepper_halves_error(s, w->predicted);
+}
+
+static bool hamming_advance(struct stepper *s, double limit_s)
+{
+    struct hamming_work *w = s->work;
+    size_t bytes = 2 * (size_t)s->model->size * sizeof *s->z;
+    hamming_rotate(w);
+    memcpy(w->y[0], s->z, bytes);
+    stepper_rates(s, s->t_s, s->z, w->f[0]);
+    for (;;) {
+        double h = s->h_s;
+        bool last = s->t_s + h * (1.0 + 1e-9) >= limit_s;
+        if (last)
+            h = limit_s - s->t_s;
+        if (!(s->h_s >= s->least_s))
+            return false;
+        if (w->known > 1 && h != w->h_s) { /* another step size: a new start */
+            w->known = 1;
+            w->apart_known = false;
+        }
+        w->h_s = h;
+        bool started = w->known >= 4;
+        double test = started ? hamming_predict_correct(s, h) : hamming_start_step(s, h);
+        if (test <= 1.0) {
+            w->at_h++;
+            if (started) {
+                memcpy(w->apart, w->rate, bytes);
+                w->apart_known = true;
+                if (test < 0.02 && w->at_h > 6) {
+                    s->h_s *= 2.0;
+                    w->at_h = 0;
+                    if (w->known >= HAMMING_PAST) {
+                        /* every other of 7 points, the new one being the 8th: 8, 6, 4, 2 */
+                        double *y[HAMMING_PAST], *f[HAMMING_PAST];
+                        static const int order[HAMMING_PAST] = {1, 3, 5, 0, 2, 4, 6};
+                        for (int i = 0; i < HAMMING_PAST; i++) {
+                            y[i] = w->y[order[i]];
+                            f[i] = w->f[order[i]];
+                        }
+                        memcpy(w->y, y, sizeof y);
+                        memcpy(w->f, f, sizeof f);
+                        w->known = 3;
+                        w->h_s = s->h_s;
+                        w->apart_known = false;
+                    }
+                }
+            }
+            s->t_new_s = last ? limit_s : s->t_s + h;
+            return true;
+        }
+        stepper_reject(s, 0.5 * h);
+        w->at_h = 0;
+    }
+}
+
+static void hamming_dense(struct stepper *s, double t_s, int low, int high, double *z)
+{
+    struct hamming_work *w = s->work;
+    stepper_cubic_anew(s, w->k[0], w->k[1], t_s, low, high, z);
+}
+
+const struct stepper_kind stepper_hamming = {
+    .name = "hamming",
+    .samples = true,
+    .rtol = 1e-6,
+    .method = "Hamming's predictor-corrector with halving and doubling, switches sampled",
+    .work_bytes = sizeof(struct hamming_work),
+    .rows = 2 * HAMMING_PAST + 7,
+    .restart = hamming_restart,
+    .advance = hamming_advance,
+    .dense = hamming_dense,
+};
