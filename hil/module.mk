@@ -8,8 +8,8 @@ $(hil_lib): $(call objects,host,$(hil_src))
 $(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
 	$(call link,$(HIL_LIBS))
 
-$(B)/matrig-board.1: $(B)/matrig-board hil/man.awk
-	$(call say,GEN,$@)$(RUN) $< --help | awk -v version="$$($(RUN) $< --version)" -v date="$$(date -u -d @$(epoch) +%F)" -f hil/man.awk >$@
+$(B)/matrig-board.1: $(B)/matrig-board | $(B)/.study-packages
+	$(call man,the board of matrig in virtual time) '$(RUN) $<'
 
 # The boot ROM of the emulated board: a small program of its own, carried by matrig-board as bytes.
 $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages

@@ -77,7 +77,7 @@ needs_the_others() {
 # --- with all three
 says_version() { as_user sh -c "matrig --version && matrig-board --version" | diff - <(printf 'matrig %s\nmatrig-board %s\n' "$version" "$version"); }
 has_pages() {
-    as_user sh -c 'MANWIDTH=80 man --warnings matrig 2>errors | grep -A 3 "^ *demo" && MANWIDTH=80 man --warnings matrig-board 2>>errors | grep -- --boot0 && ! grep . errors && rm errors'
+    as_user sh -c 'MANWIDTH=80 man --warnings matrig 2>errors | grep -A 3 "^ *ready" && MANWIDTH=80 man --warnings matrig-fit 2>>errors | grep -- --prior && MANWIDTH=80 man --warnings matrig-board 2>>errors | grep -- --boot0 && ! grep . errors && rm errors'
 }
 completes() { as_user bash -c '. /usr/share/bash-completion/completions/matrig && complete -p matrig'; }
 plays() { # the image that comes with the board

@@ -3,7 +3,7 @@
  *
  * A command's descriptor is the only place where its options are written. `parts` is the page of
  * `matrig COMMAND --help` from top to bottom. The options among them are what command_parse takes,
- * and it takes no others; host/help*.c makes help, man page and completion from the same rows. A
+ * and it takes no others; host/base/help*.c makes help and completion from the same rows. A
  * new command is a file with its descriptor in host/commands/, and a row in
  * host/commands/commands.def.
  *

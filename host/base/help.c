@@ -51,7 +51,7 @@ void help_overview(const struct command_table *table)
          "all.\n"
          "A number may have its unit behind it: 15mm, '2.5 kN', 12m/s. Any unit of its kind is "
          "read, another is refused.\n"
-         "matrig help --man and --bash print the man page and the completion of bash.\n"
+         "matrig help --bash prints the completion of bash.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
          "4 malformed or truncated input, 5 numerics refused or failed.\n"
          "NO_COLOR=1 turns colours off.\n"
@@ -202,17 +202,16 @@ static int print_json(const struct command_table *table, const struct command *o
 }
 
 struct request {
-    bool man, bash, help;
+    bool bash, help;
 };
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    OPTION_FLAG("--man", man, "the man page"),
     OPTION_FLAG("--bash", bash, "completion for bash"),
     OPTION_FLAG("--help", help, NULL),
 };
 static const struct command help_itself = {
-    "help",    NULL, "[COMMAND | --man | --bash]", "what matrig can do", COMMAND_PARTS(parts),
+    "help",    NULL, "[COMMAND | --bash]", "what matrig can do", COMMAND_PARTS(parts),
     {0, 1, ""}};
 
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
@@ -227,14 +226,12 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
         command = help_find(table, words[0]);
     if (words[0] && !command)
         help_unknown(table, words[0], &error);
-    else if (request.man + request.bash + !!command > 1)
+    else if (request.bash && command)
         error_set(&error, MR_USAGE,
-                  "too much at once: matrig help; give a command, --man or --bash");
+                  "too much at once: matrig help; give a command or --bash");
     if (error.status != MR_OK)
         return cli_fail(&error);
-    if (request.man)
-        help_man(table);
-    else if (request.bash)
+    if (request.bash)
         help_bash(table);
     else if (cli->json)
         return print_json(table, command);

@@ -19,11 +19,8 @@ enum mr_status help_unknown(const struct command_table *table, const char *word,
 void help_near_word(const struct command *command, const char *word, char out[static NEAR_TEXT]);
 void help_version(const struct cli *cli);
 
-/* matrig help [COMMAND | --man | --bash]: exit code. */
+/* matrig help [COMMAND | --bash]: exit code. */
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli);
-
-/* The man page, man(7). Its date is SOURCE_DATE_EPOCH, or none. */
-void help_man(const struct command_table *table);
 
 /* Completion for bash 4 or later, to be sourced. */
 void help_bash(const struct command_table *table);

@@ -95,7 +95,7 @@ void help_bash(const struct command_table *table)
     for (size_t i = 0; i < table->count; i++)
         printf(" %s", table->commands[i].command->name);
     puts("'\n        ;;");
-    fputs("    help)\n        options='--man --bash'\n        words='", stdout);
+    fputs("    help)\n        options='--bash'\n        words='", stdout);
     for (size_t i = 0; i < table->count; i++)
         printf("%s%s", i > 0 ? " " : "", table->commands[i].command->name);
     puts("'\n        ;;");

@@ -1,4 +1,4 @@
-/* The page of a command's help, as rows: what --help prints and what the man page is made from. */
+/* The page of a command's help, as rows: what --help prints, and completion is made from. */
 #ifndef MATRIG_HOST_BASE_HELP_PAGE_H
 #define MATRIG_HOST_BASE_HELP_PAGE_H
 

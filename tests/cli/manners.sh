@@ -24,7 +24,7 @@ check "a version" sh -c "$m --version | grep -Eq '^matrig [0-9]+\.[0-9]+\.[0-9]+
 check "help of what is not there" fails_with 2 "unknown command: 'lgo'" $m help lgo
 check "an option of one letter with its value" fails_with 2 'out of range: 0 for -j' $m study none.json -j0
 check "a flag takes none" fails_with 2 "unknown option: '-xy'" $m study none.json -xy
-check "two helps at once" fails_with 2 'too much at once' $m help --man --bash
+check "two helps at once" fails_with 2 'too much at once' $m help fit --bash
 runs_examples() { # those that need no board and no campaign, as --help has them
     local line
     while read -r line; do
@@ -50,23 +50,22 @@ hostile() { # what a colleague's campaign may hold: nothing that a terminal take
 check "control characters are shown as spaces" hostile
 
 # --- man page ---
-man_lint() { groff -man -ww -b -Tutf8 -z build/matrig.1 2>"$tmp/lint" && [ ! -s "$tmp/lint" ]; }
-check "groff has nothing to say about the man page" man_lint
+man_lint() { groff -man -ww -b -Tutf8 -z build/matrig.1 build/matrig-*.1 2>"$tmp/lint" && [ ! -s "$tmp/lint" ]; }
+check "groff has nothing to say about the man pages" man_lint
 . build/matrig.bash
 options_of() { sed -n "/^    $1)/,/^        ;;/s/^        options='\(.*\)'/\1/p" build/matrig.bash; }
-man_complete() {
-    groff -man -Tascii -P-cbou build/matrig.1 2>/dev/null >"$tmp/man.txt" || return 1
+man_complete() { # a page for each command, with its options
     local command option
     for command in $commands; do
-        sed -n "/^   $command\$/,/^   [a-z]*\$/p;/^EXIT/q" "$tmp/man.txt" >"$tmp/part"
+        [ $command != board ] || continue # its name is the emulated board's
+        groff -man -Tascii -P-cbou build/matrig-$command.1 2>/dev/null >"$tmp/man.txt" && grep -q "matrig-$command - " "$tmp/man.txt" || { echo "no $command"; return 1; }
         for option in $(options_of $command); do
-            [ $option = --help ] || grep -q -- "$option" "$tmp/man.txt" || { echo "$command $option"; return 1; }
+            grep -q -- "$option" "$tmp/man.txt" || [ $option = --help ] || { echo "$command $option"; return 1; }
         done
-        grep -q "^   $command\$" "$tmp/man.txt" || { echo "no $command"; return 1; }
+        grep -qw -- "$command" build/matrig.1 || { echo "matrig.1 lacks $command"; return 1; }
     done
-    ! grep -Eq '\\[a-zA-Z(]' "$tmp/man.txt" # nothing of the source shows
 }
-check "it has every command and option" man_complete
+check "there is a page for every command, with every option" man_complete
 
 # --- completion ---
 complete_line() { # WORD...: what is offered for the last of them
