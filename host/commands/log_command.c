@@ -374,8 +374,8 @@ static void close_all(struct logger *logger)
     for (unsigned i = 0; i < logger->boards; i++)
         collector_close(logger->board[i].collector);
     watch_call(&logger->watch, true); /* the journal is written back */
-    if (logger->store && store_written_over(logger->store))
-        store_leave(logger->store);
+    if (logger->store && store_overwritten(logger->store))
+        store_leave(logger->store, false);
     else
         store_close(logger->store);
     watch_call(&logger->watch, false);
@@ -514,7 +514,7 @@ static const struct command_part parts[] = {
               "serial lost of a landing is filled from CAN.\n"
               "A campaign that another program holds, a slow and a full disk are waited for: a "
               "queue keeps 60 s of full links. What it cannot keep\n"
-              "is counted and said. One that is moved, replaced, deleted or written over is saved "
+              "is counted and said. One that is moved, replaced, deleted or overwritten is saved "
               "as DB-saved-DATE.db beside, and gone on\n"
               "with; exit 3."),
 };

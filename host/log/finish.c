@@ -123,7 +123,7 @@ static bool save_queue(struct logger *logger, unsigned link, uint64_t since_us,
 
 static bool is_gone(enum store_place place)
 {
-    return place == STORE_WRITTEN_OVER || place == STORE_EMPTIED;
+    return place == STORE_OVERWRITTEN || place == STORE_EMPTIED;
 }
 
 /* Goes back in the queues to the beginning of the landing that is going on: what is saved of it is
@@ -229,13 +229,11 @@ static enum mr_status give_up(struct logger *logger, const struct error *why, st
     return error_set(error, why->status, "%s", why->text);
 }
 
-/* All is written: is it there, for somebody who opens the campaign now? MR_TOO_FEW: it was not, and
+/* All is written: is the campaign still in its place? MR_TOO_FEW: it was not, and
  * comes again, for another one. */
 static enum mr_status settle(struct logger *logger, struct error *error)
 {
     (void)watch_place_now(&logger->watch);
-    if (logger_place(logger) == STORE_IN_PLACE && !store_session_there_afresh(logger->store))
-        logger->emptied = true;
     enum store_place place = logger_place(logger);
     logger->rescue_us = 0;
     enum mr_status status = logger_rescue(logger, error);
@@ -266,7 +264,6 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
                 if (status != MR_TOO_FEW)
                     return status;
                 continue; /* all that is kept goes into the new one */
-                continue;
             }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);

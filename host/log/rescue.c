@@ -87,7 +87,7 @@ static enum mr_status move_to(struct logger *logger, const char *path, struct er
     store_watch_file(saved);
     for (unsigned i = 0; i < logger->boards; i++)
         collector_move(logger->board[i].collector, saved);
-    store_leave(logger->store);
+    store_leave(logger->store, true);
     go_on_in(logger, saved, path);
     return MR_OK;
 }
@@ -98,11 +98,11 @@ static void say_what_happened(struct logger *logger, enum store_place place, con
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
     snprintf(logger->taken, sizeof logger->taken, "%s %s while it was logged", original,
-             place == STORE_NO_JOURNAL     ? "lost its journal (-wal)"
-             : place == STORE_REPLACED     ? "was replaced by another file"
-             : place == STORE_WRITTEN_OVER ? "was written over by another program"
-             : place == STORE_EMPTIED      ? "lost what was logged into it"
-                                           : where);
+             place == STORE_NO_JOURNAL    ? "lost its journal (-wal)"
+             : place == STORE_REPLACED    ? "was replaced by another file"
+             : place == STORE_OVERWRITTEN ? "was overwritten by another program"
+             : place == STORE_EMPTIED     ? "lost what was logged into it"
+                                          : where);
 }
 
 enum store_place logger_place(struct logger *logger)
@@ -110,11 +110,10 @@ enum store_place logger_place(struct logger *logger)
     enum store_place place = watch_place(&logger->watch);
     if (logger->emptied)
         return STORE_EMPTIED;
-    return place == STORE_IN_PLACE && store_written_over(logger->store) ? STORE_WRITTEN_OVER
-                                                                        : place;
+    return place == STORE_IN_PLACE && store_overwritten(logger->store) ? STORE_OVERWRITTEN : place;
 }
 
-/* ---- written over ---- */
+/* ---- overwritten ---- */
 
 static bool new_name(const char *original, const char *what, const char *ending, char *out,
                      size_t size)
@@ -172,9 +171,8 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
 static void leave_to_others(struct store *store, const char *original)
 {
     char kept[sizeof((struct logger *)0)->saved];
-    bool aside = store_is_anothers(store) &&
-                 new_name(original, "journal", ".wal", kept, sizeof kept);
-    store_leave(store);
+    bool aside = new_name(original, "journal", ".wal", kept, sizeof kept);
+    store_leave(store, false);
     if (aside)
         store_journal_aside(original, kept);
 }
@@ -259,7 +257,7 @@ static enum mr_status save_and_go_on(struct logger *logger, const char *original
     const struct store_identity before = logger->watch.identity;
     enum mr_status status = move_to(logger, saved, error);
     if (status == MR_OK) {
-        store_journal_away(original, now, &before);
+        store_journal_remove(original, &before);
         /* also with --quiet */
         fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n",
                 logger->taken, saved);
@@ -282,7 +280,7 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
     snprintf(original, sizeof original, "%s", store_path(logger->store));
     store_whereabouts(logger->store, now, sizeof now);
     say_what_happened(logger, place, original, now);
-    if (place != STORE_WRITTEN_OVER && place != STORE_EMPTIED)
+    if (place != STORE_OVERWRITTEN && place != STORE_EMPTIED)
         return save_and_go_on(logger, original, now, error);
     if (start_over(logger, place, original) == MR_OK)
         logger->rescue_us = 0;

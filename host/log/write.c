@@ -60,8 +60,11 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
         status = collector_put_counts(logger->board[i].collector, error);
     if (status == MR_OK)
-        status = store_note_newest(logger->store, collector_session(logger->board[0].collector),
+        status = store_note_logged(logger->store, collector_session(logger->board[0].collector),
                                    error);
+    if (status == MR_OK && store_overwritten(logger->store)) /* nothing goes into that file */
+        status = error_set(error, MR_IO, "was overwritten: %s; log into another one",
+                           store_path(logger->store));
     if (status != MR_OK)
         return status;
     watch_call(&logger->watch, true);
@@ -69,7 +72,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     status = store_commit(logger->store, error);
     watch_call(&logger->watch, false);
     if (status == MR_OK) {
-        store_newest_committed(logger->store);
+        store_logged_committed(logger->store);
         logger->hold = watch_written(&logger->watch);
         for (unsigned i = 0; i < logger->boards; i++)
             logger->board[i].hold_run = collector_marked_run(logger->board[i].collector);
@@ -112,8 +115,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_take_refusal(logger->store);
     /* whatever it said of that */
-    bool other = logger_place(logger) == STORE_WRITTEN_OVER ||
-                 logger_place(logger) == STORE_EMPTIED;
+    bool other = logger_place(logger) == STORE_OVERWRITTEN || logger_place(logger) == STORE_EMPTIED;
     if (error->status == MR_OK || (refused == STORE_TAKES && !other))
         return error->status;
     logger_take_back(logger);

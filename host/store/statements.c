@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "host/base/list.h"
-#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 #define NO_ROW STORE_TABLE_COUNT
@@ -131,7 +130,6 @@ enum mr_status store_insert(struct store *store, struct error *error, enum store
                             const void *row, const int64_t *owners)
 {
     int at = 1;
-    store_guard_renew(store);
     enum mr_status status = prepare_insert(store, error, which);
     if (status != MR_OK)
         return status;
@@ -145,7 +143,6 @@ enum mr_status store_update(struct store *store, struct error *error, enum store
                             const void *row, int64_t id)
 {
     int at = 1;
-    store_guard_renew(store);
     enum mr_status status = prepare_update(store, error, which);
     if (status != MR_OK)
         return status;
@@ -161,7 +158,6 @@ static enum mr_status bind_named(struct store *store, struct error *error,
                                  enum store_statement which, const struct store_value *values,
                                  size_t count)
 {
-    store_guard_renew(store);
     enum mr_status status = prepare_named(store, error, which);
     if (status != MR_OK)
         return status;
@@ -192,16 +188,9 @@ enum mr_status store_query(struct store *store, struct error *error, enum store_
 enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error)
 {
     int code = sqlite3_step(statement);
-    bool fits = code != SQLITE_ROW || store_guard_row(store);
-    if (code == SQLITE_ROW && fits)
+    if (code == SQLITE_ROW)
         return MR_OK;
-    enum mr_status status =
-        !fits ? error_set(
-                    error, MR_MALFORMED,
-                    "more rows than the file can hold: %s; it is damaged, take a copy of before",
-                    store->path)
-        : code == SQLITE_DONE ? MR_TOO_FEW
-                              : store_failed(store, "read", error);
+    enum mr_status status = code == SQLITE_DONE ? MR_TOO_FEW : store_failed(store, "read", error);
     sqlite3_reset(statement);
     return status;
 }

@@ -7,17 +7,26 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/random.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "common/version.h"
-#include "host/base/output.h"
-#include "host/store/store_guard.h"
 #include "host/store/store_log.h"
 #include "host/store/store_sql.h"
 
 /* another program may hold the file; what comes meanwhile waits in the links */
 #define BUSY_WAIT_MS 30000
+
+/* A statement ends by itself when it takes many more steps than a file of this size can need: pages
+ * can lead in circles. A scan takes below 2 steps a byte; sorting and what is looked up for each row
+ * do not make it ten times as many. */
+#define STEPS_ALWAYS    20000000
+#define STEPS_A_BYTE    32
+#define STEPS_EACH      10000
+/* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
+#define VALUE_BYTES_MAX 268435456
 
 #define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
 
@@ -57,10 +66,57 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
     }
 }
 
+void store_guard_settings(sqlite3 *database)
+{
+    if (!database)
+        return;
+    sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+    sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
+    sqlite3_limit(database, SQLITE_LIMIT_LENGTH, VALUE_BYTES_MAX);
+}
+
+static int64_t file_bytes(const struct store *store)
+{
+    char journal[4200];
+    struct stat info;
+    int64_t bytes = stat(store->path, &info) == 0 ? (int64_t)info.st_size : 0;
+    snprintf(journal, sizeof journal, "%s-wal", store->path);
+    return bytes + (stat(journal, &info) == 0 ? (int64_t)info.st_size : 0);
+}
+
+static int too_many_steps(void *context)
+{
+    struct store *store = context;
+    store->steps += STEPS_EACH;
+    return store->steps > STEPS_ALWAYS &&
+           store->steps > STEPS_ALWAYS + STEPS_A_BYTE * file_bytes(store);
+}
+
+/* The steps of a statement that begins while another one gives rows belong to that one. */
+static int statement_begins(unsigned event, void *context, void *begins, void *text)
+{
+    struct store *store = context;
+    (void)event, (void)text;
+    if (store->steps == 0)
+        return 0;
+    for (sqlite3_stmt *s = sqlite3_next_stmt(store->database, NULL); s;
+         s = sqlite3_next_stmt(store->database, s)) {
+        if (s != begins && sqlite3_stmt_busy(s))
+            return 0;
+    }
+    store->steps = 0;
+    return 0;
+}
+
+void store_limit_steps(struct store *store)
+{
+    sqlite3_progress_handler(store->database, STEPS_EACH, too_many_steps, store);
+    sqlite3_trace_v2(store->database, SQLITE_TRACE_STMT, statement_begins, store);
+}
+
 enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
                              struct error *error)
 {
-    store_guard_renew(store);
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
              ? MR_OK
              : store_failed(store, doing, error);
@@ -83,10 +139,15 @@ static enum mr_status pragma(struct store *store, const char *sql, int64_t *valu
  * two that set up the same file at once the second finds it done. */
 static enum mr_status create_tables(struct store *store, struct error *error)
 {
-    char numbers[120];
+    char numbers[160];
     int64_t tables = 0;
-    snprintf(numbers, sizeof numbers, "PRAGMA application_id=%d; PRAGMA user_version=%d;",
-             STORE_APPLICATION, STORE_VERSION);
+    uint32_t own = 0; /* by which matrig log knows the file again (store_log.c) */
+    if (getrandom(&own, sizeof own, 0) != (ssize_t)sizeof own)
+        own = (uint32_t)time(NULL);
+    snprintf(numbers, sizeof numbers,
+             "PRAGMA application_id=%d; PRAGMA user_version=%d; PRAGMA schema_version=%u;",
+             STORE_APPLICATION, STORE_VERSION, own >> 1);
+    sqlite3_db_config(store->database, SQLITE_DBCONFIG_DEFENSIVE, 0, NULL);
     enum mr_status status = store_execute(store, "BEGIN IMMEDIATE", "set up", error);
     if (status == MR_OK)
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
@@ -98,20 +159,69 @@ static enum mr_status create_tables(struct store *store, struct error *error)
         status = store_execute(store, numbers, "set up", error);
     if (status == MR_OK)
         status = store_execute(store, "COMMIT", "set up", error);
+    sqlite3_db_config(store->database, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     return status;
+}
+
+#define OBJECTS "SELECT type, name, tbl_name, sql FROM main.sqlite_schema"
+
+static int count_changes(sqlite3 *database, const char *sql, sqlite3_stmt *row)
+{
+    sqlite3_stmt *s = NULL;
+    sqlite3_prepare_v2(database, sql, -1, &s, NULL);
+    for (int i = 0; i < 4; i++)
+        sqlite3_bind_value(s, i + 1, sqlite3_column_value(row, i));
+    bool done = sqlite3_step(s) == SQLITE_DONE;
+    sqlite3_finalize(s);
+    return done ? sqlite3_changes(database) : 0;
+}
+
+/* A schema can hold programs (a view that never ends, a trigger that runs at every row), so a
+ * campaign has the schema of a fresh one and nothing else. `what`: the first object that a fresh
+ * one has not, or that this one lacks. */
+static bool same_schema(sqlite3 *database, char what[STORE_TEXT])
+{
+    sqlite3 *fresh = NULL;
+    sqlite3_stmt *row = NULL;
+    int code = sqlite3_open(":memory:", &fresh) | store_tables_make(fresh);
+    code |= sqlite3_exec(fresh, "ANALYZE; CREATE TEMP TABLE known AS " OBJECTS, NULL, NULL, NULL) |
+            sqlite3_prepare_v2(database, OBJECTS " ORDER BY type DESC", -1, &row, NULL);
+    bool same = code == SQLITE_OK;
+    while (same && (code = sqlite3_step(row)) == SQLITE_ROW)
+        same = count_changes(
+                   fresh, "DELETE FROM known WHERE type=? AND name=? AND tbl_name=? AND sql IS ?",
+                   row) == 1;
+    if (code == SQLITE_DONE) {
+        sqlite3_finalize(row);
+        sqlite3_prepare_v2(fresh,
+                           "SELECT 'no '||type, name FROM known WHERE name NOT LIKE 'sqlite_stat%'",
+                           -1, &row, NULL);
+        same = (code = sqlite3_step(row)) == SQLITE_DONE;
+    }
+    if (code == SQLITE_ROW) {
+        char type[40], name[100];
+        store_text(row, 0, type, sizeof type);
+        store_text(row, 1, name, sizeof name);
+        snprintf(what, STORE_TEXT, "%s %s", type, name);
+    } else {
+        snprintf(what, STORE_TEXT, "%s", sqlite3_errmsg(database));
+    }
+    sqlite3_finalize(row);
+    sqlite3_close(fresh);
+    return same;
 }
 
 /* Before anything of it is used. */
 static enum mr_status refuse_foreign(struct store *store, struct error *error)
 {
-    char what[STORE_FOREIGN_TEXT];
-    if (store_guard_schema(store->database, what) == MR_OK)
+    char what[STORE_TEXT];
+    if (same_schema(store->database, what))
         return MR_OK;
-    return error_set(error, MR_MALFORMED,
-                     "a campaign with what matrig does not put into one (%s): %s; if you did, drop "
-                     "it with sqlite3, else take "
-                     "a copy of before",
-                     what, store->path);
+    return error_set(
+        error, MR_MALFORMED,
+        "a campaign whose tables are not those that matrig makes (%s): %s; drop what is "
+        "not matrig's with sqlite3, or take a copy of before",
+        what, store->path);
 }
 
 /* What a file says of itself. */
@@ -174,8 +284,10 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error)
 {
-    if (store_mistaken(path, mode == STORE_CREATE, error) != MR_OK)
-        return error->status;
+    struct stat info;
+    if (mode != STORE_CREATE && stat(path, &info) != 0)
+        return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made",
+                         path);
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);
     if (!made || !copy) {
@@ -191,7 +303,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     if (status == MR_OK) {
         sqlite3_busy_timeout(made->database, BUSY_WAIT_MS);
         store_guard_settings(made->database);
-        store_guard_steps(made);
+        store_limit_steps(made);
         /* another program's database keeps its journal as it is */
         sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
         status = check_version(made, mode, error);

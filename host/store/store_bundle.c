@@ -3,7 +3,6 @@
 #include <string.h>
 #include <sys/types.h>
 
-#include "host/store/store_guard.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_sql.h"
 

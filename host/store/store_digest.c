@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/store/store_guard.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_sql.h"
 
@@ -96,7 +95,6 @@ static enum mr_status add_rows(struct store *store, const char *sql, struct stor
     sqlite3_stmt *statement;
     struct store_digest *last = NULL;
     int code;
-    store_guard_renew(store);
     if (sqlite3_prepare_v2(store->database, sql, -1, &statement, NULL) != SQLITE_OK)
         return store_failed(store, DOING, error);
     while ((code = sqlite3_step(statement)) == SQLITE_ROW) {

@@ -4,7 +4,6 @@
  * transaction is committed, or anything is read. */
 #include <string.h>
 
-#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 static struct store_frame_row row_of(int64_t session, const struct store_frame *frame,
@@ -54,7 +53,6 @@ static enum mr_status put_all(struct store *store, struct error *error)
     }
     if (status != MR_OK)
         return status;
-    store_guard_renew(store);
     if (sqlite3_step(store->frames_put) != SQLITE_DONE)
         status = store_failed(store, "write", error);
     sqlite3_reset(store->frames_put);

@@ -49,7 +49,7 @@ enum store_place {
     STORE_MISSING,
     STORE_REPLACED,
     STORE_NO_JOURNAL,
-    STORE_WRITTEN_OVER,
+    STORE_OVERWRITTEN,
     STORE_EMPTIED
 };
 struct store_identity {
@@ -66,32 +66,26 @@ enum mr_status store_copy_to(struct store *store, const char *path, struct error
 /* The path where the open file is now, as far as the system knows; "": deleted. */
 void store_whereabouts(const struct store *store, char *out, size_t size);
 /* As store_close, of a store whose file was taken away: what is at its path belongs to somebody
- * else, and is not touched. */
-void store_leave(struct store *store);
-/* After it. The journal of the file that was at `path` goes to where that file is `now`, or away
- * with it (""): SQLite would write it into whatever is put at the path. Nothing is done while the
- * file itself, or another journal, is there. */
-void store_journal_away(const char *path, const char *now, const struct store_identity *identity);
+ * else, and is not touched. `moved`: the open file itself is the log's: the journal is written back
+ * into it. */
+void store_leave(struct store *store, bool moved);
+/* After it: the file's journal at the old path, which SQLite would write into whatever is put
+ * there. One of another file stays. */
+void store_journal_remove(const char *path, const struct store_identity *identity);
 
-/* ---- whether what is in the file is what was logged: store_written_over.c ---- */
+/* ---- whether the file is what was logged ---- */
 
-/* Looked at from now on; after store_take_alone. The store then writes its journal back itself, and
- * not into a file of somebody else's. */
+/* Looked at from now on; after store_take_alone. */
 void store_watch_file(struct store *store);
-/* Somebody wrote into the file itself, past SQLite: over it (cp), into it (dd), or made it shorter.
- * Takes no lock. Once true, it stays so. */
-bool store_written_over(struct store *store);
-/* Before a commit: what is the newest of the session now. After it: whether it was committed. */
-enum mr_status store_note_newest(struct store *store, int64_t session, struct error *error);
-void store_newest_committed(struct store *store);
-/* In a transaction, when somebody else has committed since the last one: `*there` false: what was
+/* Somebody overwrote the file past SQLite (cp) or made it shorter: by its header and size, or
+ * SQLite finds it damaged. Once true, it stays so. */
+bool store_overwritten(struct store *store);
+/* Before a commit: what is the newest of the session now. After it. */
+enum mr_status store_note_logged(struct store *store, int64_t session, struct error *error);
+void store_logged_committed(struct store *store);
+/* In a transaction, when another program has committed since the last one: `*there` false: what was
  * committed of the session is no longer in the campaign. */
 enum mr_status store_session_there(struct store *store, bool *there, struct error *error);
-/* The same, looked for by a connection of its own, which knows only what is in the file and its
- * journal; true also when that is not possible for another reason than what is in the file. */
-bool store_session_there_afresh(struct store *store);
-/* The first page of the file is no longer the one that the journal belongs to. */
-bool store_is_anothers(const struct store *store);
 /* After store_leave of such a file: its journal gets the name `kept`, because SQLite would write it
  * into what is in the file now. */
 void store_journal_aside(const char *path, const char *kept);

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 #include "host/base/steady.h"
 
@@ -125,7 +124,7 @@ enum mr_status store_check(struct store *store, double most_s, bool *whole, stru
         return store_failed(store, "check", error);
     sqlite3_progress_handler(store->database, CHECK_STEPS, too_late, &until_s);
     int step = sqlite3_step(s);
-    store_guard_steps(store); /* the handler that was there */
+    store_limit_steps(store); /* the handler that was there */
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *whole = text && strcmp(text, "ok") == 0;
     if (text && !*whole)

@@ -16,26 +16,10 @@ struct store_waiting {
     uint8_t data[8];
 };
 
-/* What is known of the file itself, by matrig log (store_written_over.c). */
-#define STORE_FIRST_PAGE 4096u
-struct store_checkpoints {
-    /* of the journal's index: which journal, its frames that are in the file, and those on their
-     * way */
-    uint32_t salt, done, begun;
-};
-struct store_newest {
-    int64_t session, frame; /* frame 0: none */
-};
-struct store_file_look {
-    bool on, written_over;
-    const volatile uint32_t *index;
+/* What matrig log knows of the file itself (store_log.c): of its header, and its size. */
+struct store_header {
+    uint32_t counter, pages, cookie;
     int64_t bytes;
-    struct timespec written;
-    struct store_checkpoints known;
-    uint8_t first_page[STORE_FIRST_PAGE];
-    size_t first_page_bytes;
-    struct store_newest newest, next; /* committed; to be committed */
-    int64_t version;                  /* of the content, when the session was last looked for */
 };
 
 struct store {
@@ -47,11 +31,13 @@ struct store {
     sqlite3_stmt *frames_put;
     struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
     unsigned waiting_count;
-    /* since the last statement that began while no other was running (store_guard.h) */
-    int64_t steps, rows;
-    int64_t guarded_bytes; /* of the file, when it was last looked at */
-    struct store_file_look look;
-    int refused; /* enum store_refusal, of the last call that failed */
+    int64_t steps;              /* since the last statement that began while no other was running */
+    struct store_header header; /* as it was last looked at; bytes 0: never */
+    bool overwritten;
+    int64_t session;                     /* that is logged; 0: none */
+    struct store_logged committed, next; /* of it; to be committed */
+    int64_t version;                     /* of the content, when the session was last looked for */
+    int refused;                         /* enum store_refusal, of the last call that failed */
 };
 
 /* Sets the error from SQLite's last one. Returns its status. */
@@ -60,9 +46,11 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
 enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
                              struct error *error);
 
-/* What people name in a campaign's place: a name that is not there (unless it is `made`), a folder,
- * a log. */
-enum mr_status store_mistaken(const char *path, bool made, struct error *error);
+/* Settings of every connection to a campaign: its schema is data, and cannot be written as a table.
+ * NULL: none. */
+void store_guard_settings(sqlite3 *database);
+/* From now on SQLite interrupts a statement that takes too many steps. */
+void store_limit_steps(struct store *store);
 
 /* Writes the frames that wait; before anything is read, and before a commit. */
 enum mr_status store_frames_flush(struct store *store, struct error *error);

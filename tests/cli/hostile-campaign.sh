@@ -78,24 +78,22 @@ a condition on a column|table series|DROP TABLE series; CREATE TABLE series(id I
 a computed index|index slow|CREATE INDEX slow ON frames(length(hex(zeroblob(10 + id))));
 a partial index|index some|CREATE INDEX some ON frames(id) WHERE length(hex(zeroblob(10))) > 0;
 an index that wants rows to be unique|index only|CREATE UNIQUE INDEX only ON landing_changes(landing);
-a virtual table|virtual table edges|DROP TABLE edges; CREATE VIRTUAL TABLE edges USING fts5(landing, count, position, tick, step_codes, board_us, links);
+a virtual table|table edges|DROP TABLE edges; CREATE VIRTUAL TABLE edges USING fts5(landing, count, position, tick, step_codes, board_us, links);
 a view disguised as a table|frames_film|PRAGMA writable_schema=ON; UPDATE sqlite_schema SET sql='CREATE VIEW frames_film AS $endless SELECT n FROM c' WHERE name='frames_film';
 a trigger disguised as an index|frames_by_landing|PRAGMA writable_schema=ON; UPDATE sqlite_schema SET sql='CREATE TRIGGER frames_by_landing BEFORE INSERT ON frames BEGIN SELECT 1; END' WHERE name='frames_by_landing';
 another table's text|gaps|DROP TABLE gaps; CREATE TABLE gaps(x); PRAGMA writable_schema=ON; UPDATE sqlite_schema SET sql='CREATE TABLE series(id, made_us, name)' WHERE name='gaps';
 EOL
 cp "$good" "$tmp/named.db" && sqlite3 "$tmp/named.db" "$(printf 'CREATE VIEW "a\n\033[31mb" AS SELECT 1')"
-check "a name is told without what a terminal obeys" refused 4 named 'view a\?\?\[31mb' $matrig landing DB
+check "a name is told without what a terminal obeys" refused 4 named 'view a  \[31mb' $matrig landing DB
 
-# ---- what a user may add ----
+# ---- tables of other kinds ----
 
-harmless() {
-    hostile harmless "CREATE TABLE my_notes(id INTEGER PRIMARY KEY, \"what I saw\" TEXT CHECK(length(\"what I saw\") < 100)); CREATE TABLE [my other](x);
-        INSERT INTO my_notes VALUES(1, 'wave'); CREATE UNIQUE INDEX mine ON my_notes(\"what I saw\"); CREATE INDEX frames_by_time ON frames(host_us, id DESC); ANALYZE;" &&
-        timeout 30 $matrig landing "$tmp/harmless.db" 1 --note text && timeout 60 $matrig --quiet report "$tmp/harmless.db" -o "$tmp/harmless.html" &&
-        timeout 60 $matrig bundle "$tmp/harmless.db" 1 -o "$tmp/harmless.bundle" && timeout 60 $matrig --quiet show "$tmp/harmless.bundle" 1 &&
-        [ "$(sqlite3 "$tmp/harmless.db" 'SELECT "what I saw" FROM my_notes')" = wave ]
-}
-check "tables and indices of the user's own are left alone, and are no hindrance" harmless
+hostile mine 'CREATE TABLE my_notes(id INTEGER PRIMARY KEY, "what I saw" TEXT)'
+check "a table of the user's own" refused 4 mine 'table my_notes' $matrig landing DB
+hostile lacks "DROP TABLE bringups"
+check "a table that is missing" refused 4 lacks 'no table bringups' $matrig landing DB
+hostile analysed ANALYZE
+check "what ANALYZE keeps is no hindrance" timeout 30 $matrig landing "$tmp/analysed.db" 1 --note text
 
 bundle() {
     $matrig bundle "$good" 1 -o "$tmp/whole.db" && $matrig --quiet report "$tmp/whole.db" -o "$tmp/whole.html" || return 1
@@ -149,6 +147,10 @@ with open(path, "r+b") as file:
     put(leaves[1], interior(leaves[0]))
     put(leaves[2], interior(leaves[1]))
     put(root, interior(leaves[2]))
+with sqlite3.connect(path) as db:
+    db.execute("PRAGMA writable_schema=ON")
+    db.execute("DELETE FROM sqlite_schema WHERE name='spare'")
+db.close()
 PYTHON
 }
 check "a table's pages are led in circles" circles endless 99

@@ -225,11 +225,12 @@ static void killed_in_a_transaction(void **state)
 
 /* Another program sets up the same new file between two questions of store_open to it, when it
  * can. */
-static int another_sets_it_up(unsigned event, void *context, void *statement, void *text)
+static int another_sets_it_up(void *context, int action, const char *pragma, const char *value,
+                              const char *database, const char *view)
 {
-    (void)event, (void)context;
-    if (!text || !strstr(sqlite3_sql(statement), "user_version"))
-        return 0;
+    (void)context, (void)value, (void)database, (void)view;
+    if (action != SQLITE_PRAGMA || strcmp(pragma, "user_version") != 0)
+        return SQLITE_OK;
     sqlite3_reset_auto_extension(); /* the other one is left in peace */
     sqlite3 *other;
     assert_int_equal(sqlite3_open(path, &other), SQLITE_OK);
@@ -239,13 +240,13 @@ static int another_sets_it_up(unsigned event, void *context, void *statement, vo
                      NULL, NULL, NULL) != SQLITE_OK)
         sqlite3_exec(other, "ROLLBACK", NULL, NULL, NULL);
     sqlite3_close(other);
-    return 0;
+    return SQLITE_OK;
 }
 static int watched(sqlite3 *database, const char **message,
                    const struct sqlite3_api_routines *routines)
 {
     (void)message, (void)routines;
-    return sqlite3_trace_v2(database, SQLITE_TRACE_STMT, another_sets_it_up, NULL);
+    return sqlite3_set_authorizer(database, another_sets_it_up, NULL);
 }
 static void a_new_file_is_seen_whole_or_not_at_all(void **unused)
 {

@@ -160,7 +160,7 @@ static void a_campaign_taken_away_is_found_out(void **state)
     assert_int_equal(store_copy_to(store, copy, &error), MR_OK);
     write_text(path, "another");
     write_text(journal, "its journal");
-    store_leave(store);
+    store_leave(store, true);
     assert_int_equal(access(path, F_OK), 0); /* what is there now is somebody else's */
     assert_int_equal(access(journal, F_OK), 0);
     assert_int_equal(number(copy, "SELECT started_us FROM sessions"), 5);
