@@ -50,7 +50,6 @@ check "the emulated board says the same, message by message" boards_say_the_same
 check "matrig log states the same of the landing" logs_agree
 check "a campaign is exported to the same CSV, MDF4 and candump" campaigns_agree
 check "its landing reads the same" same_of --json landing "$tmp/own.db" 1
-check "a landing is predicted the same" same_of --json predict "$tmp/own.db" 1
 check "and compared the same" same_of --json compare "$tmp/own.db" 1 host/scenes/model_runway.json
 check "the DBC is the same" same_of export --format dbc
 check "help is the same" same_of help

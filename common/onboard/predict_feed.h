@@ -1,6 +1,6 @@
 /* What goes into the predictor and what comes out as messages, each block: the part that the host
  * runs too, to say whether a board said what follows from its record
- * (host/analyse/predict_again.h). Pure. */
+ * (tests/again). Pure. */
 #ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 #define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 

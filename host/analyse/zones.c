@@ -8,6 +8,8 @@
 #include "common/wire.h"
 #include "host/store/store_predict.h"
 
+#define ZONES_QUIET (ZONES_HEARD_TEXT + 50)
+
 double zones_time_s(const struct measured *measured, const struct store_zone *zone)
 {
     return measured_block_s(measured, zone->block);
@@ -251,7 +253,8 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
 }
 
-void zones_quiet_text(const struct zones *zones, char out[ZONES_QUIET])
+/* "no warning", or that none was received and why one may have come nevertheless. */
+static void quiet_text(const struct zones *zones, char out[ZONES_QUIET])
 {
     char doubt[ZONES_HEARD_TEXT];
     if (zones_heard_doubt(&zones->heard, (double)INFINITY, doubt))
@@ -272,7 +275,7 @@ static void warned_answer(const struct zones *zones, struct answer *answer)
     const struct zone_warning *w = &zones->warning;
     char when[80], quiet[ZONES_QUIET], doubt[ZONES_HEARD_TEXT];
     zones_when(w, zones->heard.since_touchdown, when, sizeof when);
-    zones_quiet_text(zones, quiet);
+    quiet_text(zones, quiet);
     if (w->warned)
         answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
     else

@@ -55,9 +55,6 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
 void zones_free(struct zones *zones);
 /* The first warning and what came of it. `watched`: a board could have warned. */
 void zones_answer(const struct zones *zones, bool watched, struct answer *answer);
-/* "no warning", or that none was heard and why one may have come nevertheless. */
-#define ZONES_QUIET (ZONES_HEARD_TEXT + 50)
-void zones_quiet_text(const struct zones *zones, char out[ZONES_QUIET]);
 /* Why a warning before the first one may not have been heard. False: there is no reason, or no
  * warning. */
 bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT]);

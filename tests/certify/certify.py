@@ -19,7 +19,7 @@ sys.path.insert(0, os.path.dirname(__file__))
 import budget
 import runs
 
-MATRIG, BOARD = "build/matrig", "build/matrig-board"
+MATRIG, BOARD, AGAIN = "build/matrig", "build/matrig-board", "build/tests/again/again"
 CASES = "tests/certify/cases.txt"
 PAGE = "docs/measured/certification.md"
 AFTER_S = 1.2  # the board keeps the runway within that time after a run of tests/runs
@@ -193,7 +193,7 @@ def look(run, db):
     """What the campaign says of its landing, as a dictionary."""
     seen = {}
     show = json.loads(call(MATRIG, "--json", "show", db, "1"))
-    again = json.loads(call(MATRIG, "--json", "predict", db, "1", ok=(0, 1, 5)) or "{}").get("again", {})
+    again = json.loads(call(AGAIN, db, "1", ok=(0, 1, 5)) or "{}")
     with sqlite3.connect(db) as base:
         ask = lambda sql: base.execute(sql).fetchone()[0]
         block = ask("select min(block) from zones where landing = 1 and warning = 1")

@@ -97,8 +97,7 @@ cut_peaks_are_marked() {
         rm -f "$tmp/cut2.db"
         build/matrig log --serial "file:$tmp/cut2.serial" --db "$tmp/cut2.db" >"$tmp/cut2.txt" 2>"$tmp/cut.err" || grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1
         cat "$tmp/cut2.txt"
-        [ "$(grep -Ec "The record ends .*, while the gear $how: peaks" "$tmp/cut2.txt")" = 2 ] && ! grep -q '^  stop  *[0-9]\|not reached' "$tmp/cut2.txt" &&
-            build/matrig predict "$tmp/cut2.db" 1 | grep -q '^  left  *ahead of the gear when the record ends: ' || return 1
+        [ "$(grep -Ec "The record ends .*, while the gear $how: peaks" "$tmp/cut2.txt")" = 2 ] && ! grep -q '^  stop  *[0-9]\|not reached' "$tmp/cut2.txt" || return 1
     done <<'L'
 1.74 moves
 6.30 may still move

@@ -46,8 +46,8 @@ told_before() { # LANDINGS SPEED PROFILE
     python3 tests/board/chart.py tests/runs/landing5.run "$@" >"$tmp/told.run" && rm -f "$tmp/told.db" &&
         build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --rig "$tmp/told.run" 2>"$tmp/told.err" &&
         $matrig --quiet log --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --db "$tmp/told.db" >"$tmp/told.txt" &&
-        $matrig --json predict "$tmp/told.db" 1 >"$tmp/told.json" && grep -E 'risk of a zone|plan was' "$tmp/told.txt" &&
-        [ "$(sqlite3 :memory: "select json_extract(j, '$.again.statements') > 100 and json_extract(j, '$.again.differ') = 0 from (select cast(readfile('$tmp/told.json') as text) j)")" = 1 ]
+        build/tests/again/again "$tmp/told.db" 1 >"$tmp/told.json" && grep -E 'risk of a zone|plan was' "$tmp/told.txt" &&
+        [ "$(sqlite3 :memory: "select json_extract(j, '$.statements') > 100 and json_extract(j, '$.differ') = 0 from (select cast(readfile('$tmp/told.json') as text) j)")" = 1 ]
 }
 both_count() {
     told_before 0 35.5 0:7.0,1.5:7.0,1.7:8.5 && grep -q 'risk of a zone .* by chart and plan$' "$tmp/told.txt" && ! grep 'plan was not followed' "$tmp/told.txt" &&

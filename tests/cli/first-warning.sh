@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One landing, one first warning, one clock: seconds after touchdown by the board's clock, of the block in which the board decided. Log,
-# JSON, predict, report and make series say the same; what is another moment (received here) is named as such. Touchdown
+# JSON, report and make series say the same; what is another moment (received here) is named as such. Touchdown
 # and block are taken from the campaign's own tables and the exported zero, not from what is held against each other.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
@@ -21,23 +21,7 @@ in_its_json() {
     m --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/json.db" >"$tmp/log.json" || return 1
     same "$(json "$tmp/log.json" 'landings[0].zone.decided_block')" "$block" && same "$(printf '%.3f' "$(json "$tmp/log.json" 'landings[0].zone.t_s')")" "$want"
 }
-in_predict() { # what the board decided, and this computer's own predictor from the same readings
-    m predict "$db" 1 >"$tmp/predict.txt" && m --json predict "$db" 1 >"$tmp/predict.json" || return 1
-    grep "^  predictor  *first warning at [0-9.]* s after touchdown, by the board's clock" "$tmp/predict.txt" &&
-        grep "^  board  *first warning at $want s after touchdown, by the board's clock; decided in block $block$" "$tmp/predict.txt" &&
-        same "$(json "$tmp/predict.json" board_first_warning_block)" "$block" && same "$(json "$tmp/predict.json" again.first_warning_block)" "$block"
-}
-# Computed by another predictor from the same readings the moment may be another: it is one of the board's looks, on the board's clock, and
-# where it differs that is said.
-predicts_by_itself() {
-    local own own_s told
-    own=$(json "$tmp/predict.json" first_warning_block)
-    own_s=$(awk -v b="$own" -v z="$zero_us" 'BEGIN {printf "%.3f", (1000 * b - z) / 1e6}')
-    told=$(grep -c ' two computations: ' "$tmp/predict.txt")
-    echo "own block $own, $own_s s, told $told"
-    [ $((own % 10)) -eq 0 ] && grep -q "^  predictor  *first warning at $own_s s" "$tmp/predict.txt" && same "$(awk '/  warning[, ]/ {print $1; exit}' "$tmp/predict.txt")" "$own_s" &&
-        [ "$told" = "$([ "$own" = "$block" ] && echo 0 || echo 1)" ]
-}
+again() { build/tests/again/again "$db" 1 >"$tmp/again.json" && same "$(json "$tmp/again.json" first_warning_block)" "$block"; }
 in_the_report() {
     m --quiet report "$db" -o "$tmp/report.html" && grep -o "<dt>zone</dt><dd class=\"warn\">warned $want s after touchdown, decided in block $block</dd>" "$tmp/report.html" &&
         grep -q "<td[^>]*>$want</td>" "$tmp/report.html"
@@ -50,17 +34,10 @@ in_the_series() { # this landing alone, its own record
     grep -q "^    zone  *warned $from_s s after touchdown, decided in block $(sqlite3 "$tmp/series/campaign.db" 'select min(block) from zones where warning = 1')$" "$tmp/series.txt" &&
         grep -q 'seconds after touchdown, by the board' "$tmp/series.txt" && same "$from_s" "$want"
 }
-# A landing that others went before: the board was armed with what they left, which the readings of this one cannot tell.
-with_what_was_left() {
-    cp "$db" "$tmp/bare.db" && sqlite3 "$tmp/bare.db" 'delete from runways' && m --json predict "$tmp/bare.db" 1 >"$tmp/bare.json" &&
-        same "$(json "$tmp/bare.json" board_runway)" 0 && same "$(json "$tmp/predict.json" board_runway)" 1 && grep -q '^  begun with  *the runway that the board was armed with$' "$tmp/predict.txt"
-}
 check "landing 5 is warned of" it_warned
 check "the summary says when, and in which block" in_the_log
 check "so does its JSON" in_its_json
-check "predict has the same moment, as the board decided and as computed again" in_predict
-check "its own predictor's moment is on the same clock, and a difference is explained" predicts_by_itself
+check "computed again from the record it is the same" again
 check "so has the report" in_the_report
 check "make series has the same moment" in_the_series
-check "predict begins with the runway that the board was armed with" with_what_was_left
 finish

@@ -46,7 +46,6 @@ while read -r name words; do
 done <<EOL
 report report DB -o $tmp/none.html
 export export DB 1 --format csv -o $tmp/none.csv
-predict predict DB 1
 compare compare DB 1
 fit fit DB --draws 60 -j 1 --max-time 5
 replay replay DB 1
@@ -171,7 +170,7 @@ ends() {
 survives() { # SQL
     hostile values "$1" || return 1
     ends $matrig report "$tmp/values.db" -o "$tmp/values.html" && ends $matrig export "$tmp/values.db" 1 --format csv -o "$tmp/values.csv" &&
-        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" && ends $matrig predict "$tmp/values.db" 1 && ends $matrig --json live "$tmp/values.db" &&
+        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" && ends $matrig --json live "$tmp/values.db" &&
         ! grep -aiqE '(^|[^a-z])(inf|nan)([^a-z]|$)' "$tmp/values.csv"
 }
 while IFS='|' read -r what sql; do

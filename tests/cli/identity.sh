@@ -31,7 +31,7 @@ play() { # N
         $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/$1.txt" 2>"$tmp/$1.log"
 }
 ask() { sqlite3 "$db" "$1"; }
-again() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.again.$2')"; }
+again() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.$2')"; }
 # A landing in which the board saw a gear, by switches or, without any, by mats that moved at two transducers.
 met() { # N
     grep -q '^  touchdown' "$tmp/$1.txt" || [ "$(awk 'NF == 9 && $4 == "+-" && ($3 > 0.02 || $3 < -0.02)' "$tmp/$1.txt" | wc -l)" -ge 2 ]
@@ -39,7 +39,7 @@ met() { # N
 # One landing and what is known of the runway before it: from the board's own memory, of as many landings as it has seen a gear in.
 same() { # N LANDING-OF-ITS-SERIES
     if [ "$2" = 1 ]; then rolled=0; configure "$tmp/$1.set" || return 1; fi
-    play "$1" && $matrig --json predict "$db" "$1" >"$tmp/$1.json"
+    play "$1" && build/tests/again/again "$db" "$1" >"$tmp/$1.json"
     tail -n 20 "$tmp/$1.json"
     ask "select 'runway of', landings, 'rolled in', $rolled from runways where landing = $1"
     [ "$(again "$1" possible)$(again "$1" differ)" = 10 ] && [ "$(again "$1" statements)" -gt 20 ] &&

@@ -152,14 +152,6 @@ check "an error is coloured on a terminal" coloured ""
 check "not with NO_COLOR" sh -c "! { $(declare -f coloured); m=$m; coloured NO_COLOR=1; }"
 check "not in a file" sh -c "! $m nonsense 2>&1 | grep -q '$(printf '\033')'"
 
-# --- SI: every number of a length is 0.3048 of what it was ---
-si() {
-    $m predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/ft" && $m --si predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/m" &&
-        $m --si predict "$away/c.db" 1 | grep -Eq '^ +s +m +mats +m +m +mats +m +N ' &&
-        paste "$tmp/ft" "$tmp/m" | awk '{ a = $3 - 0.3048 * $1; b = $4 - 0.3048 * $2; if (a * a > 0.005 || b * b > 0.005) bad = 1; if ($1 > 1) n++ } END { print n; exit bad || n < 3 }'
-}
-check "predict in metres" si
-
 # --- one object with --json, whatever is asked ---
 object() { # WORD...: JSON and nothing else
     $m --quiet --json "$@" >"$tmp/o.json"
@@ -168,7 +160,7 @@ object() { # WORD...: JSON and nothing else
 db=$away/c.db
 printf '{"base": {"model": "chain", "N": 2, "F": 10, "tend": 0.001}, "vary": {"KL": [1e6, 2e6]}, "outputs": ["peak_u_ft"]}' >"$tmp/study.json"
 printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >"$tmp/readings.json"
-for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "series $db" "compare $db 1" "predict $db 1" "report $db -o $tmp/r.html" \
+for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "series $db" "compare $db 1" "report $db -o $tmp/r.html" \
     "export $db 1 --format csv -o $tmp/x.csv" "export --format dbc -o $tmp/x.dbc" "bundle $db 1 -o $tmp/bundle.db" "scale" "bands --design-only" \
     "sim host/scenes/friction_block.json" "error host/scenes/friction_block.json" "sweep $tmp/study.json" "sweep $tmp/study.json --cases 1..2" "sweep $tmp/study.json --cases 1..2 -o $tmp/s.jsonl" "sweep $tmp/study.json --table $tmp/s.jsonl" \
     "params $tmp/readings.json" "gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625" "survey $db --list" "live $db" help; do

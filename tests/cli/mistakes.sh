@@ -60,16 +60,6 @@ a_terminal() { # bytes that are no text stay away from it
     [ $status = 2 ] && grep -q 'binary data on a terminal' "$tmp/out" && [ "$(wc -c <"$tmp/out")" -lt 300 ] && [ "$(build/matrig export "$d/campaign.db" 1 --format mdf4 | head -c 3)" = MDF ]
 }
 check "no binary data on a terminal" a_terminal
-nothing_is_nan() { # of a landing, of one without its stop, of one that is torn, of a board that says another thing than its record
-    cp "$d/campaign.db" "$tmp/nan.db" && sqlite3 "$tmp/nan.db" "update predictions set compression_lb = null where block = (select max(block) from predictions)" || return 1
-    for of in "" --si; do
-        build/matrig --quiet $of predict "$d/campaign.db" 1 >"$tmp/out" || return 1
-        build/matrig --quiet $of predict "$tmp/nan.db" 1 >>"$tmp/out"
-        ! grep -inwE 'nan|inf' "$tmp/out" || return 1
-    done
-    grep -q 'DIFFER' "$tmp/out"
-}
-check "predict says nothing where there is nothing" nothing_is_nan
 left_as_it_was() { rm -f "$d"/campaign.db-*; [ "$before" = "$(cd "$d" && find . -type f -exec sha256sum {} + | sort)" ]; }
 check "none leaves anything behind" left_as_it_was
 finish

@@ -20,8 +20,8 @@ static const char *nearest(const char *word, const char *const *candidates)
 static void mistyped_words_find_theirs(void **state)
 {
     (void)state;
-    static const char *const commands[] = {"ready",  "log",     "live",    "survey", "report",
-                                           "replay", "compare", "predict", "sim",    NULL};
+    static const char *const commands[] = {"ready",  "log",     "live",   "survey", "report",
+                                           "replay", "compare", "params", "sim",    NULL};
     static const struct {
         const char *typed, *meant;
     } cases[] = {
@@ -32,7 +32,7 @@ static void mistyped_words_find_theirs(void **state)
         {"comapre", "compare"},
         {"surve", "survey"},
         {"surveys", "survey"},
-        {"predictor", "predict"},
+        {"paramss", "params"},
         {"simulate", "sim"},
         {"rdy", ""},
         {"fly", ""},

@@ -3,7 +3,7 @@
 
 #include "common/closure.h"
 #include "common/predictor.h"
-#include "host/analyse/gear.h"
+#include "tests/score/known_gear.h"
 #include "tests/score/score.h"
 
 #define NOISE_IN          0.0015

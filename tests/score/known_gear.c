@@ -1,4 +1,4 @@
-#include "host/analyse/gear.h"
+#include "tests/score/known_gear.h"
 
 #include <math.h>
 

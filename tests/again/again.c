@@ -1,5 +1,11 @@
-#include "host/analyse/predict_again.h"
-
+/* again DB RUN: the predictor of a recorded landing once more, on this computer, as the board ran
+ * it: the firmware's own way from block records and edges to the model (common/onboard/landing.h,
+ * common/onboard/predict_feed.h), armed with the runway and the parameters in the record. Its
+ * statements are compared with the board's, field by field, as the wire has them: the same bits
+ * make the same digits. One JSON object on stdout.
+ *
+ * Exit: 0 no difference, or it cannot be computed again ("lacks" names why); 1 a difference; else
+ * as matrig. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +16,27 @@
 #include "common/onboard/predict_feed.h"
 #include "common/risk.h"
 #include "common/watch.h"
+#include "host/base/cli.h"
+#include "host/store/store_predict.h"
+
+struct predict_again {
+    bool possible;     /* the record holds all that is needed */
+    const char *lacks; /* what it does not, when it is not possible */
+    /* statements of the board, and of the host in the blocks that the record has */
+    size_t said, made;
+    size_t fields, differ;
+    /* fields and statements that did not come, where the record says that frames were lost */
+    size_t lost;
+    /* the first that the record lacks: the comparison ends there; STORE_NONE: none */
+    int64_t lacks_block;
+    struct {
+        int64_t block;
+        char field[24];
+        double said, made; /* NaN: none */
+    } first;               /* difference */
+    size_t backlogs;
+    int64_t warned_block; /* that decided the first warning; STORE_NONE: none */
+};
 
 struct again {
     struct predict_again *result;
@@ -421,8 +448,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     return MR_OK;
 }
 
-enum mr_status predict_again(struct store *store, int64_t run, struct predict_again *result,
-                             struct error *error)
+static enum mr_status predict_again(struct store *store, int64_t run, struct predict_again *result,
+                                    struct error *error)
 {
     struct again *again = calloc(1, sizeof *again);
     if (!again)
@@ -449,4 +476,53 @@ enum mr_status predict_again(struct store *store, int64_t run, struct predict_ag
     free(again->gap);
     free(again);
     return status;
+}
+
+/* A number, null where there is none. */
+static void number(const char *name, double value)
+{
+    if (isnan(value))
+        printf("\"%s\":null,", name);
+    else
+        printf("\"%s\":%.17g,", name, value);
+}
+
+static void count(const char *name, int64_t value)
+{
+    number(name, value == STORE_NONE ? (double)NAN : (double)value);
+}
+
+int main(int argc, char **argv)
+{
+    struct error error = {0};
+    struct predict_again again;
+    struct store *store = NULL;
+    if (argc != 3) {
+        fprintf(stderr, "again: usage: again DB RUN\n");
+        return 2;
+    }
+    enum mr_status status = store_open(argv[1], STORE_READ, &store, &error);
+    if (status == MR_OK)
+        status = predict_again(store, atoll(argv[2]), &again, &error);
+    store_close(store);
+    if (status != MR_OK)
+        return cli_fail(&error);
+    printf("{\"possible\":%s,", again.possible ? "true" : "false");
+    count("statements", (int64_t)again.said);
+    count("made", (int64_t)again.made);
+    count("fields", (int64_t)again.fields);
+    count("differ", (int64_t)again.differ);
+    count("backlogs", (int64_t)again.backlogs);
+    count("first_warning_block", again.warned_block);
+    count("lost", (int64_t)again.lost);
+    count("lacks_block", again.lacks_block);
+    if (again.differ) {
+        printf("\"first\":{");
+        number("board", again.first.said);
+        number("host", again.first.made);
+        printf("\"block\":%lld,\"field\":\"%s\"},", (long long)again.first.block,
+               again.first.field);
+    }
+    printf("\"lacks\":\"%s\"}\n", again.lacks ? again.lacks : "");
+    return again.differ > 0;
 }

@@ -1,7 +1,7 @@
 /* The gear as a board knows it in the course of a landing: from the switch edges that it has named
  * so far (common/onboard/landing.c does the same, from blocks). Feet and seconds. */
-#ifndef MATRIG_HOST_ANALYSE_GEAR_H
-#define MATRIG_HOST_ANALYSE_GEAR_H
+#ifndef MATRIG_TESTS_SCORE_KNOWN_GEAR_H
+#define MATRIG_TESTS_SCORE_KNOWN_GEAR_H
 
 #include <stdbool.h>
 #include <stddef.h>
