@@ -61,16 +61,17 @@ is_ready() { # the channels that it has, and no word of others
     cat "$tmp/ready.txt"
     [ $status = 0 ] && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 11 ] && tail -n 1 "$tmp/ready.txt" | grep -q '^GO '
 }
-alone() { # NAME ARGUMENTS...: matrig against this board, serial alone
-    timeout 60 build/matrig-board --elf "$(elf_of "$1")" --serial "unix:$sockets/serial" --for 60 2>"$tmp/board.err" &
+alone() { # NAME ARGUMENTS...: matrig against this board, serial alone: $link
+    timeout 60 build/matrig-board --elf "$(elf_of "$1")" --serial "$link" --for 60 2>"$tmp/board.err" &
     board=$!
-    await test -S "$sockets/serial"
+    await test -e "$sockets/serial"
     timeout 60 $matrig --quiet "${@:2}" >"$tmp/said" 2>&1
     local status=$?
     stop_board
     cat "$tmp/said"
     return $status
 }
+link=unix:$sockets/serial
 says_its_kind() { alone discovery board --serial "unix:$sockets/serial" && grep -Eq '^kind of board +discovery$' "$tmp/said"; }
 is_refused() { # PATTERN ARGUMENTS of alone...
     alone "${@:2}"
@@ -114,8 +115,9 @@ check "a landing is not replayed on another board" no_replay_on_another
 check "discovery: go before a landing" is_ready
 check "discovery: it says which board it is" says_its_kind
 check "a configuration with channels that the board lacks is refused by name" no_configuration_of_another
-check "an image for another board is not flashed" is_refused 'the board is zg, and the image is for discovery' zg flash "unix:$sockets/serial" build/firmware/discovery/matrig.elf
-check "a board whose boot ROM would not hear does not go there" is_refused 'does not listen at its serial link' discovery flash "unix:$sockets/serial" build/firmware/discovery/matrig.elf --force
+link=pty:$sockets/serial # for stm32flash
+check "an image for another board is not flashed" is_refused 'the board is zg, and the image is for discovery' zg flash "$link" build/firmware/discovery/matrig.elf
+check "a board whose boot ROM would not hear does not go there" is_refused 'does not listen at its serial link' discovery flash "$link" build/firmware/discovery/matrig.elf --force
 check "a board that is none is refused" no_such_board
 check "the emulated board refuses an image for another" on_another_board
 check "flash files of another board are refused, and stay as they are" flash_of_another_board
