@@ -1,4 +1,4 @@
-#include "host/board/shunts.h"
+#include "host/board/gage_client.h"
 #include "host/analyse/bands.h"
 
 #include <math.h>

@@ -7,7 +7,7 @@
 #include <time.h>
 
 #include "host/base/xmalloc.h"
-#include "host/board/configplace.h"
+#include "host/board/config_text.h"
 #include "host/calibrate/points.h"
 #include "host/store/store_readiness.h"
 

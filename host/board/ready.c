@@ -11,7 +11,7 @@
 #include "common/staircase.h"
 #include "host/base/units.h"
 #include "host/base/wrap.h"
-#include "host/board/shunts.h"
+#include "host/board/gage_client.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/mistake.h"
 

@@ -13,10 +13,10 @@
 #include "common/catalogue.h"
 #include "common/config.h"
 #include "common/fault.h"
-#include "host/board/calibrationpast.h"
+#include "host/board/calibration_history.h"
 #include "host/board/certificates.h"
 #include "host/board/identity.h"
-#include "host/board/shunts.h"
+#include "host/board/gage_client.h"
 #include "host/link/timemap.h"
 
 #define READY_CHECKS          96u
@@ -76,7 +76,7 @@ struct ready_facts {
     bool before; /* the campaign has a landing of this board: the last one's */
     int64_t before_run, before_image, before_config; /* STORE_NONE: not known */
     float before_span_lb[MR_GAGES];                  /* last shunt calibration kept; NaN: none */
-    struct calibrationpast past;                     /* of the board's channels */
+    struct calibration_history past;                 /* of the board's channels */
     struct certificates certificates;                /* of their sensors */
     char changed[160];  /* what was said of a change just now; empty: nothing */
     char database[200]; /* what is wrong with it; empty: nothing */

@@ -4,7 +4,7 @@
 #define MATRIG_HOST_READY_CLIENT_H
 
 #include "common/block.h"
-#include "host/board/configwords.h"
+#include "host/board/config_client.h"
 #include "host/board/dialogue.h"
 #include "host/board/ready.h"
 #include "host/store/store.h"

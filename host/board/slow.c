@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "host/board/boxtalk.h"
+#include "host/board/box_client.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
 
@@ -14,7 +14,7 @@
 #define ROWS_MAX 4096u /* more than any board holds */
 
 struct fetch {
-    struct boxtalk *talk;
+    struct box_client *talk;
     char uid[IDENTITY_UID_TEXT];
     uint32_t first, next;    /* numbers the board may hold: first <= seq < next */
     bool *known;             /* by seq - first: in the database, or come */
@@ -60,7 +60,7 @@ static uint32_t first_missing(const struct fetch *fetch)
 /* Rows of the present boot were made so long before the newest block. */
 static void date_rows(struct fetch *fetch)
 {
-    const struct boxtalk *talk = fetch->talk;
+    const struct box_client *talk = fetch->talk;
     for (size_t i = 0; i < fetch->count; i++) {
         struct store_slow *row = &fetch->rows[i];
         if (talk->clock_known && row->boot == talk->slow_end.boot &&
@@ -87,8 +87,8 @@ static enum mr_status know(struct fetch *fetch, struct store *store, struct erro
 /* What the board holds, then all from the first that is missing, and again while more comes. */
 static enum mr_status receive(struct fetch *fetch, struct store *store, struct error *error)
 {
-    struct boxtalk *talk = fetch->talk;
-    enum mr_status status = boxtalk_slow(talk, SEQ_MAX, take_row, fetch, error);
+    struct box_client *talk = fetch->talk;
+    enum mr_status status = box_client_slow(talk, SEQ_MAX, take_row, fetch, error);
     if (status != MR_OK)
         return status;
     fetch->next = talk->slow_end.next_seq;
@@ -110,7 +110,7 @@ static enum mr_status receive(struct fetch *fetch, struct store *store, struct e
                         fetch->count != before;
          round++) {
         before = fetch->count;
-        status = boxtalk_slow(talk, first_missing(fetch), take_row, fetch, error);
+        status = box_client_slow(talk, first_missing(fetch), take_row, fetch, error);
     }
     return status;
 }
@@ -194,7 +194,7 @@ static int tell(const struct cli *cli, const struct fetch *fetch)
     return answer_show(cli, answer, 0);
 }
 
-int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv,
+int slow_fetch(const struct cli *cli, struct box_client *talk, const char *db, const char *csv,
                struct error *error)
 {
     struct fetch fetch = {.talk = talk};

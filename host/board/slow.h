@@ -6,14 +6,14 @@
 #include "host/base/cli.h"
 #include "host/store/store.h"
 
-struct boxtalk;
+struct box_client;
 
 /* A row as the database keeps it. `time_us` STORE_NONE: not known when it was made. */
 void slow_row(const struct mr_slowrow *row, const char *board_uid, int64_t time_us,
               struct store_slow *out);
 /* `matrig board slow`: what is missing in `db`, or all rows, to `csv`; either may be NULL. Returns
  * the exit code. */
-int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv,
+int slow_fetch(const struct cli *cli, struct box_client *talk, const char *db, const char *csv,
                struct error *error);
 
 #endif

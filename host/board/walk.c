@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 
 const char *const walk_names[WALK_KINDS] = {"switch", "transducer", "gage"};
 static const char *const verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"};
@@ -324,7 +324,7 @@ static bool learn(const struct walk *walk, struct mr_config *learned, struct lea
     }
     if (mr_config_check(learned, &reason) == MR_OK)
         return true;
-    configtext_reason(learned, &reason, why, size);
+    config_text_reason(learned, &reason, why, size);
     return false;
 }
 

@@ -19,7 +19,7 @@
 
 #include "common/block.h"
 #include "common/message.h"
-#include "host/board/crash.h"
+#include "host/board/health_client.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 #include "host/store/store_same.h"

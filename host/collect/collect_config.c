@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "common/wire.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "host/collect/collect_state.h"
 
 static bool is_whole(const struct side *side)
@@ -28,7 +28,7 @@ enum mr_status collect_config_word(struct collector *collector, struct side *sid
     if (word->offset != MR_CONFIG_WORDS - 1 || !is_whole(side) ||
         mr_config_decode(side->config_image, MR_CONFIG_IMAGE, &config) != MR_OK)
         return MR_OK;
-    char *text = configtext_write(&config);
+    char *text = config_text_write(&config);
     /* the last word is the CRC */
     enum mr_status status = store_configuration_put(collector->store, word->value, text, error);
     free(text);

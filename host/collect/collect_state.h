@@ -10,7 +10,7 @@
 #include "common/runway.h"
 #include "common/series.h"
 #include "common/slowrow.h"
-#include "host/board/crash.h"
+#include "host/board/health_client.h"
 #include "host/collect/account.h"
 #include "host/collect/collect.h"
 #include "host/collect/collect_rows.h"

@@ -7,8 +7,7 @@
 #include "host/base/quantity.h"
 #include "host/advise/advise.h"
 #include "host/advise/chart.h"
-#include "host/board/charttalk.h"
-#include "host/board/runwaytalk.h"
+#include "host/board/runway_client.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
@@ -136,16 +135,16 @@ static enum mr_status landings_of(struct store *store, const struct advise *advi
 
 /* The board is asked first: what it says may make all the computing idle. */
 static enum mr_status begin_load(const struct request *r, struct dialogue *dialogue,
-                                 struct runwaytalk *talk, struct error *error)
+                                 struct runway_client *talk, struct error *error)
 {
     enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error);
     if (status == MR_OK)
-        status = runwaytalk_begin(talk, dialogue, error);
-    return status == MR_OK ? runwaytalk_read(talk, error) : status;
+        status = runway_client_begin(talk, dialogue, error);
+    return status == MR_OK ? runway_client_read(talk, error) : status;
 }
 
 static enum mr_status load(const struct request *r, struct store *store,
-                           const struct advise *advise, struct runwaytalk *talk,
+                           const struct advise *advise, struct runway_client *talk,
                            struct error *error)
 {
     struct mr_risk_plan plan;
@@ -158,7 +157,7 @@ static enum mr_status load(const struct request *r, struct store *store,
                            talk->state.landings, landings, r->serial);
     if (status == MR_OK)
         status = advise_chart(advise, landings, &plan, error);
-    return status == MR_OK ? charttalk_give(talk->dialogue, &plan, error) : status;
+    return status == MR_OK ? runway_client_chart(talk->dialogue, &plan, error) : status;
 }
 
 static int run(const struct request *r, const struct cli *cli, const struct advise_request *request)
@@ -168,7 +167,7 @@ static int run(const struct request *r, const struct cli *cli, const struct advi
     struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
     struct dialogue dialogue = {0};
-    struct runwaytalk talk;
+    struct runway_client talk;
     enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
     if (status == MR_OK && r->load)
         status = begin_load(r, &dialogue, &talk, &error);

@@ -3,10 +3,10 @@
 #include <string.h>
 
 #include "common/command.h"
-#include "host/board/armtalk.h"
+#include "host/board/arm_client.h"
 #include "host/commands/commands.h"
 
-static json_t *to_json(const char *word, const struct armtalk *talk, const struct error *error)
+static json_t *to_json(const char *word, const struct arm_client *talk, const struct error *error)
 {
     json_t *json = json_pack("{sssb}", "command", word, "done", error->status == MR_OK);
     json_object_set_new(json, "state",
@@ -23,15 +23,15 @@ static json_t *to_json(const char *word, const struct armtalk *talk, const struc
 static int order(const char *can, const char *serial, const char *word, int32_t number,
                  const struct cli *cli)
 {
-    struct armtalk talk = {0};
+    struct arm_client talk = {0};
     struct dialogue dialogue;
     struct error error = {0};
     bool arm = strcmp(word, "arm") == 0;
     enum mr_status status = dialogue_open(&dialogue, can, serial, &error);
     if (status == MR_OK)
-        status = armtalk_begin(&talk, &dialogue, &error);
+        status = arm_client_begin(&talk, &dialogue, &error);
     if (status == MR_OK)
-        status = armtalk_order(&talk, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM, number, &error);
+        status = arm_client_order(&talk, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM, number, &error);
     dialogue_close(&dialogue);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (cli->json)
@@ -64,7 +64,7 @@ static int arm_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE,
                            "disarm takes no number: '%s'; see matrig board --help", words[1]);
     if (status == MR_OK && words[1])
-        status = cli_number(words[1], "the landing", 0, ARMTALK_LANDING_MOST, &number, &error);
+        status = cli_number(words[1], "the landing", 0, ARM_CLIENT_LANDING_MOST, &number, &error);
     if (status == MR_OK && number != (double)(int32_t)number)
         status = error_set(&error, MR_USAGE,
                            "the landing is a whole number: '%s'; 0, or none, counts on", words[1]);

@@ -7,10 +7,10 @@
 
 #include "common/boards.h"
 #include "host/base/answer.h"
-#include "host/board/board_health.h"
-#include "host/board/boxtalk.h"
-#include "host/board/configtalk.h"
-#include "host/board/configtext.h"
+#include "host/board/health_client.h"
+#include "host/board/box_client.h"
+#include "host/board/config_client.h"
+#include "host/board/config_text.h"
 #include "host/board/slow.h"
 #include "host/collect/boxfill.h"
 #include "host/base/help.h"
@@ -28,7 +28,7 @@ struct request {
     bool force;
 };
 
-static void record_answer(const struct boxtalk_record *r, struct answer *answer)
+static void record_answer(const struct box_client_record *r, struct answer *answer)
 {
     answer_count(answer, "record", "record", r->record.record);
     answer_count(answer, "landing", "landing", r->record.landing);
@@ -43,7 +43,7 @@ static void record_answer(const struct boxtalk_record *r, struct answer *answer)
                  r->record.complete ? "closed" : "not closed: the power went");
 }
 
-static int list(const struct request *request, const struct boxtalk *talk)
+static int list(const struct request *request, const struct box_client *talk)
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_words(answer, "state", "black box", "%s", mr_box_condition_text(talk->state.state));
@@ -100,8 +100,8 @@ static bool holds_record(const char *path, uint16_t record)
     return only && got == 0 && pages > 0;
 }
 
-static int tell_read(const struct request *request, const struct boxtalk_record *r, size_t absent,
-                     const struct boxfill *filled)
+static int tell_read(const struct request *request, const struct box_client_record *r,
+                     size_t absent, const struct boxfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
     record_answer(r, answer);
@@ -123,10 +123,10 @@ static int tell_read(const struct request *request, const struct boxtalk_record 
 
 /* The record names the configuration that it was recorded by; the board tells it as long as it is
  * in force. Without it only replay does worse, so what fails here is told and no more. */
-static enum mr_status keep_configuration(const struct request *request, struct boxtalk *talk,
+static enum mr_status keep_configuration(const struct request *request, struct box_client *talk,
                                          struct store *store, int64_t run, struct error *error)
 {
-    static struct configtalk other;
+    static struct config_client other;
     static struct mr_config config;
     struct store_landing landing;
     struct error why = {0};
@@ -139,10 +139,10 @@ static enum mr_status keep_configuration(const struct request *request, struct b
     free(text);
     if (status != MR_OK || there)
         return status;
-    if (configtalk_begin(&other, talk->dialogue, &why) == MR_OK)
-        (void)configtalk_get(&other, &config, &crc, &why);
+    if (config_client_begin(&other, talk->dialogue, &why) == MR_OK)
+        (void)config_client_get(&other, &config, &crc, &why);
     if (why.status == MR_OK && crc == (uint32_t)landing.config_crc) {
-        text = configtext_write(&config);
+        text = config_text_write(&config);
         status = store_configuration_put(store, crc, text, error);
         free(text);
     } else {
@@ -154,10 +154,10 @@ static enum mr_status keep_configuration(const struct request *request, struct b
     return status;
 }
 
-static int read_record(const struct request *request, struct boxtalk *talk, uint16_t number,
+static int read_record(const struct request *request, struct box_client *talk, uint16_t number,
                        struct error *error)
 {
-    const struct boxtalk_record *r = NULL;
+    const struct box_client_record *r = NULL;
     struct boxfill filled = {0};
     for (size_t i = 0; i < talk->count; i++) {
         if (talk->records[i].record.record == number)
@@ -175,7 +175,7 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
         abort();
     take_file(request->file, number, pages, present, count);
     struct error broken = {0};
-    enum mr_status status = boxtalk_read(talk, r, pages, present, &broken);
+    enum mr_status status = box_client_read(talk, r, pages, present, &broken);
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
     if (request->file) /* also what came before the link broke: the next call goes on from there */
@@ -202,17 +202,17 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
                          struct error *error)
 {
     struct dialogue dialogue;
-    struct boxtalk *talk = calloc(1, sizeof *talk);
+    struct box_client *talk = calloc(1, sizeof *talk);
     int exit_code;
     if (!talk)
         abort();
     enum mr_status status = dialogue_open(&dialogue, NULL, request->serial, error);
     if (status == MR_OK)
-        status = boxtalk_begin(talk, &dialogue, error);
+        status = box_client_begin(talk, &dialogue, error);
     if (status == MR_OK)
-        status = strcmp(verb, "free") == 0 ? boxtalk_free(talk, number, error)
+        status = strcmp(verb, "free") == 0 ? box_client_free(talk, number, error)
                : strcmp(verb, "slow") == 0 ? MR_OK
-                                           : boxtalk_list(talk, error);
+                                           : box_client_list(talk, error);
     if (status != MR_OK)
         exit_code = cli_fail(error);
     else if (strcmp(verb, "slow") == 0)

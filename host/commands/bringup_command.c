@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host/base/answer.h"
-#include "host/board/bringup_judge.h"
+#include "host/board/bringup.h"
 #include "host/commands/commands.h"
 #include "host/store/store_bringup.h"
 

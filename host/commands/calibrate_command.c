@@ -8,11 +8,11 @@
 
 #include "common/gain.h"
 #include "host/base/answer.h"
-#include "host/board/calibrationpast.h"
+#include "host/board/calibration_history.h"
 #include "host/board/certificates.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "host/calibrate/fit.h"
-#include "host/board/guided.h"
+#include "host/board/gage_client.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
@@ -110,7 +110,7 @@ static enum mr_status write_config(const struct request *r, const struct mr_conf
     struct output output;
     if (output_begin(&output, r->output, error) != MR_OK)
         return error->status;
-    char *text = configtext_write(config);
+    char *text = config_text_write(config);
     if (r->changed)
         write_changed(r, jump, &config->channel[r->channel], output.file);
     fputs(text, output.file);
@@ -152,7 +152,7 @@ struct last {
 static enum mr_status find_last(const struct request *r, const struct mr_channel_config *old,
                                 struct last *last, struct error *error)
 {
-    struct calibrationpast past = {.run = {0}};
+    struct calibration_history past = {.run = {0}};
     *last = (struct last){.channel = *old,
                           .text = old->calibrated_day ? "the last calibration"
                                                       : "the configuration"};
@@ -168,7 +168,7 @@ static enum mr_status find_last(const struct request *r, const struct mr_channel
                            "%s; matrig ready DB comes first",
                            r->db);
     if (status == MR_OK)
-        status = calibrationpast_read(last->store, last->uid, &past, error);
+        status = calibration_history_read(last->store, last->uid, &past, error);
     if (status == MR_OK && past.channel[r->channel].kind != MR_KIND_NONE) {
         last->channel = past.channel[r->channel];
         last->text = "the campaign";
@@ -185,7 +185,7 @@ static enum mr_status check_gain(const struct request *r, const struct mr_config
     const struct mr_channel_config *channel = &config->channel[r->channel];
     (void)jump_find(&last->channel, channel, jump);
     if (mr_config_check(config, &reason) != MR_OK) {
-        configtext_reason(config, &reason, text, sizeof text);
+        config_text_reason(config, &reason, text, sizeof text);
         return error_set(error, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
     }
     if (!jump->gain && !jump->zero)
@@ -215,8 +215,8 @@ static enum mr_status keep(const struct request *r, const struct mr_config *conf
     if (status == MR_OK && r->output)
         status = write_config(r, config, &jump, error);
     if (status == MR_OK && r->changed && last.store)
-        status = calibrationpast_say(last.store, last.uid, config, 1u << r->channel, r->changed,
-                                     (int64_t)link_now_us(), error);
+        status = calibration_history_say(last.store, last.uid, config, 1u << r->channel, r->changed,
+                                         (int64_t)link_now_us(), error);
     store_close(last.store);
     return status;
 }
@@ -228,7 +228,7 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     struct calibrate_fit fit;
     const struct calibrate_guided guided = {r->cli, r->serial, r->word, r->channel,
                                             r->unit ? r->unit : unit_read(unit_text(r), 2)};
-    enum mr_status status = r->config ? configtext_load(r->config, &config, error) : MR_OK;
+    enum mr_status status = r->config ? config_text_load(r->config, &config, error) : MR_OK;
     if (status == MR_OK)
         status = r->points ? calibrate_points_read(r->points, unit_kind(r), r->unit, &points, error)
                            : calibrate_guide(&guided, &config, &points, error);
@@ -264,7 +264,7 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
 static enum mr_status enter_certificate(const struct request *r, struct error *error)
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
-    struct calibrationpast past;
+    struct calibration_history past;
     struct store *store = NULL;
     enum mr_status status = certificates_parse(r->certificate, &row, error);
     if (status == MR_OK)
@@ -275,7 +275,7 @@ static enum mr_status enter_certificate(const struct request *r, struct error *e
         status = error_set(error, MR_UNKNOWN,
                            "the campaign has no board yet: %s; run matrig ready DB first", r->db);
     if (status == MR_OK)
-        status = calibrationpast_read(store, row.board_uid, &past, error);
+        status = calibration_history_read(store, row.board_uid, &past, error);
     if (status == MR_OK) {
         const struct mr_channel_config *fitted = &past.channel[r->channel];
         snprintf(row.sensor, sizeof row.sensor, "%.*s", (int)sizeof fitted->serial,
@@ -334,7 +334,7 @@ static enum mr_status recompute(const struct request *r, struct error *error)
     json_t *list = json_array();
     const struct store_recalibration how = {(int64_t)link_now_us(),
                                             r->who ? r->who : getenv("USER"), r->reason, r->zeros};
-    enum mr_status status = configtext_load(r->recompute, &config, error);
+    enum mr_status status = config_text_load(r->recompute, &config, error);
     if (status == MR_OK)
         status = store_open(r->word, STORE_OPEN, &store, error);
     if (status == MR_OK)

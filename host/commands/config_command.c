@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "host/board/buslisten.h"
-#include "host/board/calibrationpast.h"
-#include "host/board/configtalk.h"
-#include "host/board/configtext.h"
+#include "host/board/calibration_history.h"
+#include "host/board/config_client.h"
+#include "host/board/config_text.h"
 #include "host/calibrate/jump.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
@@ -24,7 +24,7 @@ struct request {
 
 struct session {
     struct dialogue dialogue;
-    struct configtalk talk;
+    struct config_client talk;
     struct mr_config config; /* in force */
     uint32_t crc;
 };
@@ -52,7 +52,7 @@ static void note_unsound(const struct cli *cli, const struct mr_config *config)
     char why[500];
     if (mr_config_check(config, &reason) == MR_OK)
         return;
-    configtext_reason(config, &reason, why, sizeof why);
+    config_text_reason(config, &reason, why, sizeof why);
     cli_note(cli, "the board's configuration is not sound: %s", why);
 }
 
@@ -63,9 +63,9 @@ static enum mr_status open_session(const struct request *request, struct session
     const char *can = request->serial ? NULL : request->can; /* else it is there to listen to */
     enum mr_status status = dialogue_open(&session->dialogue, can, request->serial, error);
     if (status == MR_OK)
-        status = configtalk_begin(&session->talk, &session->dialogue, error);
+        status = config_client_begin(&session->talk, &session->dialogue, error);
     if (status == MR_OK)
-        status = configtalk_get(&session->talk, &session->config, &session->crc, error);
+        status = config_client_get(&session->talk, &session->config, &session->crc, error);
     return status;
 }
 
@@ -79,7 +79,7 @@ static int get(const struct request *request, struct error *error)
     if (status == MR_OK)
         status = open_session(request, &session, error);
     const struct mr_config_state *state = &session.talk.state;
-    char *text = status == MR_OK ? configtext_write(&session.config) : NULL;
+    char *text = status == MR_OK ? config_text_write(&session.config) : NULL;
     if (status == MR_OK && request->output)
         status = output_bytes(request->output, text, strlen(text), error);
     if (status == MR_OK) {
@@ -128,9 +128,9 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     static struct mr_config back;
     static uint8_t image[MR_CONFIG_IMAGE];
     uint32_t crc;
-    enum mr_status status = configtalk_set(&session->talk, wanted, error);
+    enum mr_status status = config_client_set(&session->talk, wanted, error);
     if (status == MR_OK)
-        status = configtalk_get(&session->talk, &back, &crc, error);
+        status = config_client_get(&session->talk, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
         return error_set(error, MR_CRC,
                          "what reads back is not what was sent, CRC %08x: %s; read it again", crc,
@@ -143,7 +143,8 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
  * Refused when it jumped, unless it was said why. A zero that moved is told; matrig ready holds it
  * against the campaign. `*said`: bit per channel that differs from the board's, when something was
  * said of it. */
-static enum mr_status hold_gains(const struct request *request, const struct calibrationpast *past,
+static enum mr_status hold_gains(const struct request *request,
+                                 const struct calibration_history *past,
                                  const struct mr_config *old, const struct mr_config *new,
                                  uint32_t *said, struct error *error)
 {
@@ -178,8 +179,8 @@ static enum mr_status keep_note(const struct request *request, const struct sess
 {
     char uid[IDENTITY_UID_TEXT];
     identity_uid_text(&session->dialogue.identity, uid);
-    return calibrationpast_say(store, uid, config, channels, request->changed,
-                               (int64_t)link_now_us(), error);
+    return calibration_history_say(store, uid, config, channels, request->changed,
+                                   (int64_t)link_now_us(), error);
 }
 
 /* ---- another base on CAN ---- */
@@ -265,18 +266,18 @@ static int set(const struct request *request, struct error *error)
 {
     static struct session session;
     static struct mr_config wanted;
-    struct calibrationpast past = {.run = {0}};
+    struct calibration_history past = {.run = {0}};
     struct store *store = NULL;
     uint32_t said = 0;
     int exit_code = 0;
     json_t *changes = json_array();
-    enum mr_status status = configtext_load(request->file, &wanted, error);
+    enum mr_status status = config_text_load(request->file, &wanted, error);
     if (status == MR_OK)
         status = open_session(request, &session, error);
     uint32_t revision = session.config.site[0].revision, own_revision = wanted.site[0].revision;
     wanted.site[0].revision = revision;
     unsigned count = status == MR_OK
-                       ? configtext_compare(&session.config, &wanted, add_change, changes)
+                       ? config_text_compare(&session.config, &wanted, add_change, changes)
                        : 0;
     if (status == MR_OK && count && own_revision != revision)
         status = error_set(error, MR_LIMIT,
@@ -289,7 +290,7 @@ static int set(const struct request *request, struct error *error)
         identity_uid_text(&session.dialogue.identity, uid);
         status = store_open(request->db, STORE_CREATE, &store, error);
         if (status == MR_OK)
-            status = calibrationpast_read(store, uid, &past, error);
+            status = calibration_history_read(store, uid, &past, error);
     }
     if (status == MR_OK && count)
         status = hold_gains(request, &past, &session.config, &wanted, &said, error);
@@ -336,7 +337,7 @@ static int set(const struct request *request, struct error *error)
 static enum mr_status check_past(const struct request *request, const struct mr_config *config,
                                  struct error *error)
 {
-    struct calibrationpast past = {.run = {0}};
+    struct calibration_history past = {.run = {0}};
     struct store *store = NULL;
     char uid[IDENTITY_UID_TEXT];
     uint32_t said;
@@ -344,7 +345,7 @@ static enum mr_status check_past(const struct request *request, const struct mr_
     if (status == MR_OK)
         status = store_board_newest(store, uid, error);
     if (status == MR_OK)
-        status = calibrationpast_read(store, uid, &past, error);
+        status = calibration_history_read(store, uid, &past, error);
     store_close(store);
     return status == MR_OK ? hold_gains(request, &past, NULL, config, &said, error) : status;
 }
@@ -353,7 +354,7 @@ static int check(const struct request *request, struct error *error)
 {
     static struct mr_config config;
     static uint8_t image[MR_CONFIG_IMAGE];
-    enum mr_status status = configtext_load(request->file, &config, error);
+    enum mr_status status = config_text_load(request->file, &config, error);
     if (status == MR_OK && request->db)
         status = check_past(request, &config, error);
     if (status != MR_OK)

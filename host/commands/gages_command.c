@@ -8,13 +8,12 @@
 #include "common/bridge.h"
 #include "common/command.h"
 #include "host/base/answer.h"
-#include "host/board/shunts.h"
-#include "host/board/gagetalk.h"
+#include "host/board/gage_client.h"
 #include "host/commands/commands.h"
 
 /* ---- what came ---- */
 
-static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
+static void shunts_answer(const struct gage_client *talk, struct answer *answer)
 {
     answer_table(answer, "shunts", "");
     for (unsigned i = 0; i < talk->shunts.count; i++) {
@@ -34,7 +33,7 @@ static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
+static void zeros_answer(const struct gage_client *talk, struct answer *answer)
 {
     answer_table(answer, "zeros", "");
     for (unsigned i = 0; i < talk->zeros; i++) {
@@ -53,7 +52,7 @@ static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static int tell(const struct cli *cli, const struct gagetalk *talk, unsigned code)
+static int tell(const struct cli *cli, const struct gage_client *talk, unsigned code)
 {
     bool good = talk->ack.status == MR_OK;
     struct answer *answer = answer_new(cli->si);
@@ -72,12 +71,12 @@ static int talk_to_board(const struct cli *cli, const char *serial, unsigned cod
 {
     struct error error = {0};
     struct dialogue dialogue;
-    struct gagetalk *talk = calloc(1, sizeof *talk);
+    struct gage_client *talk = calloc(1, sizeof *talk);
     if (!talk)
         abort();
     enum mr_status status = dialogue_open(&dialogue, NULL, serial, &error);
     if (status == MR_OK)
-        status = gagetalk_order(talk, &dialogue, code, argument, &error);
+        status = gage_client_order(talk, &dialogue, code, argument, &error);
     dialogue_close(&dialogue);
     int exit_code = status == MR_OK ? tell(cli, talk, code) : cli_fail(&error);
     free(talk);

@@ -10,7 +10,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include "host/board/image_symbols.h"
+#include "host/board/health_client.h"
 #include "host/commands/commands.h"
 #include "host/link/rx_diagnostics.h"
 #include "host/log/logger.h"

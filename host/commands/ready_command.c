@@ -9,7 +9,7 @@
 #include <time.h>
 
 #include "common/channels.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "host/board/ready_client.h"
 #include "host/board/walk.h"
 #include "host/calibrate/jump.h"
@@ -110,9 +110,9 @@ static enum mr_status say_changed(const char *text, struct store *store, struct 
     identity_uid_text(&f->identity, uid);
     note += 1 + strspn(note + 1, " ");
     snprintf(f->changed, sizeof f->changed, "%.*s", (int)sizeof f->changed - 1, text);
-    enum mr_status status = calibrationpast_say(store, uid, &f->config, channels, note,
-                                                (int64_t)link_now_us(), error);
-    return status == MR_OK ? calibrationpast_read(store, uid, &f->past, error) : status;
+    enum mr_status status = calibration_history_say(store, uid, &f->config, channels, note,
+                                                    (int64_t)link_now_us(), error);
+    return status == MR_OK ? calibration_history_read(store, uid, &f->past, error) : status;
 }
 
 static enum mr_status examine(const struct request *request, struct store *store,
@@ -259,7 +259,7 @@ static enum mr_status learn(const struct walking *w, struct ready_report *report
     static struct mr_config learned;
     if (!walk_learn(&w->walk, &learned, report))
         return MR_OK;
-    char *text = configtext_write(&learned);
+    char *text = config_text_write(&learned);
     enum mr_status status = output_bytes(w->request->learn, text, strlen(text), error);
     free(text);
     if (status == MR_OK)
@@ -332,7 +332,7 @@ static enum mr_status expected(const char *text, struct ready_facts *facts, stru
     if (strlen(text) == 8 && *end == '\0')
         return MR_OK;
     facts->expected_config = &config;
-    return configtext_load(text, &config, error);
+    return config_text_load(text, &config, error);
 }
 
 static enum mr_status check_request(const struct request *r, struct error *error)

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "host/commands/commands.h"
 #include "host/base/place.h"
 #include "host/base/scratch.h"
@@ -94,7 +94,7 @@ static enum mr_status give_configuration(struct replay *replay, struct store *st
                               ? MR_OK
                               : store_configuration_get(store, (uint32_t)crc, &text, error);
     if (status == MR_OK && text)
-        status = configtext_read(text, replay->db, &config, error);
+        status = config_text_read(text, replay->db, &config, error);
     replay->board.flash = status == MR_OK && text && config.site[0].revision > 0;
     replay->board.can_base = replay->board.flash ? config.site[0].can_base : 0;
     free(text);

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "host/base/answer.h"
-#include "host/board/runwaytalk.h"
+#include "host/board/runway_client.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
@@ -43,7 +43,7 @@ static unsigned closed_of(const struct mr_predictor_state *state)
     return closed;
 }
 
-static int print(const struct runwaytalk *talk, const struct cli *cli)
+static int print(const struct runway_client *talk, const struct cli *cli)
 {
     const struct mr_predictor_state *state = &talk->state;
     const struct mr_runway_store *stored = &talk->stored;
@@ -154,17 +154,17 @@ static enum mr_status read_file(const char *path, struct mr_predictor_state *sta
 }
 
 /* `state`: to be given. */
-static enum mr_status do_verb(struct runwaytalk *talk, struct dialogue *dialogue, const char *verb,
-                              const struct mr_predictor_state *state, const char *out,
-                              struct error *error)
+static enum mr_status do_verb(struct runway_client *talk, struct dialogue *dialogue,
+                              const char *verb, const struct mr_predictor_state *state,
+                              const char *out, struct error *error)
 {
-    enum mr_status status = runwaytalk_begin(talk, dialogue, error);
+    enum mr_status status = runway_client_begin(talk, dialogue, error);
     if (status == MR_OK && strcmp(verb, "load") == 0)
-        status = runwaytalk_give(talk, state, error);
+        status = runway_client_give(talk, state, error);
     if (status == MR_OK && strcmp(verb, "forget") == 0)
-        status = runwaytalk_forget(talk, error);
+        status = runway_client_forget(talk, error);
     if (status == MR_OK)
-        status = runwaytalk_read(talk, error);
+        status = runway_client_read(talk, error);
     return status == MR_OK && out ? write_file(out, &talk->state, error) : status;
 }
 
@@ -208,7 +208,7 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
     if (status != MR_OK)
         return cli_fail(&error);
     struct dialogue dialogue;
-    struct runwaytalk *talk = calloc(1, sizeof *talk);
+    struct runway_client *talk = calloc(1, sizeof *talk);
     if (!talk)
         abort();
     status = dialogue_open(&dialogue, NULL, r.serial, &error);

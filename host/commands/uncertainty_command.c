@@ -12,7 +12,7 @@
 #include "host/base/html.h"
 #include "host/base/output.h"
 #include "host/board/certificates.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "host/calibrate/budget.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
@@ -79,7 +79,7 @@ static enum mr_status load_landing(struct store *store, const struct request *r,
                                          error);
     if (status == MR_OK)
         status = store_is_recalibrated(store, s->run, &corrected, error);
-    s->config_known = text && configtext_read(text, "", &s->config, &unread) == MR_OK;
+    s->config_known = text && config_text_read(text, "", &s->config, &unread) == MR_OK;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES && corrected; i++)
         s->config.channel[i].calibrated_day += s->config.channel[i].calibrated_day == 0;
     free(text);
@@ -92,7 +92,7 @@ static enum mr_status load(const struct request *r, struct subject *s, struct er
     char uid[25] = "";
     enum mr_status status = store_open(r->words[0], STORE_READ, &store, error);
     if (status == MR_OK && r->config) {
-        status = configtext_load(r->config, &s->config, error);
+        status = config_text_load(r->config, &s->config, error);
         s->config_known = true;
     } else if (status == MR_OK) {
         status = load_landing(store, r, s, error);

@@ -9,7 +9,7 @@
 #include <sys/random.h>
 #include <time.h>
 
-#include "host/board/armtalk.h"
+#include "host/board/arm_client.h"
 #include "host/base/steady.h"
 
 /* a minute: 50 of messages, 20 of readings and 5 of state a second */
@@ -553,7 +553,7 @@ bool live_hub_ended(struct live_hub *hub)
 enum mr_status live_hub_order(struct live_hub *hub, unsigned code, int32_t argument,
                               int64_t until_us, enum mr_status *answer)
 {
-    struct timespec until = after_ms(1000 * ARMTALK_ANSWER_S);
+    struct timespec until = after_ms(1000 * ARM_CLIENT_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
     if ((int64_t)link_now_us() >= until_us)
         return MR_LIMIT;

@@ -11,7 +11,7 @@
 #include <sys/socket.h>
 
 #include "common/command.h"
-#include "host/board/armtalk.h"
+#include "host/board/arm_client.h"
 #include "host/base/assets.h"
 
 #define CONNECTIONS   64u
@@ -183,7 +183,7 @@ static unsigned run_order(struct live_server *server, const json_t *body, json_t
     }
     enum mr_status status = live_hub_order(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
                                            (int32_t)number, json_integer_value(until), &of_board);
-    snprintf(refused, sizeof refused, "refused: %s", armtalk_refusal(of_board));
+    snprintf(refused, sizeof refused, "refused: %s", arm_client_refusal(of_board));
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
                       : status == MR_LIMIT   ? "the order came too late: give it again"
                       : status != MR_OK   ? "another order is under way, or this view only watches"

@@ -12,7 +12,7 @@
 #define MATRIG_HOST_LOG_LOGGER_H
 
 #include "common/command.h"
-#include "host/board/crash.h"
+#include "host/board/health_client.h"
 #include "host/base/cli.h"
 #include "host/collect/collect.h"
 #include "host/collect/quicklook.h"

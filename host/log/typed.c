@@ -6,11 +6,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/board/armtalk.h"
+#include "host/board/arm_client.h"
 #include "host/log/logger.h"
 #include "host/base/steady.h"
 
-#define ANSWER_US (1000000u * ARMTALK_ANSWER_S)
+#define ANSWER_US (1000000u * ARM_CLIENT_ANSWER_S)
 #define ASKED_US  30000000u /* a question that nobody answers is over */
 #define TYPING_US 15000000u
 #define HELP      "arm [N], N from 0 to 65535 (none: the board counts on), or disarm"
@@ -128,7 +128,7 @@ static const char *what_is_recorded(const struct logger *logger)
     for (unsigned i = 0; i < logger->boards; i++) {
         struct collector_progress p;
         collector_progress(logger->board[i].collector, &p);
-        if (armtalk_recording(p.state) && p.run)
+        if (arm_client_recording(p.state) && p.run)
             return mr_landing_state_text(p.state);
     }
     return NULL;
@@ -146,7 +146,7 @@ static void take_command(struct logger *logger, const char *line)
     if (mr_command_parse(line, 0, &typed->command) != MR_OK ||
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
-        typed->command.argument < 0 || typed->command.argument > ARMTALK_LANDING_MOST) {
+        typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MOST) {
         say(logger, "no command: '%.40s'; %s\n", line, HELP);
         return;
     }
@@ -184,7 +184,7 @@ static void take_answer(struct logger *logger, unsigned i)
             say(logger, "%sed%s\n", name, at);
         else
             say(logger, "%s refused%s: %s\n", name, at,
-                armtalk_refusal((enum mr_status)answer->status));
+                arm_client_refusal((enum mr_status)answer->status));
     } else if (steady_us() > typed->until_us) {
         typed->sent &= ~(1u << i);
         say(logger,

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "host/report/report.h"
 #include "host/store/store_recalibrate.h"
 
@@ -20,7 +20,7 @@ static enum mr_status load_config(struct store *store, struct report_landing *la
     if (status == MR_OK && text) {
         landing->config = malloc(sizeof *landing->config);
         if (landing->config &&
-            configtext_read(text, "configuration", landing->config, &ignored) != MR_OK) {
+            config_text_read(text, "configuration", landing->config, &ignored) != MR_OK) {
             free(landing->config);
             landing->config = NULL;
         }

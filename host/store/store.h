@@ -77,7 +77,7 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
                               struct error *error);
 
-/* A whole configuration as text (host/board/configtext.h), by the CRC that landings name. One that
+/* A whole configuration as text (host/board/config_text.h), by the CRC that landings name. One that
  * is there already stays as it is. */
 enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
                                        struct error *error);

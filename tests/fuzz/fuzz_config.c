@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -13,9 +13,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     FUZZ_REQUIRE(text);
     memcpy(text, data, size);
     text[size] = '\0';
-    if (configtext_read(text, "fuzz", &config, &error) == MR_OK) {
-        char *written = configtext_write(&config);
-        FUZZ_REQUIRE(written && configtext_read(written, "fuzz", &again, &error) == MR_OK);
+    if (config_text_read(text, "fuzz", &config, &error) == MR_OK) {
+        char *written = config_text_write(&config);
+        FUZZ_REQUIRE(written && config_text_read(written, "fuzz", &again, &error) == MR_OK);
         uint8_t one[MR_CONFIG_IMAGE], two[MR_CONFIG_IMAGE];
         mr_config_encode(&config, one);
         mr_config_encode(&again, two);

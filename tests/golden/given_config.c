@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "firmware/config.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "tests/golden/golden.h"
 
 #define FLASH_PLACE 0x8000u /* of copy A: sector 2 */
@@ -21,7 +21,7 @@ char *given_config_take(uint32_t crc)
             4,
             "recorded under another configuration than the one that is built in; record with that");
     own.site[0].revision = REVISION;
-    char *text = configtext_write(&own);
+    char *text = config_text_write(&own);
     if (!text)
         golden_fail(3, "no memory");
     return text;
@@ -73,8 +73,8 @@ void given_config_flash(const char *given, const char *flash_path)
     static uint8_t flash[FLASH_PLACE + MR_CONFIG_IMAGE];
     struct mr_config stored;
     struct error error = {0};
-    char *today = configtext_write(&config), *text = merge(given, today ? today : "");
-    if (configtext_read(text, "the configuration that was given", &stored, &error) != MR_OK)
+    char *today = config_text_write(&config), *text = merge(given, today ? today : "");
+    if (config_text_read(text, "the configuration that was given", &stored, &error) != MR_OK)
         golden_fail(4, "%s", error.text);
     memset(flash, 0xff, sizeof flash);
     mr_config_encode(&stored, flash + FLASH_PLACE);

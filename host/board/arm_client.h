@@ -1,15 +1,15 @@
 /* Arming a board for a landing, and taking that back, over CAN or serial. Over CAN somebody else
  * may hold the same interface: whoever gave the command knows its own answer by its tag. */
-#ifndef MATRIG_HOST_BOARD_ARMTALK_H
-#define MATRIG_HOST_BOARD_ARMTALK_H
+#ifndef MATRIG_HOST_BOARD_ARM_CLIENT_H
+#define MATRIG_HOST_BOARD_ARM_CLIENT_H
 
 #include "host/board/dialogue.h"
 
-#define ARMTALK_LANDING_MOST 65535
+#define ARM_CLIENT_LANDING_MOST 65535
 /* for the answer to either order, here, at the terminal of matrig log and on the live page */
-#define ARMTALK_ANSWER_S     3
+#define ARM_CLIENT_ANSWER_S     3
 
-struct armtalk {
+struct arm_client {
     struct dialogue *dialogue;
     bool landing_known, wait_known;
     bool landing_told;         /* since the command */
@@ -20,17 +20,18 @@ struct armtalk {
 
 /* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and
  * what state it is in, which it does once a second. Statuses as dialogue_hello. */
-enum mr_status armtalk_begin(struct armtalk *talk, struct dialogue *dialogue, struct error *error);
+enum mr_status arm_client_begin(struct arm_client *talk, struct dialogue *dialogue,
+                                struct error *error);
 /* MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board counts on), or
  * MR_COMMAND_DISARM with 0; at most 5 s. When the answer is lost, the state that the board tells
  * decides. MR_OK: done, talk->landing says in which landing; MR_TIMEOUT: neither an answer nor the
  * state came; else the board refused, and `error` says why. */
-enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
-                             struct error *error);
+enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t number,
+                                struct error *error);
 
 /* Why a board refuses `arm` or `disarm`, and what to do, in words. Static storage. */
-const char *armtalk_refusal(enum mr_status answer);
+const char *arm_client_refusal(enum mr_status answer);
 /* The landing that is in this state goes on, and is recorded. */
-bool armtalk_recording(unsigned state);
+bool arm_client_recording(unsigned state);
 
 #endif

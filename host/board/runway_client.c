@@ -1,11 +1,16 @@
-#include "host/board/runwaytalk.h"
+#include "host/board/runway_client.h"
+
+#include <math.h>
+#include <string.h>
 
 #include "common/command.h"
 #include "common/runway.h"
 
+/* ---- runway ---- */
+
 #define ROUNDS 3
 
-static void take_joints(struct runwaytalk *talk, const struct mr_runway_joints *joints)
+static void take_joints(struct runway_client *talk, const struct mr_runway_joints *joints)
 {
     if (talk->parts >= mr_runway_messages(&talk->state) ||
         joints->index != 1u + MR_RUNWAY_PER_MESSAGE * talk->parts)
@@ -17,7 +22,7 @@ static void take_joints(struct runwaytalk *talk, const struct mr_runway_joints *
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
 {
-    struct runwaytalk *talk = context;
+    struct runway_client *talk = context;
     const uint8_t *bytes = message->payload;
     size_t length = message->length;
     struct mr_runway runway;
@@ -40,14 +45,15 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-static enum mr_status silent(const struct runwaytalk *talk, const char *what, struct error *error)
+static enum mr_status silent(const struct runway_client *talk, const char *what,
+                             struct error *error)
 {
     return error_set(error, MR_TIMEOUT,
                      "the board did not %s within %.0f s: %s; is it running, has it a predictor?",
                      what, DIALOGUE_ANSWER_S, dialogue_spec(talk->dialogue));
 }
 
-static enum mr_status wait_for(struct runwaytalk *talk, const bool *what, const char *name,
+static enum mr_status wait_for(struct runway_client *talk, const bool *what, const char *name,
                                struct error *error)
 {
     enum mr_status status = dialogue_until(talk->dialogue, dialogue_flag, what, DIALOGUE_ANSWER_S,
@@ -55,17 +61,17 @@ static enum mr_status wait_for(struct runwaytalk *talk, const bool *what, const 
     return status == MR_TIMEOUT ? silent(talk, name, error) : status;
 }
 
-enum mr_status runwaytalk_begin(struct runwaytalk *talk, struct dialogue *dialogue,
-                                struct error *error)
+enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *dialogue,
+                                   struct error *error)
 {
-    *talk = (struct runwaytalk){.dialogue = dialogue};
+    *talk = (struct runway_client){.dialogue = dialogue};
     dialogue_subscribe(dialogue, take, talk);
     enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error);
     return status == MR_OK ? wait_for(talk, &talk->looked, "look through its memory", error)
                            : status;
 }
 
-static enum mr_status order(struct runwaytalk *talk, unsigned code, unsigned index,
+static enum mr_status order(struct runway_client *talk, unsigned code, unsigned index,
                             int32_t argument, struct error *error)
 {
     const struct dialogue_order order = {.code = (uint8_t)code,
@@ -94,7 +100,7 @@ static enum mr_status order(struct runwaytalk *talk, unsigned code, unsigned ind
                      mr_command_name(code), mr_status_text((enum mr_status)ack.status), link);
 }
 
-enum mr_status runwaytalk_read(struct runwaytalk *talk, struct error *error)
+enum mr_status runway_client_read(struct runway_client *talk, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned round = 0; status == MR_OK && round < ROUNDS; round++) {
@@ -114,7 +120,7 @@ enum mr_status runwaytalk_read(struct runwaytalk *talk, struct error *error)
 }
 
 /* The board keeps a new runway half a second after it came, and says hello once a second. */
-static enum mr_status wait_until_kept(struct runwaytalk *talk, struct error *error)
+static enum mr_status wait_until_kept(struct runway_client *talk, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < 2 && status == MR_OK; i++) {
@@ -124,10 +130,10 @@ static enum mr_status wait_until_kept(struct runwaytalk *talk, struct error *err
     return status;
 }
 
-enum mr_status runwaytalk_give(struct runwaytalk *talk, const struct mr_predictor_state *state,
-                               struct error *error)
+enum mr_status runway_client_give(struct runway_client *talk,
+                                  const struct mr_predictor_state *state, struct error *error)
 {
-    enum mr_status status = runwaytalk_read(talk, error);
+    enum mr_status status = runway_client_read(talk, error);
     if (status == MR_OK && talk->state.mats != state->mats)
         status = error_set(
             error, MR_LIMIT,
@@ -143,8 +149,57 @@ enum mr_status runwaytalk_give(struct runwaytalk *talk, const struct mr_predicto
     return status == MR_OK ? wait_until_kept(talk, error) : status;
 }
 
-enum mr_status runwaytalk_forget(struct runwaytalk *talk, struct error *error)
+enum mr_status runway_client_forget(struct runway_client *talk, struct error *error)
 {
     enum mr_status status = order(talk, MR_COMMAND_RUNWAY_FORGET, 0, 0, error);
     return status == MR_OK ? wait_until_kept(talk, error) : status;
+}
+
+/* ---- chart ---- */
+
+static enum mr_status chart_order(struct dialogue *dialogue, unsigned code, unsigned index,
+                                  int32_t argument, struct error *error)
+{
+    const struct dialogue_order order = {.code = (uint8_t)code,
+                                         .index = (uint8_t)index,
+                                         .argument = argument,
+                                         .answer_s = DIALOGUE_ANSWER_S};
+    const char *link = dialogue_spec(dialogue);
+    struct mr_ack ack;
+    enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
+    if (status == MR_TIMEOUT)
+        return error_set(error, MR_TIMEOUT,
+                         "the board did not answer within %.0f s: %s; is it running?",
+                         DIALOGUE_ANSWER_S, link);
+    if (status != MR_OK || ack.status == MR_OK)
+        return status;
+    if (ack.status == MR_NOT_NOW)
+        return error_set(error, MR_NOT_NOW,
+                         "not now: %s; the board is armed or in a landing (disarm it, or wait), or "
+                         "no predictor runs (predict.fitted of its configuration)",
+                         link);
+    if (ack.status == MR_VERSION)
+        return error_set(error, MR_VERSION,
+                         "a chart of another runway: %s; the board's has had another number of "
+                         "landings, ask for the advice again",
+                         link);
+    return error_set(error, (enum mr_status)ack.status, "the board refused %s (%s): %s; try again",
+                     mr_command_name(code), mr_status_text((enum mr_status)ack.status), link);
+}
+
+enum mr_status runway_client_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
+                                   struct error *error)
+{
+    /* words of another one that was never taken are of no chart */
+    enum mr_status status = chart_order(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
+    for (unsigned i = 0; status == MR_OK && i < MR_RISK_ITEMS; i++) {
+        float value = mr_risk_item(plan, i);
+        int32_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        if (!isnan(value))
+            status = chart_order(dialogue, MR_COMMAND_CHART_WORD, i, bits, error);
+    }
+    return status == MR_OK ? chart_order(dialogue, MR_COMMAND_CHART_TAKE, 0,
+                                         (int32_t)mr_risk_plan_crc(plan), error)
+                           : status;
 }

@@ -1,12 +1,12 @@
 /* A configuration read over a link that loses words of it, and boards that do not tell theirs. */
 #include "common/command.h"
 #include "common/wire.h"
-#include "host/board/configtalk.h"
+#include "host/board/config_client.h"
 #include "tests/host/scripted_link.h"
 
 static struct scripted board;
 static struct dialogue dialogue;
-static struct configtalk talk;
+static struct config_client talk;
 static uint8_t image[MR_CONFIG_IMAGE];
 static struct mr_config held, got;
 static uint32_t crc, got_crc;
@@ -62,7 +62,7 @@ static int begin(void **state)
     board.board = tell;
     SCRIPTED_SAY(&board, hello, HELLO, .layout = MR_LAYOUT);
     SCRIPTED_SAY(&board, config_state, CONFIG_STATE, .source = 1);
-    assert_int_equal(configtalk_begin(&talk, &dialogue, &error), MR_OK);
+    assert_int_equal(config_client_begin(&talk, &dialogue, &error), MR_OK);
     return 0;
 }
 
@@ -76,7 +76,7 @@ static int end(void **state)
 static void assert_got(unsigned commands)
 {
     struct error error = {0};
-    configtalk_get(&talk, &got, &got_crc, &error);
+    config_client_get(&talk, &got, &got_crc, &error);
     assert_no_error(&error);
     assert_int_equal(got_crc, crc);
     assert_int_equal(got.site[0].revision, 7);
@@ -112,11 +112,11 @@ static void a_board_that_refuses_or_is_silent_is_told(void **state)
     struct error error = {0};
     (void)state;
     board.board = tell_nothing;
-    assert_int_equal(configtalk_get(&talk, &got, &got_crc, &error), MR_NOT_NOW);
+    assert_int_equal(config_client_get(&talk, &got, &got_crc, &error), MR_NOT_NOW);
     assert_error(&error, MR_NOT_NOW, "the configuration is locked");
     error = (struct error){0};
     board.board = NULL;
-    assert_int_equal(configtalk_get(&talk, &got, &got_crc, &error), MR_TIMEOUT);
+    assert_int_equal(config_client_get(&talk, &got, &got_crc, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT,
                  "the board does not answer `config-read`: scripted; is it running and connected?");
 }

@@ -1,12 +1,12 @@
 /* Arming over a link that loses the order or its answer: what the board says of its state decides,
  * and the order goes out once. */
 #include "common/command.h"
-#include "host/board/armtalk.h"
+#include "host/board/arm_client.h"
 #include "tests/host/scripted_link.h"
 
 static struct scripted board;
 static struct dialogue dialogue;
-static struct armtalk talk;
+static struct arm_client talk;
 
 static void say_state(struct scripted *s, unsigned state)
 {
@@ -26,14 +26,14 @@ static void begin(unsigned state, scripted_board *obeys)
     dialogue.now_s = scripted_clock;
     SCRIPTED_SAY(&board, hello, HELLO, .layout = MR_LAYOUT);
     say_state(&board, state);
-    assert_int_equal(armtalk_begin(&talk, &dialogue, &error), MR_OK);
+    assert_int_equal(arm_client_begin(&talk, &dialogue, &error), MR_OK);
     board.board = obeys;
 }
 
 static enum mr_status arm(struct error *error)
 {
     *error = (struct error){0};
-    enum mr_status status = armtalk_order(&talk, MR_COMMAND_ARM, 7, error);
+    enum mr_status status = arm_client_order(&talk, MR_COMMAND_ARM, 7, error);
     assert_int_equal(board.commands, 1);
     dialogue_close(&dialogue);
     return status;

@@ -10,8 +10,8 @@
  *     "zero_code": ..., "serial": "...",
  *      "calibrated_day": ...}, ...]}
  * and a check of matrig ready has the same list. */
-#ifndef MATRIG_HOST_CALIBRATIONPAST_H
-#define MATRIG_HOST_CALIBRATIONPAST_H
+#ifndef MATRIG_HOST_BOARD_CALIBRATION_HISTORY_H
+#define MATRIG_HOST_BOARD_CALIBRATION_HISTORY_H
 
 #include <jansson.h>
 
@@ -19,7 +19,7 @@
 #include "common/config.h"
 #include "host/store/store.h"
 
-struct calibrationpast {
+struct calibration_history {
     /* kind, number, gain as unit_per_code, zero_code (NaN: not known), serial, day */
     struct mr_channel_config channel[MR_CHANNELS];
     /* the landing that it comes from; 0: no landing */
@@ -27,13 +27,13 @@ struct calibrationpast {
 };
 
 /* Kind MR_KIND_NONE: the campaign knows nothing of that channel. */
-enum mr_status calibrationpast_read(struct store *store, const char *board_uid,
-                                    struct calibrationpast *past, struct error *error);
+enum mr_status calibration_history_read(struct store *store, const char *board_uid,
+                                        struct calibration_history *past, struct error *error);
 /* The list for a row; `only`: bit per channel, from 0. The caller owns it. */
-json_t *calibrationpast_json(const struct mr_config *config, uint32_t only);
+json_t *calibration_history_json(const struct mr_config *config, uint32_t only);
 /* Keeps what was said of a change, in a transaction of its own. */
-enum mr_status calibrationpast_say(struct store *store, const char *board_uid,
-                                   const struct mr_config *config, uint32_t channels,
-                                   const char *note, int64_t made_us, struct error *error);
+enum mr_status calibration_history_say(struct store *store, const char *board_uid,
+                                       const struct mr_config *config, uint32_t channels,
+                                       const char *note, int64_t made_us, struct error *error);
 
 #endif

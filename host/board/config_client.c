@@ -1,10 +1,43 @@
-#include "host/board/configtalk.h"
+#include "host/board/config_client.h"
 
 #include <string.h>
 
 #include "common/command.h"
 #include "common/wire.h"
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
+
+/* ---- words ---- */
+
+void configwords_take(struct configwords *words, const uint8_t *bytes, size_t length)
+{
+    struct mr_config_image word;
+    if (mr_config_image_get(&word, bytes, length) != MR_OK)
+        return;
+    words->there = word.words;
+    if (word.words != MR_CONFIG_WORDS || word.offset >= MR_CONFIG_WORDS)
+        return;
+    mr_put_u32(words->image + 4u * word.offset, word.value);
+    words->present[word.offset] = 1;
+    words->ended |= word.offset == MR_CONFIG_WORDS - 1;
+}
+
+unsigned configwords_absent(const struct configwords *words)
+{
+    unsigned word = 0;
+    while (word < MR_CONFIG_WORDS && words->present[word])
+        word++;
+    return word;
+}
+
+enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config,
+                                  uint32_t *crc)
+{
+    const uint8_t *p = words->image + MR_CONFIG_IMAGE - 4;
+    *crc = mr_get_u32(&p);
+    return mr_config_decode(words->image, MR_CONFIG_IMAGE, config);
+}
+
+/* ---- reading and changing ---- */
 
 #define WINDOW_S 2.0 /* without the answer to a window of words, they are sent again */
 #define WINDOW   16u /* words; the board's queues hold more */
@@ -13,7 +46,7 @@
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
 {
-    struct configtalk *talk = context;
+    struct config_client *talk = context;
     struct mr_config_staged staged;
     const uint8_t *bytes = message->payload;
     size_t length = message->length;
@@ -40,8 +73,8 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-enum mr_status configtalk_begin(struct configtalk *talk, struct dialogue *dialogue,
-                                struct error *error)
+enum mr_status config_client_begin(struct config_client *talk, struct dialogue *dialogue,
+                                   struct error *error)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
@@ -49,7 +82,7 @@ enum mr_status configtalk_begin(struct configtalk *talk, struct dialogue *dialog
     return dialogue_hello(dialogue, dialogue_flag, &talk->state_known, error);
 }
 
-static enum mr_status order(struct configtalk *talk, uint8_t code, uint32_t argument,
+static enum mr_status order(struct config_client *talk, uint8_t code, uint32_t argument,
                             struct mr_ack *ack, struct error *error)
 {
     const struct dialogue_order order = {
@@ -59,7 +92,7 @@ static enum mr_status order(struct configtalk *talk, uint8_t code, uint32_t argu
     return status == MR_TIMEOUT ? dialogue_lost(talk->dialogue, code, error) : status;
 }
 
-static enum mr_status not_now(const struct configtalk *talk, struct error *error)
+static enum mr_status not_now(const struct config_client *talk, struct error *error)
 {
     return error_set(error, MR_NOT_NOW,
                      "the configuration is locked, a landing is armed or going on: %s; disarm it, "
@@ -68,7 +101,7 @@ static enum mr_status not_now(const struct configtalk *talk, struct error *error
 }
 
 /* Those from the first that is absent on, once. */
-static enum mr_status ask_for_words(struct configtalk *talk, struct error *error)
+static enum mr_status ask_for_words(struct config_client *talk, struct error *error)
 {
     struct mr_ack ack;
     talk->words.ended = false;
@@ -94,8 +127,8 @@ static enum mr_status ask_for_words(struct configtalk *talk, struct error *error
     return status;
 }
 
-enum mr_status configtalk_get(struct configtalk *talk, struct mr_config *config, uint32_t *crc,
-                              struct error *error)
+enum mr_status config_client_get(struct config_client *talk, struct mr_config *config,
+                                 uint32_t *crc, struct error *error)
 {
     enum mr_status status = MR_OK;
     talk->words = (struct configwords){.there = 0};
@@ -124,7 +157,7 @@ enum mr_status configtalk_get(struct configtalk *talk, struct mr_config *config,
 }
 
 /* A window of words from `from` on, to the end of the board's next answer. */
-static enum mr_status send_window(struct configtalk *talk, const uint8_t *image, unsigned from,
+static enum mr_status send_window(struct config_client *talk, const uint8_t *image, unsigned from,
                                   struct error *error)
 {
     unsigned to = (from / WINDOW + 1) * WINDOW;
@@ -144,7 +177,8 @@ static enum mr_status send_window(struct configtalk *talk, const uint8_t *image,
     return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status;
 }
 
-static enum mr_status send_words(struct configtalk *talk, const uint8_t *image, struct error *error)
+static enum mr_status send_words(struct config_client *talk, const uint8_t *image,
+                                 struct error *error)
 {
     unsigned from = 0, idle = 0;
     while (from < MR_CONFIG_WORDS) {
@@ -165,7 +199,7 @@ static enum mr_status send_words(struct configtalk *talk, const uint8_t *image, 
     return MR_OK;
 }
 
-static enum mr_status refused(const struct configtalk *talk, const struct mr_config *config,
+static enum mr_status refused(const struct config_client *talk, const struct mr_config *config,
                               struct error *error)
 {
     char text[500] = "it does not say why";
@@ -177,13 +211,13 @@ static enum mr_status refused(const struct configtalk *talk, const struct mr_con
                                       .rule = r->rule,
                                       .other = r->other};
     if (talk->refused)
-        configtext_reason(config, &reason, text, sizeof text);
+        config_text_reason(config, &reason, text, sizeof text);
     return error_set(error, MR_LIMIT, "the board refuses the configuration: %s; %s",
                      dialogue_spec(talk->dialogue), text);
 }
 
-enum mr_status configtalk_set(struct configtalk *talk, const struct mr_config *config,
-                              struct error *error)
+enum mr_status config_client_set(struct config_client *talk, const struct mr_config *config,
+                                 struct error *error)
 {
     static uint8_t image[MR_CONFIG_IMAGE];
     struct mr_ack ack;

@@ -1,4 +1,4 @@
-#include "host/board/armtalk.h"
+#include "host/board/arm_client.h"
 
 #include <math.h>
 
@@ -6,7 +6,7 @@
 
 #define STATE_S 2.0 /* it is told on change, and once a second */
 
-const char *armtalk_refusal(enum mr_status answer)
+const char *arm_client_refusal(enum mr_status answer)
 {
     switch (answer) {
     case MR_WAIT:
@@ -23,7 +23,7 @@ const char *armtalk_refusal(enum mr_status answer)
     }
 }
 
-bool armtalk_recording(unsigned state)
+bool arm_client_recording(unsigned state)
 {
     return state == MR_LANDING_ARMED || state == MR_LANDING_LANDING || state == MR_LANDING_SETTLING;
 }
@@ -31,7 +31,7 @@ bool armtalk_recording(unsigned state)
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
 {
-    struct armtalk *talk = context;
+    struct arm_client *talk = context;
     (void)error;
     if (message->id == MR_ID_LANDING) {
         talk->landing_told |= mr_landing_get(&talk->landing, message->payload, message->length) ==
@@ -44,20 +44,21 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-enum mr_status armtalk_begin(struct armtalk *talk, struct dialogue *dialogue, struct error *error)
+enum mr_status arm_client_begin(struct arm_client *talk, struct dialogue *dialogue,
+                                struct error *error)
 {
-    *talk = (struct armtalk){.dialogue = dialogue};
+    *talk = (struct arm_client){.dialogue = dialogue};
     dialogue_subscribe(dialogue, take, talk);
     return dialogue_hello(dialogue, dialogue_flag, &talk->landing_known, error);
 }
 
-static enum mr_status refused(const struct armtalk *talk, const struct mr_ack *ack,
+static enum mr_status refused(const struct arm_client *talk, const struct mr_ack *ack,
                               struct error *error)
 {
     enum mr_status answer = (enum mr_status)ack->status;
     const char *name = mr_command_name(ack->code), *link = dialogue_spec(talk->dialogue);
     if (answer == MR_NOT_NOW && ack->code == MR_COMMAND_ARM &&
-        armtalk_recording(talk->landing.state))
+        arm_client_recording(talk->landing.state))
         return error_set(error, answer,
                          "the board refuses `arm`: %s; it is %s, with landing %u: wait for its "
                          "end, or disarm it",
@@ -67,28 +68,28 @@ static enum mr_status refused(const struct armtalk *talk, const struct mr_ack *a
                          "the board refuses `%s`: %s; its black box is ready in about %.0f s", name,
                          link, ceil((double)talk->box.wait_s));
     return error_set(error, answer, "the board refuses `%s`: %s; %s", name, link,
-                     armtalk_refusal(answer));
+                     arm_client_refusal(answer));
 }
 
 static bool reached(const void *context)
 {
-    const struct armtalk *talk = context;
+    const struct arm_client *talk = context;
     return talk->landing_told && talk->landing.state == talk->wanted;
 }
 
 /* Without an answer: the state was another one before. */
 static bool changed(const void *context)
 {
-    const struct armtalk *talk = context;
+    const struct arm_client *talk = context;
     return reached(talk) && talk->before != talk->wanted;
 }
 
-enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
-                             struct error *error)
+enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t number,
+                                struct error *error)
 {
     const struct dialogue_order order = {.code = code,
                                          .argument = number,
-                                         .answer_s = ARMTALK_ANSWER_S,
+                                         .answer_s = ARM_CLIENT_ANSWER_S,
                                          .taken = changed,
                                          .context = talk};
     struct mr_ack ack;
@@ -100,7 +101,7 @@ enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
         return error_set(error, MR_TIMEOUT,
                          "the board does not answer `%s` within %d s: %s; look what state it is in "
                          "before trying again",
-                         mr_command_name(code), ARMTALK_ANSWER_S, dialogue_spec(talk->dialogue));
+                         mr_command_name(code), ARM_CLIENT_ANSWER_S, dialogue_spec(talk->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
         return refused(talk, &ack, error);
     if (status == MR_OK)

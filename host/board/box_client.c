@@ -1,4 +1,4 @@
-#include "host/board/boxtalk.h"
+#include "host/board/box_client.h"
 
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #define ROUNDS    6 /* of asking for what has not come */
 #define PAGE_BITS 15u
 
-static void take_part(struct boxtalk *talk, const uint8_t *payload)
+static void take_part(struct box_client *talk, const uint8_t *payload)
 {
     const uint8_t *p = payload;
     uint16_t record = mr_get_u16(&p);
@@ -34,7 +34,7 @@ static void take_part(struct boxtalk *talk, const uint8_t *payload)
 }
 
 /* Messages of the slow log, and when it is. */
-static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, size_t length)
+static void take_slow(struct box_client *talk, uint16_t id, const uint8_t *bytes, size_t length)
 {
     if (id == MR_ID_CLOCK && mr_clock_get(&talk->clock, bytes, length) == MR_OK) {
         talk->clock_us = link_now_us();
@@ -51,7 +51,7 @@ static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, s
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
 {
-    struct boxtalk *talk = context;
+    struct box_client *talk = context;
     struct mr_box_end end;
     struct mr_box_record record;
     const uint8_t *bytes = message->payload;
@@ -69,7 +69,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
             break;
         if (!record.record)
             talk->listed = true;
-        else if (talk->count < BOXTALK_RECORDS)
+        else if (talk->count < BOX_CLIENT_RECORDS)
             talk->records[talk->count++].record = record;
         break;
     case MR_ID_BOX_SPAN:
@@ -88,7 +88,8 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-enum mr_status boxtalk_begin(struct boxtalk *talk, struct dialogue *dialogue, struct error *error)
+enum mr_status box_client_begin(struct box_client *talk, struct dialogue *dialogue,
+                                struct error *error)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
@@ -98,7 +99,7 @@ enum mr_status boxtalk_begin(struct boxtalk *talk, struct dialogue *dialogue, st
 }
 
 /* What the board asks to be asked again is asked again. */
-static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument,
+static enum mr_status order(struct box_client *talk, uint8_t code, int32_t argument,
                             struct error *error)
 {
     struct dialogue *dialogue = talk->dialogue;
@@ -123,7 +124,7 @@ static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument
                             "a landing is armed or going on, or there is no black box", error);
 }
 
-enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error)
+enum mr_status box_client_list(struct box_client *talk, struct error *error)
 {
     talk->count = 0;
     talk->listed = false;
@@ -136,7 +137,7 @@ enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error)
              : status;
 }
 
-static size_t first_absent(const struct boxtalk *talk)
+static size_t first_absent(const struct box_client *talk)
 {
     size_t page = 0;
     while (page < talk->page_count && talk->present[page])
@@ -144,8 +145,8 @@ static size_t first_absent(const struct boxtalk *talk)
     return page;
 }
 
-enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record,
-                            uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, struct error *error)
+enum mr_status box_client_read(struct box_client *talk, const struct box_client_record *record,
+                               uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, struct error *error)
 {
     enum mr_status status = MR_OK;
     talk->reading = record->record.record;
@@ -170,13 +171,13 @@ enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *r
 
 static bool slow_whole(const void *context)
 {
-    const struct boxtalk *talk = context;
+    const struct box_client *talk = context;
     return talk->slow_ended && talk->dialogue->identity.image_known && talk->clock_known;
 }
 
-enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first,
-                            void (*row)(void *context, const struct mr_slowrow *row), void *context,
-                            struct error *error)
+enum mr_status box_client_slow(struct box_client *talk, uint32_t first,
+                               void (*row)(void *context, const struct mr_slowrow *row),
+                               void *context, struct error *error)
 {
     talk->slow_row = row;
     talk->slow_context = context;
@@ -193,7 +194,7 @@ enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first,
              : status;
 }
 
-enum mr_status boxtalk_free(struct boxtalk *talk, uint16_t record, struct error *error)
+enum mr_status box_client_free(struct box_client *talk, uint16_t record, struct error *error)
 {
     return order(talk, MR_COMMAND_BOX_FREE, record, error);
 }

@@ -1,4 +1,4 @@
-#include "host/board/calibrationpast.h"
+#include "host/board/calibration_history.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,11 +6,11 @@
 
 #include "common/channels.h"
 #include "common/gain.h"
-#include "host/board/configtext.h"
-#include "host/calibrate/jump.h"
 #include "host/base/cli.h"
-#include "host/store/store_readiness.h"
 #include "host/base/list.h"
+#include "host/board/config_text.h"
+#include "host/calibrate/jump.h"
+#include "host/store/store_readiness.h"
 
 /* One moment of the past: a row of readiness, or a landing. */
 struct moment {
@@ -86,7 +86,7 @@ static enum mr_status take_landing(struct store *store, const struct store_landi
         status = store_configuration_get(store, (uint32_t)landing->config_crc, &text, error);
     if (status != MR_OK)
         return status;
-    bool known = text && configtext_read(text, "", &config, &unread) == MR_OK;
+    bool known = text && config_text_read(text, "", &config, &unread) == MR_OK;
     struct moment *moment = add_moment(moments);
     moment->time_us = landing->armed_us;
     moment->run = landing->id;
@@ -114,7 +114,7 @@ static int by_time(const void *a, const void *b)
 }
 
 /* What followed takes the place of what was; a jump does not. */
-static void follow(struct calibrationpast *past, const struct moment *moment)
+static void follow(struct calibration_history *past, const struct moment *moment)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         struct mr_channel_config *was = &past->channel[i];
@@ -130,8 +130,8 @@ static void follow(struct calibrationpast *past, const struct moment *moment)
     }
 }
 
-enum mr_status calibrationpast_read(struct store *store, const char *board_uid,
-                                    struct calibrationpast *past, struct error *error)
+enum mr_status calibration_history_read(struct store *store, const char *board_uid,
+                                        struct calibration_history *past, struct error *error)
 {
     struct store_landing *rows = NULL;
     struct moments moments = {0};
@@ -153,7 +153,7 @@ enum mr_status calibrationpast_read(struct store *store, const char *board_uid,
     return status;
 }
 
-json_t *calibrationpast_json(const struct mr_config *config, uint32_t only)
+json_t *calibration_history_json(const struct mr_config *config, uint32_t only)
 {
     json_t *list = json_array();
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
@@ -172,13 +172,13 @@ json_t *calibrationpast_json(const struct mr_config *config, uint32_t only)
     return list;
 }
 
-enum mr_status calibrationpast_say(struct store *store, const char *board_uid,
-                                   const struct mr_config *config, uint32_t channels,
-                                   const char *note, int64_t made_us, struct error *error)
+enum mr_status calibration_history_say(struct store *store, const char *board_uid,
+                                       const struct mr_config *config, uint32_t channels,
+                                       const char *note, int64_t made_us, struct error *error)
 {
     const char *user = getenv("USER");
     json_t *object = json_pack("{ssssso}", "note", note, "who", user ? user : "", "calibration",
-                               calibrationpast_json(config, channels));
+                               calibration_history_json(config, channels));
     struct store_readiness row = {.made_us = made_us, .verdict = "said"};
     if (!object)
         return error_set(error, MR_USAGE,

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "host/board/configtext.h"
+#include "host/board/config_text.h"
 #include "tests/cmocka_all.h"
 #include "tests/common/sound_config.h"
 
@@ -14,8 +14,8 @@ static void comes_back(const struct mr_config *c)
 {
     struct mr_config back;
     struct error error = {0};
-    char *text = configtext_write(c);
-    if (configtext_read(text, "text", &back, &error) != MR_OK)
+    char *text = config_text_write(c);
+    if (config_text_read(text, "text", &back, &error) != MR_OK)
         fail_msg("%s", error.text);
     mr_config_encode(c, image);
     mr_config_encode(&back, again);
@@ -97,7 +97,7 @@ static void days_are_those_of_the_calendar(void **state)
         char expected[80];
         for (unsigned i = 0; i < MR_CHANNELS; i++)
             c.channel[i].calibrated_day = day + i > 100000 ? 100000 : day + i;
-        char *text = configtext_write(&c);
+        char *text = config_text_write(&c);
         for (unsigned i = 0; i < MR_CHANNELS; i++) {
             time_t t = (time_t)c.channel[i].calibrated_day * 86400;
             struct tm tm;
@@ -118,7 +118,7 @@ static void order_and_blanks_do_not_matter(void **state)
     (void)state;
     struct mr_config c = sound_config(), back;
     struct error error = {0};
-    char *text = configtext_write(&c), *turned = NULL, *line[2000], *rest = NULL;
+    char *text = config_text_write(&c), *turned = NULL, *line[2000], *rest = NULL;
     size_t size, lines = 0;
     FILE *out = open_memstream(&turned, &size);
     for (char *p = strtok_r(text, "\n", &rest); p; p = strtok_r(NULL, "\n", &rest))
@@ -126,37 +126,17 @@ static void order_and_blanks_do_not_matter(void **state)
     while (lines-- > 0)
         fprintf(out, "  \t%s   # tail \"'=\r\n\n", line[lines]);
     fclose(out);
-    assert_int_equal(configtext_read(turned, "turned", &back, &error), MR_OK);
+    assert_int_equal(config_text_read(turned, "turned", &back, &error), MR_OK);
     assert_int_equal(mr_config_encode(&back, again), mr_config_encode(&c, image));
     free(text);
     free(turned);
-}
-
-/* What was written before there was a base is of a board at base 0. Any other field is needed. */
-static void a_text_of_before_the_base_is_taken(void **state)
-{
-    (void)state;
-    struct mr_config c = sound_config(), back;
-    struct error error = {0};
-    char *text = configtext_write(&c), *line = strstr(text, "\nsite.can_base = 400\n");
-    assert_non_null(line);
-    memset(line + 1, ' ', strlen("site.can_base = 400"));
-    assert_int_equal(configtext_read(text, "text", &back, &error), MR_OK);
-    assert_int_equal(back.site[0].can_base, 0);
-    back.site[0].can_base = c.site[0].can_base;
-    assert_int_equal(mr_config_encode(&back, again), mr_config_encode(&c, image));
-    line = strstr(text, "\nrisk.spare_ft");
-    assert_non_null(line);
-    line[1] = '#';
-    assert_int_equal(configtext_read(text, "text", &back, &error), MR_MALFORMED);
-    free(text);
 }
 
 static void is_said(struct mr_config_reason reason, const char *expected)
 {
     struct mr_config c = sound_config();
     char text[500];
-    configtext_reason(&c, &reason, text, sizeof text);
+    config_text_reason(&c, &reason, text, sizeof text);
     if (!strstr(text, expected))
         fail_msg("said: %s\nexpected: %s", text, expected);
 }
@@ -212,8 +192,8 @@ static void differences_are_named(void **state)
     (void)state;
     struct mr_config a = sound_config(), b = a;
     b.band[3].yield_lb = 12.5f;
-    assert_int_equal(configtext_compare(&a, &a, count_change, NULL), 0);
-    assert_int_equal(configtext_compare(&a, &b, count_change, NULL), 1);
+    assert_int_equal(config_text_compare(&a, &a, count_change, NULL), 0);
+    assert_int_equal(config_text_compare(&a, &b, count_change, NULL), 1);
     assert_int_equal(changes, 1);
 }
 
@@ -224,9 +204,8 @@ int main(void)
         cmocka_unit_test(texts_come_back),
         cmocka_unit_test(days_are_those_of_the_calendar),
         cmocka_unit_test(order_and_blanks_do_not_matter),
-        cmocka_unit_test(a_text_of_before_the_base_is_taken),
         cmocka_unit_test(a_reason_is_said_in_words),
         cmocka_unit_test(differences_are_named),
     };
-    return cmocka_run_group_tests_name("host/configtext", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("host/config_text", tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-#include "host/board/guided.h"
+#include "host/board/gage_client.h"
 
 #include <math.h>
 #include <poll.h>
@@ -7,7 +7,81 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/command.h"
 #include "host/board/ready_client.h"
+
+/* ---- shunts ---- */
+
+void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length)
+{
+    struct mr_shunt_check check;
+    if (id == MR_ID_SHUNT) {
+        shunts->begun = true;
+        shunts->count = 0;
+    } else if (id == MR_ID_SHUNT_RESULT) {
+        if (shunts->begun && shunts->count < MR_GAGES &&
+            mr_shunt_result_get(&shunts->result[shunts->count], bytes, length) == MR_OK)
+            shunts->check[shunts->count++] = (struct mr_shunt_check){
+                .expected_lb = NAN, .change_lb = NAN, .zero_change_lb = NAN};
+    } else if (id == MR_ID_SHUNT_CHECK && shunts->count &&
+               mr_shunt_check_get(&check, bytes, length) == MR_OK &&
+               check.gage == shunts->result[shunts->count - 1].gage) {
+        shunts->check[shunts->count - 1] = check;
+    }
+}
+
+const char *shunts_verdict_text(int64_t verdict)
+{
+    return verdict >= MR_SHUNT_GOOD && verdict <= MR_SHUNT_WRONG
+             ? mr_shunt_verdict_text((unsigned)verdict)
+             : "not calibrated";
+}
+
+/* ---- zeros and shunts of a board ---- */
+
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
+{
+    struct gage_client *talk = context;
+    (void)error;
+    shunts_take(&talk->shunts, message->id, message->payload, message->length);
+    if (message->id == MR_ID_ZERO_RESULT && talk->zeros < MR_CHANNELS &&
+        mr_zero_result_get(&talk->zero[talk->zeros], message->payload, message->length) == MR_OK)
+        talk->zeros++;
+    return MR_OK;
+}
+
+enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
+                                 int32_t argument, struct error *error)
+{
+    const struct dialogue_order order = {
+        .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
+    const char *link = dialogue_spec(dialogue);
+    *talk = (struct gage_client){.zeros = 0};
+    dialogue_subscribe(dialogue, take, talk);
+    enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error);
+    if (status == MR_OK)
+        status = dialogue_order(dialogue, &order, &talk->ack, error);
+    if (status == MR_TIMEOUT)
+        return error_set(
+            error, MR_TIMEOUT,
+            "the board did not answer within %.0f s: %s; is it powered, are its scans running?",
+            DIALOGUE_ANSWER_S, link);
+    if (status != MR_OK)
+        return status;
+    if (talk->ack.status == MR_NOT_NOW)
+        return error_set(error, MR_NOT_NOW,
+                         "the board is armed, in a landing, or calibrating: %s; disarm it, or wait",
+                         link);
+    if (talk->ack.status != MR_OK && talk->ack.status != MR_LIMIT)
+        return error_set(error, (enum mr_status)talk->ack.status,
+                         "the board refused %s (%s): %s; see matrig gages --help",
+                         mr_command_name(code), mr_status_text((enum mr_status)talk->ack.status),
+                         link);
+    return MR_OK;
+}
+
+/* ---- guided calibration ---- */
 
 #define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
 #define POINT_S      10.0 /* for them to come */

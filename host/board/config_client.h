@@ -1,0 +1,53 @@
+/* The configuration of a board, over CAN or serial: its words, reading it, changing it. */
+#ifndef MATRIG_HOST_BOARD_CONFIG_CLIENT_H
+#define MATRIG_HOST_BOARD_CONFIG_CLIENT_H
+
+#include <stdbool.h>
+
+#include "common/catalogue.h"
+#include "common/config.h"
+#include "host/board/dialogue.h"
+
+/* A configuration as a board tells it: its words, one message `config_image` each, in any order,
+ * some of them lost. */
+struct configwords {
+    uint8_t image[MR_CONFIG_IMAGE];
+    uint8_t present[MR_CONFIG_WORDS];
+    unsigned there; /* words the board says it has; 0: none came */
+    bool ended;     /* the last came, with which the board ends: cleared by who asks */
+};
+
+/* All zero: none. Takes a message; a word of another table is not kept. */
+void configwords_take(struct configwords *words, const uint8_t *bytes, size_t length);
+/* The first that is to be asked for; MR_CONFIG_WORDS: all came. */
+unsigned configwords_absent(const struct configwords *words);
+/* When all came: the configuration, and the CRC that it ends with. Statuses as mr_config_decode. */
+enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config,
+                                  uint32_t *crc);
+
+/* Talking to a board about its configuration, over CAN or serial: reading it, changing it. */
+struct config_client {
+    struct dialogue *dialogue;
+    bool refused, state_known, staged;
+    uint16_t tag; /* of the words being sent */
+    struct mr_config_refused reason;
+    struct mr_config_state state;     /* as hello's round last told it */
+    struct mr_config_staged progress; /* of the words being sent */
+    struct configwords words;         /* being read */
+    size_t told;                      /* that came, each time */
+};
+
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and
+ * what configuration it has. Statuses as dialogue_hello. */
+enum mr_status config_client_begin(struct config_client *talk, struct dialogue *dialogue,
+                                   struct error *error);
+/* The configuration in force and its CRC. MR_NOT_NOW: a landing is armed or going on; MR_VERSION:
+ * of another table. */
+enum mr_status config_client_get(struct config_client *talk, struct mr_config *config,
+                                 uint32_t *crc, struct error *error);
+/* Sends it; it is in force, and in flash, when this says MR_OK. On CAN the dialogue goes on at its
+ * base. MR_LIMIT: refused, `error` says why; MR_NOT_NOW. */
+enum mr_status config_client_set(struct config_client *talk, const struct mr_config *config,
+                                 struct error *error);
+
+#endif

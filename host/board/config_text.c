@@ -1,0 +1,839 @@
+#include "host/board/config_text.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/decimal.h"
+#include "common/gain.h"
+#include "common/wire.h"
+#include "host/calibrate/mistake.h"
+
+/* ---- one field ---- */
+
+static const struct mr_config_field *configplace_field(struct configplace at)
+{
+    return &mr_config_groups[at.group].fields[at.field];
+}
+
+/* The field's bytes in `config`, which may be written to when the caller's is not const. */
+static void *configplace_bytes(const struct mr_config *config, struct configplace at)
+{
+    const struct mr_config_group *group = &mr_config_groups[at.group];
+    return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size +
+           group->fields[at.field].offset;
+}
+
+/* The next one in the order of the table; false: that was the last. Begin with {0}. */
+static bool configplace_next(struct configplace *at)
+{
+    if (++at->field < mr_config_groups[at->group].field_count)
+        return true;
+    at->field = 0;
+    if (++at->index < mr_config_groups[at->group].count)
+        return true;
+    at->index = 0;
+    return ++at->group < MR_CONFIG_GROUPS;
+}
+
+static void configplace_name(struct configplace at, char out[CONFIGPLACE_NAME])
+{
+    const struct mr_config_group *group = &mr_config_groups[at.group];
+    if (group->count == 1)
+        snprintf(out, CONFIGPLACE_NAME, "%s.%s", group->name, configplace_field(at)->name);
+    else
+        snprintf(out, CONFIGPLACE_NAME, "%s[%u].%s", group->name, at.index + 1,
+                 configplace_field(at)->name);
+}
+
+/* The field is a day. */
+static bool configplace_is_day(const struct mr_config_field *field)
+{
+    size_t length = strlen(field->name);
+    return length > 4 && strcmp(field->name + length - 4, "_day") == 0;
+}
+
+/* Days since 1970-01-01 of the Gregorian calendar and back: years begin in March, 400 of them have
+ * 146097 days. */
+static int64_t configplace_day(int64_t year, unsigned month, unsigned day)
+{
+    int64_t y = year - (month <= 2);
+    unsigned from_march = (month + 9) % 12;
+    return 365 * y + y / 4 - y / 100 + y / 400 + (int64_t)((153 * from_march + 2) / 5 + day - 1) -
+           719468;
+}
+
+static void configplace_date(uint32_t days, unsigned *year, unsigned *month, unsigned *day)
+{
+    *year = 1970 + days / 366;
+    while (configplace_day(*year + 1, 1, 1) <= (int64_t)days)
+        ++*year;
+    *month = 12;
+    while (configplace_day(*year, *month, 1) > (int64_t)days)
+        --*month;
+    *day = (unsigned)((int64_t)days - configplace_day(*year, *month, 1)) + 1;
+}
+
+bool configplace_date_read(const char *text, uint32_t *days)
+{
+    unsigned year, month, day, y, m, d;
+    int used = 0;
+    if (sscanf(text, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 ||
+        used != CONFIGPLACE_DATE - 1 || month < 1 || month > 12 || year < 1970)
+        return false;
+    *days = (uint32_t)configplace_day(year, month, day);
+    configplace_date(*days, &y, &m, &d);
+    return *days > 0 && y == year && m == month && d == day;
+}
+
+void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE])
+{
+    unsigned year, month, day;
+    configplace_date(days, &year, &month, &day);
+    snprintf(out, CONFIGPLACE_DATE, "%04u-%02u-%02u", year % 10000u, month % 100u, day % 100u);
+}
+
+static uint32_t integer_at(const struct mr_config_field *field, const void *bytes)
+{
+    uint8_t small;
+    uint16_t half;
+    uint32_t word;
+    switch (field->type) {
+    case MR_CONFIG_TYPE_u8: memcpy(&small, bytes, sizeof small); return small;
+    case MR_CONFIG_TYPE_u16: memcpy(&half, bytes, sizeof half); return half;
+    default: memcpy(&word, bytes, sizeof word); return word;
+    }
+}
+
+static void write_day(uint32_t days, char *out, size_t size)
+{
+    char date[CONFIGPLACE_DATE];
+    configplace_date_text(days, date);
+    snprintf(out, size, "%s", days ? date : "never");
+}
+
+static void write_text(const char *text, unsigned count, char *out, size_t size)
+{
+    size_t used = 0;
+    out[used++] = '"';
+    for (unsigned i = 0; i < count && text[i] && used + 4 < size; i++) {
+        if (text[i] == '"' || text[i] == '\\')
+            out[used++] = '\\';
+        out[used++] = text[i];
+    }
+    out[used++] = '"';
+    out[used] = '\0';
+}
+
+/* Nine digits name a single exactly. */
+static void write_reals(const float *values, unsigned count, char *out, size_t size)
+{
+    size_t used = 0;
+    for (unsigned i = 0; i < count && used < size; i++) {
+        if (isnan(values[i]))
+            used += (size_t)snprintf(out + used, size - used, "%smissing", i ? " " : "");
+        else
+            used += (size_t)snprintf(out + used, size - used, "%s%.9g", i ? " " : "",
+                                     (double)values[i]);
+    }
+}
+
+static void configplace_value(const struct mr_config_field *field, const void *bytes,
+                              char out[CONFIGPLACE_VALUE])
+{
+    if (field->type == MR_CONFIG_TYPE_TEXT)
+        write_text(bytes, field->count, out, CONFIGPLACE_VALUE);
+    else if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
+        write_reals(bytes, field->count, out, CONFIGPLACE_VALUE);
+    else if (configplace_is_day(field))
+        write_day(integer_at(field, bytes), out, CONFIGPLACE_VALUE);
+    else
+        snprintf(out, CONFIGPLACE_VALUE, "%u", integer_at(field, bytes));
+}
+
+/* "from 1 to 512". */
+static void configplace_limits(const struct mr_config_field *field, char *out, size_t size)
+{
+    if (field->type == MR_CONFIG_TYPE_TEXT) {
+        snprintf(out, size, "at most %u printable characters in double quotes", field->count);
+    } else if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL) {
+        char many[40] = "";
+        if (field->count > 1)
+            snprintf(many, sizeof many, "%u numbers, each ", field->count);
+        snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->low, (double)field->high,
+                 field->type == MR_CONFIG_TYPE_OPTIONAL ? ", or missing" : "");
+    } else if (configplace_is_day(field)) {
+        char last[20];
+        write_day(field->most, last, sizeof last);
+        snprintf(out, size, "YYYY-MM-DD up to %s, or never", last);
+    } else {
+        snprintf(out, size, "from %u to %u", field->least, field->most);
+    }
+}
+
+/* ---- units ---- */
+
+#define VALUE_MAX 100u
+#define BLANKS    " \t\r"
+
+/* "in or lb per h", "in/s or lb/s", "in or lb per code": a code is not converted. */
+static void configunits_own(const char *unit, enum configunits_of of, char out[40])
+{
+    const char * or = strstr(unit, " or "), *per = strstr(unit, " per ");
+    int first = or ? (int)(or -unit) : 0, second = per ? (int)(per - or) - 4 : 39;
+    const char *rate = per && strcmp(per, " per code") != 0 ? "/" : "";
+    if (! or)
+        snprintf(out, 40, "%s", unit);
+    else
+        snprintf(out, 40, "%.*s%s%s", of == CONFIGUNITS_FORCE ? second : first,
+                 of == CONFIGUNITS_FORCE ? or +4 : unit, rate, *rate ? per + 5 : "");
+}
+
+/* Where the unit behind the number ends; `end` itself: it has none. */
+static const char *unit_end(const char *end, bool list)
+{
+    const char *unit = end + strspn(end, BLANKS);
+    if (*unit == '\0' || *unit == '#' || (list && unit > end && strncmp(unit, "missing", 7) == 0))
+        return end;
+    if (list && unit > end && !isalpha((unsigned char)*unit))
+        return end; /* the next value */
+    return unit + (list ? strcspn(unit, BLANKS "#") : strcspn(unit, "#"));
+}
+
+static bool fail(const char *what, const char *advice, struct quantity_wrong *wrong)
+{
+    snprintf(wrong->what, sizeof wrong->what, "%s", what);
+    snprintf(wrong->advice, sizeof wrong->advice, "%s", advice);
+    return false;
+}
+
+/* A field of a channel takes either. */
+static bool read_with_unit(const char *text, const char *unit, double *value,
+                           enum configunits_of *of, struct quantity_wrong *wrong)
+{
+    char own[40];
+    *of = CONFIGUNITS_ANY;
+    if (!strstr(unit, " or "))
+        return quantity_parse(text, quantity_kind_of(unit) ? unit : "", NULL, value, wrong);
+    for (*of = CONFIGUNITS_LENGTH; *of <= CONFIGUNITS_FORCE; ++*of) {
+        configunits_own(unit, *of, own);
+        if (quantity_parse(text, own, NULL, value, wrong))
+            return true;
+    }
+    configunits_own(unit, CONFIGUNITS_LENGTH, own);
+    return quantity_parse(text, own, NULL, value, wrong);
+}
+
+/* The value at *p, and *p behind it: the rest of the line up to a `#`, or with `list` up to the
+ * next value. `unit`: the field's, as config.def has it. `missing` is NaN. Without a unit the value
+ * is the float that its digits stand for. */
+static bool configunits_read(const char **p, const char *unit, bool list, float *value,
+                             enum configunits_of *of, struct quantity_wrong *wrong)
+{
+    const char *end;
+    char text[VALUE_MAX];
+    double converted;
+    *of = CONFIGUNITS_NONE;
+    *p += strspn(*p, BLANKS);
+    if (strncmp(*p, "missing", 7) == 0 && (!(*p)[7] || strchr(BLANKS "#", (*p)[7]))) {
+        *value = MR_NAN;
+        *p += 7;
+        return true;
+    }
+    (void)mr_decimal_read(*p, &end);
+    if (end == *p)
+        return fail("", "", wrong);
+    const char *behind = unit_end(end, list);
+    size_t length = (size_t)(behind - *p);
+    if (length >= sizeof text)
+        return fail("", "", wrong);
+    *value = strtof(*p, NULL);
+    memcpy(text, *p, length);
+    text[length] = '\0';
+    *p = behind;
+    if (behind == end)
+        return true;
+    if (!read_with_unit(text, unit, &converted, of, wrong))
+        return false;
+    *value = (float)converted;
+    return true;
+}
+
+/* ---- why a configuration is refused ---- */
+
+static void name_element(struct configplace at, unsigned element, char out[CONFIGPLACE_NAME + 40])
+{
+    char name[CONFIGPLACE_NAME];
+    configplace_name(at, name);
+    if (configplace_field(at)->count > 1 && configplace_field(at)->type != MR_CONFIG_TYPE_TEXT)
+        snprintf(out, CONFIGPLACE_NAME + 40, "value %u of %s", element + 1, name);
+    else
+        snprintf(out, CONFIGPLACE_NAME + 40, "%s", name);
+}
+
+static const char *rule_text(unsigned rule)
+{
+    switch (rule) {
+/* clang-format off */
+#define RULE_CASE(NAME, number, text) case number: return text;
+        /* clang-format on */
+        MR_CONFIG_RULE_TABLE(RULE_CASE)
+#undef RULE_CASE
+    default: return "unknown rule";
+    }
+}
+
+static bool is_known(const struct mr_config_reason *r)
+{
+    return r->group < MR_CONFIG_GROUPS && r->index < mr_config_groups[r->group].count &&
+           r->field < mr_config_groups[r->group].field_count;
+}
+
+/* The other place that a reason speaks of, and its value. */
+static bool find_other(const struct mr_config_reason *r, struct configplace *other)
+{
+    *other = (struct configplace){r->group, r->index, r->field};
+    if (r->rule == MR_RULE_NOT_ABOVE)
+        other->field = r->other;
+    else if (r->rule == MR_RULE_ALIKE || r->rule == MR_RULE_TAKEN)
+        other->index = r->other;
+    else if (r->rule == MR_RULE_NOT_RISING && configplace_field(*other)->count == 1)
+        other->index = r->other;
+    else
+        return false;
+    return other->index < mr_config_groups[other->group].count &&
+           other->field < mr_config_groups[other->group].field_count;
+}
+
+static const char *const right_kinds = "channel[1] to [8] are displacement (1), [9] to [22] "
+                                       "tension (2), [23] the staircase (3; 0 where no "
+                                       "switch is fitted), [24] the reference (4); 0: not fitted";
+
+/* Why a gain is impossible, in figures, and what mistake it looks like. */
+static void write_gain_advice(const struct mr_channel_config *channel, unsigned rule, char *out,
+                              size_t size)
+{
+    const char *unit = channel->kind == MR_KIND_DISPLACEMENT ? "in" : "lb";
+    const struct mr_gain_limits limits = mr_gain_limits(channel);
+    char mistake[80];
+    mistake_text(channel, mistake, sizeof mistake);
+    if (rule == MR_RULE_NARROW)
+        snprintf(out, size, "low to high, %g to %g %s, are %.0f codes, at least %.0f are wanted%s",
+                 (double)channel->low, (double)channel->high, unit,
+                 (double)mr_channel_range_codes(channel), (double)MR_RANGE_LEAST_CODES, mistake);
+    else if (rule == MR_RULE_UNREACHED)
+        snprintf(
+            out, size,
+            "%.0f %% of low to high, %g to %g %s, are on the converter, at least %.0f are wanted%s",
+            100.0 * (double)mr_channel_reached(channel), (double)channel->low,
+            (double)channel->high, unit, 100.0 * (double)MR_RANGE_REACHED, mistake);
+    else
+        snprintf(out, size, "a %s gives %.3g to %.3g %s per code%s",
+                 channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
+                 (double)limits.least, (double)limits.most, unit, mistake);
+}
+
+static void write_advice(const struct mr_config *config, const struct mr_config_reason *r,
+                         char *out, size_t size)
+{
+    struct configplace at = {r->group, r->index, r->field};
+    char limits[200];
+    configplace_limits(configplace_field(at), limits, sizeof limits);
+    switch (r->rule) {
+    case MR_RULE_TOO_SMALL:
+        if (r->group == MR_GROUP_gate && r->field == MR_FIELD_gate_step_codes) {
+            snprintf(out, size, "a step is at least %u codes, or 0: not fitted",
+                     MR_CONFIG_STEP_CODES);
+            break;
+        }
+        snprintf(out, size, "it is %s", limits);
+        break;
+    case MR_RULE_TOO_LARGE:
+    case MR_RULE_NOT_A_NUMBER:
+    case MR_RULE_NOT_TEXT: snprintf(out, size, "it is %s", limits); break;
+    case MR_RULE_ALIKE:
+        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_APART_CODES);
+        break;
+    case MR_RULE_PLACE: snprintf(out, size, "%s", right_kinds); break;
+    case MR_RULE_SUM:
+        snprintf(out, size, "zero_code of channel[23] and all steps together are at most 4095");
+        break;
+    case MR_RULE_NO_BAND:
+        snprintf(out, size, "give that band a pretension_lb, or the gage another band or 0");
+        break;
+    case MR_RULE_UNSTABLE:
+        snprintf(out, size,
+                 "a shorter step_ms, or look at the units of predict.mat_weight_lb and "
+                 "predict.joint_stiffness_lb_ft");
+        break;
+    case MR_RULE_COARSE:
+    case MR_RULE_FINE:
+    case MR_RULE_NARROW:
+    case MR_RULE_UNREACHED:
+        write_gain_advice(&config->channel[r->index], r->rule, out, size);
+        break;
+    case MR_RULE_REVISION:
+        snprintf(out, size, "read the configuration again and change that one");
+        break;
+    default: snprintf(out, size, "mend it"); break;
+    }
+}
+
+void config_text_reason(const struct mr_config *config, const struct mr_config_reason *r, char *out,
+                        size_t size)
+{
+    struct configplace at = {r->group, r->index, r->field}, other;
+    char name[CONFIGPLACE_NAME + 40], value[CONFIGPLACE_VALUE], advice[300];
+    if (!is_known(r)) {
+        snprintf(out, size, "group %u, index %u, field %u: %s; of another version", r->group,
+                 r->index, r->field, rule_text(r->rule));
+        return;
+    }
+    name_element(at, r->element, name);
+    configplace_value(configplace_field(at), configplace_bytes(config, at), value);
+    write_advice(config, r, advice, sizeof advice);
+    if (find_other(r, &other)) {
+        char other_name[CONFIGPLACE_NAME], other_value[CONFIGPLACE_VALUE];
+        configplace_name(other, other_name);
+        configplace_value(configplace_field(other), configplace_bytes(config, other), other_value);
+        snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
+                 r->rule == MR_RULE_TAKEN   ? "numbers of one kind must differ"
+                 : r->rule == MR_RULE_ALIKE ? "they cannot be told apart"
+                                            : "it must be more",
+                 advice);
+    } else {
+        snprintf(out, size, "%s is %s: %s; %s", name, value, rule_text(r->rule), advice);
+    }
+}
+
+/* ---- the text ---- */
+
+#define FILE_MAX (1024 * 1024)
+
+struct words {
+    const char *unit, *text;
+};
+
+/* clang-format off */
+#define GROUP(name, count) static const struct words name##_words[] = {
+#define INTEGER(group, type, field, least, most, unit, text) {unit, text},
+#define REAL(group, field, least, most, unit, text) {unit, text},
+#define REALS(group, field, count, least, most, unit, text) {unit, text},
+#define TEXT(group, field, size, text) {"", text},
+#define END(name) };
+/* clang-format on */
+#include "common/config.def"
+
+static const struct words *const words[] = {
+#define GROUP(name, count) name##_words,
+#include "common/config.def"
+};
+
+static void write_legend(FILE *file, unsigned group)
+{
+    fprintf(file, "\n# %s\n", mr_config_groups[group].name);
+    for (unsigned f = 0; f < mr_config_groups[group].field_count; f++) {
+        const struct words *w = &words[group][f];
+        const struct mr_config_field *field = &mr_config_groups[group].fields[f];
+        bool day = configplace_is_day(field);
+        if (day) /* as it is written here, not as it is stored */
+            fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
+                    (int)strcspn(w->text, ",;"), w->text);
+        else
+            fprintf(file, "#     %-18s %s%s%s\n", field->name, w->unit, w->unit[0] ? ": " : "",
+                    w->text);
+    }
+}
+
+char *config_text_write(const struct mr_config *config)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *file = open_memstream(&text, &size);
+    struct configplace at = {0};
+    if (!file)
+        abort();
+    fputs("# matrig configuration. One field a line, each exactly once; matrig board config check "
+          "FILE reads it.\n",
+          file);
+    do {
+        char name[CONFIGPLACE_NAME], value[CONFIGPLACE_VALUE];
+        const char *unit = words[at.group][at.field].unit;
+        if (at.index == 0 && at.field == 0)
+            write_legend(file, at.group);
+        if (at.field == 0)
+            fputc('\n', file);
+        configplace_name(at, name);
+        configplace_value(configplace_field(at), configplace_bytes(config, at), value);
+        fprintf(file, "%s = %s%s%s\n", name, value,
+                unit[0] && !configplace_is_day(configplace_field(at)) ? "  # " : "",
+                configplace_is_day(configplace_field(at)) ? "" : unit);
+    } while (configplace_next(&at));
+    if (fclose(file) != 0)
+        abort();
+    return text;
+}
+
+/* --- reading --- */
+
+struct reader {
+    const char *name; /* of the file */
+    unsigned line;
+    struct mr_config *config;
+    struct read_place {
+        unsigned line; /* 0: not read yet */
+        enum configunits_of of;
+    } * place; /* each, in the order of the table */
+    struct error *error;
+};
+
+static size_t number_of(struct configplace at)
+{
+    size_t number = 0;
+    for (unsigned g = 0; g < at.group; g++)
+        number += (size_t)mr_config_groups[g].count * mr_config_groups[g].field_count;
+    return number + (size_t)at.index * mr_config_groups[at.group].field_count + at.field;
+}
+
+static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what,
+                               const char *advice)
+{
+    return error_set(r->error, status, "%s: %s:%u; %s", what, r->name, r->line, advice);
+}
+
+static void skip_blanks(const char **p)
+{
+    while (**p == ' ' || **p == '\t' || **p == '\r')
+        ++*p;
+}
+
+static bool ends(const char *p)
+{
+    skip_blanks(&p);
+    return !*p || *p == '#';
+}
+
+/* `group[index].field`, then `=`. */
+static enum mr_status read_name(const struct reader *r, const char **p, struct configplace *at)
+{
+    char group[32] = "", field[48] = "", what[160];
+    unsigned index = 0;
+    int used = 0;
+    const char *rest = *p;
+    bool bracket =
+        sscanf(rest, "%31[a-z_][%9u].%47[a-z_0-9]%n", group, &index, field, &used) == 3 && used;
+    if (!bracket && (sscanf(rest, "%31[a-z_].%47[a-z_0-9]%n", group, field, &used) != 2 || !used)) {
+        snprintf(what, sizeof what, "no field: `%.60s`", rest);
+        return complain(r, MR_MALFORMED, what,
+                        "a line is group[index].field = value, or begins with #");
+    }
+    *at = (struct configplace){0};
+    while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
+        at->group++;
+    if (at->group == MR_CONFIG_GROUPS) {
+        snprintf(what, sizeof what, "no such group: `%s`", group);
+        return complain(r, MR_UNKNOWN, what, "there are site, channel, gate, band and predict");
+    }
+    const struct mr_config_group *found = &mr_config_groups[at->group];
+    if (bracket ? index < 1 || index > found->count : found->count != 1) {
+        char advice[100];
+        snprintf(advice, sizeof advice, "%s[1] to %s[%u] are there", group, group, found->count);
+        snprintf(what, sizeof what, bracket ? "no such %s: %u" : "which %s?", group, index);
+        return complain(r, MR_UNKNOWN, what, advice);
+    }
+    at->index = bracket ? index - 1 : 0;
+    while (at->field < found->field_count && strcmp(found->fields[at->field].name, field) != 0)
+        at->field++;
+    if (at->field == found->field_count) {
+        snprintf(what, sizeof what, "%s has no field `%s`", group, field);
+        return complain(r, MR_UNKNOWN, what, "the comment before each group lists its fields");
+    }
+    *p = rest + used;
+    skip_blanks(p);
+    if (**p != '=') {
+        snprintf(what, sizeof what, "no value: `%.60s`", rest);
+        return complain(r, MR_MALFORMED, what, "a line is group[index].field = value");
+    }
+    ++*p;
+    skip_blanks(p);
+    return MR_OK;
+}
+
+static bool read_text(const struct mr_config_field *field, const char *p, char *out)
+{
+    unsigned length = 0;
+    memset(out, 0, field->count);
+    if (*p++ != '"')
+        return false;
+    for (; *p && *p != '"'; p++) {
+        if (*p == '\\' && (p[1] == '"' || p[1] == '\\'))
+            p++;
+        if (length == field->count || *p < ' ' || *p > '~')
+            return false;
+        out[length++] = *p;
+    }
+    return *p == '"' && ends(p + 1);
+}
+
+/* All with a unit, or none: but 0 is 0 in each. */
+static bool read_reals(const struct mr_config_field *field, const char *unit, const char *p,
+                       void *bytes, enum configunits_of *of, struct quantity_wrong *wrong)
+{
+    float values[256];
+    bool bare = false;
+    *of = CONFIGUNITS_NONE;
+    for (unsigned i = 0; i < field->count; i++) {
+        enum configunits_of one;
+        if (!configunits_read(&p, unit, field->count > 1, &values[i], &one, wrong))
+            return false;
+        bare |= one == CONFIGUNITS_NONE && values[i] != 0.0f && values[i] == values[i];
+        if (one != CONFIGUNITS_NONE && *of != CONFIGUNITS_NONE && one != *of)
+            bare = true;
+        *of = one == CONFIGUNITS_NONE ? *of : one;
+    }
+    memcpy(bytes, values, field->count * sizeof values[0]);
+    if (bare && *of != CONFIGUNITS_NONE)
+        *wrong = (struct quantity_wrong){"some without a unit", "write one behind each, or none"};
+    return ends(p) && !(bare && *of != CONFIGUNITS_NONE);
+}
+
+static bool read_day(const char *p, uint64_t *days)
+{
+    uint32_t day;
+    *days = 0;
+    if (strncmp(p, "never", 5) == 0)
+        return ends(p + 5);
+    if (!configplace_date_read(p, &day))
+        return false;
+    *days = day;
+    return ends(p + CONFIGPLACE_DATE - 1);
+}
+
+/* A whole number; with a unit when it comes to one: "0.5 s" of a field in ms. */
+static bool read_count(const char *unit, const char *p, uint64_t *value,
+                       struct quantity_wrong *wrong)
+{
+    char *end, text[60];
+    double number;
+    errno = 0;
+    *value = strtoull(p, &end, 10);
+    if (isdigit((unsigned char)*p) && !errno && ends(end))
+        return true;
+    size_t length = strcspn(p, "#");
+    if (!quantity_kind_of(unit) || length >= sizeof text)
+        return false;
+    memcpy(text, p, length);
+    text[length] = '\0';
+    if (!quantity_parse(text, unit, "", &number, wrong) || !(number >= 0.0 && number < 1e9))
+        return false;
+    *value = (uint64_t)number;
+    return (double)*value == number;
+}
+
+static bool read_integer(const struct mr_config_field *field, const char *unit, const char *p,
+                         void *bytes, struct quantity_wrong *wrong)
+{
+    uint64_t value = 0;
+    if (configplace_is_day(field)) {
+        if (!read_day(p, &value))
+            return false;
+    } else if (!read_count(unit, p, &value, wrong)) {
+        return false;
+    }
+    if (value < field->least || value > field->most)
+        return false;
+    uint8_t small = (uint8_t)value;
+    uint16_t half = (uint16_t)value;
+    uint32_t word = (uint32_t)value;
+    if (field->type == MR_CONFIG_TYPE_u8)
+        memcpy(bytes, &small, sizeof small);
+    else if (field->type == MR_CONFIG_TYPE_u16)
+        memcpy(bytes, &half, sizeof half);
+    else
+        memcpy(bytes, &word, sizeof word);
+    return true;
+}
+
+/* Limits of reals are mr_config_check's. */
+static bool read_value(const struct mr_config_field *field, const char *unit, const char *p,
+                       void *bytes, enum configunits_of *of, struct quantity_wrong *wrong)
+{
+    if (field->type == MR_CONFIG_TYPE_TEXT)
+        return read_text(field, p, bytes);
+    if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
+        return read_reals(field, unit, p, bytes, of, wrong);
+    return read_integer(field, unit, p, bytes, wrong);
+}
+
+static enum mr_status read_line(struct reader *r, const char *p)
+{
+    struct configplace at;
+    char name[CONFIGPLACE_NAME], what[240], advice[300];
+    skip_blanks(&p);
+    if (!*p || *p == '#')
+        return MR_OK;
+    enum mr_status status = read_name(r, &p, &at);
+    if (status != MR_OK)
+        return status;
+    configplace_name(at, name);
+    struct read_place *place = &r->place[number_of(at)];
+    if (place->line) {
+        snprintf(what, sizeof what, "%s is given twice", name);
+        snprintf(advice, sizeof advice, "it is in line %u too; leave one", place->line);
+        return complain(r, MR_MALFORMED, what, advice);
+    }
+    place->line = r->line;
+    struct quantity_wrong wrong = {"", ""};
+    if (!read_value(configplace_field(at), words[at.group][at.field].unit, p,
+                    configplace_bytes(r->config, at), &place->of, &wrong)) {
+        char limits[200];
+        int length = (int)strcspn(p, "#\r");
+        while (length > 0 && p[length - 1] == ' ')
+            length--;
+        configplace_limits(configplace_field(at), limits, sizeof limits);
+        snprintf(what, sizeof what, "%s cannot be `%.*s`%s%s", name, length, p,
+                 wrong.what[0] ? ", " : "", wrong.what);
+        snprintf(advice, sizeof advice, "%s%s", wrong.what[0] ? "" : "it is ",
+                 wrong.what[0] ? wrong.advice : limits);
+        return complain(r, MR_MALFORMED, what, advice);
+    }
+    return MR_OK;
+}
+
+/* A length is no tension: a channel's fields are in the unit of what it measures. */
+static enum mr_status check_units(struct reader *r)
+{
+    struct configplace at = {0};
+    size_t number = 0;
+    do {
+        const struct read_place *place = &r->place[number++];
+        bool length = place->of == CONFIGUNITS_LENGTH, force = place->of == CONFIGUNITS_FORCE;
+        unsigned kind = length || force ? r->config->channel[at.index].kind : MR_KIND_NONE;
+        if (kind == MR_KIND_NONE || (length && kind == MR_KIND_DISPLACEMENT) ||
+            (force && kind == MR_KIND_TENSION))
+            continue;
+        char name[CONFIGPLACE_NAME], what[160], advice[200], own[40];
+        bool gage = kind == MR_KIND_TENSION, none = !gage && kind != MR_KIND_DISPLACEMENT;
+        configunits_own(words[at.group][at.field].unit,
+                        gage ? CONFIGUNITS_FORCE : CONFIGUNITS_LENGTH, own);
+        const struct quantity_kind *wanted = quantity_kind_of(own);
+        configplace_name(at, name);
+        r->line = place->line;
+        snprintf(what, sizeof what, "%s is given with a unit of %s", name,
+                 length ? "a length" : "a force");
+        snprintf(advice, sizeof advice, "the channel is %s: write %s",
+                 gage   ? "a gage"
+                 : none ? "no transducer and no gage"
+                        : "a transducer",
+                 none ? "digits alone" : wanted->units);
+        return complain(r, MR_MALFORMED, what, advice);
+    } while (configplace_next(&at));
+    return MR_OK;
+}
+
+static enum mr_status check(struct reader *r)
+{
+    struct mr_config_reason reason;
+    struct configplace at = {0};
+    size_t number = 0;
+    do {
+        if (!r->place[number++].line) {
+            char name[CONFIGPLACE_NAME];
+            configplace_name(at, name);
+            return error_set(r->error, MR_MALFORMED,
+                             "%s is not there: %s; every field is needed: matrig board config get "
+                             "writes them all",
+                             name, r->name);
+        }
+    } while (configplace_next(&at));
+    if (check_units(r) != MR_OK)
+        return r->error->status;
+    if (mr_config_check(r->config, &reason) == MR_OK)
+        return MR_OK;
+    char text[500];
+    config_text_reason(r->config, &reason, text, sizeof text);
+    char *advice = strstr(text, "; ");
+    r->line =
+        r->place[number_of((struct configplace){reason.group, reason.index, reason.field})].line;
+    if (advice)
+        *advice = '\0';
+    return complain(r, MR_LIMIT, text, advice ? advice + 2 : "mend it");
+}
+
+enum mr_status config_text_read(const char *text, const char *name, struct mr_config *config,
+                                struct error *error)
+{
+    struct configplace end = {.group = MR_CONFIG_GROUPS - 1,
+                              .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
+    static struct mr_config read;
+    struct reader reader = {.name = name, .config = &read, .error = error};
+    enum mr_status status = MR_OK;
+    memset(&read, 0, sizeof read);
+    reader.place = calloc(number_of(end), sizeof *reader.place);
+    if (!reader.place)
+        abort();
+    while (status == MR_OK && *text) {
+        size_t length = strcspn(text, "\n");
+        char *line = strndup(text, length);
+        if (!line)
+            abort();
+        reader.line++;
+        status = read_line(&reader, line);
+        free(line);
+        text += length + (text[length] != '\0');
+    }
+    if (status == MR_OK)
+        status = check(&reader);
+    if (status == MR_OK)
+        *config = read;
+    free(reader.place);
+    return status;
+}
+
+enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = calloc(1, FILE_MAX + 1);
+    if (!text)
+        abort();
+    size_t length = file ? fread(text, 1, FILE_MAX, file) : 0;
+    bool failed = !file || ferror(file);
+    int why = errno;
+    if (file)
+        fclose(file);
+    enum mr_status status = MR_OK;
+    if (failed)
+        status = error_set(error, MR_IO,
+                           "cannot be read (%s): %s; matrig board config get -o FILE makes one",
+                           strerror(why), path);
+    else if (strlen(text) != length || length == FILE_MAX)
+        status = error_set(error, MR_MALFORMED,
+                           "no text: %s; is it the file that matrig board config get wrote?", path);
+    else
+        status = config_text_read(text, path, config, error);
+    free(text);
+    return status;
+}
+
+unsigned config_text_compare(const struct mr_config *old, const struct mr_config *new,
+                             void (*each)(void *context, const char *field, const char *old,
+                                          const char *new),
+                             void *context)
+{
+    struct configplace at = {0};
+    unsigned differ = 0;
+    do {
+        char name[CONFIGPLACE_NAME], was[CONFIGPLACE_VALUE], is[CONFIGPLACE_VALUE];
+        configplace_value(configplace_field(at), configplace_bytes(old, at), was);
+        configplace_value(configplace_field(at), configplace_bytes(new, at), is);
+        if (strcmp(was, is) == 0)
+            continue;
+        configplace_name(at, name);
+        differ++;
+        each(context, name, was, is);
+    } while (configplace_next(&at));
+    return differ;
+}

@@ -1,0 +1,58 @@
+/* Zeros, shunt calibration, and the guided calibration of a channel. */
+#ifndef MATRIG_HOST_BOARD_GAGE_CLIENT_H
+#define MATRIG_HOST_BOARD_GAGE_CLIENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/block.h"
+#include "common/catalogue.h"
+#include "host/base/cli.h"
+#include "host/board/dialogue.h"
+#include "host/calibrate/points.h"
+
+/* The results of a shunt calibration, as a board tells them: each gage's, and behind it what
+ * changed since the last one. */
+struct shunts {
+    bool begun; /* one began while somebody listened; results of an earlier one do not count */
+    unsigned count;
+    struct mr_shunt_result result[MR_GAGES];
+    struct mr_shunt_check check[MR_GAGES]; /* NaN: not told */
+};
+
+/* All zero: none. Takes a message in; those of other kinds change nothing. */
+void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
+
+/* What a shunt calibration came to; a number that is none (STORE_NONE): "not calibrated". Static
+ * storage. */
+const char *shunts_verdict_text(int64_t verdict);
+
+/* Asking a board for the zeros of its channels, or for a shunt calibration of its gages. */
+struct gage_client {
+    struct mr_ack ack; /* MR_OK: all good; MR_LIMIT: the results say which is not */
+    struct shunts shunts;
+    struct mr_zero_result zero[MR_CHANNELS];
+    unsigned zeros;
+};
+
+/* MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has their arguments), once the board has
+ * said hello; fills `talk`, which subscribes to the caller's dialogue. MR_NOT_NOW: the board is
+ * armed, in a landing, or calibrating; MR_TIMEOUT; else as dialogue_hello. */
+enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
+                                 int32_t argument, struct error *error);
+
+/* Points from a board, one by one: somebody sets a known value and types it, the board's live
+ * readings say the code. */
+struct calibrate_guided {
+    const struct cli *cli;
+    const char *serial, *name;    /* link of the board; "d3" */
+    unsigned channel;             /* index */
+    const struct unit_word *unit; /* of values that are typed without one */
+};
+
+/* The configuration in force, and the points, their values in in or lb. MR_USAGE: the channel is
+ * not fitted; MR_TIMEOUT; MR_LIMIT: its readings are not valid. */
+enum mr_status calibrate_guide(const struct calibrate_guided *guided, struct mr_config *config,
+                               struct calibrate_points *points, struct error *error);
+
+#endif

@@ -1,0 +1,440 @@
+#include "host/board/health_client.h"
+
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/command.h"
+#include "host/base/answer.h"
+
+/* ---- symbols ---- */
+
+#define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
+
+static enum mr_status read_all(const char *elf, uint8_t **bytes, size_t *length,
+                               struct error *error)
+{
+    FILE *file = fopen(elf, "rb");
+    if (!file)
+        return error_set(error, MR_IO, "%s: %s; build the firmware or give another --elf", elf,
+                         strerror(errno));
+    *bytes = malloc(FILE_BYTES_MAX);
+    if (!*bytes)
+        abort();
+    *length = fread(*bytes, 1, FILE_BYTES_MAX, file);
+    bool failed = ferror(file) != 0 || *length == FILE_BYTES_MAX;
+    fclose(file);
+    return failed ? error_set(error, MR_IO,
+                              "%s: cannot be read; build it again or give another --elf", elf)
+                  : MR_OK;
+}
+
+enum mr_status image_symbols_read(struct mr_symbols *symbols, const char *elf, struct error *error)
+{
+    size_t length = 0, room = 0;
+    *symbols = (struct mr_symbols){0};
+    if (!elf)
+        return MR_OK;
+    enum mr_status status = read_all(elf, &symbols->file, &length, error);
+    if (status != MR_OK)
+        return status;
+    status = mr_symbols_room(symbols->file, length, &room);
+    if (status == MR_OK) {
+        symbols->all = calloc(room + 1, sizeof *symbols->all);
+        if (!symbols->all)
+            abort();
+        status = mr_symbols_take(symbols->file, length, symbols->all, symbols);
+    }
+    if (status == MR_MALFORMED)
+        return error_set(error, status, "%s: not a 32-bit ELF file; give the firmware's .elf", elf);
+    if (status != MR_OK)
+        return error_set(error, status, "%s: ends inside its symbol table; build it again", elf);
+    return symbols->count
+             ? MR_OK
+             : error_set(error, MR_MALFORMED,
+                         "no symbols in the image: %s; give the .elf as it was linked", elf);
+}
+
+void image_symbols_free(struct mr_symbols *symbols)
+{
+    free(symbols->all);
+    free(symbols->file);
+    *symbols = (struct mr_symbols){0};
+}
+
+/* ---- crash ---- */
+
+#define ALL_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
+#define FLASH     0x08000000u
+#define FLASH_END 0x08100000u
+#define PLACE_MAX 120
+
+bool crash_take(struct crash_report *report, const struct mr_crash *message)
+{
+    if (message->item >= MR_CRASH_ITEMS || message->items != MR_CRASH_ITEMS)
+        return false;
+    if (message->item == 0 || message->age != report->age) /* told anew */
+        *report = (struct crash_report){.age = message->age};
+    bool whole = report->present == ALL_WORDS;
+    report->word[message->item] = message->value;
+    report->present |= 1ull << message->item;
+    return !whole && report->present == ALL_WORDS;
+}
+
+/* An address, with its function where it has one. */
+static void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size)
+{
+    const struct mr_symbol *symbol = symbols && symbols->count
+                                       ? mr_symbols_at(symbols, address & ~1u)
+                                       : NULL;
+    if (symbol)
+        snprintf(out, size, "0x%08x (%s+0x%x)", (unsigned)address, symbol->name,
+                 (unsigned)((address & ~1u) - symbol->address));
+    else
+        snprintf(out, size, "0x%08x", (unsigned)address);
+}
+
+void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out,
+                    size_t size)
+{
+    const uint32_t *word = report->word;
+    char place[PLACE_MAX], running[64] = "";
+    bool named = symbols && symbols->count;
+    crash_place(word[MR_CRASH_PC], symbols, place, sizeof place);
+    if (word[MR_CRASH_TASK])
+        snprintf(running, sizeof running, ", in %s", mr_task_text(word[MR_CRASH_TASK]));
+    snprintf(out, size, "the board restarted after a%s %s at %s%s, block %u%s",
+             report->age ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]), place,
+             running, (unsigned)word[MR_CRASH_BLOCK],
+             named ? "" : " (function unknown without --elf)");
+}
+
+/* Headline, registers, stack: object `crash`. */
+static void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols,
+                         struct answer *answer)
+{
+    const struct mr_symbol *at = symbols && symbols->count
+                                   ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u)
+                                   : NULL;
+    char text[300], label[20];
+    answer_open(answer, "crash", "");
+    crash_headline(report, symbols, text, sizeof text);
+    answer_sentence(answer, "text", "%s", text);
+    answer_count(answer, "age", NULL, report->age);
+    answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
+    answer_words_or_none(answer, "function", NULL, at ? at->name : NULL, NULL);
+    crash_place(report->word[MR_CRASH_LR], symbols, text, sizeof text);
+    answer_words(answer, NULL, "called from", "%s", text);
+    answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
+    answer_open(answer, "words", "registers");
+    for (unsigned i = 0; i < MR_CRASH_STACK_FIRST; i++) {
+        answer_count(answer, mr_crash_item_name(i), NULL, report->word[i]);
+        if (i >= MR_CRASH_R0)
+            answer_words(answer, NULL, mr_crash_item_name(i), "%08x", (unsigned)report->word[i]);
+    }
+    answer_close(answer);
+    answer_list(answer, "stack", NULL);
+    for (unsigned i = 0; i < MR_CRASH_STACK; i++)
+        answer_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
+    answer_close(answer);
+    answer_open(answer, NULL, "stack from sp on");
+    for (unsigned i = 0; i < MR_CRASH_STACK; i++) {
+        uint32_t value = report->word[MR_CRASH_STACK_FIRST + i];
+        crash_place(value, value >= FLASH && value < FLASH_END ? symbols : NULL, text, sizeof text);
+        snprintf(label, sizeof label, "sp + %u", 4 * i);
+        answer_words(answer, NULL, label, "%s", text);
+    }
+    answer_close(answer);
+    answer_close(answer);
+}
+
+/* ---- asking ---- */
+
+#define ANSWER_S DIALOGUE_ANSWER_S
+
+#define TAKE(name, into, flag)                            \
+    if (mr_##name##_get(&(into), bytes, length) == MR_OK) \
+        flag = true;                                      \
+    break
+
+/* The board has begun again, or is asked anew: what it said before is over. */
+static void forget(struct health_client *talk)
+{
+    talk->restarts_known = talk->upkeep_known = talk->alarm_known = talk->drops_known =
+        talk->health_known = false;
+    talk->crashed = false;
+    talk->crash = (struct crash_report){0};
+    memset(talk->fault, 0, sizeof talk->fault);
+}
+
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
+{
+    struct health_client *talk = context;
+    const uint8_t *bytes = message->payload;
+    size_t length = message->length;
+    struct mr_fault fault;
+    struct mr_crash crash;
+    struct mr_self_test test;
+    (void)error;
+    switch (message->id) {
+    case MR_ID_HELLO:
+        if (mr_hello_get(&talk->hello, bytes, length) != MR_OK)
+            break;
+        talk->hellos++;
+        if (message->seq == 0)
+            forget(talk);
+        break;
+    case MR_ID_FAULT:
+        if (mr_fault_get(&fault, bytes, length) == MR_OK && fault.code < MR_FAULT_COUNT)
+            talk->fault[fault.code] = fault;
+        break;
+    case MR_ID_SELF_TEST:
+        if (mr_self_test_get(&test, bytes, length) == MR_OK &&
+            test.tag == dialogue_tag(talk->dialogue)) {
+            talk->test = test;
+            talk->tested = true;
+        }
+        break;
+    case MR_ID_CRASH:
+        if (mr_crash_get(&crash, bytes, length) == MR_OK)
+            talk->crashed |= crash_take(&talk->crash, &crash);
+        break;
+    case MR_ID_RESTARTS: TAKE(restarts, talk->restarts, talk->restarts_known);
+    case MR_ID_UPKEEP: TAKE(upkeep, talk->upkeep, talk->upkeep_known);
+    case MR_ID_CAN_ALARM: TAKE(can_alarm, talk->alarm, talk->alarm_known);
+    case MR_ID_CAN_DROPS: TAKE(can_drops, talk->drops, talk->drops_known);
+    case MR_ID_HEALTH: TAKE(health, talk->health, talk->health_known);
+    default: break;
+    }
+    return MR_OK;
+}
+
+static bool greeted(const void *context)
+{
+    const struct health_client *talk = context;
+    return talk->hellos >= talk->wanted;
+}
+
+static enum mr_status until_hello(struct health_client *talk, unsigned hellos, struct error *error)
+{
+    talk->wanted = hellos;
+    enum mr_status status = dialogue_until(talk->dialogue, greeted, talk, ANSWER_S, error);
+    return status == MR_TIMEOUT ? dialogue_no_hello(talk->dialogue, error) : status;
+}
+
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses
+ * as dialogue_hello. */
+static enum mr_status health_client_begin(struct health_client *talk, struct dialogue *dialogue,
+                                          struct error *error)
+{
+    memset(talk, 0, sizeof *talk);
+    talk->dialogue = dialogue;
+    dialogue_subscribe(dialogue, take, talk);
+    return dialogue_hello(dialogue, NULL, NULL, error);
+}
+
+static enum mr_status order(struct health_client *talk, uint8_t code, struct error *error)
+{
+    struct mr_ack ack;
+    enum mr_status status = dialogue_order(
+        talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S}, &ack, error);
+    if (status == MR_TIMEOUT)
+        return dialogue_lost(talk->dialogue, code, error);
+    if (status != MR_OK || ack.status == MR_OK)
+        return status;
+    return dialogue_refused(talk->dialogue, &ack, "a landing is armed or going on", error);
+}
+
+static bool all_known(const void *context)
+{
+    const struct health_client *talk = context;
+    return talk->restarts_known && talk->upkeep_known && talk->alarm_known && talk->drops_known &&
+           talk->health_known;
+}
+
+/* Hears everything that the board says each second, and what a processor fault left behind. */
+static enum mr_status health_client_hear(struct health_client *talk, struct error *error)
+{
+    forget(talk);
+    enum mr_status status = order(talk, MR_COMMAND_STATE, error);
+    /* a whole second of the board, whatever its speed: from one regular hello to the next */
+    if (status == MR_OK)
+        status = until_hello(talk, talk->hellos + 2, error);
+    if (status == MR_OK)
+        status = dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, error);
+    return status == MR_TIMEOUT ? error_set(error, MR_TIMEOUT,
+                                            "the board does not say how it is: %s; is its firmware "
+                                            "of this matrig's version?",
+                                            dialogue_spec(talk->dialogue))
+                                : status;
+}
+
+/* Fills `test`. MR_TIMEOUT, or what the board answered. */
+static enum mr_status health_client_self_test(struct health_client *talk, struct error *error)
+{
+    enum mr_status status = order(talk, MR_COMMAND_SELF_TEST, error);
+    if (status == MR_OK)
+        status = dialogue_until(talk->dialogue, dialogue_flag, &talk->tested, ANSWER_S, error);
+    return status == MR_TIMEOUT
+             ? error_set(error, MR_TIMEOUT, "the self-test does not end: %s; reset the board",
+                         dialogue_spec(talk->dialogue))
+             : status;
+}
+
+/* Waits until the board speaks again. */
+static enum mr_status health_client_reset(struct health_client *talk, struct error *error)
+{
+    enum mr_status status = order(talk, MR_COMMAND_RESET, error);
+    unsigned hellos = talk->hellos;
+    double until_s = dialogue_now_s(talk->dialogue) + ANSWER_S;
+    /* a hello that was on its way still names the reset before */
+    while (status == MR_OK && dialogue_now_s(talk->dialogue) < until_s) {
+        status = until_hello(talk, ++hellos, error);
+        if (status == MR_OK && (talk->hello.reset_cause & 5u) == 4u)
+            return MR_OK;
+    }
+    return status == MR_OK
+             ? error_set(error, MR_TIMEOUT, "the board did not restart: %s; switch it off and on",
+                         dialogue_spec(talk->dialogue))
+             : status;
+}
+
+/* ---- matrig board health ---- */
+
+static void cause_text(unsigned cause, char *out, size_t size)
+{
+    size_t n = 0;
+    out[0] = '\0';
+    for (unsigned bit = MR_RESET_POWER; bit <= MR_RESET_BROWN_OUT; bit <<= 1) {
+        if (cause & bit && n < size)
+            n += (size_t)snprintf(out + n, size - n, "%s%s", n ? ", " : "",
+                                  mr_reset_cause_text(bit));
+    }
+}
+
+static void faults_answer(const struct health_client *talk, struct answer *answer)
+{
+    answer_table(answer, "faults", "faults");
+    for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
+        const struct mr_fault *fault = &talk->fault[i];
+        const char *which = i == MR_FAULT_SELFTEST  ? mr_self_test_text(fault->detail)
+                          : i == MR_FAULT_TASK_LATE ? mr_task_text(fault->detail)
+                                                    : "";
+        if (!fault->count)
+            continue;
+        answer_row(answer);
+        answer_count(answer, "code", NULL, i);
+        answer_words(answer, "text", "fault", "%s", mr_fault_text(i));
+        answer_count(answer, "detail", "detail", fault->detail);
+        answer_count(answer, "count", "times", fault->count);
+        if (*which)
+            answer_words(answer, NULL, "which", "%s", which);
+    }
+    answer_close(answer);
+}
+
+static void health_answer(const struct health_client *talk, const struct mr_symbols *symbols,
+                          struct answer *answer)
+{
+    char text[160];
+    cause_text(talk->hello.reset_cause, text, sizeof text);
+    answer_words(answer, NULL, "last reset", "%s", text);
+    answer_count(answer, "reset_cause", NULL, talk->hello.reset_cause);
+    answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end =
+        " that nobody asked for since power on";
+    answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end =
+        talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : NULL;
+    answer_count(answer, "late_task", NULL, talk->restarts.late_task);
+    if (talk->restarts.late_task) {
+        crash_place(talk->restarts.late_pc, symbols, text, sizeof text);
+        answer_words(answer, NULL, "watchdog",
+                     "%s did not run in its time; the processor was at %s",
+                     mr_task_text(talk->restarts.late_task), text);
+    }
+    answer_words(answer, "brown_out", "brown-out", "%s",
+                 mr_brown_out_text(talk->restarts.brown_out));
+    answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end =
+        " bytes at most";
+    answer_count(answer, "stack_size", "stack", talk->upkeep.stack_size)->end = " bytes";
+    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end =
+        " times gone through, idle";
+    answer_count(answer, "flash_checked", "program", talk->upkeep.flash_checked)->end =
+        " times gone through, idle";
+    answer_words(answer, "can", "CAN", "%s", mr_can_state_text(talk->alarm.state));
+    answer_count(answer, "can_tec", "TEC", talk->alarm.tec);
+    answer_count(answer, NULL, "REC", talk->alarm.rec);
+    answer_count(answer, "can_outages", "CAN outages", talk->alarm.outages);
+    answer_value(answer, NULL, "the last", UNIT_TIME, (double)talk->alarm.outage_s, 2);
+    answer_open(answer, NULL, "CAN frames dropped");
+    answer_count(answer, "dropped_queue_full", "queue full", talk->drops.queue_full);
+    answer_count(answer, "dropped_bus_off", "bus-off", talk->drops.bus_off);
+    answer_count(answer, "dropped_timeout", "nothing passed", talk->drops.timeout);
+    answer_count(answer, "dropped_silent", "silent", talk->drops.silent);
+    answer_close(answer);
+    faults_answer(talk, answer);
+    if (talk->crashed)
+        crash_answer(&talk->crash, symbols, answer);
+    else
+        answer_none(answer, "crash", NULL, NULL);
+}
+
+static void test_answer(const struct mr_self_test *test, struct answer *answer)
+{
+    answer_count(answer, "done", NULL, test->done);
+    answer_count(answer, "failed", NULL, test->failed);
+    for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
+        if (test->done >> i & 1u)
+            answer_words(answer, NULL, mr_self_test_text(i), "%s",
+                         test->failed >> i & 1u ? "FAILED" : "good");
+    }
+}
+
+/* Exit 1: the board found a fault in itself. */
+static int tell(const char *verb, const struct health_client *talk,
+                const struct mr_symbols *symbols, const struct cli *cli)
+{
+    struct answer *answer = answer_new(cli->si);
+    bool fault = false;
+    if (strcmp(verb, "health") == 0) {
+        health_answer(talk, symbols, answer);
+        fault = talk->health.faults != 0;
+    } else if (strcmp(verb, "self-test") == 0) {
+        test_answer(&talk->test, answer);
+        fault = talk->test.failed != 0;
+    } else
+        answer_flag(answer, "restarted", NULL, true);
+    return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
+}
+
+bool board_health_verb(const char *word)
+{
+    return strcmp(word, "health") == 0 || strcmp(word, "self-test") == 0 ||
+           strcmp(word, "reset") == 0;
+}
+
+int board_health(const char *serial, const char *verb, const char *elf, const struct cli *cli)
+{
+    struct error error = {0};
+    struct dialogue dialogue = {0};
+    struct mr_symbols symbols;
+    struct health_client *talk = calloc(1, sizeof *talk);
+    if (!talk)
+        abort();
+    enum mr_status status = image_symbols_read(&symbols, elf, &error);
+    if (status == MR_OK)
+        status = dialogue_open(&dialogue, NULL, serial, &error);
+    if (status == MR_OK)
+        status = health_client_begin(talk, &dialogue, &error);
+    if (status == MR_OK)
+        status = strcmp(verb, "health") == 0    ? health_client_hear(talk, &error)
+               : strcmp(verb, "self-test") == 0 ? health_client_self_test(talk, &error)
+                                                : health_client_reset(talk, &error);
+    int exit_code = status == MR_OK ? tell(verb, talk, &symbols, cli) : cli_fail(&error);
+    dialogue_close(&dialogue);
+    image_symbols_free(&symbols);
+    free(talk);
+    return exit_code;
+}

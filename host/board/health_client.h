@@ -1,0 +1,65 @@
+/* Health of a board: restarts, faults, and what a processor fault left behind. */
+#ifndef MATRIG_HOST_BOARD_HEALTH_CLIENT_H
+#define MATRIG_HOST_BOARD_HEALTH_CLIENT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "common/catalogue.h"
+#include "common/crash.h"
+#include "common/fault.h"
+#include "common/symbols.h"
+#include "host/base/answer.h"
+#include "host/base/cli.h"
+#include "host/base/error.h"
+#include "host/board/dialogue.h"
+
+/* The functions of a firmware image by name (common/symbols.h), from its ELF file: where a board
+ * stopped. */
+/* Of the ELF at the path `elf`; NULL: none are known. MR_IO; MR_MALFORMED: no ELF, or one without
+ * names; MR_TRUNCATED. The caller frees them with image_symbols_free, also after a failure. */
+enum mr_status image_symbols_read(struct mr_symbols *symbols, const char *elf, struct error *error);
+void image_symbols_free(struct mr_symbols *symbols);
+
+/* What a board tells of a processor fault (message `crash`): put together, and in words. */
+struct crash_report {
+    uint32_t word[MR_CRASH_ITEMS];
+    uint64_t present; /* bit n: word n */
+    uint16_t age;     /* restarts since */
+};
+
+_Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word");
+
+/* Takes one word. True: now all are there, and were not before this one. */
+bool crash_take(struct crash_report *report, const struct mr_crash *message);
+
+/* One line without its end: "the board restarted after a usage fault at 0x0801234a in
+ * take_block+0x12 ...". `symbols` NULL: the function is not known. */
+void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out,
+                    size_t size);
+
+/* Asking a board over serial how it is: the commands state, self-test and reset, and what it says
+ * of its health. */
+struct health_client {
+    struct dialogue *dialogue;
+    unsigned hellos, wanted; /* that came; that are waited for */
+    bool tested, crashed;
+    bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
+    struct mr_hello hello; /* the newest */
+    struct mr_restarts restarts;
+    struct mr_upkeep upkeep;
+    struct mr_can_alarm alarm;
+    struct mr_can_drops drops;
+    struct mr_health health;
+    struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: none */
+    struct mr_self_test test;
+    struct crash_report crash;
+};
+
+/* matrig board health | self-test | reset */
+/* One of the verbs of board_health.c? */
+bool board_health_verb(const char *word);
+/* Exit code; 1: the board found a fault in itself. `elf` names functions, or NULL. */
+int board_health(const char *serial, const char *verb, const char *elf, const struct cli *cli);
+
+#endif
