@@ -14,6 +14,7 @@ static const struct {
     [PLACE_BOARD] = {"matrig-board", NULL},
     [PLACE_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
     [PLACE_RUNS] = {"../tests/runs", "runs"},
+    [PLACE_DEMO] = {"../host/demo.sh", "demo.sh"},
     [PLACE_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 

@@ -9,7 +9,8 @@ enum place {
     PLACE_BOARD,    /* matrig-board, beside matrig */
     PLACE_FIRMWARE, /* matrig.elf */
     PLACE_RUNWAY,   /* scene of the model runway */
-    PLACE_RUNS      /* folder of the recorded landings */
+    PLACE_RUNS,     /* folder of the recorded landings */
+    PLACE_DEMO      /* script of matrig demo */
 };
 
 /* Looked for beside the program, then in ../share/matrig from there, then in the folders for data

@@ -121,7 +121,7 @@ check "a study of a campaign, known by its landings" campaigns
 by_hand() { # DECELERATION F: the same from the runways of a campaign file that was written so
     sed "s/0.5, \"v0\"/$2, \"v0\"/" "$tmp/runway/scene.json" >"$tmp/runway/scene2.json"
     sed "s/scene.json/scene2.json/; s/: 8}/: $1}/; s/\"seeds\"/\"runway\": {\"closing_lb\": [0, 10]}, &/" "$tmp/runway/series.json" >"$tmp/runway/series2.json"
-    $m --quiet --json campaign "$tmp/runway/series2.json" >"$tmp/direct.json" && python3 - "$tmp" "$1" "$2" <<'P'
+    $m --quiet --json study "$tmp/runway/series2.json" >"$tmp/direct.json" && python3 - "$tmp" "$1" "$2" <<'P'
 import json, statistics, sys
 tmp, a, f = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
 runways = json.load(open(tmp + "/direct.json"))["runways"]
