@@ -2,7 +2,6 @@
 
 #include "docs/reference/reference.h"
 #include "host/base/help.h"
-#include "host/base/help_page.h"
 #include "host/commands/commands.h"
 
 /* Lines that begin with blanks, and examples, stand as they are. */

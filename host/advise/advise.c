@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
-#include "host/base/steady.h"
+#include "host/base/statistics.h"
+#include "host/base/monotonic_clock.h"
 
 #define SPEED_SPREAD     0.01 /* of a speed planned */
 #define TOUCHDOWN_SPREAD 0.5  /* ft */
@@ -37,7 +37,7 @@ static const struct past_landing *last_measured(const struct past *past)
 /* Says what is done next when the last line is old enough. */
 static void tell(struct advise *advise, const char *what, size_t done, size_t of)
 {
-    double now_s = steady_s();
+    double now_s = monotonic_s();
     if (!advise->request.to || now_s < advise->tell_s)
         return;
     fprintf(advise->request.to,
@@ -156,7 +156,7 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     for (unsigned i = 0; i < EVEN_ROWS; i++)
         mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVEN_ROWS - 1u))) / 10.0;
     mean_ft_s2[EVEN_ROWS] = advise->plan.mean_ft_s2;
-    order_numbers(mean_ft_s2, ADVISE_ROWS);
+    sort_numbers(mean_ft_s2, ADVISE_ROWS);
     for (unsigned i = 0; i < ADVISE_ROWS; i++) {
         if (fabs(mean_ft_s2[i] - advise->plan.mean_ft_s2) < 1e-9)
             advise->plan_row = i;
@@ -255,7 +255,7 @@ static void judge(struct advise *advise, bool si)
 enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
                            struct advise *advise, struct error *error)
 {
-    double began_s = steady_s(), began_ms = processor_ms();
+    double began_s = monotonic_s(), began_ms = processor_ms();
     *advise = (struct advise){.request = *request, .tell_s = began_s + ADVISE_TELL_S};
     enum mr_status status = past_load(store, request->before, &advise->past, error);
     if (status == MR_OK && isfinite(request->friction))
@@ -283,7 +283,7 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
         find_hardest(advise);
     if (status == MR_OK)
         judge(advise, si);
-    advise->took_s = steady_s() - began_s;
+    advise->took_s = monotonic_s() - began_s;
     advise->processor_s = 1e-3 * (processor_ms() - began_ms);
     return status;
 }

@@ -52,7 +52,7 @@ struct advise {
     double worth[ADVISE_GROUPS];
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
-    double tell_s; /* on steady_s: before it nothing is said */
+    double tell_s; /* on monotonic_s: before it nothing is said */
     double took_s, processor_s;
 };
 

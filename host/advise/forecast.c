@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 
 #define STREAM         2u
 #define PRIOR_LANDINGS 4.0

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "host/advise/smoother.h"
-#include "host/base/shared.h"
+#include "host/base/parallel_for.h"
 #include "host/ensemble/chains.h"
 
 #define STREAM    1u
@@ -388,7 +388,7 @@ bool advise_play(struct advise_members *members, const struct advise_braking *br
                  struct advise_met *met)
 {
     struct playing playing = {.members = members, .braking = braking, .met = met, .keeps = keeps};
-    shared_run(members->threads, play_some, &playing);
+    parallel_for(members->threads, play_some, &playing);
     members->computed += members->count;
     return !playing.failed;
 }

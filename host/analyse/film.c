@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 
 #define PERIODS_MOST 1e9 /* of a gap, whatever a damaged time says */
 /* steps on each side whose median is the period: half of them may be gaps */
@@ -17,7 +17,7 @@ static double median_step(const double *t_us, size_t from, size_t to)
     size_t count = 0;
     for (size_t i = from; i < to; i++)
         step_us[count++] = t_us[i + 1] - t_us[i];
-    order_numbers(step_us, count);
+    sort_numbers(step_us, count);
     return step_us[(count - 1) / 2];
 }
 

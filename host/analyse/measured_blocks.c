@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 void measured_set_aside(struct measured_aside *aside, size_t *count, int64_t block)
 {

@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 #define BLOCKS_PER_S 1000
 #define SHARE        100u /* less than a hundredth of the largest group is none of the landing, */

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 static const struct {
     const char *name;

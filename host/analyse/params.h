@@ -12,7 +12,7 @@
 #include <stddef.h>
 
 #include "host/base/error.h"
-#include "host/base/line.h"
+#include "host/base/statistics.h"
 
 /* Mat hung on two parallel cords and turned about the vertical: I = W d^2 T^2 / (16 pi^2 l), slug
  * ft2. d: between the cords, both as far from the centre; l: length of a cord; T: period of small

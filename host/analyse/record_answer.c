@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/analyse/record.h"
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 
 const char *record_verdict_text(enum record_verdict verdict)
 {

@@ -2,27 +2,90 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/answer_items.h"
-#include "host/base/list.h"
+#include "host/base/html.h"
+#include "host/base/xmalloc.h"
+
+/* An answer's facts in their order: what answer.c gathers and the printers walk through. */
+enum answer_kind {
+    ANSWER_VALUE,
+    ANSWER_ESTIMATE,
+    ANSWER_COUNT,
+    ANSWER_FLAG,
+    ANSWER_WORDS,
+    ANSWER_SENTENCE,
+    ANSWER_NONE,
+    ANSWER_JSON,
+    ANSWER_OPEN,
+    ANSWER_LIST,
+    ANSWER_TABLE,
+    ANSWER_CLOSE
+};
+
+struct answer_item {
+    struct answer_fact fact; /* the first: its address is the item's */
+    enum answer_kind kind;
+    char *name, *label; /* owned; NULL: not for programs, not for people */
+    const struct unit *unit;
+    double value, error; /* as shown: converted */
+    const struct unit *json_unit;
+    double json_value, json_error;
+    int decimals;
+    int64_t count;
+    char *words;
+    char *remark; /* NULL: none */
+    json_t *json;
+};
+
+struct answer {
+    struct answer_item *item;
+    size_t count;
+    bool si, as_given;
+    unsigned depth; /* of groups that are open */
+    uint64_t rows;  /* bit d: the group at depth d has a row open, at depth d + 1 */
+};
+
+static bool answer_is_group(enum answer_kind kind)
+{
+    return kind == ANSWER_OPEN || kind == ANSWER_LIST || kind == ANSWER_TABLE;
+}
+
+/* The index after item `i` and all that is in it. */
+static size_t answer_after(const struct answer *answer, size_t i)
+{
+    size_t depth = 0;
+    do {
+        depth += answer_is_group(answer->item[i].kind);
+        depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE;
+        i++;
+    } while (depth > 0 && i < answer->count);
+    return i;
+}
+
+/* A group without facts: people see neither its heading nor its columns. */
+static bool answer_is_empty(const struct answer *answer, size_t i)
+{
+    return answer_is_group(answer->item[i].kind) && answer_after(answer, i) <= i + 2;
+}
+
+#define ANSWER_CELL    1200 /* as long as words can be */
+#define ANSWER_COLUMNS 80   /* of a table, for people: more than a campaign has stations */
 
 #define DIGITS 6
-#define WORDS  1200
 
 struct answer *answer_new(bool si)
 {
-    struct answer *answer = calloc(1, sizeof *answer);
-    if (answer)
-        answer->si = si;
+    struct answer *answer = xcalloc(1, sizeof *answer);
+    answer->si = si;
     return answer;
 }
 
 void answer_as_given(struct answer *answer)
 {
-    if (answer)
-        answer->as_given = true;
+    answer->as_given = true;
 }
 
 void answer_free(struct answer *answer)
@@ -42,52 +105,39 @@ void answer_free(struct answer *answer)
 
 bool answer_in_si(const struct answer *answer)
 {
-    return answer && answer->si;
+    return answer->si;
 }
 
-static bool copy(char **to, const char *text)
-{
-    *to = text ? strdup(text) : NULL;
-    return *to || !text;
-}
-
-/* Never NULL: a fact without room is refined in vain. */
 static struct answer_item *add(struct answer *answer, enum answer_kind kind, const char *name,
                                const char *label)
 {
-    static struct answer_item beyond;
-    struct answer_item *item = &beyond;
-    if (answer && !answer->failed)
-        answer->failed = !list_grow(&answer->item, answer->count, sizeof *answer->item);
-    bool kept = answer && !answer->failed;
-    if (kept)
-        item = &answer->item[answer->count++];
+    xlist_grow(&answer->item, answer->count, sizeof *answer->item);
+    struct answer_item *item = &answer->item[answer->count++];
     *item = (struct answer_item){.kind = kind, .fact.digits = DIGITS, .error = (double)NAN};
-    if (kept && !(copy(&item->name, name) && copy(&item->label, label)))
-        answer->failed = true;
+    item->name = name ? xstrdup(name) : NULL;
+    item->label = label ? xstrdup(label) : NULL;
     return item;
 }
 
-static void set_words(struct answer *answer, char **words, const char *format, va_list arguments)
+static char *words_of(const char *format, va_list arguments)
 {
-    char text[WORDS];
+    char text[ANSWER_CELL];
     vsnprintf(text, sizeof text, format, arguments);
-    if (answer && !answer->failed && !copy(words, text))
-        answer->failed = true;
+    return xstrdup(text);
 }
 
 struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
                                  enum unit_kind unit, double value, int decimals)
 {
     struct answer_item *item = add(answer, ANSWER_VALUE, name, label);
-    const struct unit *shown = unit_of(unit, answer && answer->si);
+    const struct unit *shown = unit_of(unit, answer->si);
     item->unit = shown;
     item->value = value * shown->factor;
-    item->json_unit = answer && answer->as_given ? unit_given(unit) : shown;
+    item->json_unit = answer->as_given ? unit_given(unit) : shown;
     item->json_value = value * item->json_unit->factor;
     item->decimals = decimals;
     if (decimals >= 0)
-        item->decimals = unit_decimals(unit, answer && answer->si, decimals);
+        item->decimals = unit_decimals(unit, answer->si, decimals);
     return &item->fact;
 }
 
@@ -121,7 +171,7 @@ struct answer_fact *answer_words(struct answer *answer, const char *name, const 
     struct answer_item *item = add(answer, ANSWER_WORDS, name, label);
     va_list arguments;
     va_start(arguments, format);
-    set_words(answer, &item->words, format, arguments);
+    item->words = words_of(format, arguments);
     va_end(arguments);
     return &item->fact;
 }
@@ -131,25 +181,21 @@ void answer_sentence(struct answer *answer, const char *name, const char *format
     struct answer_item *item = add(answer, ANSWER_SENTENCE, name, "");
     va_list arguments;
     va_start(arguments, format);
-    set_words(answer, &item->words, format, arguments);
+    item->words = words_of(format, arguments);
     va_end(arguments);
 }
 
 void answer_remark(struct answer *answer, const char *format, ...)
 {
     va_list arguments;
-    if (!answer || answer->failed || answer->count == 0)
-        return;
     va_start(arguments, format);
-    set_words(answer, &answer->item[answer->count - 1].remark, format, arguments);
+    answer->item[answer->count - 1].remark = words_of(format, arguments);
     va_end(arguments);
 }
 
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why)
 {
-    struct answer_item *item = add(answer, ANSWER_NONE, name, label);
-    if (answer && !answer->failed && !copy(&item->words, why))
-        answer->failed = true;
+    add(answer, ANSWER_NONE, name, label)->words = why ? xstrdup(why) : NULL;
 }
 
 void answer_words_or_none(struct answer *answer, const char *name, const char *label,
@@ -163,28 +209,20 @@ void answer_words_or_none(struct answer *answer, const char *name, const char *l
 
 void answer_json_value(struct answer *answer, const char *name, json_t *json)
 {
-    if (answer && !json)
-        answer->failed = true;
-    struct answer_item *item = add(answer, ANSWER_JSON, name, NULL);
-    if (answer && !answer->failed)
-        item->json = json;
-    else
-        json_decref(json);
+    add(answer, ANSWER_JSON, name, NULL)->json = json;
 }
 
 static void open_group(struct answer *answer, enum answer_kind kind, const char *name,
                        const char *label)
 {
     add(answer, kind, name, label);
-    if (answer)
-        answer->rows &= ~(1ull << ++answer->depth);
+    answer->rows &= ~(1ull << ++answer->depth);
 }
 
 static void close_group(struct answer *answer)
 {
     add(answer, ANSWER_CLOSE, NULL, NULL);
-    if (answer)
-        answer->depth--;
+    answer->depth--;
 }
 
 void answer_open(struct answer *answer, const char *name, const char *label)
@@ -205,15 +243,14 @@ void answer_table(struct answer *answer, const char *name, const char *label)
 /* What is open: a row, of the group around it. */
 static bool in_row(const struct answer *answer)
 {
-    return answer && answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
+    return answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
 }
 
 void answer_row(struct answer *answer)
 {
     if (in_row(answer))
         close_group(answer);
-    if (answer)
-        answer->rows |= 1ull << answer->depth;
+    answer->rows |= 1ull << answer->depth;
     open_group(answer, ANSWER_OPEN, NULL, NULL);
 }
 
@@ -222,17 +259,6 @@ void answer_close(struct answer *answer)
     if (in_row(answer))
         close_group(answer);
     close_group(answer);
-}
-
-size_t answer_after(const struct answer *answer, size_t i)
-{
-    size_t depth = 0;
-    do {
-        depth += answer_is_group(answer->item[i].kind);
-        depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE;
-        i++;
-    } while (depth > 0 && i < answer->count);
-    return i;
 }
 
 json_t *answer_into_json(struct answer *answer)
@@ -246,7 +272,7 @@ int answer_show(const struct cli *cli, struct answer *answer, int code)
 {
     if (cli->json) {
         json_t *json = answer_into_json(answer);
-        return json ? cli_print_json(json, code) : cli_fail_output();
+        return cli_print_json(json, code);
     }
     bool shown = answer_text(answer, stdout) && fflush(stdout) == 0;
     answer_free(answer);
@@ -259,4 +285,495 @@ int answer_end(const struct cli *cli, struct answer *answer, int code, const str
         return answer_show(cli, answer, code);
     answer_free(answer);
     return cli_fail(error);
+}
+
+/* An answer for people at a terminal. */
+#define WIDTH     100      /* of a terminal that people have */
+#define LABEL     13       /* the least width of the labels of facts */
+#define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
+
+static int number(const struct answer_item *item, double value, bool plus, char *text, size_t size)
+{
+    if (!isfinite(value))
+        return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
+    if (item->fact.bounded && value >= 999.5)
+        return snprintf(text, size, ">999");
+    if (item->decimals < 0)
+        /* no -0 */
+        return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0);
+    return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals,
+                    unit_tidy(value, pow(10.0, -item->decimals)));
+}
+
+static void answer_cell(const struct answer_item *item, const char *plus_minus,
+                        char text[static ANSWER_CELL])
+{
+    int length = 0;
+    text[0] = '\0';
+    switch (item->kind) {
+    case ANSWER_VALUE:
+    case ANSWER_ESTIMATE:
+        length = number(item, item->value, item->fact.plus, text, ANSWER_CELL);
+        break;
+    case ANSWER_COUNT:
+        if (item->count == ANSWER_UNKNOWN)
+            snprintf(text, ANSWER_CELL, "-");
+        else
+            snprintf(text, ANSWER_CELL, "%lld", (long long)item->count);
+        break;
+    case ANSWER_FLAG: snprintf(text, ANSWER_CELL, "%s", item->count ? "yes" : "no"); break;
+    default: snprintf(text, ANSWER_CELL, "%s", item->words ? item->words : "");
+    }
+    if (item->kind == ANSWER_ESTIMATE && isfinite(item->value) && !isnan(item->error)) {
+        length += snprintf(text + length, (size_t)(ANSWER_CELL - length), "%s", plus_minus);
+        number(item, item->error, false, text + length, (size_t)(ANSWER_CELL - length));
+    }
+}
+
+static void answer_line(const struct answer_item *item, const char *plus_minus,
+                        char text[static ANSWER_CELL])
+{
+    const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
+    char interval[80] = "";
+    answer_cell(item, plus_minus, text);
+    if (item->fact.interval && isfinite(item->error))
+        snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals,
+                 item->value - NORMAL_95 * item->error, item->decimals,
+                 item->value + NORMAL_95 * item->error);
+    size_t length = strlen(text);
+    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
+             item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
+}
+
+/* ---- tables ---- */
+
+static bool is_cell(const struct answer_item *item)
+{
+    return !answer_is_group(item->kind) && item->label && item->label[0];
+}
+
+static size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most)
+{
+    size_t count = 0, end = answer_after(answer, table);
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        /* a new column stands after the one before it in its row */
+        size_t place = 0, to = answer_after(answer, row);
+        for (size_t i = row + 1; i < to; i++) {
+            size_t c = 0;
+            if (!is_cell(&answer->item[i]))
+                continue;
+            while (c < count && strcmp(answer->item[column[c]].label, answer->item[i].label) != 0)
+                c++;
+            if (c == count && count < most) {
+                memmove(column + place + 1, column + place, (count++ - place) * sizeof *column);
+                column[c = place] = i;
+            } else if (c < count && !answer->item[column[c]].unit)
+                column[c] = i; /* a row without the value has no unit */
+            place = c + 1;
+        }
+    }
+    return count;
+}
+
+static const struct answer_item *answer_in_row(const struct answer *answer, size_t row,
+                                               const char *label)
+{
+    size_t end = answer_after(answer, row);
+    for (size_t i = row + 1; i < end; i++) {
+        if (is_cell(&answer->item[i]) && (!label || strcmp(answer->item[i].label, label) == 0))
+            return &answer->item[i];
+    }
+    return NULL;
+}
+
+/* Line `line` of a column's head: the parts of its label, then its unit. False: there is none. */
+static bool head_line(const struct answer_item *column, size_t line, size_t lines,
+                      char text[static ANSWER_CELL])
+{
+    const char *part = column->label;
+    size_t parts = 1, unit = column->unit && column->unit->text[0];
+    for (const char *at = part; (at = strchr(at, '|')); at++)
+        parts++;
+    text[0] = '\0';
+    if (line + parts + unit < lines) /* heads end at the same line */
+        return false;
+    line -= lines - parts - unit;
+    if (line >= parts)
+        return snprintf(text, ANSWER_CELL, "%s", column->unit->text) > 0;
+    for (; line > 0; line--)
+        part = strchr(part, '|') + 1;
+    snprintf(text, ANSWER_CELL, "%.*s", (int)strcspn(part, "|"), part);
+    return true;
+}
+
+static size_t head_lines(const struct answer_item *column)
+{
+    size_t lines = column->unit && column->unit->text[0] ? 2 : 1;
+    for (const char *at = column->label; (at = strchr(at, '|')); at++)
+        lines++;
+    return lines;
+}
+
+static size_t column_width(const struct answer *answer, size_t table,
+                           const struct answer_item *column)
+{
+    char text[ANSWER_CELL];
+    size_t width = 1, lines = head_lines(column), end = answer_after(answer, table);
+    for (size_t line = 0; line < lines; line++) {
+        head_line(column, line, lines, text);
+        size_t head = wrap_width(text, strlen(text));
+        width = head > width ? head : width;
+    }
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        const struct answer_item *item = answer_in_row(answer, row, column->label);
+        if (!item)
+            continue;
+        answer_cell(item, " +- ", text);
+        size_t cell = wrap_width(text, strlen(text));
+        width = cell > width ? cell : width;
+    }
+    return width;
+}
+
+/* Blanks are owed until something follows them, so that no line ends in them. */
+static void print_padded(const char *text, size_t width, bool left, size_t *owed, FILE *out)
+{
+    size_t own = wrap_width(text, strlen(text)), gap = own < width ? width - own : 0;
+    *owed += 2 + (left ? 0 : gap);
+    if (own > 0) {
+        fprintf(out, "%*s%s", (int)*owed, "", text);
+        *owed = 0;
+    }
+    *owed += left ? gap : 0;
+}
+
+struct block {
+    const struct answer_item *column[ANSWER_COLUMNS];
+    size_t width[ANSWER_COLUMNS];
+    size_t count;
+};
+
+static bool is_left(const struct answer_item *column)
+{
+    return column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE ||
+           column->kind == ANSWER_SENTENCE;
+}
+
+static void print_block(const struct answer *answer, size_t table, const struct block *block,
+                        size_t indent, FILE *out)
+{
+    char text[ANSWER_CELL];
+    size_t lines = 0, end = answer_after(answer, table);
+    for (size_t c = 0; c < block->count; c++) {
+        size_t own = head_lines(block->column[c]);
+        lines = own > lines ? own : lines;
+    }
+    for (size_t line = 0; line < lines; line++) {
+        size_t owed = indent;
+        for (size_t c = 0; c < block->count; c++) {
+            head_line(block->column[c], line, lines, text);
+            print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
+        }
+        fputc('\n', out);
+    }
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        size_t owed = indent;
+        if (!answer_in_row(answer, row, NULL))
+            continue;
+        for (size_t c = 0; c < block->count; c++) {
+            const struct answer_item *item = answer_in_row(answer, row, block->column[c]->label);
+            text[0] = '\0';
+            if (item)
+                answer_cell(item, " +- ", text);
+            print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
+        }
+        fputc('\n', out);
+    }
+}
+
+static void print_table(const struct answer *answer, size_t table, size_t indent, FILE *out)
+{
+    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
+                                  done = 0;
+    struct block block = {0};
+    size_t used = indent;
+    while (done < columns) {
+        const struct answer_item *column = &answer->item[index[done]];
+        size_t width = column_width(answer, table, column);
+        if (block.count > 1 && used + 2 + width > WIDTH) {
+            /* the rest below, beside the first column again */
+            print_block(answer, table, &block, indent, out);
+            used = indent + 2 + block.width[0];
+            block.count = 1;
+        }
+        block.column[block.count] = column;
+        block.width[block.count++] = width;
+        used += 2 + width;
+        done++;
+    }
+    if (block.count > 0)
+        print_block(answer, table, &block, indent, out);
+}
+
+/* ---- facts ---- */
+
+static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels,
+                       FILE *out)
+{
+    char text[ANSWER_CELL];
+    if (item->kind == ANSWER_SENTENCE) {
+        wrap_print(item->words ? item->words : "", 0, (size_t)indent, WIDTH, out);
+        return;
+    }
+    answer_line(item, " +- ", text);
+    fprintf(out, "%*s%s%*s %s\n", indent, "", label,
+            (int)(labels - wrap_width(label, strlen(label))), "", text);
+}
+
+/* The labels' column: facts of groups without a heading stand in it, too. */
+static size_t labels_width(const struct answer *answer, size_t from, size_t to)
+{
+    size_t labels = LABEL;
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        const struct answer_item *item = &answer->item[i];
+        size_t width = 0;
+        if (item->label && !answer_is_group(item->kind))
+            width = wrap_width(item->label, strlen(item->label));
+        else if (item->label && item->kind != ANSWER_TABLE && !item->label[0])
+            width = labels_width(answer, i + 1, answer_after(answer, i));
+        labels = width > labels ? width : labels;
+    }
+    return labels;
+}
+
+static void print_items(const struct answer *answer, size_t from, size_t to, int indent,
+                        size_t labels, FILE *out)
+{
+    const char *before = "";
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        const struct answer_item *item = &answer->item[i];
+        bool group = answer_is_group(item->kind);
+        size_t end = answer_after(answer, i);
+        if (!item->label || answer_is_empty(answer, i))
+            continue;
+        if (group && item->label[0])
+            fprintf(out, "%*s%s\n", indent, "", item->label);
+        if (group && item->kind == ANSWER_TABLE)
+            print_table(answer, i, (size_t)indent, out);
+        else if (group && item->label[0])
+            print_items(answer, i + 1, end, indent + 2, labels_width(answer, i + 1, end), out);
+        else if (group)
+            print_items(answer, i + 1, end, indent, labels, out);
+        else
+            print_fact(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels,
+                       out);
+        before = group ? "" : item->label;
+    }
+}
+
+bool answer_text(const struct answer *answer, FILE *out)
+{
+    print_items(answer, 0, answer->count, 0, labels_width(answer, 0, answer->count), out);
+    return !ferror(out);
+}
+
+/* An answer for programs. */
+static void put(json_t *group, const char *name, json_t *value)
+{
+    if (json_is_array(group))
+        json_array_append_new(group, value);
+    else if (name)
+        json_object_set_new(group, name, value);
+    else
+        json_decref(value);
+}
+
+/* NAME_suffix, NAME_error_suffix */
+static void put_number(json_t *group, const struct answer_item *item, const char *what,
+                       double value)
+{
+    char key[120];
+    const char *suffix = item->json_unit->suffix;
+    snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "",
+             suffix);
+    put(group, item->name ? key : NULL, cli_json_number(value, item->fact.digits));
+}
+
+static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group);
+
+static void put_group(const struct answer *answer, size_t i, json_t *group)
+{
+    const struct answer_item *item = &answer->item[i];
+    if (!item->name && !json_is_array(group)) {
+        /* a heading for people; programs find its facts among the others */
+        put_items(answer, i + 1, answer_after(answer, i), group);
+        return;
+    }
+    json_t *inner = item->kind == ANSWER_OPEN ? json_object() : json_array();
+    put_items(answer, i + 1, answer_after(answer, i), inner);
+    put(group, item->name, inner);
+}
+
+static void put_item(const struct answer_item *item, json_t *group)
+{
+    if (!item->name && !json_is_array(group))
+        return;
+    switch (item->kind) {
+    case ANSWER_ESTIMATE:
+        put_number(group, item, "", item->json_value);
+        put_number(group, item, "_error", item->json_error);
+        break;
+    case ANSWER_VALUE: put_number(group, item, "", item->json_value); break;
+    case ANSWER_COUNT:
+        put(group, item->name,
+            item->count == ANSWER_UNKNOWN ? json_null() : json_integer((json_int_t)item->count));
+        break;
+    case ANSWER_FLAG: put(group, item->name, json_boolean(item->count)); break;
+    case ANSWER_WORDS:
+    case ANSWER_SENTENCE: put(group, item->name, json_string(item->words)); break;
+    case ANSWER_NONE: put(group, item->name, json_null()); break;
+    case ANSWER_JSON: put(group, item->name, json_incref(item->json)); break;
+    default: break;
+    }
+}
+
+static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group)
+{
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        if (answer_is_group(answer->item[i].kind))
+            put_group(answer, i, group);
+        else if (answer->item[i].kind == ANSWER_CLOSE)
+            break;
+        else
+            put_item(&answer->item[i], group);
+    }
+}
+
+json_t *answer_json(const struct answer *answer)
+{
+    json_t *object = json_object();
+    put_items(answer, 0, answer->count, object);
+    return object;
+}
+
+/* An answer on a page: facts as <dl>, tables as <table>, headings as <h3>. */
+static void html_print_table(const struct answer *answer, size_t table, FILE *out)
+{
+    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS),
+                                  end = answer_after(answer, table);
+    char text[ANSWER_CELL];
+    fputs("<div class=\"scroll\"><table><thead><tr>", out);
+    for (size_t c = 0; c < columns; c++) {
+        const struct answer_item *column = &answer->item[index[c]];
+        fputs("<th>", out);
+        for (const char *at = column->label; *at; at++)
+            html_bytes(out, *at == '|' ? " " : at, 1);
+        if (column->unit && column->unit->text[0]) {
+            fputs(", ", out);
+            html_text(out, column->unit->text);
+        }
+        fputs("</th>", out);
+    }
+    fputs("</tr></thead><tbody>\n", out);
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        if (!answer_in_row(answer, row, NULL))
+            continue;
+        fputs("<tr>", out);
+        for (size_t c = 0; c < columns; c++) {
+            const struct answer_item *item = answer_in_row(answer, row,
+                                                           answer->item[index[c]].label);
+            bool is_number = item && item->kind <= ANSWER_COUNT;
+            text[0] = '\0';
+            if (item)
+                answer_cell(item, " \xc2\xb1 ", text);
+            fputs(is_number                 ? "<td class=\"n\">"
+                  : item && item->fact.warn ? "<td class=\"warn\">"
+                                            : "<td>",
+                  out);
+            html_text(out, is_number && item->kind != ANSWER_COUNT && isnan(item->value)
+                               ? "\xe2\x80\x93"
+                               : text);
+            fputs("</td>", out);
+        }
+        fputs("</tr>\n", out);
+    }
+    fputs("</tbody></table></div>\n", out);
+}
+
+static void html_print_fact(const struct answer_item *item, FILE *out)
+{
+    char text[ANSWER_CELL];
+    answer_line(item, " \xc2\xb1 ", text);
+    fputs("<div><dt>", out);
+    html_text(out, item->label);
+    fputs(item->fact.warn ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
+    html_text(out, text);
+    fputs("</dd></div>\n", out);
+}
+
+/* Facts in a row share one <dl>, which may be open before and after. */
+static bool html_print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
+                             FILE *out)
+{
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        const struct answer_item *item = &answer->item[i];
+        bool group = answer_is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
+        if (!item->label || answer_is_empty(answer, i))
+            continue;
+        if (group && !item->label[0] && item->kind != ANSWER_TABLE) {
+            in_list = html_print_items(answer, i + 1, answer_after(answer, i), in_list, out);
+            continue;
+        }
+        if (in_list != !(group || sentence))
+            fputs(in_list ? "</dl>\n" : "<dl>\n", out);
+        in_list = !(group || sentence);
+        if (group && item->label[0]) {
+            fputs("<h3>", out);
+            html_text(out, item->label);
+            fputs("</h3>\n", out);
+        }
+        if (sentence) {
+            fputs("<p>", out);
+            html_text(out, item->words ? item->words : "");
+            fputs("</p>\n", out);
+        } else if (group && item->kind == ANSWER_TABLE)
+            html_print_table(answer, i, out);
+        else if (group)
+            in_list = html_print_items(answer, i + 1, answer_after(answer, i), false, out);
+        else
+            html_print_fact(item, out);
+    }
+    return in_list;
+}
+
+void answer_html(const struct answer *answer, FILE *out)
+{
+    if (html_print_items(answer, 0, answer->count, false, out))
+        fputs("</dl>\n", out);
+}
+
+size_t wrap_width(const char *text, size_t bytes)
+{
+    size_t width = 0;
+    for (size_t i = 0; i < bytes; i++)
+        width += ((unsigned char)text[i] & 0xc0) != 0x80;
+    return width;
+}
+
+void wrap_print(const char *text, size_t column, size_t indent, size_t width, FILE *out)
+{
+    bool begins = column == 0; /* the line has no word yet */
+    if (begins)
+        column = (size_t)fprintf(out, "%*s", (int)indent, "");
+    for (text += strspn(text, " "); *text; text += strspn(text, " ")) {
+        size_t bytes = strcspn(text, " "), word = wrap_width(text, bytes);
+        if (!begins && column + 1 + word > width) {
+            column = (size_t)fprintf(out, "\n%*s", (int)indent, "") - 1;
+            begins = true;
+        }
+        column += (size_t)fprintf(out, begins ? "%.*s" : " %.*s", (int)bytes, text) - bytes + word;
+        begins = false;
+        text += bytes;
+    }
+    fputc('\n', out);
 }

@@ -9,13 +9,13 @@
  * For people, facts in a row that share a label show it once, in text.
  *
  * Functions return the fact that they added, to be refined before the next call. Names, labels and
- * words are copied. When memory ends, answers are cut short, and answer_text, answer_json and
- * answer_html say so. */
+ * words are copied. */
 #ifndef MATRIG_HOST_BASE_ANSWER_H
 #define MATRIG_HOST_BASE_ANSWER_H
 
 #include <jansson.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
@@ -33,7 +33,6 @@ struct answer_fact {
     const char *end; /* follows the value for people; static. NULL: nothing */
 };
 
-/* NULL when memory has ended; every function takes that. */
 struct answer *answer_new(bool si);
 /* In the JSON values stay in what they are given in, whatever people read. Before the first
  * value. */
@@ -86,10 +85,10 @@ void answer_table(struct answer *answer, const char *name, const char *label);
 void answer_row(struct answer *answer);
 void answer_close(struct answer *answer);
 
-/* False: memory had ended, or `out` cannot be written. */
+/* False: `out` cannot be written. */
 bool answer_text(const struct answer *answer, FILE *out);
-bool answer_html(const struct answer *answer, FILE *out);
-/* NULL: memory had ended. The caller's. */
+void answer_html(const struct answer *answer, FILE *out);
+/* The caller's. */
 json_t *answer_json(const struct answer *answer);
 /* The same; frees the answer. */
 json_t *answer_into_json(struct answer *answer);
@@ -98,5 +97,15 @@ json_t *answer_into_json(struct answer *answer);
 int answer_show(const struct cli *cli, struct answer *answer, int code);
 /* The same, or what `error` holds is told in its place, and its exit code returned. */
 int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error);
+
+/* Text in lines that fit a terminal. */
+
+/* The words of `text`, a blank between two, and a newline at the end. `column` characters stand in
+ * the first line already; the others begin after `indent` blanks, and so does the first one when
+ * `column` is 0. A word that is longer than a line has one of its own. Counts characters of
+ * UTF-8. */
+void wrap_print(const char *text, size_t column, size_t indent, size_t width, FILE *out);
+/* Characters, not bytes. */
+size_t wrap_width(const char *text, size_t bytes);
 
 #endif

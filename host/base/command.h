@@ -26,6 +26,7 @@
 #include <stdint.h>
 
 #include "host/base/cli.h"
+#include "host/base/error.h"
 
 enum option_kind {
     OPTION_NONE,
@@ -176,5 +177,20 @@ int command_begin(int argc, char **argv, struct command_before *before, struct e
 enum mr_status command_parse(const struct command *command, int argc, char **argv,
                              const struct cli *cli, void *values, const char **words,
                              struct error *error);
+
+/* The order of a command's words: those that are plainly in each other's place are named. */
+
+/* MR_USAGE: a campaign and the number of a landing, or another file, or a name, are swapped; a link
+ * and an image; a word is empty. `name`: of the command as it was typed. */
+enum mr_status misplaced_operand(const struct command *command, const char *name,
+                                 const char **words, size_t count, struct error *error);
+
+/* The file is an SQLite database, as campaigns are. */
+bool order_is_database(const char *path);
+
+/* RUN on the command line: the number of a landing in its database. */
+
+/* A whole number from 1; else MR_USAGE. */
+enum mr_status run_parse(const char *text, int64_t *run, struct error *error);
 
 #endif

@@ -6,7 +6,8 @@
 #include <unistd.h>
 
 #include "common/version.h"
-#include "host/base/help_page.h"
+#include "host/base/xmalloc.h"
+#include "host/base/quantity.h"
 
 const char *help_group_title(enum command_group group)
 {
@@ -125,7 +126,8 @@ struct words {
     size_t count;
 };
 
-static void try_words(const struct command *command, struct words *words, struct near *near)
+static void try_words(const struct command *command, struct words *words,
+                      struct spell_suggest *near)
 {
     for (size_t i = 0; i < command->count; i++) {
         const struct command_part *part = &command->parts[i];
@@ -135,17 +137,18 @@ static void try_words(const struct command *command, struct words *words, struct
             continue;
         char *copy = words->copy[words->count++];
         snprintf(copy, sizeof words->copy[0], "%.*s", (int)strcspn(part->term, " "), part->term);
-        near_try(near, copy);
+        spell_suggest_try(near, copy);
     }
 }
 
-void help_near_word(const struct command *command, const char *word, char out[static NEAR_TEXT])
+void help_suggest_word(const struct command *command, const char *word,
+                       char out[static SPELL_SUGGEST_TEXT])
 {
     struct words words = {.count = 0};
-    struct near near;
-    near_begin(&near, word);
+    struct spell_suggest near;
+    spell_suggest_begin(&near, word);
     try_words(command, &words, &near);
-    near_text(&near, out);
+    spell_suggest_text(&near, out);
 }
 
 static const struct command *find_by_word(const struct command_table *table, const char *word)
@@ -160,19 +163,19 @@ static const struct command *find_by_word(const struct command_table *table, con
 enum mr_status help_unknown(const struct command_table *table, const char *word,
                             struct error *error)
 {
-    struct near near;
-    char text[NEAR_TEXT];
+    struct spell_suggest near;
+    char text[SPELL_SUGGEST_TEXT];
     const struct command *owner = find_by_word(table, word);
-    near_begin(&near, word);
+    spell_suggest_begin(&near, word);
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         if (strcmp(others[i].word, word) != 0)
             continue;
-        near_try(&near, near.word = others[i].command);
+        spell_suggest_try(&near, near.word = others[i].command);
         owner = NULL;
     }
     for (size_t i = 0; i < table->count; i++)
-        near_try(&near, table->commands[i].command->name);
-    near_text(&near, text);
+        spell_suggest_try(&near, table->commands[i].command->name);
+    spell_suggest_text(&near, text);
     if (owner)
         return error_set(error, MR_UNKNOWN,
                          "unknown command: '%s' is a word of matrig %s; see matrig %s --help", word,
@@ -211,8 +214,7 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--help", help, NULL),
 };
 static const struct command help_itself = {
-    "help",    NULL, "[COMMAND | --bash]", "what matrig can do", COMMAND_PARTS(parts),
-    {0, 1, ""}};
+    "help", NULL, "[COMMAND | --bash]", "what matrig can do", COMMAND_PARTS(parts), {0, 1, ""}};
 
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
 {
@@ -227,8 +229,7 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
     if (words[0] && !command)
         help_unknown(table, words[0], &error);
     else if (request.bash && command)
-        error_set(&error, MR_USAGE,
-                  "too much at once: matrig help; give a command or --bash");
+        error_set(&error, MR_USAGE, "too much at once: matrig help; give a command or --bash");
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (request.bash)
@@ -240,4 +241,272 @@ int help_words(int argc, char **argv, const struct command_table *table, const s
     else
         help_overview(table);
     return 0;
+}
+
+#define LINE_MOST 80 /* of a line of text that has room for a unit */
+#define TERM_MOST 14 /* of an item whose text begins on the same line */
+
+void help_each_part(const struct command *command,
+                    void (*each)(void *context, const struct command_part *part), void *context)
+{
+    for (size_t i = 0; i < command->count; i++) {
+        if (command->parts[i].with)
+            help_each_part(command->parts[i].with, each, context);
+        else
+            each(context, &command->parts[i]);
+    }
+}
+
+/* {low}, {high} and {standard} as numbers, the rest as it is. */
+static void put_text(FILE *out, const struct command_part *part)
+{
+    const struct command_option *option = &part->option;
+    const struct {
+        const char *name;
+        double value;
+    } numbers[] = {
+        {"{low}", option->low}, {"{high}", option->high}, {"{standard}", option->standard}};
+    for (const char *at = part->text; *at;) {
+        size_t used = 0;
+        for (size_t i = 0; option->name && i < sizeof numbers / sizeof numbers[0]; i++) {
+            if (strncmp(at, numbers[i].name, strlen(numbers[i].name)) == 0) {
+                fprintf(out, "%.9g", numbers[i].value);
+                used = strlen(numbers[i].name);
+            }
+        }
+        if (used == 0)
+            fputc(*at, out);
+        at += used ? used : 1;
+    }
+}
+
+/* Of a quantity: what a bare number is in. In a line of its own where the last one is full. */
+static void put_unit(FILE *out, const struct command_part *part)
+{
+    const struct command_option *option = &part->option;
+    if (option->kind != OPTION_IS_NUMBER || !quantity_kind_of(option->unit))
+        return;
+    const char *last = strrchr(part->text, '\n');
+    size_t length = strlen(last ? last + 1 : part->text);
+    fprintf(out, "%s(%s", length < LINE_MOST ? " " : "\n", option->unit);
+    if (option->unit_si)
+        fprintf(out, ", with --si %s", option->unit_si);
+    fputs("; or with a unit)", out);
+}
+
+static char *made_text(const struct command_part *part, const char *before)
+{
+    char *text = NULL;
+    size_t length = 0;
+    FILE *out = open_memstream(&text, &length);
+    if (!out)
+        abort();
+    fputs(before, out);
+    put_text(out, part);
+    put_unit(out, part);
+    size_t written = strlen(part->text);
+    bool prose = !part->term && !part->option.name;
+    if (!prose || written == 0 || part->text[written - 1] != ' ') /* else the line goes on */
+        fputc('\n', out);
+    if (fclose(out) != 0)
+        abort();
+    return text;
+}
+
+static char *made_term(const struct command_part *part)
+{
+    char *term = NULL;
+    const char *argument = part->option.argument;
+    int length = part->term        ? asprintf(&term, "%s", part->term)
+               : part->option.name ? asprintf(&term, "%s%s%s", part->option.name,
+                                              argument ? " " : "", argument ? argument : "")
+                                   : 0;
+    if (length < 0)
+        abort();
+    return term;
+}
+
+static void add_row(void *context, const struct command_part *part)
+{
+    struct help_page *page = context;
+    if (!part->text)
+        return;
+    char *term = made_term(part);
+    char *text = made_text(part, !part->example          ? ""
+                                 : part->text[0] == '\n' ? "Example:"
+                                                         : "Example: ");
+    struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
+    if (!term && last && !last->term) { /* prose goes on */
+        char *both = NULL;
+        if (asprintf(&both, "%s%s", last->text, text) < 0)
+            abort();
+        free(last->text);
+        free(text);
+        last->text = both;
+        return;
+    }
+    if (!list_grow(&page->row, page->rows, sizeof *page->row))
+        abort();
+    page->row[page->rows++] = (struct help_row){term, text};
+}
+
+struct help_page help_page_make(const struct command *command)
+{
+    struct help_page page = {NULL, 0};
+    help_each_part(command, add_row, &page);
+    return page;
+}
+
+void help_page_free(struct help_page *page)
+{
+    for (size_t i = 0; i < page->rows; i++) {
+        free(page->row[i].term);
+        free(page->row[i].text);
+    }
+    free(page->row);
+    *page = (struct help_page){NULL, 0};
+}
+
+static void put_item(FILE *out, const struct help_row *row)
+{
+    int column = HELP_TEXT_COLUMN;
+    if (strlen(row->term) > TERM_MOST)
+        fprintf(out, "  %s\n%*s", row->term, column, "");
+    else
+        fprintf(out, "  %-*s ", TERM_MOST, row->term);
+    for (const char *line = row->text; *line;) {
+        size_t length = strcspn(line, "\n");
+        fprintf(out, "%*s%.*s\n", line == row->text ? 0 : column, "", (int)length, line);
+        line += length + (line[length] == '\n');
+    }
+}
+
+char *help_page_text(const struct command *command)
+{
+    struct help_page page = help_page_make(command);
+    char *text = NULL;
+    size_t length = 0;
+    FILE *out = open_memstream(&text, &length);
+    if (!out)
+        abort();
+    for (size_t i = 0; i < page.rows; i++) {
+        if (page.row[i].term)
+            put_item(out, &page.row[i]);
+        else
+            fputs(page.row[i].text, out);
+    }
+    if (fclose(out) != 0)
+        abort();
+    help_page_free(&page);
+    return text;
+}
+
+/* Completion for bash. */
+#define OPTIONS_MAX 48
+#define WORDS_MAX   24
+
+/* What a command takes, each once. */
+struct offer {
+    const struct command_option *option[OPTIONS_MAX];
+    size_t options;
+    const char *word[WORDS_MAX]; /* "config set F": its first word */
+    size_t words;
+};
+
+static size_t word_length(const char *term)
+{
+    return strcspn(term, " ");
+}
+
+static void take_part(void *context, const struct command_part *part)
+{
+    struct offer *offer = context;
+    const struct command_option *option = &part->option;
+    bool there = false;
+    for (size_t i = 0; i < offer->options && option->name; i++)
+        there |= strcmp(offer->option[i]->name, option->name) == 0;
+    for (size_t i = 0; i < offer->words && part->word; i++)
+        there |= word_length(offer->word[i]) == word_length(part->term) &&
+                 memcmp(offer->word[i], part->term, word_length(part->term)) == 0;
+    if (option->name && !there && offer->options < OPTIONS_MAX)
+        offer->option[offer->options++] = option;
+    if (part->word && !there && offer->words < WORDS_MAX)
+        offer->word[offer->words++] = part->term;
+}
+
+/* "csv|candump" as "csv candump". */
+static void print_choices(const char *choices)
+{
+    for (const char *c = choices; *c; c++)
+        putchar(*c == '|' ? ' ' : *c);
+}
+
+static void print_command(const struct command *command)
+{
+    struct offer offer = {.options = 0};
+    help_each_part(command, take_part, &offer);
+    printf("    %s)\n        options='", command->name);
+    for (size_t i = 0; i < offer.options; i++)
+        printf("%s ", offer.option[i]->name);
+    fputs("--help'\n        words='", stdout);
+    for (size_t i = 0; i < offer.words; i++)
+        printf("%s%.*s", i > 0 ? " " : "", (int)word_length(offer.word[i]), offer.word[i]);
+    puts("'\n        case $prev in");
+    for (size_t i = 0; i < offer.options; i++) {
+        if (!offer.option[i]->choices)
+            continue;
+        printf("        %s) values='", offer.option[i]->name);
+        print_choices(offer.option[i]->choices);
+        puts("' ;;");
+    }
+    const char *between = "        ";
+    for (size_t i = 0; i < offer.options; i++) {
+        if (!offer.option[i]->argument || offer.option[i]->choices)
+            continue;
+        printf("%s%s", between, offer.option[i]->name);
+        between = " | ";
+    }
+    puts(between[1] == '|' ? ") file=1 ;;\n        esac\n        ;;" : "        esac\n        ;;");
+}
+
+void help_bash(const struct command_table *table)
+{
+    puts("# bash completion for matrig; made by matrig help --bash\n"
+         "_matrig()\n{\n"
+         "    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD - 1]} command= "
+         "options= words= values= file= i\n"
+         "    COMPREPLY=()\n"
+         "    for ((i = 1; i < COMP_CWORD; i++)); do\n"
+         "        if [[ ${COMP_WORDS[i]} != -* ]]; then\n"
+         "            command=${COMP_WORDS[i]}\n"
+         "            break\n"
+         "        fi\n"
+         "    done\n"
+         "    case $command in\n"
+         "    '')");
+    fputs("        options='", stdout);
+    for (size_t i = 0; i < command_matrig.count; i++)
+        printf("%s%s", i > 0 ? " " : "", command_matrig.parts[i].option.name);
+    puts("'");
+    fputs("        words='help", stdout);
+    for (size_t i = 0; i < table->count; i++)
+        printf(" %s", table->commands[i].command->name);
+    puts("'\n        ;;");
+    fputs("    help)\n        options='--bash'\n        words='", stdout);
+    for (size_t i = 0; i < table->count; i++)
+        printf("%s%s", i > 0 ? " " : "", table->commands[i].command->name);
+    puts("'\n        ;;");
+    for (size_t i = 0; i < table->count; i++)
+        print_command(table->commands[i].command);
+    puts("    esac\n"
+         "    if [[ $values ]]; then\n"
+         "        words=$values\n"
+         "    elif [[ $file ]]; then\n"
+         "        return\n"
+         "    elif [[ $cur == -* ]]; then\n"
+         "        words=$options\n"
+         "    fi\n"
+         "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\")\n"
+         "}\n"
+         "complete -o bashdefault -o default -F _matrig matrig");
 }

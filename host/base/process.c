@@ -3,13 +3,15 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define POLL_NS 5000000
 
@@ -46,9 +48,9 @@ bool process_ended(pid_t child, int *status)
 
 bool process_wait(pid_t child, double limit_s, int *status)
 {
-    double until_s = steady_s() + limit_s;
+    double until_s = monotonic_s() + limit_s;
     while (!process_ended(child, status)) {
-        if (steady_s() > until_s) {
+        if (monotonic_s() > until_s) {
             kill(child, SIGKILL);
             waitpid(child, status, 0);
             return false;
@@ -63,4 +65,43 @@ void process_stop(pid_t child, double limit_s)
     int status;
     kill(child, SIGTERM);
     process_wait(child, limit_s, &status);
+}
+
+void shell_quote(FILE *out, const char *text)
+{
+    fputc('\'', out);
+    for (; *text; text++) {
+        if (*text == '\'')
+            fputs("'\\''", out);
+        else
+            fputc(*text, out);
+    }
+    fputc('\'', out);
+}
+
+enum mr_status temporary_folder_make(char path[TEMPORARY_FOLDER], const char *name,
+                                     struct error *error)
+{
+    const char *base = getenv("TMPDIR");
+    snprintf(path, TEMPORARY_FOLDER, "%s/matrig-%s.XXXXXX",
+             base && *base && strlen(base) < 150 ? base : "/tmp", name);
+    if (mkdtemp(path))
+        return MR_OK;
+    error_set(error, MR_IO,
+              "cannot make a temporary directory (%s): %s; set TMPDIR to one that can be written",
+              strerror(errno), path);
+    path[0] = '\0';
+    return error->status;
+}
+
+void temporary_folder_remove(const char *path, const char *const names[], size_t count)
+{
+    char file[TEMPORARY_FOLDER + 40];
+    if (!path[0])
+        return;
+    for (size_t i = 0; i < count; i++) {
+        snprintf(file, sizeof file, "%s/%s", path, names[i]);
+        unlink(file);
+    }
+    rmdir(path);
 }

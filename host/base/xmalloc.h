@@ -4,6 +4,8 @@
 #ifndef MATRIG_HOST_BASE_XMALLOC_H
 #define MATRIG_HOST_BASE_XMALLOC_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdio.h>
 
 /* As malloc, calloc, realloc, strdup, open_memstream and asprintf of the C library, but never NULL.
@@ -15,5 +17,14 @@ char *xstrdup(const char *text) __attribute__((malloc, returns_nonnull));
 FILE *xopen_memstream(char **text, size_t *length) __attribute__((returns_nonnull));
 char *xasprintf(const char *format, ...)
     __attribute__((format(printf, 1, 2), malloc, returns_nonnull));
+
+/* Lists that grow one by one. */
+
+/* Room for one more behind the `count` elements of `size` bytes of a list; `list` is the address of
+ * its pointer, NULL at first. The room doubles at powers of two, so that nobody needs to remember
+ * how large it is. False: no memory, and the list stays as it is. */
+bool list_grow(void *list, size_t count, size_t size);
+/* The same for commands that run once: no memory ends the process (host/base/xmalloc.h). */
+void xlist_grow(void *list, size_t count, size_t size);
 
 #endif

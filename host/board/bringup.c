@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "common/crc32.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define FORMAT      1
 #define TEXT_MAX    65536u
@@ -227,7 +227,7 @@ static enum mr_status listen(struct listening *l, struct link *link, struct erro
             l->text[i] = '?';
     }
     if (status == MR_OK && count) {
-        l->heard_s = steady_s();
+        l->heard_s = monotonic_s();
         l->bytes += count;
         l->length += count;
         l->text[l->length] = 0;
@@ -259,7 +259,7 @@ static enum mr_status say_again(struct listening *l, struct link *link, const ch
     for (const char *at = find_line(l->text, "ready:"); at; at = find_line(at + 1, "ready:"))
         ready = at;
     bool anew = ready && ready > l->text + l->ready_at;
-    double now_s = steady_s();
+    double now_s = monotonic_s();
     if (link_recorded(link) || (!anew && now_s - l->heard_s < SAY_AGAIN_S) ||
         (!anew && now_s - l->said_s < SAY_AGAIN_S))
         return MR_OK;
@@ -271,7 +271,7 @@ static enum mr_status say_again(struct listening *l, struct link *link, const ch
 
 static bool takes_too_long(const struct listening *l, const char *section)
 {
-    double now_s = steady_s();
+    double now_s = monotonic_s();
     bool begun = find_line(l->text, "begin ") != NULL; /* another one: ours comes after it */
     return now_s - (begun ? l->heard_s : l->begun_s) > (begun ? silence_s(section) : ANSWER_S) ||
            now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;
@@ -313,7 +313,7 @@ static enum mr_status ask(struct listening *l, struct link *link, const char *se
                           const char *answer, const char **from, struct error *error)
 {
     enum mr_status status = link_recorded(link) ? MR_OK : link_line(link, BRINGUP_BAUD, error);
-    l->begun_s = l->heard_s = steady_s();
+    l->begun_s = l->heard_s = monotonic_s();
     l->said_s = l->begun_s - SAY_AGAIN_S;
     l->heard_s -= SAY_AGAIN_S; /* the first time at once */
     return status == MR_OK ? wait_for(l, link, section, answer, from, error) : status;

@@ -5,7 +5,7 @@
 #include <poll.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/link/rx_diagnostics.h"
 
 #define FRAMES_A_TURN 64
@@ -32,10 +32,10 @@ static enum mr_status receive(struct link *link, double for_s, struct busscan *s
 enum mr_status buslisten(struct link *link, double for_s, struct busscan *scan, double *heard_s,
                          struct error *error)
 {
-    double begun_s = steady_s();
+    double begun_s = monotonic_s();
     enum mr_status status = MR_OK;
     while (status == MR_OK) {
-        double left_s = begun_s + for_s - steady_s();
+        double left_s = begun_s + for_s - monotonic_s();
         struct error away = {0};
         status = receive(link, for_s, scan, error);
         bool waits = status == MR_TOO_FEW;
@@ -55,7 +55,7 @@ enum mr_status buslisten(struct link *link, double for_s, struct busscan *scan, 
             status = error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno),
                                link_spec(link));
     }
-    *heard_s = link_recorded(link) ? busscan_heard_s(scan) : steady_s() - begun_s;
+    *heard_s = link_recorded(link) ? busscan_heard_s(scan) : monotonic_s() - begun_s;
     return error->status; /* MR_OK: the time is over, or what was recorded */
 }
 

@@ -7,7 +7,7 @@
 #include "common/channels.h"
 #include "common/gain.h"
 #include "host/base/cli.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 #include "host/board/config_text.h"
 #include "host/calibrate/jump.h"
 #include "host/store/store_readiness.h"

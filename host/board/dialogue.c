@@ -10,7 +10,7 @@
 #include "common/canbase.h"
 #include "common/command.h"
 #include "host/link/rx_diagnostics.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define SERIAL_BYTES 16384u
 #define CAN_FRAMES   64 /* of one turn */
@@ -20,7 +20,7 @@
 
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial)
 {
-    *dialogue = (struct dialogue){.now_s = steady_s,
+    *dialogue = (struct dialogue){.now_s = monotonic_s,
                                   .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
     dialogue->kind = serial ? LINK_SERIAL : LINK_CAN;
     dialogue->tag = (uint16_t)(link_now_us() / 1000u); /* not that of who else asks */

@@ -10,7 +10,7 @@
 #include "common/gain.h"
 #include "common/staircase.h"
 #include "host/base/units.h"
-#include "host/base/wrap.h"
+#include "host/base/answer.h"
 #include "host/board/gage_client.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/mistake.h"

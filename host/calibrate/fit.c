@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/base/line.h"
+#include "host/base/statistics.h"
 
 #define FOLLOWS 3.0 /* standard errors by which the slope must differ from none */
 

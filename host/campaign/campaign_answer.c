@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "host/base/cli.h"
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "host/campaign/facts.h"
 
 static json_t *spread_json(const struct campaign_spread *s)

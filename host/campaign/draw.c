@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "common/splitmix.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 /* of the integration of the path, with mats as long as the rig's; else by the root of the scale, */
 #define NODE_S       1e-3

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/campaign/facts.h"
 
 static double percentile(const double *sorted, size_t count, double share)
@@ -19,7 +19,7 @@ struct campaign_spread campaign_spread_of(double *values, size_t count)
 {
     if (count == 0)
         return (struct campaign_spread){(double)NAN, (double)NAN, (double)NAN, 0};
-    order_numbers(values, count);
+    sort_numbers(values, count);
     return (struct campaign_spread){percentile(values, count, 0.05), percentile(values, count, 0.5),
                                     percentile(values, count, 0.95), count};
 }

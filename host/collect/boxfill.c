@@ -9,7 +9,7 @@
 #include "common/boxread.h"
 #include "common/catalogue.h"
 #include "host/collect/collect_state.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 /* Beside CAN and serial. */
 #define THE_BOX ((enum link_kind)STORE_LINK_BOX)

@@ -359,8 +359,8 @@ static enum mr_status check_request(const struct request *request, const struct 
 
 static enum mr_status refuse_word(const char *word, struct error *error)
 {
-    char near[NEAR_TEXT];
-    help_near_word(&command_board, word, near);
+    char near[SPELL_SUGGEST_TEXT];
+    help_suggest_word(&command_board, word, near);
     return error_set(error, MR_UNKNOWN,
                      "not list, read, free, slow, config, runway, arm, disarm, bringup, health, "
                      "self-test or reset: '%s'%s%s see matrig board --help",

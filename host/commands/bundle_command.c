@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "host/base/output.h"
-#include "host/base/run.h"
+#include "host/base/command.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
 #include "host/flash/imagefile.h"

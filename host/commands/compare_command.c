@@ -11,8 +11,8 @@
 #include "host/compare/landing.h"
 #include "host/base/output.h"
 #include "host/base/plot.h"
-#include "host/base/place.h"
-#include "host/base/run.h"
+#include "host/base/data_dir.h"
+#include "host/base/command.h"
 #include "host/store/store_journal.h"
 
 struct request {
@@ -59,7 +59,7 @@ static enum mr_status read_words(const char *const words[3], struct request *req
                                            : "--void");
     request->scene = file;
     if (!file) {
-        place_find(PLACE_RUNWAY, request->runway, sizeof request->runway);
+        data_dir_find(DATA_RUNWAY, request->runway, sizeof request->runway);
         request->scene = request->runway;
     }
     return MR_OK;

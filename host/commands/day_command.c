@@ -8,9 +8,8 @@
 #include <sys/wait.h>
 
 #include "host/base/answer.h"
-#include "host/base/place.h"
+#include "host/base/data_dir.h"
 #include "host/base/process.h"
-#include "host/base/shell.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
@@ -102,7 +101,7 @@ static void add_option(struct line *line, const char *option, const char *value)
 static struct line line_of(const char *command, const char *word)
 {
     static char program[4096];
-    place_program(program, sizeof program);
+    data_dir_program(program, sizeof program);
     return (struct line){.words = {program, command, word}, .count = word ? 3 : 2};
 }
 

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/base/place.h"
+#include "host/base/data_dir.h"
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
@@ -20,11 +20,11 @@ static int demo_command(int argc, char **argv, const struct cli *cli)
     char script[PATH_MAX], matrig[PATH_MAX], board[PATH_MAX], image[PATH_MAX], runs[PATH_MAX];
     if (command_parse(&command_demo, argc, argv, cli, &r, &r.folder, &error) != MR_OK)
         return cli_fail(&error);
-    place_find(PLACE_DEMO, script, sizeof script);
-    place_find(PLACE_BOARD, board, sizeof board);
-    place_find(PLACE_FIRMWARE, image, sizeof image);
-    place_find(PLACE_RUNS, runs, sizeof runs);
-    place_program(matrig, sizeof matrig);
+    data_dir_find(PLACE_DEMO, script, sizeof script);
+    data_dir_find(DATA_BOARD, board, sizeof board);
+    data_dir_find(DATA_FIRMWARE, image, sizeof image);
+    data_dir_find(DATA_RUNS, runs, sizeof runs);
+    data_dir_program(matrig, sizeof matrig);
     const char *words[20] = {"sh",   script, r.folder ? r.folder : "matrig-demo",
                              matrig, board,  r.elf ? r.elf : image,
                              runs};

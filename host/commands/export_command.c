@@ -13,7 +13,7 @@
 #include "host/export/origin.h"
 #include "host/link/bases.h"
 #include "host/base/output.h"
-#include "host/base/run.h"
+#include "host/base/command.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 

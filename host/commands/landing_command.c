@@ -8,9 +8,9 @@
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
-#include "host/base/near.h"
+#include "host/base/spell_suggest.h"
 #include "host/base/quantity.h"
-#include "host/base/run.h"
+#include "host/base/command.h"
 #include "host/store/store_journal.h"
 
 /* What can be corrected: texts, or numbers within limits. */
@@ -52,13 +52,13 @@ static enum mr_status change(const struct request *r, struct store *store, const
 
 static enum mr_status refuse_field(const char *said, struct error *error)
 {
-    char word[40], text[NEAR_TEXT];
-    struct near near;
+    char word[40], text[SPELL_SUGGEST_TEXT];
+    struct spell_suggest near;
     snprintf(word, sizeof word, "%.*s", (int)strcspn(said, "="), said);
-    near_begin(&near, word);
+    spell_suggest_begin(&near, word);
     for (size_t i = 0; i < FIELDS; i++)
-        near_try(&near, fields[i].name);
-    near_text(&near, text);
+        spell_suggest_try(&near, fields[i].name);
+    spell_suggest_text(&near, text);
     return error_set(error, MR_USAGE,
                      "nothing to correct: '%s'%s%s FIELD=VALUE with touchdown_ft, weight_lb, "
                      "pattern, modification, runway or series",

@@ -11,7 +11,7 @@
 #include "host/live/hub.h"
 #include "host/live/server.h"
 #include "host/store/store_follow.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define LOOK_MS       25 /* between two looks into the database */
 /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
@@ -109,9 +109,9 @@ static enum mr_status run(struct watch *watch, double for_s, struct error *error
     sigprocmask(SIG_BLOCK, &set, NULL);
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};
-    int64_t until_ms = isinf(for_s) ? INT64_MAX : steady_ms() + (int64_t)(1e3 * for_s);
+    int64_t until_ms = isinf(for_s) ? INT64_MAX : monotonic_ms() + (int64_t)(1e3 * for_s);
     enum mr_status status = MR_OK;
-    while (status == MR_OK && steady_ms() < until_ms) {
+    while (status == MR_OK && monotonic_ms() < until_ms) {
         status = look(watch, error);
         if (status == MR_OK && poll(&signals, 1, LOOK_MS) > 0)
             break;

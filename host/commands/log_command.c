@@ -15,7 +15,7 @@
 #include "host/link/rx_diagnostics.h"
 #include "host/log/logger.h"
 #include "host/base/output.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define CLOCK_JUMP_US  50000   /* within a turn; one that is slewed goes 500 ppm of it */
 #define TURN_US        250000u /* what is due is looked for at least this often */
@@ -48,13 +48,13 @@ static void watch_clock(struct logger *logger)
 /* The campaign takes nothing for now. */
 static bool is_held(const struct logger *logger)
 {
-    return steady_us() < logger->again_us;
+    return monotonic_us() < logger->again_us;
 }
 
 /* How long nothing is due. */
 static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
 {
-    uint64_t now_us = steady_us(), until_us = now_us + TURN_US;
+    uint64_t now_us = monotonic_us(), until_us = now_us + TURN_US;
     if (logger->in_transaction && logger->begun_us + TRANSACTION_US < until_us)
         until_us = logger->begun_us + TRANSACTION_US;
     if (is_held(logger) && logger->again_us < until_us)
@@ -126,7 +126,7 @@ static bool any_open(const struct logger *logger)
 
 static enum mr_status collect(struct logger *logger, int signals, double for_s, struct error *error)
 {
-    uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : steady_us() + (uint64_t)(for_s * 1e6);
+    uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : monotonic_us() + (uint64_t)(for_s * 1e6);
     while (!logger->ended_by) {
         bool ready[LOGGER_LINKS] = {false};
         bool signalled = false;
@@ -153,7 +153,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
             logger->ended_by = "signal";
         else if (!any_open(logger))
             logger->ended_by = "end";
-        else if (steady_us() >= deadline_us)
+        else if (monotonic_us() >= deadline_us)
             logger->ended_by = "time";
     }
     return MR_OK;

@@ -17,7 +17,7 @@
 #include "host/flash/imagefile.h"
 #include "host/store/store_readiness.h"
 #include "host/base/output.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 /* of campaign, links and talk; the last order and saving take the rest of 20 s */
 #define LIMIT_S   16.0
@@ -142,14 +142,14 @@ static int ready(const struct request *request, struct ready_facts *f)
     struct ready_client *talk = calloc(1, sizeof *talk);
     struct ready_report *report = calloc(1, sizeof *report);
     int64_t made_us = (int64_t)link_now_us();
-    double begun_s = steady_s();
+    double begun_s = monotonic_s();
     if (!talk || !report)
         abort();
     enum mr_status status = open_campaign(request, f, &store, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
     if (status == MR_OK) {
-        ready_client_begin(talk, &dialogue, f, LIMIT_S - (steady_s() - begun_s));
+        ready_client_begin(talk, &dialogue, f, LIMIT_S - (monotonic_s() - begun_s));
         status = examine(request, store, talk, f, &error);
     }
     if (status == MR_OK)
@@ -157,7 +157,7 @@ static int ready(const struct request *request, struct ready_facts *f)
     if (status == MR_OK && f->hello && !f->database[0])
         status = ready_client_save(store, &f->identity, "ready", report, f, made_us, &error);
     int exit_code = status == MR_OK ? show(request->cli, "ready", report, &f->identity, made_us,
-                                           steady_s() - begun_s)
+                                           monotonic_s() - begun_s)
                                     : cli_fail(&error);
     /* no-go is of a board that was looked at */
     if (status == MR_OK && !f->hello && dialogue_no_hello(&dialogue, &error) != MR_OK)
@@ -225,13 +225,13 @@ static void take_reading(void *context, const struct mr_block *block)
 
 static enum mr_status go_along(struct ready_client *talk, struct walking *w, struct error *error)
 {
-    double until_s = steady_s() + WALK_S, renew_s = 0.0;
+    double until_s = monotonic_s() + WALK_S, renew_s = 0.0;
     /* of the board: one that is emulated is faster than the clock on the wall */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
     while (status == MR_OK && !walk_is_over(&w->walk, w->request->learn != NULL) && !interrupted &&
-           steady_s() < until_s) {
-        if (steady_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
+           monotonic_s() < until_s) {
+        if (monotonic_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
             enum mr_status live = ready_client_live(talk, LIVE_S, error);
             if (error->status != MR_OK)
                 return error->status;
@@ -239,7 +239,7 @@ static enum mr_status go_along(struct ready_client *talk, struct walking *w, str
                 return error_set(error, live,
                                  "the board refuses the walk (%s): %s; it must be idle",
                                  mr_status_text(live), dialogue_spec(talk->dialogue));
-            renew_s = steady_s() + RENEW_S;
+            renew_s = monotonic_s() + RENEW_S;
             renew_ms = talk->newest_clock + (uint32_t)(1000.0 * RENEW_S);
         }
         status = dialogue_turn(talk->dialogue, DIALOGUE_TURN_S, error);
@@ -276,7 +276,7 @@ static int walk(const struct request *request, struct ready_facts *f)
     struct store *store = NULL;
     struct dialogue dialogue = {0};
     int64_t made_us = (int64_t)link_now_us();
-    double begun_s = steady_s();
+    double begun_s = monotonic_s();
     enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
@@ -312,7 +312,7 @@ static int walk(const struct request *request, struct ready_facts *f)
     if (status == MR_OK)
         status = ready_client_save(store, &f->identity, "walk", &report, NULL, made_us, &error);
     int exit_code = status == MR_OK ? show(request->cli, "walk", &report, &f->identity, made_us,
-                                           steady_s() - begun_s)
+                                           monotonic_s() - begun_s)
                                     : cli_fail(&error);
     dialogue_close(&dialogue);
     store_close(store);

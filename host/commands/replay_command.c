@@ -8,13 +8,13 @@
 
 #include "host/board/config_text.h"
 #include "host/commands/commands.h"
-#include "host/base/place.h"
-#include "host/base/scratch.h"
+#include "host/base/data_dir.h"
+#include "host/base/process.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
 #include "host/replay/image.h"
 #include "host/replay/input.h"
-#include "host/base/run.h"
+#include "host/base/command.h"
 
 #define CONFIG_COPY_A 0x8000u /* where it is in flash */
 
@@ -25,7 +25,7 @@ struct replay {
     bool exact_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
-    char directory[SCRATCH_PATH];          /* temporary; "" before it is made */
+    char directory[TEMPORARY_FOLDER];      /* temporary; "" before it is made */
     char elf_unpacked[PATH_MAX + 20];      /* a bundle's image in it */
     struct answers recorded, replayed;
     struct replay_input input;
@@ -35,8 +35,8 @@ struct replay {
 
 static void default_paths(struct replay *replay)
 {
-    place_find(PLACE_BOARD, replay->program, sizeof replay->program);
-    place_find(PLACE_FIRMWARE, replay->elf, sizeof replay->elf);
+    data_dir_find(DATA_BOARD, replay->program, sizeof replay->program);
+    data_dir_find(DATA_FIRMWARE, replay->elf, sizeof replay->elf);
     if (!replay->board.program)
         replay->board.program = replay->program;
     if (!replay->board.elf)
@@ -47,7 +47,7 @@ static void remove_directory(const struct replay *replay)
 {
     static const char *const names[] = {"replay.txt", "can.log",   "serial.bin",
                                         "board.txt",  "flash.bin", "firmware.elf"};
-    scratch_remove(replay->directory, names, sizeof names / sizeof names[0]);
+    temporary_folder_remove(replay->directory, names, sizeof names / sizeof names[0]);
 }
 
 static enum mr_status find_losses(struct store *store, const struct replay *replay,
@@ -134,7 +134,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     char path[PATH_MAX + 20];
     enum mr_status status = answers_load(store, replay->run, &replay->recorded, error);
     if (status == MR_OK)
-        status = scratch_make(replay->directory, "replay", error);
+        status = temporary_folder_make(replay->directory, "replay", error);
     if (status == MR_OK)
         status = find_image(replay, store, error);
     if (status == MR_OK)

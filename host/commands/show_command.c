@@ -6,7 +6,7 @@
 #include "host/analyse/glance.h"
 #include "host/analyse/journal.h"
 #include "host/analyse/record.h"
-#include "host/base/run.h"
+#include "host/base/command.h"
 #include "host/commands/commands.h"
 #include "host/store/store_same.h"
 #include "host/store/store_survey.h"

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/sim/going.h"
@@ -58,13 +58,13 @@ struct progress {
 static bool go_on(void *ctx, int pass, double part)
 {
     struct progress *progress = ctx;
-    if (progress->shown && steady_s() >= progress->next_s) {
+    if (progress->shown && monotonic_s() >= progress->next_s) {
         fprintf(stderr,
                 cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%"
                                : "matrig: sim: pass %d: %.0f %%\n",
                 pass, 100.0 * part);
         progress->drawn = cli_terminal();
-        progress->next_s = steady_s() + PROGRESS_S;
+        progress->next_s = monotonic_s() + PROGRESS_S;
     }
     sim_going_on(&progress->going, pass, part);
     return !interrupted;
@@ -76,7 +76,7 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                                 struct error *error)
 {
     struct progress progress = {.shown = request->progress && !cli->quiet,
-                                .next_s = steady_s() + PROGRESS_S,
+                                .next_s = monotonic_s() + PROGRESS_S,
                                 .going = {.who = "sim", .quicker = "--limit S ends it"}};
     progress.going.to = cli->quiet || request->progress ? NULL : stderr;
     sim_going_begin(&progress.going, &request->options, scene);

@@ -10,7 +10,7 @@
 
 #include "common/version.h"
 #include "host/base/command.h"
-#include "host/base/place.h"
+#include "host/base/data_dir.h"
 #include "host/commands/program.h"
 
 #define NAME "matrig-study"
@@ -57,7 +57,7 @@ int study_start(int argc, char **argv, const struct cli *cli)
     size_t count = 0;
     if (!words)
         return fail(argv[0], "out of memory");
-    place_program(matrig, sizeof matrig);
+    data_dir_program(matrig, sizeof matrig);
     if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);
         snprintf(why, sizeof why, "not beside %s, not in ../libexec/matrig from there, not on PATH",

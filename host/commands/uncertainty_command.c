@@ -270,8 +270,7 @@ static void tables_answer(const struct request *r, const struct subject *s, stru
 
 static void show(struct answer *answer, FILE *out)
 {
-    if (!answer_html(answer, out))
-        fputs("<p>Memory ended here: this page is cut short.</p>\n", out);
+    answer_html(answer, out);
     answer_free(answer);
 }
 

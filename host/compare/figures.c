@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 
@@ -30,7 +30,7 @@ static void find_offset(struct compare_alignment *a)
     double late_s[MR_GATES_MAX], squares = 0.0;
     for (size_t i = 0; i < a->edges; i++)
         late_s[i] = a->simulated_s[i] - a->measured_s[i];
-    order_numbers(late_s, a->edges);
+    sort_numbers(late_s, a->edges);
     a->offset_s = 0.5 * (late_s[(a->edges - 1) / 2] + late_s[a->edges / 2]);
     for (size_t i = 0; i < a->edges; i++)
         squares += (late_s[i] - a->offset_s) * (late_s[i] - a->offset_s);

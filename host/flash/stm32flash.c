@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include "host/base/process.h"
-#include "host/base/scratch.h"
 
 #define CHIP_TRIES 3u
 #define SAID_MAX   2048u
@@ -126,7 +125,7 @@ enum mr_status stm32flash_chip(const struct stm32flash *to, unsigned *chip, stru
 static enum mr_status write_part(const struct stm32flash *to, const char *folder,
                                  const struct part *part, struct error *error)
 {
-    char path[SCRATCH_PATH + 40], at[12], said[SAID_MAX], why[120];
+    char path[TEMPORARY_FOLDER + 40], at[12], said[SAID_MAX], why[120];
     const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->start ? "-g" : NULL, at, NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);
     snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_IMAGE_FLASH + part->at));
@@ -161,8 +160,8 @@ enum mr_status stm32flash_program(const struct stm32flash *to, const struct imag
     static const char *const files[] = {"part.bin"};
     struct part first = {"detour to the boot ROM", 0, detour, sizeof detour, false};
     struct part program = {.name = "program"}, vectors = {.name = "vectors", .start = true};
-    char folder[SCRATCH_PATH];
-    enum mr_status status = scratch_make(folder, "flash", error);
+    char folder[TEMPORARY_FOLDER];
+    enum mr_status status = temporary_folder_make(folder, "flash", error);
     if (status == MR_OK && extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
         status = write_part(to, folder, &first, error);
         if (status == MR_OK)
@@ -170,6 +169,6 @@ enum mr_status stm32flash_program(const struct stm32flash *to, const struct imag
     }
     if (status == MR_OK && extent(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
         status = write_part(to, folder, &vectors, error);
-    scratch_remove(folder, files, 1);
+    temporary_folder_remove(folder, files, 1);
     return status;
 }

@@ -7,7 +7,7 @@
 #include "common/boardtime.h"
 #include "common/channels.h"
 #include "host/analyse/measured.h"
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 #include "host/export/origin.h"
 #include "host/link/link.h"
@@ -53,7 +53,7 @@ static double usual_step_s(const struct series *series)
     double *step = xmalloc((series->count - 1) * sizeof *step);
     for (size_t i = 0; i + 1 < series->count; i++)
         step[i] = series->time_s[i + 1] - series->time_s[i];
-    order_numbers(step, series->count - 1);
+    sort_numbers(step, series->count - 1);
     double median = step[(series->count - 1) / 2];
     free(step);
     return median;

@@ -8,9 +8,8 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "host/base/list.h"
-#include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
+#include "host/base/quantity.h"
 #include "host/export/origin.h"
 #include "host/import/textfile.h"
 #include "host/store/store_import.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/decimal.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 #include "host/import/import.h"
 #include "host/import/mapping.h"
 

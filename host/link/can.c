@@ -25,7 +25,7 @@
 
 #include "common/canbase.h"
 #include "common/wire.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/link/link_ops.h"
 
 /* ---- an adapter's clock ---- */
@@ -492,14 +492,14 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
 {
     struct can_frame raw = {.can_id = mr_get_u32(&bytes), .can_dlc = *bytes};
     struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
-    uint64_t until_us = steady_us() + SEND_WAIT_MS * 1000u;
+    uint64_t until_us = monotonic_us() + SEND_WAIT_MS * 1000u;
     (void)length;
     memcpy(raw.data, bytes + 4, sizeof raw.data);
     while (write(link->fd, &raw, sizeof raw) != (ssize_t)sizeof raw) {
         if (errno != EAGAIN && errno != EINTR && errno != ENOBUFS)
             return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show",
                              strerror(errno), link->spec);
-        if (steady_us() > until_us)
+        if (monotonic_us() > until_us)
             return error_set(error, MR_TIMEOUT,
                              "the bus takes nothing: %s; is the board on, and the bus terminated?",
                              link->spec);

@@ -15,7 +15,7 @@
 #include "common/canbase.h"
 #include "common/framing.h"
 #include "common/wire.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/link/link_ops.h"
 
 #define RETRY_US       250000u
@@ -340,8 +340,8 @@ uint64_t link_clock_ahead_us(void)
 {
     uint64_t ahead_us = 0, least_us = UINT64_MAX;
     for (int i = 0; i < AHEAD_LOOKS && least_us > AHEAD_WIDTH_US; i++) {
-        uint64_t before_us = steady_us(), now_us = link_now_us(),
-                 width_us = steady_us() - before_us;
+        uint64_t before_us = monotonic_us(), now_us = link_now_us(),
+                 width_us = monotonic_us() - before_us;
         if (width_us < least_us) {
             least_us = width_us;
             ahead_us = now_us - before_us - width_us / 2;
@@ -370,7 +370,7 @@ void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
 void link_hear_anew(struct link *link, int baud)
 {
     pthread_mutex_lock(&link->heard);
-    link->counters.rx = (struct link_rx){.begun_us = steady_us(), .baud = baud};
+    link->counters.rx = (struct link_rx){.begun_us = monotonic_us(), .baud = baud};
     mr_deframer_init(&link->counters.rx.deframer);
     pthread_mutex_unlock(&link->heard);
 }
@@ -401,7 +401,7 @@ static void go_away(struct link *link, const struct error *why)
     release(link);
     set_away(link, why);
     pthread_mutex_unlock(&link->device);
-    link->away_since_us = steady_us();
+    link->away_since_us = monotonic_us();
     link->retry_us = link->away_since_us + RETRY_US;
     link->start = link->end = 0;
     link_trouble(link, LINK_AWAY, 1);
@@ -432,7 +432,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
 
 enum mr_status link_service(struct link *link, struct error *error)
 {
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     if (link->away.status != MR_OK)
         return come_back(link, now_us, error);
     /* While something is sent, which may take a second, what comes is read; service is for the next
@@ -475,7 +475,7 @@ enum mr_status link_fill(struct link *link, struct error *error)
     if (count > 0) {
         link->end += (size_t)count;
         link->read_us = link_now_us();
-        link->read_monotonic_us = steady_us();
+        link->read_monotonic_us = monotonic_us();
         return MR_OK;
     }
     /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us

@@ -199,8 +199,8 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
 /* Unix time now, microseconds. */
 uint64_t link_now_us(void);
 
-/* How far the time of day is ahead of the steady clock (host/base/steady.h), microseconds; a look
- * in which the processor was taken away between the two clocks is taken again. */
+/* How far the time of day is ahead of the monotonic clock (host/base/monotonic_clock.h),
+ * microseconds; a look in which the processor was taken away between the two clocks is taken again. */
 uint64_t link_clock_ahead_us(void);
 
 #endif

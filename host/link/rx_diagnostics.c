@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "host/link/link_ops.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 const char *diagnosis_word(enum diagnosis diagnosis)
 {
@@ -78,7 +78,7 @@ enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
     struct link_counters counters;
     struct error away;
     link_heard(link, &counters, &away);
-    double since_s = (double)(steady_us() - counters.rx.begun_us) / 1e6;
+    double since_s = (double)(monotonic_us() - counters.rx.begun_us) / 1e6;
     if (away.status != MR_OK) {
         snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);
         return DIAGNOSIS_SILENT;

@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 
 #define STAMP_US       0.5 /* half the grain of the host's stamps */
 #define LEAST_SCALE_US 1e-3
@@ -193,7 +193,7 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
     for (size_t i = 0; i < n; i++)
         over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_s);
-    order_numbers(over_us, n);
+    sort_numbers(over_us, n);
     fit->spread_us = over_us[n / 2];
     size_t m = strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));

@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 #include "common/framing.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/link/link_ops.h"
 #include "host/link/rx_diagnostics.h"
 
@@ -307,11 +307,11 @@ static enum mr_status listen_for_frame(struct tty *tty, uint64_t *heard, struct 
     struct mr_frame frame;
     bool whole = false;
     uint8_t bytes[4096];
-    uint64_t until_us = steady_us() + LISTEN_US;
+    uint64_t until_us = monotonic_us() + LISTEN_US;
     mr_deframer_init(&deframer);
-    while (!whole && steady_us() < until_us) {
+    while (!whole && monotonic_us() < until_us) {
         struct pollfd ready = {.fd = tty_fd(tty), .events = POLLIN};
-        uint64_t left_us = until_us - steady_us();
+        uint64_t left_us = until_us - monotonic_us();
         if (poll(&ready, 1, left_us > LISTEN_US ? 0 : (int)(left_us / 1000 + 1)) <= 0)
             continue;
         ssize_t count = tty_read(tty, bytes, sizeof bytes);

@@ -10,7 +10,7 @@
 #include <time.h>
 
 #include "host/board/arm_client.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 /* a minute: 50 of messages, 20 of readings and 5 of state a second */
 #define EVENTS           4500u
@@ -98,7 +98,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     made->source = source;
     made->tag = FIRST_TAG;
     if (getrandom(&made->run, sizeof made->run, GRND_NONBLOCK) != (ssize_t)sizeof made->run)
-        made->run = (uint32_t)steady_ms();
+        made->run = (uint32_t)monotonic_ms();
     live_buckets_start(&made->buckets);
     *hub = made;
     return MR_OK;
@@ -165,14 +165,14 @@ static void publish_readings(struct live_hub *hub)
 {
     struct live_bucket buckets[BUCKETS_AN_EVENT];
     unsigned count;
-    hub->readings_ms = steady_ms();
+    hub->readings_ms = monotonic_ms();
     while ((count = live_buckets_take(&hub->buckets, buckets, BUCKETS_AN_EVENT)) > 0)
         publish(hub, EVENT_READINGS, live_json_buckets(hub->run, hub->restarts, buckets, count));
 }
 
 static void publish_messages(struct live_hub *hub)
 {
-    hub->messages_ms = steady_ms();
+    hub->messages_ms = monotonic_ms();
     if (!hub->waiting)
         return;
     fputc(']', hub->waiting);
@@ -211,7 +211,7 @@ static json_t *state_json(const struct live_hub *hub)
 /* What is due. Locked by the caller. */
 static void turn(struct live_hub *hub)
 {
-    int64_t now = steady_ms();
+    int64_t now = monotonic_ms();
     if (hub->buckets.restarts != hub->restarts) {
         /* what was read before belongs to the boot before */
         publish_readings(hub);

@@ -11,7 +11,7 @@
 
 #include "host/link/candump.h"
 #include "host/log/logger.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 /* for a campaign that takes nothing, at the end of the links or of --for; */
 #define WAIT_US       60000000u
@@ -27,7 +27,7 @@ bool logger_signalled(struct logger *logger, int signals)
     struct signalfd_siginfo info;
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
         return false;
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     logger->hurried = logger->ended_by &&
                       (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
     if (!logger->signalled_us)
@@ -210,7 +210,7 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
 
 static bool waited_enough(struct logger *logger, uint64_t began_us)
 {
-    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = steady_us();
+    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = monotonic_us();
     uint64_t since_us = refused_us > began_us ? refused_us : began_us;
     bool asked = strcmp(logger->ended_by, "signal") == 0;
     return logger->hurried || (refused_us && now_us - since_us > (asked ? WAIT_ASKED_US : WAIT_US));
@@ -245,7 +245,7 @@ static enum mr_status settle(struct logger *logger, struct error *error)
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
 {
     char reason[sizeof error->text] = "ended in a hurry";
-    uint64_t began_us = steady_us();
+    uint64_t began_us = monotonic_us();
     const bool failed = strcmp(logger->ended_by, "error") == 0;
     for (unsigned link = 0; link < LOGGER_LINKS; link++) {
         link_reader_stop(logger->reader[link]);
@@ -257,7 +257,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
         if (status != MR_OK)
             return status;
         bool went_wrong = failed && !logger->refilled;
-        if (steady_us() >= logger->again_us) {
+        if (monotonic_us() >= logger->again_us) {
             status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
             if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
                 status = settle(logger, error);

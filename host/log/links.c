@@ -4,7 +4,7 @@
 
 #include "host/link/can.h"
 #include "host/log/logger.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define FRAMES_PER_TURN READER_FRAMES
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX

@@ -1,7 +1,7 @@
 /* What matrig log asks of the board by itself, and for the viewers of the live page. */
 #include "host/log/logger.h"
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define ASK_US        1000000u /* between two requests for the configuration */
 /* for the same; a board that does not answer, or of another table, is left alone then */
@@ -32,7 +32,7 @@ static void ask_board(struct logger *logger, unsigned i)
 {
     const struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
     struct logger_board *board = &logger->board[i];
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     if (!collector_lacks_configuration(board->collector)) {
         struct collector_progress p;
         collector_progress(board->collector, &p);
@@ -62,7 +62,7 @@ static void keep_it_live(struct logger *logger)
     struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
     struct collector_progress p;
     collector_progress(logger->board[0].collector, &p);
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     if (logger->open[LINK_CAN] || p.run || !p.hello ||
         (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
         return;
@@ -76,7 +76,7 @@ static void ask_for_channels(struct logger *logger)
 {
     const struct mr_command command = {.code = MR_COMMAND_STATE};
     struct collector_progress p;
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     collector_progress(logger->board[0].collector, &p);
     if (!p.hello || logger->channel_asks == ASKS ||
         (logger->channel_asks && now_us - logger->channels_us < ASK_US) ||

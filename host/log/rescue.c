@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "host/log/logger.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define AGAIN_US 5000000u /* between two tries to save */
 #define NAMES    100      /* tried in one folder, within a second */
@@ -270,7 +270,7 @@ static enum mr_status save_and_go_on(struct logger *logger, const char *original
 enum mr_status logger_rescue(struct logger *logger, struct error *error)
 {
     enum store_place place = logger_place(logger);
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     if (place == STORE_IN_PLACE && !logger->saved[0])
         logger->taken[0] = '\0'; /* brought back before it could be saved */
     if (place == STORE_IN_PLACE || (logger->rescue_us && now_us - logger->rescue_us < AGAIN_US))

@@ -6,7 +6,7 @@
 #include "host/collect/doubt.h"
 #include "host/link/rx_diagnostics.h"
 #include "host/log/logger.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define PROGRESS_US          200000u
 #define QUEUE_SHOWN_PERMILLE 10u
@@ -44,7 +44,7 @@ void logger_clear_progress(const struct logger *logger)
 void logger_note_troubles(struct logger *logger, unsigned link, const char *text)
 {
     const struct link_counters *counters = &logger->counters[link];
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     bool told = false;
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         uint64_t more = counters->trouble[i] - logger->noted[link][i];
@@ -92,7 +92,7 @@ static void note_strangers(struct logger *logger, unsigned i, uint64_t now_us)
 /* Frames of others on a board's identifiers: the first at once, then how many there are by now. */
 void logger_note_strangers(struct logger *logger)
 {
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
         return;
     for (unsigned i = 0; i < logger->boards; i++)
@@ -202,7 +202,7 @@ static enum mr_status show_silent(struct logger *logger, struct logger_board *bo
     struct collector_progress progress;
     struct summary summary;
     collector_progress(board->collector, &progress);
-    if (!quicklook_silent(&board->silence, &progress, steady_us()))
+    if (!quicklook_silent(&board->silence, &progress, monotonic_us()))
         return MR_OK;
     cli_note(logger->cli,
              "nothing comes any more of RUN %lld: are board and cables in order? What came until "
@@ -293,13 +293,13 @@ static size_t board_progress(const struct logger *logger, unsigned i, char *out,
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, steady_us()) ||
-        (!last && steady_us() - logger->shown_us < PROGRESS_US))
+    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, monotonic_us()) ||
+        (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
         return;
     char boards[LOGGER_BOARDS * 200], queue[40] = "";
     size_t used = 0;
     unsigned permille = watch_permille(&logger->watch);
-    logger->shown_us = steady_us();
+    logger->shown_us = monotonic_us();
     for (unsigned i = 0; i < logger->boards; i++)
         used += board_progress(logger, i, boards + used, sizeof boards - used);
     if (permille >= QUEUE_SHOWN_PERMILLE)
@@ -368,7 +368,7 @@ enum mr_status logger_check_heard(const struct logger *logger, struct error *err
 void logger_note_unheard(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT];
-    uint64_t now_us = steady_us();
+    uint64_t now_us = monotonic_us();
     if (logger->unheard_us == 0)
         logger->unheard_us = now_us + UNHEARD_US;
     if (now_us < logger->unheard_us || logger->unheard_told)

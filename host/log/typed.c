@@ -8,7 +8,7 @@
 
 #include "host/board/arm_client.h"
 #include "host/log/logger.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define ANSWER_US (1000000u * ARM_CLIENT_ANSWER_S)
 #define ASKED_US  30000000u /* a question that nobody answers is over */
@@ -89,7 +89,7 @@ static void send_it(struct logger *logger)
     typed->asked = false;
     typed->hold_us = 0;
     typed->sent = 0;
-    typed->until_us = steady_us() + ANSWER_US;
+    typed->until_us = monotonic_us() + ANSWER_US;
     for (unsigned i = 0; i < logger->boards; i++) {
         logger_at_text(logger, i, at);
         if (!logger_heard(logger, i) || logger->board[i].over) {
@@ -138,7 +138,7 @@ static void take_command(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
     if (line[strspn(line, " \t\r")] == '\0') {
-        typed->hold_us = steady_us() + TYPING_US;
+        typed->hold_us = monotonic_us() + TYPING_US;
         say(logger, "%s: ", HELP);
         return;
     }
@@ -157,7 +157,7 @@ static void take_command(struct logger *logger, const char *line)
         return;
     }
     typed->asked = true;
-    typed->until_us = typed->hold_us = steady_us() + ASKED_US;
+    typed->until_us = typed->hold_us = monotonic_us() + ASKED_US;
     if (!arm)
         say(logger, "disarm? What the board records, it is %s, ends there. yes: ", recording);
     else if (typed->command.argument)
@@ -185,7 +185,7 @@ static void take_answer(struct logger *logger, unsigned i)
         else
             say(logger, "%s refused%s: %s\n", name, at,
                 arm_client_refusal((enum mr_status)answer->status));
-    } else if (steady_us() > typed->until_us) {
+    } else if (monotonic_us() > typed->until_us) {
         typed->sent &= ~(1u << i);
         say(logger,
             "the board%s did not answer `%s` within 3 s; look what state it is in before trying "
@@ -201,12 +201,12 @@ void typed_turn(struct logger *logger)
     if (!typed->on)
         return;
     if (typed->sent && watch_refused_us(&logger->watch)) /* the answer waits in the queue */
-        typed->until_us = steady_us() + ANSWER_US;
+        typed->until_us = monotonic_us() + ANSWER_US;
     for (unsigned i = 0; i < logger->boards; i++) {
         if (typed->sent >> i & 1u)
             take_answer(logger, i);
     }
-    if (typed->asked && steady_us() > typed->until_us)
+    if (typed->asked && monotonic_us() > typed->until_us)
         take_reply(logger, "");
     bool there = logger_heard_any(logger);
     /* a script's commands wait for the board; who types is told */

@@ -6,7 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define LOOK_MS            200
 #define TELL_US            700000u  /* what lasts so long is told, */
@@ -92,7 +92,7 @@ enum link_trouble watch_blame(void *context)
     struct watch *watch = context;
     uint64_t since_us;
     pthread_mutex_lock(&watch->lock);
-    enum watch_cause cause = cause_of(watch, steady_us(), &since_us);
+    enum watch_cause cause = cause_of(watch, monotonic_us(), &since_us);
     pthread_mutex_unlock(&watch->lock);
     switch (cause) {
     case WATCH_LOCK: return LINK_LOST_LOCK;
@@ -241,7 +241,7 @@ static void *look_on(void *context)
         if (watch->stop)
             break;
         char line[sizeof watch->path + 700] = "";
-        uint64_t at_us = steady_us();
+        uint64_t at_us = monotonic_us();
         look(watch, at_us, line, sizeof line);
         pthread_mutex_unlock(&watch->lock);
         note(watch, line);
@@ -257,7 +257,7 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    *watch = (struct watch){.cli = cli, .told = WATCH_NONE, .caught_up_us = steady_us()};
+    *watch = (struct watch){.cli = cli, .told = WATCH_NONE, .caught_up_us = monotonic_us()};
     pthread_mutex_init(&watch->lock, NULL);
     pthread_cond_init(&watch->wake, &monotonic);
     pthread_condattr_destroy(&monotonic);
@@ -309,13 +309,13 @@ enum store_place watch_place(struct watch *watch)
 
 enum store_place watch_place_now(struct watch *watch)
 {
-    look_for_file(watch, steady_us(), true);
+    look_for_file(watch, monotonic_us(), true);
     return watch_place(watch);
 }
 
 void watch_call(struct watch *watch, bool begins)
 {
-    uint64_t at_us = steady_us();
+    uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
     if (!begins) {
         watch->call_took_us = at_us - watch->call_us;
@@ -327,7 +327,7 @@ void watch_call(struct watch *watch, bool begins)
 
 void watch_refused(struct watch *watch, enum store_refusal refused, const char *reason)
 {
-    uint64_t at_us = steady_us();
+    uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
     if (watch->refused != refused) {
         if (watch->refused == STORE_TAKES)
@@ -341,7 +341,7 @@ void watch_refused(struct watch *watch, enum store_refusal refused, const char *
 struct watch_hold watch_written(struct watch *watch)
 {
     char line[400] = "";
-    uint64_t at_us = steady_us(), since_us;
+    uint64_t at_us = monotonic_us(), since_us;
     struct watch_hold hold = {.cause = WATCH_NONE};
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
@@ -390,7 +390,7 @@ void watch_end(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
     if (watch->end_us == 0)
-        watch->end_us = steady_us();
+        watch->end_us = monotonic_us();
     pthread_mutex_unlock(&watch->lock);
 }
 

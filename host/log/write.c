@@ -2,7 +2,7 @@
  * while. What a transaction held stays in the queues until it is on disk; one that failed is taken
  * back, collector and all, and is written again when it can be. */
 #include "host/log/logger.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow
  * disk. */
@@ -37,7 +37,7 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     store_patience(logger->store, READ_WAIT_MS);
     watch_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
-    logger->begun_us = steady_us();
+    logger->begun_us = monotonic_us();
     if (status == MR_OK && logger->collecting)
         status = look_for_session(logger, error);
     const struct watch_hold *hold = &logger->hold;
@@ -68,7 +68,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     if (status != MR_OK)
         return status;
     watch_call(&logger->watch, true);
-    uint64_t from_us = steady_us();
+    uint64_t from_us = monotonic_us();
     status = store_commit(logger->store, error);
     watch_call(&logger->watch, false);
     if (status == MR_OK) {
@@ -82,7 +82,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
                 link_queue_release(link_reader_queue(logger->reader[link]));
         }
     }
-    logger->commit_us = steady_us() - from_us;
+    logger->commit_us = monotonic_us() - from_us;
     if (status == MR_OK && !logger->followed) /* now there is a journal, too */
         watch_follow(&logger->watch, store_path(logger->store));
     logger->followed |= status == MR_OK;
@@ -96,7 +96,7 @@ bool logger_commit_due(struct logger *logger)
     uint64_t after_us = COMMIT_US;
     if (logger->commit_us > COMMIT_US && watch_permille(&logger->watch) > MUCH_PERMILLE)
         after_us = logger->commit_us > COMMIT_MOST_US ? COMMIT_MOST_US : logger->commit_us;
-    return logger->in_transaction && steady_us() - logger->begun_us >= after_us;
+    return logger->in_transaction && monotonic_us() - logger->begun_us >= after_us;
 }
 
 void logger_take_back(struct logger *logger)
@@ -124,7 +124,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
         return MR_OK;
     }
     watch_refused(&logger->watch, refused, error->text);
-    logger->again_us = steady_us() + (refused == STORE_LOCKED ? AGAIN_LOCKED_US : AGAIN_US);
+    logger->again_us = monotonic_us() + (refused == STORE_LOCKED ? AGAIN_LOCKED_US : AGAIN_US);
     *error = (struct error){0};
     return MR_OK;
 }

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 #include "host/calibrate/column.h"
 #include "host/calibrate/points.h"
 

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 struct loading {
     struct answers *answers;

@@ -1,16 +1,16 @@
 #include "host/replay/image.h"
 
 #include "common/boards.h"
-#include "host/base/place.h"
+#include "host/base/data_dir.h"
 #include "host/flash/imagefile.h"
 
 void replay_image_of(const struct answers *recorded, char *path, size_t size)
 {
     const struct mr_board *board = mr_board_of(recorded->board);
     if (board)
-        place_find_firmware(board->name, path, size);
+        data_dir_find_firmware(board->name, path, size);
     else
-        place_find(PLACE_FIRMWARE, path, size);
+        data_dir_find(DATA_FIRMWARE, path, size);
 }
 
 void replay_image_find(struct store *store, int64_t run, char *path, size_t size)

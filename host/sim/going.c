@@ -1,10 +1,10 @@
 #include "host/sim/going.h"
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 static double clock_s(const struct sim_going *g)
 {
-    return g->options->clock_s ? g->options->clock_s(g->options->clock_ctx) : steady_s();
+    return g->options->clock_s ? g->options->clock_s(g->options->clock_ctx) : monotonic_s();
 }
 
 void sim_going_begin(struct sim_going *g, const struct sim_options *options,

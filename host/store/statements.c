@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 #include "host/store/store_sql.h"
 
 #define NO_ROW STORE_TABLE_COUNT

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 enum mr_status store_frames_join(struct store *store, const struct store_frames_span *span,
                                  int64_t from_run, int64_t to_run, struct error *error)

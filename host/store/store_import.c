@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 enum mr_status store_import_put(struct store *store, const struct store_import *import,
                                 struct error *error)

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */
 
@@ -111,12 +111,12 @@ void store_wait(struct store *store, double most_s)
 
 static int too_late(void *until_s)
 {
-    return steady_s() > *(double *)until_s;
+    return monotonic_s() > *(double *)until_s;
 }
 
 enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error)
 {
-    double until_s = steady_s() + most_s;
+    double until_s = monotonic_s() + most_s;
     sqlite3_stmt *s = NULL;
     enum mr_status status = MR_OK;
     *whole = false;

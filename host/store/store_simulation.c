@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/store/store_sql.h"
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 static enum mr_status put_channel(struct store *store, int64_t simulation,
                                   const struct store_simulation *from, struct error *error)

@@ -4,8 +4,8 @@
 #include <unistd.h>
 
 #include "host/base/plot.h"
-#include "host/base/steady.h"
-#include "host/base/underway.h"
+#include "host/base/monotonic_clock.h"
+#include "host/base/progress.h"
 #include "host/base/xmalloc.h"
 #include "host/campaign/campaign_answer.h"
 #include "host/commands/campaign_command.h"
@@ -14,25 +14,26 @@
 
 #define PROGRESS_S 1.0
 
-struct progress {
+struct runways_done {
     const struct cli *cli;
     double begin_s, next_s;
     bool drawn;
-    struct underway *underway; /* for when no runway is done for long */
+    struct progress *underway; /* for when no runway is done for long */
 };
 
 static void tell_progress(void *ctx, size_t done, size_t of)
 {
-    struct progress *p = ctx;
-    double now_s = steady_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
-    underway_at(p->underway, "%zu of %zu runways are done", done, of);
+    struct runways_done *p = ctx;
+    double now_s = monotonic_s(),
+           left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
+    progress_at(p->underway, "%zu of %zu runways are done", done, of);
     if (p->cli->quiet || now_s < p->next_s || done == of)
         return;
     fprintf(stderr,
             cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  "
                            : "matrig: study: %zu of %zu runways, about %.0f s left\n",
             done, of, left_s);
-    underway_said(p->underway);
+    progress_printed(p->underway);
     p->drawn = cli_terminal();
     p->next_s = now_s + PROGRESS_S;
 }
@@ -114,13 +115,15 @@ static enum mr_status write_plot(const char *path, const struct campaign *c,
 /* Once more with every mat integrated and the planar engine in every landing. */
 static enum mr_status check(const struct campaign *c, const struct campaign_request *request,
                             const struct campaign_run *runs, const struct cli *cli,
-                            struct campaign_difference *apart, struct underway *underway,
+                            struct campaign_difference *apart, struct progress *underway,
                             struct error *error)
 {
     struct campaign whole = *c;
-    struct progress progress = {
-        .cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S, .underway = underway};
-    underway_at(underway, "runways are played again in full; none is done");
+    struct runways_done progress = {.cli = cli,
+                                    .begin_s = monotonic_s(),
+                                    .next_s = monotonic_s() + PROGRESS_S,
+                                    .underway = underway};
+    progress_at(underway, "runways are played again in full; none is done");
     struct campaign_run *again = xcalloc(c->seeds, sizeof *again);
     whole.skip_share = -1.0;
     if (campaign_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again,
@@ -133,18 +136,18 @@ static enum mr_status check(const struct campaign *c, const struct campaign_requ
 }
 
 static int finish(const struct campaign *c, const struct campaign_request *request,
-                  const struct campaign_run *runs, const struct cli *cli, struct underway *underway,
+                  const struct campaign_run *runs, const struct cli *cli, struct progress *underway,
                   struct error *error)
 {
     struct campaign_summary summary;
     struct campaign_difference apart;
     int code = 0;
     if (campaign_summarise(&summary, c, runs, error) != MR_OK) {
-        underway_end(underway);
+        progress_end(underway);
         return cli_fail(error);
     }
     bool checked = request->check && check(c, request, runs, cli, &apart, underway, error) == MR_OK;
-    underway_end(underway);
+    progress_end(underway);
     if (error->status == MR_OK && request->plot)
         write_plot(request->plot, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
@@ -164,11 +167,11 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct campaign_request request = {0};
     struct campaign campaign;
-    struct underway underway;
-    struct progress progress = {.cli = cli,
-                                .begin_s = steady_s(),
-                                .next_s = steady_s() + PROGRESS_S,
-                                .underway = &underway};
+    struct progress underway;
+    struct runways_done progress = {.cli = cli,
+                                    .begin_s = monotonic_s(),
+                                    .next_s = monotonic_s() + PROGRESS_S,
+                                    .underway = &underway};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
         campaign_load_on(&campaign, request.path, request.ground, &error) != MR_OK)
         return cli_fail(&error);
@@ -177,8 +180,8 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
         campaign.seeds = (size_t)request.seeds;
     struct campaign_run *runs = xcalloc(campaign.seeds, sizeof *runs);
     int code = 0;
-    underway_begin(&underway, "study", "fewer --seeds", cli->quiet);
-    underway_at(&underway, "none of %zu runways is done", campaign.seeds);
+    progress_begin(&underway, "study", "fewer --seeds", cli->quiet);
+    progress_at(&underway, "none of %zu runways is done", campaign.seeds);
     campaign_ensemble(&campaign, (int)request.jobs, request.no_prune, tell_progress, &progress,
                       runs, &error);
     if (progress.drawn)
@@ -186,7 +189,7 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     if (error.status == MR_OK) {
         code = finish(&campaign, &request, runs, cli, &underway, &error);
     } else {
-        underway_end(&underway);
+        progress_end(&underway);
         code = cli_fail(&error);
     }
     for (size_t i = 0; i < campaign.seeds; i++)

@@ -3,7 +3,7 @@
 
 #include "host/study/error_predictor.h"
 #include "host/base/output.h"
-#include "host/base/underway.h"
+#include "host/base/progress.h"
 #include "host/report/plot_predictor.h"
 #include "host/sim/check/predictor_cost.h"
 
@@ -93,11 +93,11 @@ int error_predictor(const char *plot, const struct cli *cli)
 {
     static struct predictor_study study;
     struct error error = {0};
-    struct underway underway;
-    underway_begin(&underway, "error", "", cli->quiet);
-    underway_at(&underway, "the predictor's variants on five landings");
+    struct progress underway;
+    progress_begin(&underway, "error", "", cli->quiet);
+    progress_at(&underway, "the predictor's variants on five landings");
     enum mr_status status = predictor_study_run(&study, &error);
-    underway_end(&underway);
+    progress_end(&underway);
     if (status != MR_OK)
         return cli_fail(&error);
     if (plot) {

@@ -6,7 +6,7 @@
 #include "host/commands/error_command.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
-#include "host/base/underway.h"
+#include "host/base/progress.h"
 #include "host/report/plot_error.h"
 #include "host/sim/check/error_study.h"
 #include "host/study/error_predictor.h"
@@ -217,9 +217,9 @@ static enum mr_status write_plot(const char *path, const char *name,
 static void tell(void *ctx, size_t runs_begun)
 {
     if (runs_begun == 0)
-        underway_at(ctx, "two methods are brought to agree, as reference");
+        progress_at(ctx, "two methods are brought to agree, as reference");
     else
-        underway_at(ctx, "run %zu of solvers against the reference", runs_begun);
+        progress_at(ctx, "run %zu of solvers against the reference", runs_begun);
 }
 
 int error_command(int argc, char **argv, const struct cli *cli)
@@ -229,7 +229,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
-    struct underway underway;
+    struct progress underway;
     int code = 0;
 
     if (command_parse(&command_error, argc, argv, cli, &r, words, &error) != MR_OK)
@@ -250,9 +250,9 @@ int error_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
-    underway_begin(&underway, "error", "an earlier tend", cli->quiet);
+    progress_begin(&underway, "error", "an earlier tend", cli->quiet);
     enum mr_status status = error_study_run(&study, &scene, tell, &underway, &error);
-    underway_end(&underway);
+    progress_end(&underway);
     if (status == MR_OK && r.plot)
         write_plot(r.plot, scene.name, &study, &error);
     if (error.status != MR_OK)

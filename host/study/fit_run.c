@@ -9,9 +9,9 @@
 #include "host/base/output.h"
 #include "host/base/plot.h"
 #include "host/base/quantity.h"
-#include "host/base/place.h"
-#include "host/base/run.h"
-#include "host/base/underway.h"
+#include "host/base/data_dir.h"
+#include "host/base/command.h"
+#include "host/base/progress.h"
 #include "host/study/studies.h"
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/print.h"
@@ -25,7 +25,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     request->options.seed = (uint64_t)request->seed;
     request->options.threads = (unsigned)request->threads;
     if (!request->scene) {
-        place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
+        data_dir_find(DATA_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
     if (plot_check(request->plot, request->scene, error) != MR_OK)
@@ -189,18 +189,18 @@ static enum mr_status load(const struct fit_request *request, const struct cli *
     return error->status == MR_OK ? set_priors(request->prior, list, error) : error->status;
 }
 
-struct progress {
-    struct underway underway;
+struct rounds {
+    struct progress underway;
     bool draws; /* a line that changes, on a terminal */
 };
 
 static bool show_progress(void *context, unsigned round, size_t done, size_t of)
 {
-    struct progress *p = context;
-    underway_at(&p->underway, "round %u is at %zu of %zu data sets", round + 1, done, of);
+    struct rounds *p = context;
+    progress_at(&p->underway, "round %u is at %zu of %zu data sets", round + 1, done, of);
     if (!p->draws)
         return true;
-    underway_said(&p->underway);
+    progress_printed(&p->underway);
     fprintf(stderr, "\rround %u: %zu of %zu data sets ", round + 1, done, of);
     if (done == of)
         fprintf(stderr, "\r\033[K");
@@ -218,13 +218,13 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     if (read_request(argc, argv, cli, &request, &error) == MR_OK &&
         load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
-        struct progress progress = {.draws = cli_terminal() && !cli->quiet};
+        struct rounds progress = {.draws = cli_terminal() && !cli->quiet};
         request.options.go_on = show_progress;
         request.options.go_on_context = &progress;
-        underway_begin(&progress.underway, "fit", "fewer --draws", cli->quiet);
+        progress_begin(&progress.underway, "fit", "fewer --draws", cli->quiet);
         if (fit_run(&model, list.measured, &request.options, &answer, &error) == MR_OK)
             misfit = misfit_check(&list, &answer, request.options.seed);
-        underway_end(&progress.underway);
+        progress_end(&progress.underway);
     }
     if (error.status == MR_OK && request.plot)
         fit_write_plot(&list, &answer, &misfit, request.plot, &error);

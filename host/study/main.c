@@ -6,7 +6,7 @@
 
 #include "common/version.h"
 #include "host/commands/commands.h"
-#include "host/base/place.h"
+#include "host/base/data_dir.h"
 #include "host/commands/program.h"
 #include "host/study/studies.h"
 #include "host/commands/study_start.h"
@@ -47,7 +47,7 @@ static int run_study(int argc, char **argv)
     if (argc > 3 && strcmp(argv[1], STUDY_STARTED_BY) == 0) {
         if (check_version(argv[2], argv[3], &error) != MR_OK)
             return cli_fail(&error);
-        place_set_program(argv[3]);
+        data_dir_set_program(argv[3]);
         argc -= 3;
         argv += 3;
     }

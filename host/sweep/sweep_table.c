@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
 #define LEAST_POINTS 8
@@ -142,7 +142,7 @@ static struct pair pair_of(const double *values, size_t points, size_t key, cons
 
 static void bound(struct sweep_index *index, double *drawn, size_t count)
 {
-    order_numbers(drawn, count);
+    sort_numbers(drawn, count);
     index->low = count ? drawn[(size_t)(0.025 * (double)count)] : (double)NAN;
     index->high = count ? drawn[(size_t)(0.975 * (double)count)] : (double)NAN;
 }

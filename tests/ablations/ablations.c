@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "host/campaign/summary.h"
 
 static size_t number_of(const char *name, size_t otherwise, long most)

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/base/plot.h"
 #include "tests/campaign_figures/figures.h"
 
@@ -47,7 +47,7 @@ static void bundle_curve(struct bundle *bundle, const struct figure *figure,
         size_t n = bundle->runways;
         for (size_t i = 0; i < n; i++)
             column[i] = moved[i][k];
-        order_numbers(column, n);
+        sort_numbers(column, n);
         bundle->x_ft[k] = c->stations_ft[k] + figure->zero_ft;
         bundle->low[k] = column[0];
         bundle->middle[k] = 0.5 * (column[(n - 1) / 2] + column[n / 2]);

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/campaign/summary.h"
 #include "tests/campaign_figures/figures.h"
 
@@ -159,7 +159,7 @@ struct fact_value figure_fact_of(const struct figure *figure, const struct figur
     }
     if (value.of > 0) {
         /* few runways: all of them, and the middle one (the lower of two: never is infinite) */
-        order_numbers(values, value.of);
+        sort_numbers(values, value.of);
         value.low = values[0];
         value.middle = values[(value.of - 1) / 2];
         value.high = values[value.of - 1];

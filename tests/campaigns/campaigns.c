@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "host/campaign/facts.h"
 
 #define LEAST_SEEDS 16

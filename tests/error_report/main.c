@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/base/output.h"
 #include "host/base/html.h"
 #include "host/report/plot_error.h"
@@ -41,7 +41,7 @@ static enum mr_status one_scene(FILE *out, const char *path, struct error *error
 {
     struct sim_scene scene;
     struct error_study study;
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
     if (sim_scene_load(&scene, path, error) != MR_OK)
         return error->status;
     printf("%-40s", scene.name[0] ? scene.name : path);
@@ -58,7 +58,8 @@ static enum mr_status one_scene(FILE *out, const char *path, struct error *error
         for (size_t i = 0; study.notes[i][0]; i++)
             fprintf(out, "<p class=\"small\">%s</p>\n", study.notes[i]);
         const struct error_run *best = error_study_cheapest(&study, NULL, 5e-6);
-        printf(" %5.1f s   reference to %.0e ft   cheapest at 5e-6 ft: %s\n", steady_s() - begin_s,
+        printf(" %5.1f s   reference to %.0e ft   cheapest at 5e-6 ft: %s\n",
+               monotonic_s() - begin_s,
                study.lifts ? study.agreement_lift_ft : study.agreement_u_ft,
                best ? best->solver : "none");
     } else {

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/base/output.h"
 #include "tests/figures/found.h"
 
@@ -90,7 +90,7 @@ static void print_walked(FILE *out, const struct search *search, int in)
     for (size_t i = 0; sorted && i < count; i++)
         sorted[i] = input_value((enum input_id)in, search->walked[i].part[in]);
     if (sorted && count > 0) {
-        order_numbers(sorted, count);
+        sort_numbers(sorted, count);
         fprintf(out, "%.3g (%.3g to %.3g)", sorted[count / 2], sorted[count / 10],
                 sorted[count - 1 - count / 10]);
     }

@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "host/study/fit/misfit.h"
 #include "tests/fit/cheap.h"
 

@@ -9,7 +9,7 @@
 
 #include "host/advise/smoother.h"
 #include "host/advise/forecast.h"
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 
 #define MANY   20000u
 #define MATS   120u

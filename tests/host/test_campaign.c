@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "host/campaign/draw.h"
 #include "host/campaign/summary.h"
 #include "host/sim/sim.h"

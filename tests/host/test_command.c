@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
-#include "host/base/help_page.h"
+#include "host/base/help.h"
 
 struct given {
     const char *db, *format;

@@ -1,4 +1,4 @@
-/* Lists that grow one by one: host/base/list.h. */
+/* Lists that grow one by one: host/base/xmalloc.h. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -6,7 +6,7 @@
 
 #include <cmocka.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 static void keeps_what_it_has(void **state)
 {

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "host/campaign/play.h"
 
 #define FT_S_PER_MPH (5280.0 / 3600.0)
@@ -74,7 +74,7 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
 
 static double middle(double *values, size_t count)
 {
-    order_numbers(values, count);
+    sort_numbers(values, count);
     return count > 0 ? 0.5 * (values[(count - 1) / 2] + values[count / 2]) : (double)NAN;
 }
 

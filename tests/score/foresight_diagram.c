@@ -1,7 +1,7 @@
 #include <math.h>
 
 #include "host/base/plot.h"
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "tests/score/foresight.h"
 
 #define SHOWN 3u

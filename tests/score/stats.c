@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/ordered.h"
+#include "host/base/statistics.h"
 #include "tests/score/score.h"
 
 #define ROUNDS 30u
@@ -132,7 +132,7 @@ struct stats_lead stats_lead(const float *own, const float *other, const bool *e
     }
     free(rank);
     free(drawn);
-    order_numbers(lead, draws);
+    sort_numbers(lead, draws);
     if (draws) {
         result.low = lead[draws / 40];
         result.high = lead[draws - draws / 40 - 1];

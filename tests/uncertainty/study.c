@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/wilson.h"
+#include "host/base/statistics.h"
 #include "host/calibrate/budget.h"
 #include "tests/uncertainty/draw.h"
 

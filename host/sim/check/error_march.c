@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/sim/elements/span.h"
 #include "host/sim/scene/scene_keys.h"
 
@@ -392,7 +392,7 @@ enum mr_status march_run(struct sim_record *record, struct march_cost *cost,
     struct march g;
     struct span_list spans = {0};
     const struct sim_options options = {0};
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
     *record = (struct sim_record){0};
     *cost = (struct march_cost){0};
     if (make(&g, scene, error) == MR_OK && span_list_make(&spans, scene, error) == MR_OK &&
@@ -400,7 +400,7 @@ enum mr_status march_run(struct sim_record *record, struct march_cost *cost,
         start(&g, spans.count > 0 && spans.spans[0].mat >= 0 ? spans.spans[0].mat + 1 : 1);
         run(&g, &spans, record, cost, dt_s);
         cost->rhs = g.rhs;
-        cost->ms = 1e3 * (steady_s() - begin_s);
+        cost->ms = 1e3 * (monotonic_s() - begin_s);
     }
     span_list_free(&spans);
     free(g.storage);

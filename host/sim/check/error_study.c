@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/check/error_march.h"
 #include "host/sim/sim.h"

@@ -6,7 +6,7 @@
 
 #include "common/predictor.h"
 #include "common/splitmix.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/sim/check/predictor_cost.h"
 #include "host/sim/sim.h"
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 #define EDGE 1e-12 /* a wheel at x = n L is on mat n + 1 */
 #define MOST 1000000u

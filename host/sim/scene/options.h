@@ -28,7 +28,7 @@ struct sim_options {
     /* After so much time on the clock the run is stopped: SIM_INTERRUPTED. 0: never. What auto
      * tries after its first solver has a limit of its own (planar.h) */
     double limit_s;
-    double (*clock_s)(void *ctx); /* seconds that only grow; NULL: host/base/steady.h's */
+    double (*clock_s)(void *ctx); /* seconds that only grow; NULL: host/base/monotonic_clock.h's */
     void *clock_ctx;
     double sample_dt_s; /* 0: no samples */
     /* where to sample: the mat that begins at the station or lies over it */

@@ -1,10 +1,10 @@
 #include "host/sim/solvers/deadline.h"
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 static double clock_s(const struct sim_options *options)
 {
-    return options->clock_s ? options->clock_s(options->clock_ctx) : steady_s();
+    return options->clock_s ? options->clock_s(options->clock_ctx) : monotonic_s();
 }
 
 static bool in_time(void *ctx, int pass, double part)

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/sim/models/chain.h"
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
@@ -132,7 +132,7 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
     struct sim_wheel wheel;
     struct window window = {1, chain->mats, 0, 0};
     double h = pass->h_s;
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
     double put_in_lb_ft;
     int count = 0;
 
@@ -204,7 +204,7 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
         pass->mods = mods_finish(chain->mods, &view);
     }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
-    pass->ms = 1e3 * (steady_s() - begin_s);
+    pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
 
 /* A gear of several axle lines gets a loop of its own. */
@@ -402,7 +402,7 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
     struct chain chain = {0};
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(scene);
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
 
     sim_wheel_start(&wheel, scene);
     if (chain_make(&chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
@@ -435,7 +435,7 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
         uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
         run_pairs(&chain, scene, options, first, coarser_answers, result, error);
     }
-    result->run_ms = 1e3 * (steady_s() - begin_s);
+    result->run_ms = 1e3 * (monotonic_s() - begin_s);
     chain_free(&chain);
     return error->status;
 }

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/solvers/error_estimate.h"
@@ -386,7 +386,7 @@ LAW_INLINE void finish(struct under_way *way)
 LAW_INLINE void march_with(struct under_way *way)
 {
     struct march *march = way->march;
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
     begin_march(way);
     for (uint64_t i = 0; i < march->steps; i++) {
         double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
@@ -405,7 +405,7 @@ LAW_INLINE void march_with(struct under_way *way)
         }
     }
     finish(way);
-    march->ms = 1e3 * (steady_s() - begin_s);
+    march->ms = 1e3 * (monotonic_s() - begin_s);
 }
 
 /* A gear of several axle lines gets a loop of its own. */
@@ -809,7 +809,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
                            struct sim_result *result, struct error *error)
 {
     struct planar_engine l = {0};
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
     if (engine_make(&l, scene, result, error) == MR_OK) {
         result->solver = "fixed";
         result->mats = scene->mats;
@@ -819,7 +819,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
         if (l.mods)
             mods_describe(l.mods, result);
         run_with(&l, options, result, error);
-        result->run_ms = 1e3 * (steady_s() - begin_s);
+        result->run_ms = 1e3 * (monotonic_s() - begin_s);
     }
     engine_free(&l);
     return error->status;

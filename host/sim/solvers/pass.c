@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define FOLDED_DEG           85.0
 #define FOUND_MAX            64
@@ -466,7 +466,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
                         struct error *error)
 {
     size_t length = 2 * (size_t)m->size;
-    double end_s = sim_scene_end_s(m->scene), begin_s = steady_s();
+    double end_s = sim_scene_end_s(m->scene), begin_s = monotonic_s();
     struct pass p = {.model = m, .out = out};
     *out = (struct pass_outcome){0};
     p.storage = calloc(4 * length + 4 * ((size_t)m->mats + 1), sizeof *p.storage);
@@ -514,7 +514,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
         out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
     }
     stepper_free(&p.stepper);
-    out->ms = 1e3 * (steady_s() - begin_s);
+    out->ms = 1e3 * (monotonic_s() - begin_s);
     free(p.storage);
     return error->status;
 }

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 #include "host/sim/solvers/deadline.h"
 #include "host/sim/solvers/error_estimate.h"
 #include "host/sim/solvers/landing.h"
@@ -381,7 +381,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
                                  struct sim_result *result, struct error *error)
 {
     struct model model;
-    double begin_s = steady_s();
+    double begin_s = monotonic_s();
     if (options->solver && strcmp(options->solver, "fixed") == 0)
         return error_set(error, MR_USAGE,
                          "solver not available: fixed for model %s; give rk4, or model consistent",
@@ -419,7 +419,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         run_auto(&model, options, kind, result, error);
     else
         run_adaptive(&model, options, kind, true, result, error);
-    result->run_ms = 1e3 * (steady_s() - begin_s);
+    result->run_ms = 1e3 * (monotonic_s() - begin_s);
     model_free(&model);
     free(z);
     return error->status;

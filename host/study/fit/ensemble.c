@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define THREADS_MAX  64u
 #define FAILED_SHARE 0.1
@@ -74,7 +74,7 @@ static void simulate_share(struct work *work, bool first)
         size_t count = ensemble->draws - i < some ? ensemble->draws - i : some;
         simulate_rows(work, i, count);
         size_t done = atomic_fetch_add(&work->done, count) + count;
-        if (steady_s() > work->until_s ||
+        if (monotonic_s() > work->until_s ||
             (first && options->go_on &&
              !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
             atomic_store(&work->stop, true);

@@ -23,7 +23,7 @@ struct ensemble {
 };
 
 /* `round` keeps the draws of one ensemble apart from those of the next. `until_s`: by
- * steady_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed), MR_FULL.
+ * monotonic_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed), MR_FULL.
  * Released with ensemble_free, also after an error. */
 enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
                              const struct fit_options *options, unsigned round, double until_s,

@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "host/study/fit/replicas.h"
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #define DRAWS  300u
 #define WIDEN  1.3  /* the next design, in standard errors of the present estimate */
@@ -296,7 +296,7 @@ static bool time_for_more(struct fitting *fitting, double each_s)
 {
     if (isinf(fitting->until_s) || fitting->answer->rounds == 0)
         return true;
-    double left_s = SPARE * (fitting->until_s - steady_s());
+    double left_s = SPARE * (fitting->until_s - monotonic_s());
     if (left_s >= 2.0 * each_s)
         return true;
     fitting->answer->stopped = true;
@@ -314,10 +314,10 @@ static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
     double moved = (double)INFINITY, each_s = 0.0;
     while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2) &&
            time_for_more(fitting, each_s)) {
-        double begin_s = steady_s();
+        double begin_s = monotonic_s();
         if (find_place(fitting, &moved, error) != MR_OK)
             return error->status;
-        each_s = steady_s() - begin_s;
+        each_s = monotonic_s() - begin_s;
     }
     answer->stopped = answer->stopped || moved > STANDS;
     return conclude(fitting, error);
@@ -355,7 +355,7 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
     if (check(model, &fitting.options, error) != MR_OK)
         return error->status;
     gsl_error_handler_t *before = gsl_set_error_handler_off();
-    fitting.until_s = options->max_s > 0.0 ? steady_s() + options->max_s : (double)INFINITY;
+    fitting.until_s = options->max_s > 0.0 ? monotonic_s() + options->max_s : (double)INFINITY;
     fitting.place.parameters = q;
     for (size_t i = 0; i < q; i++)
         fitting.place.spread[i][i] = 1.0;

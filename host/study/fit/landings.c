@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/list.h"
+#include "host/base/xmalloc.h"
 
 #define IN_PER_FT      12.0
 #define END_S          0.2

@@ -1,4 +1,4 @@
-#include "host/base/near.h"
+#include "host/base/spell_suggest.h"
 
 #include <ctype.h>
 #include <stdbool.h>
@@ -51,12 +51,12 @@ static size_t in_common(const char *a, const char *b)
     return n;
 }
 
-void near_begin(struct near *near, const char *word)
+void spell_suggest_begin(struct spell_suggest *near, const char *word)
 {
-    *near = (struct near){.word = word};
+    *near = (struct spell_suggest){.word = word};
 }
 
-void near_try(struct near *near, const char *candidate)
+void spell_suggest_try(struct spell_suggest *near, const char *candidate)
 {
     const char *a = bare(near->word), *b = bare(candidate);
     size_t a_length = strlen(a), b_length = strlen(b), shorter = least(a_length, b_length);
@@ -75,9 +75,9 @@ void near_try(struct near *near, const char *candidate)
     near->distance = distance;
 }
 
-void near_text(const struct near *near, char out[static NEAR_TEXT])
+void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT])
 {
     out[0] = '\0';
     if (near->best)
-        snprintf(out, NEAR_TEXT, "; did you mean %.90s?", near->best);
+        snprintf(out, SPELL_SUGGEST_TEXT, "; did you mean %.90s?", near->best);
 }

@@ -1,6 +1,7 @@
-#include "host/base/line.h"
+#include "host/base/statistics.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
                         struct error *error)
@@ -34,4 +35,27 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
         .scatter = sqrt(variance),
     };
     return MR_OK;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+void sort_numbers(double *values, size_t count)
+{
+    if (count > 1)
+        qsort(values, count, sizeof *values, ascending);
+}
+
+struct wilson wilson_of(size_t count, size_t of)
+{
+    const double z = 1.959963984540054; /* of the normal distribution, 2.5 % beyond */
+    if (of == 0)
+        return (struct wilson){0.0, 1.0};
+    double n = (double)of, p = (double)count / n, z2 = z * z / n;
+    double middle = (p + z2 / 2.0) / (1.0 + z2),
+           half = z / (1.0 + z2) * sqrt(p * (1.0 - p) / n + z2 / (4.0 * n));
+    return (struct wilson){fmax(0.0, middle - half), fmin(1.0, middle + half)};
 }

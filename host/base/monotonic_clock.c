@@ -1,24 +1,24 @@
-#include "host/base/steady.h"
+#include "host/base/monotonic_clock.h"
 
 #include <time.h>
 
-double steady_s(void)
+double monotonic_s(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-uint64_t steady_us(void)
+uint64_t monotonic_us(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
-int64_t steady_ms(void)
+int64_t monotonic_ms(void)
 {
-    return (int64_t)(steady_us() / 1000u);
+    return (int64_t)(monotonic_us() / 1000u);
 }
 
 double processor_ms(void)

@@ -1,22 +1,22 @@
-/* What somebody may have meant who typed a word that is not there: the nearest that is. */
-#ifndef MATRIG_HOST_BASE_NEAR_H
-#define MATRIG_HOST_BASE_NEAR_H
+/* Suggests the nearest known word for a word that is not known. */
+#ifndef MATRIG_HOST_BASE_SPELL_SUGGEST_H
+#define MATRIG_HOST_BASE_SPELL_SUGGEST_H
 
 #include <stddef.h>
 
 /* Dashes at the beginning and capitals do not count. Near: a letter or two (in a word of three or
  * four letters: one) that are wrong, missing, too many or swapped; or the same beginning. */
-struct near {
+struct spell_suggest {
     const char *word, *best; /* best NULL: none so far */
     size_t distance;         /* of the best */
 };
 
-void near_begin(struct near *near, const char *word);
+void spell_suggest_begin(struct spell_suggest *near, const char *word);
 /* Of equally near ones the first is kept; the text stays the caller's. */
-void near_try(struct near *near, const char *candidate);
+void spell_suggest_try(struct spell_suggest *near, const char *candidate);
 
 /* "; did you mean BEST?", or "" when nothing is near. */
-#define NEAR_TEXT 120
-void near_text(const struct near *near, char out[static NEAR_TEXT]);
+#define SPELL_SUGGEST_TEXT 120
+void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT]);
 
 #endif

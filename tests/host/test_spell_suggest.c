@@ -6,14 +6,14 @@
 #include <cmocka.h>
 #include <string.h>
 
-#include "host/base/near.h"
+#include "host/base/spell_suggest.h"
 
 static const char *nearest(const char *word, const char *const *candidates)
 {
-    struct near near;
-    near_begin(&near, word);
+    struct spell_suggest near;
+    spell_suggest_begin(&near, word);
     while (*candidates)
-        near_try(&near, *candidates++);
+        spell_suggest_try(&near, *candidates++);
     return near.best ? near.best : "";
 }
 
@@ -59,13 +59,13 @@ static void dashes_do_not_count(void **state)
 static void it_is_said_as_a_question(void **state)
 {
     (void)state;
-    struct near near;
-    char text[NEAR_TEXT];
-    near_begin(&near, "lgo");
-    near_text(&near, text);
+    struct spell_suggest near;
+    char text[SPELL_SUGGEST_TEXT];
+    spell_suggest_begin(&near, "lgo");
+    spell_suggest_text(&near, text);
     assert_string_equal(text, "");
-    near_try(&near, "log");
-    near_text(&near, text);
+    spell_suggest_try(&near, "log");
+    spell_suggest_text(&near, text);
     assert_string_equal(text, "; did you mean log?");
 }
 

@@ -1,6 +1,6 @@
-/* A straight line through readings by least squares, with its errors. Pure. */
-#ifndef MATRIG_HOST_BASE_LINE_H
-#define MATRIG_HOST_BASE_LINE_H
+/* Statistics of a few numbers: a straight line, a sorted list, the interval of a share. Pure. */
+#ifndef MATRIG_HOST_BASE_STATISTICS_H
+#define MATRIG_HOST_BASE_STATISTICS_H
 
 #include <stddef.h>
 
@@ -22,5 +22,20 @@ struct line_fit {
 /* Both arrays have `count` readings. MR_TOO_FEW below three or when all x are the same. */
 enum mr_status line_fit(const double *x, const double *y, size_t count, struct line_fit *line,
                         struct error *error);
+
+/* Numbers in order, for medians and percentiles. */
+
+/* Sorts in place, the least first; none of them may be NaN. */
+void sort_numbers(double *values, size_t count);
+
+/* Wilson's interval of a share: within it the true one lies with 95 %. (E. B. Wilson, J. Am. Stat.
+ * Assoc. 22 (1927) 209.) */
+
+struct wilson {
+    double low, high;
+};
+
+/* `count` of `of`; of none: 0 to 1. */
+struct wilson wilson_of(size_t count, size_t of);
 
 #endif

@@ -1,11 +1,11 @@
-#include "host/base/shared.h"
+#include "host/base/parallel_for.h"
 
 #include <pthread.h>
 #include <stdbool.h>
 
 struct worker {
     pthread_t thread;
-    shared_work *work;
+    parallel_work *work;
     void *context;
     size_t from, every;
 };
@@ -17,11 +17,11 @@ static void *begin(void *context)
     return NULL;
 }
 
-void shared_run(unsigned threads, shared_work *work, void *context)
+void parallel_for(unsigned threads, parallel_work *work, void *context)
 {
-    struct worker worker[SHARED_MOST];
-    bool started[SHARED_MOST] = {false};
-    unsigned count = threads < 1u ? 1u : threads < SHARED_MOST ? threads : SHARED_MOST;
+    struct worker worker[PARALLEL_MOST];
+    bool started[PARALLEL_MOST] = {false};
+    unsigned count = threads < 1u ? 1u : threads < PARALLEL_MOST ? threads : PARALLEL_MOST;
     for (unsigned t = 0; t < count; t++) {
         worker[t] = (struct worker){.work = work, .context = context, .from = t, .every = count};
         started[t] = t > 0 && pthread_create(&worker[t].thread, NULL, begin, &worker[t]) == 0;

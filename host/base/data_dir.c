@@ -1,4 +1,4 @@
-#include "host/base/place.h"
+#include "host/base/data_dir.h"
 
 #include <limits.h>
 #include <stdbool.h>
@@ -11,21 +11,21 @@ static const struct {
     const char *built;  /* from the folder of the program */
     const char *shared; /* below share/matrig; NULL: not there */
 } files[] = {
-    [PLACE_BOARD] = {"matrig-board", NULL},
-    [PLACE_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
-    [PLACE_RUNS] = {"../tests/runs", "runs"},
+    [DATA_BOARD] = {"matrig-board", NULL},
+    [DATA_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
+    [DATA_RUNS] = {"../tests/runs", "runs"},
     [PLACE_DEMO] = {"../host/demo.sh", "demo.sh"},
-    [PLACE_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
+    [DATA_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
 static const char *program; /* NULL: the running one */
 
-void place_set_program(const char *path)
+void data_dir_set_program(const char *path)
 {
     program = path;
 }
 
-void place_program(char *path, size_t size)
+void data_dir_program(char *path, size_t size)
 {
     ssize_t length = program ? -1 : readlink("/proc/self/exe", path, size - 1);
     if (length > 0)
@@ -36,7 +36,7 @@ void place_program(char *path, size_t size)
 
 static void program_folder(char *folder, size_t size)
 {
-    place_program(folder, size);
+    data_dir_program(folder, size);
     char *slash = strrchr(folder, '/');
     if (slash)
         *slash = '\0';
@@ -91,18 +91,18 @@ static void find(const char *built, const char *shared, char *path, size_t size)
     snprintf(path, size, "%s/%s", folder, built);
 }
 
-void place_find(enum place what, char *path, size_t size)
+void data_dir_find(enum data_file what, char *path, size_t size)
 {
     find(files[what].built, files[what].shared, path, size);
 }
 
-void place_find_firmware(const char *board, char *path, size_t size)
+void data_dir_find_firmware(const char *board, char *path, size_t size)
 {
     char built[60], shared[60];
     snprintf(built, sizeof built, "firmware/%s/matrig.elf", board);
     snprintf(shared, sizeof shared, "%s/matrig.elf", board);
     if (strcmp(board, "zg") == 0)
-        place_find(PLACE_FIRMWARE, path, size);
+        data_dir_find(DATA_FIRMWARE, path, size);
     else
         find(built, shared, path, size);
 }

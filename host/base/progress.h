@@ -1,14 +1,14 @@
-/* Underway: work that takes long says every 30 s that it goes on and how far it is, whatever it is
- * busy with: a thread of its own looks at the clock. On stderr, a line each, terminal or not. */
-#ifndef MATRIG_HOST_BASE_UNDERWAY_H
-#define MATRIG_HOST_BASE_UNDERWAY_H
+/* Progress of work that takes long: a thread of its own prints a line on stderr every 30 s, whatever
+ * the work is busy with, terminal or not. */
+#ifndef MATRIG_HOST_BASE_PROGRESS_H
+#define MATRIG_HOST_BASE_PROGRESS_H
 
 #include <pthread.h>
 #include <stdbool.h>
 
-#define UNDERWAY_S 30.0 /* between two lines; a minute without one is too long */
+#define PROGRESS_EVERY_S 30.0 /* between two lines; a minute without one is too long */
 
-struct underway {
+struct progress {
     const char *who;     /* the command: "study"; borrowed */
     const char *quicker; /* what else there is to do: "fewer --draws"; borrowed */
     pthread_t thread;
@@ -20,13 +20,13 @@ struct underway {
 };
 
 /* Counting begins now. With `quiet`, or where no thread can be had, nothing is said. */
-void underway_begin(struct underway *underway, const char *who, const char *quicker, bool quiet);
+void progress_begin(struct progress *underway, const char *who, const char *quicker, bool quiet);
 /* How far it is, from any thread. */
-void underway_at(struct underway *underway, const char *format, ...)
+void progress_at(struct progress *underway, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Something was said in another way just now: the next line is due in 30 s. */
-void underway_said(struct underway *underway);
+void progress_printed(struct progress *underway);
 /* After that nothing more is said. */
-void underway_end(struct underway *underway);
+void progress_end(struct progress *underway);
 
 #endif
